@@ -52,11 +52,35 @@ def _registry() -> pint.UnitRegistry[float]:
     return registry
 
 
+# The SI unit of a temperature above absolute zero; "K" alone is that of a difference.
+ABSOLUTE: Final = "K above absolute zero"
+ZERO_CELSIUS: Final = 273.15
+_FAHRENHEIT: Final = (5 / 9, 459.67 * 5 / 9)
+# Size in kelvins and zero point, K, of the scales of temperature.
+_SCALES: Final = {"K": (1.0, 0.0), **dict.fromkeys(("°C", "degC"), (1.0, ZERO_CELSIUS)), **dict.fromkeys(("°F", "degF"), _FAHRENHEIT)}
+
+
+def zero_point(unit: str, si: str) -> float:
+    """Return the zero of `unit` in `si` units: not zero for a scale of temperature only. Raises UnitError as `factor`."""
+    return _scale(unit)[1] if si == ABSOLUTE else 0.0
+
+
+def _scale(unit: str) -> tuple[float, float]:
+    if unit not in _SCALES:
+        problem = f"'{unit}' is not a unit of" if unit else "without a unit of"
+        raise UnitError(f"{problem} {_UNITS_IN_WORDS[ABSOLUTE]}")
+    return _SCALES[unit]
+
+
 @functools.lru_cache(maxsize=1024)
 def factor(unit: str, si: str) -> float:
     """Return how many `si` units one `unit` is. Raises UnitError for another dimension or an unknown word."""
     import pint
 
+    if si == ABSOLUTE:
+        return _scale(unit)[0]
+    if unit != "K" and unit in _SCALES:
+        raise UnitError(f"'{unit}' is not a unit of {_UNITS_IN_WORDS.get(si, si)}")
     plain = unit.strip().replace("%", "pct").replace("″", "arcsec").replace('"', "arcsec")
     plain = plain.replace("′", "arcmin").replace("'", "arcmin").replace("·", "*")
     registry = _registry()
@@ -85,6 +109,8 @@ _UNITS_IN_WORDS: Final = {
     "N/m^3": "pressure per settlement (MN/m^3)",
     "Pa": "pressure (GPa, MPa)",
     "K": "temperature difference (K)",
+    ABSOLUTE: "temperature (°C, K)",
+    "1/K": "thermal expansion (1/K, µm/m/K)",
     "kg/m^3": "density (kg/m^3)",
     "m/s^2": "acceleration (m/s^2)",
 }

@@ -13,7 +13,7 @@ import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
-from lostmotion.unit_registry import UnitError, factor, unit_in_words
+from lostmotion.unit_registry import ABSOLUTE, ZERO_CELSIUS, UnitError, factor, unit_in_words, zero_point
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
@@ -131,7 +131,8 @@ _TABLE_SCHEMA: Final = {"type": "array", "items": {"type": "array", "items": {"t
 def read_quantity(text: str, si: str) -> Toleranced:
     """Return the SI value and the tolerance that a text states.
 
-    `si` is the SI unit wanted ("rad", "N m/rad", "" for a plain number). A tolerance without a unit takes the value's own
+    `si` is the SI unit wanted ("rad", "N m/rad", "" for a plain number). A temperature above absolute zero (`unit_registry.ABSOLUTE`) is read on its
+    scale, "35 °C", and its tolerance is a difference, "± 5 K". A tolerance without a unit takes the value's own
     ("400 ± 0.05 mm" is refused, "400 mm ± 0.05" is not); one in per cent is a share of the value ("20 N m/arcmin ± 10 %").
 
     Raises UnitError for text that is no quantity, another dimension, an unknown unit, or a value that is not finite.
@@ -140,12 +141,12 @@ def read_quantity(text: str, si: str) -> Toleranced:
     if match is None:
         raise UnitError("not a number with a unit")
     unit = match["unit"].strip()
-    value = float(match["value"]) * factor(unit, si)
+    value = float(match["value"]) * factor(unit, si) + zero_point(unit, si)
     tolerance = 0.0
     if match["tolerance"] is not None:
         tolerance_unit = match["tolerance_unit"].strip() or unit
         amount = float(match["tolerance"])
-        of_value = tolerance_unit == "%" and unit != "%"
+        of_value = tolerance_unit == "%" and unit != "%" and si != ABSOLUTE
         tolerance = amount / 100 * abs(value) if of_value else amount * factor(tolerance_unit, si)
     if not (math.isfinite(value) and math.isfinite(tolerance)):
         raise UnitError("not a finite number")
@@ -202,6 +203,8 @@ class Quantity:
         """Return the end of the range as text: angles in degrees, shares also in per cent."""
         if self._is_share:
             return f"{end:g} ({100 * end:.6g} %)"
+        if self.si == ABSOLUTE:
+            return f"{end - ZERO_CELSIUS:g} °C"
         return f"{math.degrees(end):g} deg" if self.si == "rad" else f"{end:g} {self.si}".rstrip()
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds

@@ -44,6 +44,8 @@ _OF_GEARBOX: Final = {
 _OF_ENCODER: Final = ("resolution", "noise", "eccentricity", "zero")
 _OF_LUMPED: Final = ("angle", "offset")
 _OF_MOUNT: Final = ("angular_stiffness", "linear_stiffness", "compliance", "tracks")
+# Key of links and materials that counts only where a temperature is stated.
+_EXPANSION: Final = "expansion"
 # Keys of a bearing that state only its size, and so describe no error.
 _SIZES_OF_BEARING: Final = frozenset({"span", "pitch_diameter", "closing_force"})
 
@@ -229,12 +231,12 @@ def _any_assumed(value: object, *, elastic: bool = True) -> bool:
 def _assumed_in(arm: Arm) -> Iterator[AssumedValue]:
     """Yield every assumed value of an arm, once also where several joints share the part that it belongs to."""
     seen: set[tuple[str, str]] = set()
-    places: list[tuple[str, object]] = [("base", arm.base), ("tool", arm.tool), ("payload", arm.payload)]
+    places: list[tuple[str, object]] = [("base", arm.base), ("tool", arm.tool), ("payload", arm.payload), ("environment", arm.environment)]
     places += [(f"joints.{joint.name}", joint) for joint in arm.joints]
     for owner, part in places:
         for value, holder in _walk(part, owner, ""):
             key = (repr(holder) if holder.shareable else value.owner, value.key)
-            if key not in seen:
+            if key not in seen and (value.key != _EXPANSION or arm.has_temperatures):
                 seen.add(key)
                 yield value
 

@@ -47,6 +47,8 @@ _OF_LINK: Final = {
     "measured": 'measured = { force = "100 N", deflection = "0.2 mm" }',
     "rigid": "rigid = true",
     "up": 'up = "z"',
+    "expansion": 'expansion = "23e-6 1/K"',
+    "temperature_difference": 'temperature_difference = "5 K"',
     "assumed": 'assumed = ["section"]',
     "source": 'source = "drawing 4711"',
 }

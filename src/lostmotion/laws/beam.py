@@ -153,6 +153,38 @@ def parallel_layers(compliances: Floats) -> Floats:
     return np.asarray(whole @ stiff @ whole)
 
 
+def beside_axis(compliance: Floats, height: float) -> Floats:
+    """Return the compliance (6, 6) about the axis of the beam of a layer whose centroid lies `height` (m, along z) above it; Steiner's theorem."""
+    to_axis = np.eye(6)
+    to_axis[3, 1], to_axis[4, 0] = -height, height
+    return np.asarray(to_axis @ compliance @ to_axis.T)
+
+
+def thermal_strain(expansion: float, height: float) -> Floats:
+    """Return the free strain (6, 2) of a section: per kelvin of temperature rise, and per kelvin of difference over its `height` (m, along z).
+
+    Expansion in 1/K. The difference is linear along z and zero on the axis: the section bends by the curvature expansion x difference / height,
+    with the warmer side outside, without stress. Source: B. Boley, J. Weiner, Theory of Thermal Stresses, 1960, ch. 10.
+    """
+    out = np.zeros((6, 2))
+    out[3, 0], out[1, 1] = expansion, expansion / height
+    return out
+
+
+def layered_strain(compliances: Floats, strains: Floats) -> Floats:
+    """Return the strain (6, case) of a section without load whose bonded layers would take `strains` (layer, 6, case) if they were free.
+
+    compliances (layer, 6, 6) of the layers about the axis of the beam. Two layers on each other are S. Timoshenko's bimetal, J. Opt. Soc. Am. 11
+    (1925) 233.
+    """
+    stiff = np.linalg.inv(compliances)
+    return np.asarray(np.linalg.solve(stiff.sum(axis=0), (stiff @ strains).sum(axis=0)))
+
+
+def _no_strain(_: float) -> Floats:
+    return np.full((6, 2), np.nan)
+
+
 @dataclass(frozen=True, slots=True)
 class Segment:
     """A piece of a beam.
@@ -161,6 +193,7 @@ class Segment:
     compliance  compliance per length (cause, 6, 6) of the section at x (m from the clamp)
     density     mass per length (kg/m) at x
     points      number of Gauss points for integrals along it; two are exact for a uniform segment
+    strain      free strain (6, 2) of the section at x, per kelvin of temperature rise and of difference across it; NaN where it is not known
     """
 
     start: float
@@ -168,6 +201,7 @@ class Segment:
     compliance: Callable[[float], Floats]
     density: Callable[[float], float]
     points: int = 2
+    strain: Callable[[float], Floats] = _no_strain
 
     def quadrature(self, low: float, high: float) -> tuple[Floats, Floats]:
         """Return Gauss points and weights (m) for the part of the segment between low and high (m from the clamp)."""
@@ -185,9 +219,10 @@ def _gauss(points: int) -> tuple[Floats, Floats]:
     return at, weight
 
 
-def uniform_segment(start: float, end: float, compliance: Floats, density: float) -> Segment:
+def uniform_segment(start: float, end: float, compliance: Floats, density: float, strain: Floats | None = None) -> Segment:
     """Return a segment with the same section along its whole length."""
-    return Segment(start, end, lambda _: compliance, lambda _: density)
+    free = _no_strain if strain is None else lambda _: strain
+    return Segment(start, end, lambda _: compliance, lambda _: density, strain=free)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,6 +270,16 @@ class Beam:
             here = place
             out.append(total)
         return out
+
+    def tip_expansion(self) -> Floats:
+        """Return the twist of the tip (6, 2) per kelvin of temperature rise, and per kelvin of difference across the sections; NaN: not known."""
+        return np.asarray(
+            sum(
+                weight * (carry_twist(self.length - x) @ piece.strain(x))
+                for piece in self.segments
+                for x, weight in zip(*piece.quadrature(0.0, self.length), strict=True)
+            )
+        )
 
     def tip_under_own_mass(self) -> Floats:
         """Return the twist of the tip per resultant of a load distributed as the beam's mass, or uniformly without mass: (cause, 6, 6)."""

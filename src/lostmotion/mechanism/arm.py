@@ -14,9 +14,10 @@ from lostmotion.errors import nearest, shown
 from lostmotion.mechanism.holding import holding_loads
 from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
 from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
-from lostmotion.mechanism.remarks import remarks_on
+from lostmotion.mechanism.remarks import remarks_on, temperature_remarks
 from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.base import Base
+from lostmotion.parts.environment import Environment
 from lostmotion.parts.error_source import Line, Part
 from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.term import Holding, Motion
@@ -49,6 +50,7 @@ class Arm(Part):
     tool     tool frame and mass of the tool
     payload  mass held by the tool, and the process force and moment
     gravity  magnitude of the acceleration of free fall, m/s^2
+    environment  temperature at which the arm works
     notes    text that is repeated with every result
     """
 
@@ -58,6 +60,7 @@ class Arm(Part):
     tool: Tool = Tool()
     payload: Payload = Payload()
     gravity: Annotated[float, Quantity("m/s^2", "9.81 m/s^2", low=0)] = STANDARD_GRAVITY
+    environment: Environment = Environment()
     notes: Annotated[tuple[Annotated[Line, Field(max_length=LONGEST_NOTE)], ...], Field(max_length=MOST_NOTES)] = ()
 
     _warnings: tuple[str, ...] = PrivateAttr(())
@@ -100,14 +103,15 @@ class Arm(Part):
     @functools.cached_property
     def parts(self) -> tuple[PlacedPart, ...]:
         """Return the parts with errors, each with its place, in the order of the places."""
-        no_motion = Motion(np.zeros(6))
+        rise, varies = self.environment.rise, self.environment.temperature_varies
+        no_motion = Motion(np.zeros(6), rise=rise, varies=varies)
         out = [PlacedPart(f"base {name}", "base", None, 0, source, no_motion) for name, source in self.base.sources.items()]
         for k, (joint, (seat, moved, tip)) in enumerate(zip(self.joints, self.tree.joints, strict=True)):
             owner, column = f"joints.{joint.name}", self.tree.places[moved].joint
             if joint.mounting is not None:
                 axis = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
                 out.append(PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, axis))
-            motion = Motion(joint.twist, functools.partial(self.holding, k))
+            motion = Motion(joint.twist, functools.partial(self.holding, k), rise, varies)
             for name, source in joint.sources.items():
                 out.append(PlacedPart(f"{owner}.{name}", name.partition(" ")[0], column, moved, source, motion))
             out.append(PlacedPart(f"{owner}.link", "link", column, tip, joint.elastic_link, no_motion))
@@ -117,6 +121,11 @@ class Arm(Part):
     def terms(self) -> tuple[PlacedTerm, ...]:
         """Return the error terms of all parts, in the order of the parts."""
         return tuple(term for part in self.parts for term in part.terms())
+
+    @property
+    def has_temperatures(self) -> bool:
+        """Return whether a temperature, or a temperature difference across a link, is stated."""
+        return self.environment.temperature is not None or any(joint.link.bends_with_temperature for joint in self.joints)
 
     @functools.cached_property
     def limits(self) -> Floats:
@@ -136,8 +145,12 @@ class Arm(Part):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return the notes of the arm, then what encoders correct and what is not stated: rigid members, ratings, friction, masses of gearboxes."""
-        return (*self.notes, *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass))
+        """Return the notes of the arm, then what encoders correct, what is not stated (members, ratings, friction, masses), and what expands."""
+        return (
+            *self.notes,
+            *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass),
+            *temperature_remarks(self.joints, self.environment),
+        )
 
     @functools.cached_property
     def assumed_friction(self) -> dict[tuple[str, str], Friction]:

@@ -9,8 +9,9 @@ from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT, OF_HELD
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from lostmotion.parts.environment import Environment
     from lostmotion.parts.error_source import Friction
-    from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
+    from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
 
     Moving = Sequence[RevoluteJoint | PrismaticJoint]
 
@@ -85,3 +86,18 @@ def _masses(moving: Moving, gearboxes_without_mass: Sequence[str]) -> list[str]:
     if gearboxes_without_mass:
         notes.append(f"mass of {', '.join(gearboxes_without_mass)} not stated: counted as zero")
     return notes
+
+
+def temperature_remarks(joints: Sequence[Joint], environment: Environment) -> tuple[str, ...]:
+    """Return the remark on what expands at the stated temperature and what does not; none without a temperature."""
+    rise = environment.rise
+    if rise is None:
+        return ()
+    links = [joint for joint in joints if joint.link.reach]
+    expand = ", ".join(joint.name for joint in links if joint.link.expands)
+    unknown = ", ".join(joint.name for joint in links if not joint.link.expands)
+    without = f"links of {unknown} (expansion not stated), " if unknown else ""
+    varies = environment.temperature_varies
+    differs = f" (± {rise.tolerance:.3g} K from {varies} to {varies})" if rise.tolerance else ""
+    counted = f"temperature {rise.nominal:+.3g} K{differs} from the reference temperature: expansion of the links of {expand or 'no joint'}"
+    return (f"{counted}; not counted: expansion of {without}base, joint offsets, tool and gearboxes, and softer materials",)

@@ -103,5 +103,6 @@ class Conditions:
         if key not in self._known:
             angle = np.zeros(len(self._q)) if part.joint is None else np.ascontiguousarray(self._q[:, part.joint])
             gravity = into(self._at[part.place], self._arm.gravity_in_base)
-            self._known[key] = Condition(angle, np.ascontiguousarray(self._carried[part.place].T), np.ascontiguousarray(gravity.T))
+            wrench, rise = np.ascontiguousarray(self._carried[part.place].T), self._arm.environment.rise
+            self._known[key] = Condition(angle, wrench, np.ascontiguousarray(gravity.T), 0.0 if rise is None else rise.nominal)
         return self._known[key]

@@ -48,6 +48,9 @@ TorqueAmount = Annotated[float, Quantity("N m", "12 N m", low=0)]
 AngularStiffness = Annotated[float, Quantity("N m/rad", "12 N m/arcmin", above=0)]
 LinearStiffness = Annotated[float, Quantity("N/m", "200 N/µm", above=0)]
 Share = Annotated[float, Quantity("", "10 %", low=0, high=0.33)]
+# Of any solid: from fibres, which shrink, to soft polymers.
+Expansion = Annotated[float, Quantity("1/K", "23e-6 1/K", low=-50e-6, high=1e-3)]
+TemperatureDifference = Annotated[Toleranced, Quantity("K", "5 K ± 5 K", low=-200, high=200, toleranced=True)]
 
 
 # Default friction where none is stated, as a share of the rated torque, or else of the largest load that the joint holds at rest.

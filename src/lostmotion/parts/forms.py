@@ -153,15 +153,22 @@ class Spring(_Along):
 
 @dataclass(frozen=True, eq=False)
 class Linear(Form):
-    """A compliance `matrix` (6, 6), rad and m per N m and N, times the wrench, plus `own_weight` (6, 3), rad and m per m/s^2, times gravity."""
+    """The sum of three products: matrix x wrench, own_weight x gravity, and per_kelvin x temperature rise.
+
+    matrix      (6, 6) compliance, rad and m per N m and N
+    own_weight  (6, 3) rad and m per m/s^2; None: no effect
+    per_kelvin  (6,) rad and m per K; None: no effect
+    """
 
     matrix: Floats
     own_weight: Floats | None = None
+    per_kelvin: Floats | None = None
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return "wrench" where a load moves it, and "gravity" where its own weight does."""
-        return (*(("wrench",) if self.elastic else ()), *(("gravity",) if self.own_weight is not None else ()))
+        """Return "wrench" where a load moves it, "gravity" where its own weight does, and "temperature_rise" where temperature does."""
+        factors = {"wrench": self.elastic, "gravity": self.own_weight is not None, "temperature_rise": self.per_kelvin is not None}
+        return tuple(name for name, counts in factors.items() if counts)
 
     @property
     def elastic(self) -> bool:
@@ -171,7 +178,9 @@ class Linear(Form):
     def screw(self, at: Condition) -> Floats:
         """Return the deflection (6, pose), rad and m."""
         out = rows_times(self.matrix, at.wrench)
-        return out if self.own_weight is None else out + rows_times(self.own_weight, at.gravity)
+        if self.own_weight is not None:
+            out = out + rows_times(self.own_weight, at.gravity)
+        return out if self.per_kelvin is None else out + self.per_kelvin[:, None] * at.temperature_rise
 
     def compliance(self, at: Condition) -> Floats:
         """Return the compliance matrix for every pose (pose, 6, 6)."""

@@ -1,4 +1,4 @@
-"""A link: its length and tip frame, mass, compliance and length tolerance."""
+"""A link: its length and tip frame, mass, compliance, length tolerance and thermal expansion."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pydantic import model_validator
 from lostmotion.laws import beam
 from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.parts.compliance import Compliance, Measured
-from lostmotion.parts.error_source import ErrorSource, LengthAmount, LengthDim, Mass
+from lostmotion.parts.error_source import ErrorSource, Expansion, LengthAmount, LengthDim, Mass, TemperatureDifference
 from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
 from lostmotion.parts.profile import Section, beam_of, section_error
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import Rod, refuse_section
-from lostmotion.parts.standard_terms import limit_terms, parameter
+from lostmotion.parts.standard_terms import ENVIRONMENT, limit_terms, parameter, varying
 from lostmotion.parts.term import Motion, Parameter, Term
 from lostmotion.spatial import pose_of, skew
 from lostmotion.units import Toleranced
@@ -43,6 +43,8 @@ class Link(Sourced):
     centre_of_mass      in the joint's frame; default: that of the sections, or the middle. Stated: the mass is spread uniformly on both sides
                         of it, up to the nearer end
     up                  direction across the link that the section's height follows; default: across the joint's axis
+    expansion           linear thermal expansion along the link, 1/K; default: that of its materials
+    temperature_difference  of the side that the section's height points to, above the opposite side; ± how far it differs. The link bends
     """
 
     shareable: ClassVar[bool] = False
@@ -58,6 +60,8 @@ class Link(Sourced):
     mass: Mass | None = None
     centre_of_mass: Vector | None = None
     up: Direction | None = None
+    expansion: Expansion | None = None
+    temperature_difference: TemperatureDifference = Toleranced(0.0)
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -70,6 +74,10 @@ class Link(Sourced):
         self._check_stiffness()
         if self.up is not None and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach:
             raise refuse_section("up along the link itself", "a direction across the link", 'up = "z"')
+        if self.bends_with_temperature and not np.isfinite(self.thermal_expansion[:, 1]).all():
+            expected = "a section of known height whose materials state their expansion"
+            found = "temperature_difference of a link whose bending by it is not known"
+            raise refuse_section(found, expected, 'section = "tube", material = "aluminium"')
         return self
 
     def _check_stiffness(self) -> None:
@@ -129,6 +137,25 @@ class Link(Sourced):
         share = self._beam_of_section[0].mass_centre / self.reach if self._beam_of_section is not None else 0.5
         return np.asarray(self.tip_pose[:3, 3] * share)
 
+    @property
+    def bends_with_temperature(self) -> bool:
+        """Return whether a temperature difference across the link is stated."""
+        return bool(self.temperature_difference.nominal or self.temperature_difference.tolerance)
+
+    @functools.cached_property
+    def thermal_expansion(self) -> Floats:
+        """Return the twist of the tip (6, 2), in beam axes, per kelvin of temperature rise and of difference across the link; NaN: not known."""
+        made = self._beam_of_section
+        out = np.full((6, 2), np.nan) if made is None else made[0].tip_expansion()
+        if self.expansion is not None:
+            out[:, 0] = [0, 0, 0, self.expansion * self.reach, 0, 0]
+        return out
+
+    @property
+    def expands(self) -> bool:
+        """Return whether the expansion of the link is known."""
+        return bool(np.isfinite(self.thermal_expansion[:, 0]).all())
+
     def beam_in(self, tip_from_beam: Floats) -> tuple[beam.Beam, tuple[float, ...]]:
         """Return the equivalent beam of this link, in its own axes, and the scatter of each of its causes.
 
@@ -177,9 +204,9 @@ class ElasticLink(ErrorSource):
         self.tip_from_joint = link.tip_pose[:3, :3].T
         self.joint_axis = joint_axis
 
-    def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - the joint's axis is already in the link's matrices
-        """Return bending under the load on the tip, bending under its own weight, and the length tolerance."""
-        return [*self._length(), *([] if self.link.is_rigid else self._bending())]
+    def terms(self, motion: Motion) -> list[Term]:
+        """Return bending under the load on the tip, bending under its own weight, the length tolerance, and thermal expansion."""
+        return [*self._length(), *([] if self.link.is_rigid else self._bending()), *self._growth(motion), *self._thermal_bending(motion)]
 
     def _length(self) -> list[Term]:
         link = self.link
@@ -206,6 +233,30 @@ class ElasticLink(ErrorSource):
                 name = cause if len(scatters) == 1 else f"{cause} {k + 1}"
                 out += limit_terms(name, form, scatter, Normal(), sized, exponent=-1, cause=cause)
         return out
+
+    def _growth(self, motion: Motion) -> list[Term]:
+        """Return the expansion by the temperature rise of the whole arm, and by how far that differs: one draw for all links."""
+        link, rise = self.link, motion.rise
+        if rise is None or not link.reach or not link.expands:
+            return []
+        per_kelvin, sized, out = self._expansion[:, 0], Parameter("thermal expansion"), []
+        if rise.nominal:
+            form = Linear(np.zeros((6, 6)), per_kelvin=per_kelvin)
+            out.append(Term("thermal expansion", "thermal expansion", form, parameter=sized))
+        return out + varying("temperature variation", Constant(per_kelvin), rise, motion, sized, shared=ENVIRONMENT)
+
+    def _thermal_bending(self, motion: Motion) -> list[Term]:
+        """Return the bending by the stated temperature difference across the link."""
+        difference = self.link.temperature_difference
+        if not self.link.bends_with_temperature:
+            return []
+        form, sized = Constant(self._expansion[:, 1]), parameter("temperature difference", difference.nominal, "K")
+        mean = Term("thermal bending", "thermal bending", form, difference.nominal, parameter=sized)
+        return [*([mean] if difference.nominal else []), *varying("temperature difference variation", form, difference, motion, sized)]
+
+    @functools.cached_property
+    def _expansion(self) -> Floats:
+        return np.asarray(np.kron(np.eye(2), self._to_tip) @ self.link.thermal_expansion)
 
     @functools.cached_property
     def tip_compliance(self) -> Floats:

@@ -1,4 +1,4 @@
-"""Elastic properties and density of a material."""
+"""Elastic properties, density and thermal expansion of a material."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Final, Self
 
 from pydantic import model_validator
 
-from lostmotion.parts.error_source import Share
+from lostmotion.parts.error_source import Expansion, Share
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
 from lostmotion.units import Quantity
@@ -19,6 +19,7 @@ class Material(Sourced):
 
     shear_modulus  of an anisotropic material (laminate, 3D print); default: the isotropic value young / (2 (1 + poisson))
     scatter        ± variation of both moduli between parts, as a share
+    expansion      linear thermal expansion along the link, 1/K; default: not stated, so the expansion is not counted
     """
 
     elastic_only: ClassVar[bool] = True
@@ -27,6 +28,7 @@ class Material(Sourced):
     density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0)]
     shear_modulus: Annotated[float, Quantity("Pa", "26 GPa", above=0)] | None = None
     scatter: Share = 0.0
+    expansion: Expansion | None = None
 
     @model_validator(mode="after")
     def _poisson_is_isotropic(self) -> Self:

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from lostmotion.laws import beam
-from lostmotion.parts.error_source import LengthAmount, LengthPlus, Part
+from lostmotion.parts.error_source import Length, LengthAmount, LengthPlus, Part
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import Sourced, value_keys
 from lostmotion.parts.section import Box, CustomSection, ISection, Outline, Plain, Rectangle, Rod, Sized, Tube, refuse_section
@@ -29,30 +29,41 @@ _TAPER_POINTS: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class _Share:
-    """Contribution of one material to a section: compliance per length (6, 6), and mass per length, kg/m."""
+    """Contribution of one material to a section: compliance per length (6, 6), mass per length, kg/m, and the free thermal strain of the section."""
 
     material: Material
     compliance: Floats
     density: float
+    strain: Floats
 
 
 def _plain(section: Plain, material: Material) -> _Share:
     values = section.values(material.poisson)
-    return _Share(material, beam.compliance_per_length(material.young, material.shear, values), values.area * material.density)
+    compliance = beam.compliance_per_length(material.young, material.shear, values)
+    return _Share(material, compliance, values.area * material.density, _strain(material, section.height))
+
+
+def _strain(material: Material, height: float | None) -> Floats:
+    unknown = float("nan")
+    return beam.thermal_strain(unknown if material.expansion is None else material.expansion, height or unknown)
 
 
 class Layer(Part):
-    """One profile of a composite section."""
+    """One profile of a composite section.
+
+    offset  of its centroid from the link's line, along the section's height
+    """
 
     section: Plain
     material: Material
+    offset: Length = 0.0
 
 
 class Composite(Sourced):
-    """A section of several materials bonded together about one centroid: an aluminium tube in a sleeve of carbon fibre.
+    """A section of several materials bonded together: an aluminium tube in a sleeve of carbon fibre, or layers at offsets, such as a sandwich.
 
-    The layers bend, stretch and twist as one, so their stiffnesses add. Whether they overlap is not
-    checked. The torsion of layers that are not round is approximate.
+    The layers bend, stretch and twist as one, so their stiffnesses add. Whether they overlap is not checked. The torsion of layers that are not
+    round is approximate, and so is the shear of layers at offsets. Layers of different expansion at offsets bend with temperature (a bimetal).
     """
 
     kind: Literal["composite"] = "composite"
@@ -61,8 +72,17 @@ class Composite(Sourced):
     def shares(self) -> list[_Share]:
         """Return the contribution of each layer to the section."""
         alone = [_plain(layer.section, layer.material) for layer in self.layers]
-        compliances = beam.parallel_layers(np.stack([share.compliance for share in alone]))
-        return [_Share(share.material, compliance, share.density) for share, compliance in zip(alone, compliances, strict=True)]
+        bonded = np.stack([beam.beside_axis(share.compliance, layer.offset) for share, layer in zip(alone, self.layers, strict=True)])
+        compliances = beam.parallel_layers(bonded)
+        strain = beam.layered_strain(bonded, np.stack([_strain(layer.material, self.height) for layer in self.layers]))
+        return [_Share(share.material, compliance, share.density, strain) for share, compliance in zip(alone, compliances, strict=True)]
+
+    @property
+    def height(self) -> float | None:
+        """Return the height of the whole section, m; None where that of a layer is not known."""
+        heights = [(layer.offset, layer.section.height) for layer in self.layers]
+        ends = [(offset - height / 2, offset + height / 2) for offset, height in heights if height is not None]
+        return max(high for _, high in ends) - min(low for low, _ in ends) if len(ends) == len(heights) else None
 
 
 CrossSection: TypeAlias = Annotated[Tube | Rod | Rectangle | Box | ISection | CustomSection | Outline | Composite, Field(discriminator="kind")]
@@ -176,7 +196,7 @@ def _even(start: float, end: float, shares: Sequence[_Share], materials: tuple[M
     compliance = np.zeros((len(materials), 6, 6))
     for share in shares:
         compliance[materials.index(share.material)] += share.compliance
-    return beam.uniform_segment(start, end, compliance, sum(share.density for share in shares))
+    return beam.uniform_segment(start, end, compliance, sum(share.density for share in shares), shares[0].strain)
 
 
 def _tapered(section: Tapered, length: float, material: Material) -> beam.Beam:
@@ -206,7 +226,7 @@ class _Taper:
             count = math.ceil(abs(math.log2(far / near)))
             cuts |= {((far / near) ** (k / count) - 1) / (far / near - 1) for k in range(1, count)}
         places = [self.start + (self.end - self.start) * cut for cut in sorted(cuts)]
-        return [beam.Segment(low, high, self.compliance, self.density, _TAPER_POINTS) for low, high in itertools.pairwise(places)]
+        return [beam.Segment(low, high, self.compliance, self.density, _TAPER_POINTS, self.strain) for low, high in itertools.pairwise(places)]
 
     def compliance(self, x: float) -> Floats:
         """Return the compliance per length of the section at x (1, 6, 6)."""
@@ -215,6 +235,10 @@ class _Taper:
     def density(self, x: float) -> float:
         """Return the mass per length at x, kg/m."""
         return self._at(x).density
+
+    def strain(self, x: float) -> Floats:
+        """Return the free thermal strain at x (6, 2)."""
+        return self._at(x).strain
 
     def _at(self, x: float) -> _Share:
         share = (x - self.start) / (self.end - self.start)

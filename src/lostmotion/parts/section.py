@@ -36,6 +36,11 @@ class Tube(Sourced):
     outer: LengthPlus
     wall: LengthPlus
 
+    @property
+    def height(self) -> float:
+        """Return the height across the link, m."""
+        return self.outer
+
     @model_validator(mode="after")
     def _wall_fits(self) -> Self:
         if self.wall > self.outer / 2:
@@ -57,6 +62,11 @@ class Rod(Sourced):
 
     kind: Literal["rod"] = "rod"
     diameter: LengthPlus
+
+    @property
+    def height(self) -> float:
+        """Return the height across the link, m."""
+        return self.diameter
 
     def values(self, nu: float) -> beam.SectionValues:
         """Return the section values of the beam."""
@@ -127,7 +137,10 @@ class ISection(Sourced):
 
 
 class CustomSection(Sourced):
-    """Any section by its section properties; y lies along the joint's axis, z across it and the link."""
+    """Any section by its section properties; y lies along the joint's axis, z across it and the link.
+
+    height  along z: over it lies the temperature difference of a link that states one
+    """
 
     kind: Literal["custom"] = "custom"
     area: Annotated[float, Quantity("m^2", "540 mm^2", above=0)]
@@ -136,6 +149,7 @@ class CustomSection(Sourced):
     torsion: Annotated[float, Quantity("m^4", "4.4e5 mm^4", above=0)]
     shear_y: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
     shear_z: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
+    height: LengthPlus | None = None
 
     def values(self, nu: float) -> beam.SectionValues:  # noqa: ARG002 - the signature of all sections
         """Return the section values of the beam; the stated figures already include nu."""
@@ -154,6 +168,12 @@ class Outline(Sourced):
     kind: Literal["outline"] = "outline"
     points: Corners
     holes: Annotated[tuple[Corners, ...], Field(max_length=20)] = ()
+
+    @property
+    def height(self) -> float:
+        """Return the height across the link, m."""
+        heights = [z for _, z in self.points]
+        return max(heights) - min(heights)
 
     @model_validator(mode="after")
     def _is_a_section(self) -> Self:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # sin(n q + phase) = sin(n q) cos(phase) + cos(n q) sin(phase): the sine is drawn with the cosine of the phase, and the cosine with its sine.
 PHASES: Final[dict[Literal["sine", "cosine"], Law]] = {"sine": Cosine(), "cosine": Sine()}
+# Owner of the draw of the arm's temperature.
+ENVIRONMENT: Final = "environment"
 # Cause of the periodic error of any reducer.
 TRANSMISSION_ERROR: Final = "transmission error"
 
@@ -47,6 +49,19 @@ def limit_terms(  # noqa: PLR0913 - what a term is made of
     out = [Term(f"mean {name}", f"mean {cause}", form, limit * law.mean, parameter=sized, exponent=exponent)] if law.mean else []
     robot, visited = (None, draw) if visit else (draw, None)
     return [*out, Term(name, cause, form, limit / law.stated, robot, visited, parameter=sized, exponent=exponent)]
+
+
+def varying(name: str, form: Form, stated: Toleranced, motion: Motion, sized: Parameter, *, shared: str = "") -> list[Term]:
+    """Return the term of how far a temperature differs from its nominal value, from robot to robot or from visit to visit; none without a ±.
+
+    shared  owner of the draw where all parts of the arm have one temperature
+    """
+    if not stated.tolerance:
+        return []
+    law = of_tolerance(stated.law)
+    draw = Draw("temperature" if shared else name, law, shared)
+    robot, visit = (None, draw) if motion.varies == "visit" else (draw, None)
+    return [Term(name, name, form, stated.tolerance / law.stated, robot, visit, parameter=sized)]
 
 
 def harmonic_terms(

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from lostmotion.laws.distributions import Law
     from lostmotion.spatial import Floats
+    from lostmotion.units import Toleranced
 
 Level = Literal["design", "robot", "visit", "robot x visit"]
 _Value = TypeVar("_Value")
@@ -39,14 +40,18 @@ class Holding:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The motion of the joint to which a part belongs, independent of the pose.
+    """The motion of the joint to which a part belongs, and the temperature of the arm, independent of the pose.
 
     twist    unit twist (6,) of the joint in the part's frame; zeros where nothing moves
     holding  returns the largest static load of the joint; called only by parts whose friction is not stated
+    rise     temperature of the whole arm above that of its drawings, K, with its ± variation; None where no temperature is stated
+    varies   whether temperatures vary from robot to robot, or from visit to visit
     """
 
     twist: Floats
     holding: Callable[[], Holding] = Holding
+    rise: Toleranced | None = None
+    varies: Literal["robot", "visit"] = "robot"
 
     @property
     def turning(self) -> bool:
@@ -87,11 +92,13 @@ class Condition:
     angle    (pose,) value of the joint, rad or m
     wrench   (6, pose) load from the outboard side, in the frame of the place, N m and N
     gravity  (3, pose) in this frame, m/s^2
+    temperature_rise  temperature of the arm above that of its drawings, K
     """
 
     angle: Floats
     wrench: Floats
     gravity: Floats
+    temperature_rise: float = 0.0
     _known: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def once(self, key: Hashable, compute: Callable[[], _Value]) -> _Value:
@@ -178,10 +185,14 @@ class Form(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """A random factor of mean zero and mean square one: the name of a stream of uniforms within the part, and the distribution that maps them."""
+    """A random factor of mean zero and mean square one: the name of a stream of uniforms, and the distribution that maps them.
+
+    shared  owner of a stream that parts of several joints share; empty for a stream of the part's own
+    """
 
     stream: str
     law: Law
+    shared: str = ""
 
 
 # The sign of the joint's last motion: one draw per joint and visit, shared by all its parts that depend on direction.

@@ -1,7 +1,8 @@
 """Drift of pose accuracy during warm-up (ISO 9283:1998, 7.6) by thermal expansion of the links.
 
-Assumed: all links share the temperature rise dT(t) = dT (1 - exp(-t / T)) and expand freely with one coefficient. Neglected: the structure between
-base and first joint, drives, bearings, and compensation by the controller. The standard observes for eight hours, or until drift settles.
+Assumed: all links share the temperature rise dT(t) = dT (1 - exp(-t / T)) and expand freely with one coefficient, in place of those of their
+materials; the error terms are those of a stated temperature. Neglected: the structure between base and first joint, drives, bearings, and
+compensation by the controller. The standard observes for eight hours, or until drift settles.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.carry import tool_twists
+from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.parts.environment import DRAWING, Environment
+from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -64,10 +68,23 @@ class Drift:
 
 def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
     """Return the displacement of the tool (3,), m, at one pose q (joint,) by the full temperature rise of all links, to first order."""
-    at = frames(arm, q[None])[:, 0]
-    ends = (joint.tip for joint in arm.tree.joints if joint.tip in arm.tree.tool_path)
-    links = sum((at[tip, :3, 3] - at[arm.tree.places[tip].parent, :3, 3] for tip in ends), start=np.zeros(3))
-    return np.asarray(warm_up.expansion * warm_up.rise * links)
+    warm = _warmed(arm, warm_up)
+    at = frames(warm, q[None])
+    conditions, shift = Conditions(warm, q[None], at), np.zeros(3)
+    links = (placed for part in warm.parts if part.kind == "link" for placed in part.terms())
+    for placed in links:
+        if "temperature_rise" in placed.term.form.reads:
+            local = placed.term.scale * placed.term.form.screw(conditions(placed))
+            shift += tool_twists(warm.tree, at, np.array([placed.place]), local[:, None])[3:, 0, 0]
+    return shift
+
+
+def _warmed(arm: Arm, warm_up: WarmUp) -> Arm:
+    """Return the arm at its full temperature rise, all links with one expansion."""
+    joints = [joint.model_copy(update={"link": joint.link.model_copy(update={"expansion": warm_up.expansion})}) for joint in arm.joints]
+    # Built without its checks: a temperature rise may be larger than any temperature at which an arm works.
+    environment = Environment.model_construct(temperature=Toleranced(DRAWING + warm_up.rise))
+    return arm.model_copy(update={"joints": tuple(joints), "environment": environment})
 
 
 def drift(arm: Arm, q: Floats, barycentre: Floats, warm_up: WarmUp) -> Drift:

@@ -14,13 +14,16 @@ import numpy as np
 from lostmotion.error_model.closing import mean_and_change
 from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.parts.standard_terms import ENVIRONMENT
 from lostmotion.parts.term import LAST_MOTION
 from lostmotion.propagation.error_magnitude import rays_of, share_below
 
 if TYPE_CHECKING:
+    from collections.abc import Hashable
+
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.placed_terms import PlacedPart
-    from lostmotion.parts.error_source import ErrorSource, Friction
+    from lostmotion.parts.error_source import ErrorSource
     from lostmotion.parts.term import Condition, Draw
     from lostmotion.propagation.error_magnitude import Rays
     from lostmotion.spatial import Floats
@@ -28,6 +31,8 @@ if TYPE_CHECKING:
 # Rows of a part's contribution: the bias, and xx, yy, zz, yz, xz, xy of the covariance.
 BIAS, COVARIANCE = slice(3), slice(3, 9)
 ROWS: Final = 9
+# Rows of what parts share: moved by the last motion of their joint, and by the temperature, per unit draw.
+_LAST_MOTION, _TEMPERATURE = slice(ROWS, ROWS + 3), slice(ROWS + 3, ROWS + 6)
 _PAIRS: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 # Most cached contributions, of about 20 kB each at 256 poses.
 _MOST_CACHED: Final = 5000
@@ -44,17 +49,18 @@ class ErrorCache:
         self.q = q
         self._at = frames(arm, q)
         self._tree = arm.tree
-        self._known: OrderedDict[tuple[int, int, Friction | None, bytes], tuple[ErrorSource, Floats]] = OrderedDict()
+        self._known: OrderedDict[tuple[Hashable, ...], tuple[ErrorSource, Floats]] = OrderedDict()
 
     def of(self, arm: Arm) -> Floats:
         """Return bias and covariance (ROWS, pose), m and m^2, of an arm with the geometry of the first one."""
         out, felt = np.zeros((ROWS, len(self.q))), Conditions(arm, self.q, self._at)
-        by_last_motion: dict[int | None, Floats] = {}
+        shared: dict[int | str | None, Floats] = {}
         for part in arm.parts:
             contribution = self._contribution(part, felt(part))
             out += contribution[:ROWS]
-            by_last_motion[part.joint] = by_last_motion.get(part.joint, 0.0) + contribution[ROWS:]
-        for drawn in by_last_motion.values():
+            shared[part.joint] = shared.get(part.joint, 0.0) + contribution[_LAST_MOTION]
+            shared[ENVIRONMENT] = shared.get(ENVIRONMENT, 0.0) + contribution[_TEMPERATURE]
+        for drawn in shared.values():
             _add_square(out, drawn)
         return out
 
@@ -62,7 +68,8 @@ class ErrorCache:
         # The source is stored with its contribution, so that its id is not reused. One part may be at several joints.
         # Assumed friction depends on the holding torques at other poses, which are not part of the wrench here.
         friction = part.source.play_friction(part.motion.holding)
-        key = part.place, id(part.source), friction, felt.wrench.tobytes()
+        surroundings = felt.temperature_rise, part.motion.rise, part.motion.varies
+        key = part.place, id(part.source), friction, surroundings, felt.wrench.tobytes()
         known = self._known.get(key)
         if known is None:
             known = self._known[key] = part.source, self._computed(part, felt)
@@ -74,7 +81,7 @@ class ErrorCache:
 
     def _computed(self, part: PlacedPart, felt: Condition) -> Floats:
         terms = part.source.terms(part.motion)
-        out = np.zeros((ROWS + 3, len(self.q)))
+        out = np.zeros((_TEMPERATURE.stop, len(self.q)))
         if not terms:
             return out
         local = np.empty((6, len(terms), len(self.q)))
@@ -92,7 +99,10 @@ class ErrorCache:
                 groups[draws] = groups[draws] + moved if draws in groups else moved
         out[BIAS] = groups.pop((None, None, None), 0.0)
         # The sign of the last motion is one draw for all parts of a joint: what depends on it alone adds up over the parts before it is squared.
-        out[ROWS:] = groups.pop((None, LAST_MOTION, None), 0.0)
+        out[_LAST_MOTION] = groups.pop((None, LAST_MOTION, None), 0.0)
+        # So is the temperature, for all parts of the arm.
+        for draws in [draws for draws in groups if any(draw is not None and draw.shared for draw in draws[:2])]:
+            out[_TEMPERATURE] += groups.pop(draws)
         for drawn in groups.values():
             _add_square(out, drawn)
         return out

@@ -17,7 +17,7 @@ from lostmotion.laws.fits import (
     raceway_diameter,
     thermal_loss,
 )
-from lostmotion.parts.error_source import LengthPlus
+from lostmotion.parts.error_source import LengthPlus, TemperatureDifference
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 PlayOrPreload = Annotated[Toleranced, Quantity("m", "15 µm ± 8 µm", toleranced=True)]
 Interference = Annotated[Toleranced, Quantity("m", "13 µm ± 11 µm", toleranced=True)]
-TemperatureDifference = Annotated[Toleranced, Quantity("K", "5 K ± 5 K", toleranced=True)]
 FitShare = Annotated[float, Quantity("", "80 %", low=0, high=1)]
 
 # Stages of the clearance, in order.

@@ -116,7 +116,7 @@ def _fitted(found: PredictedRobots) -> Section:
 def _repeatability(found: PredictedRobots, sheet: LoadSheet) -> Section:
     note = (
         "every joint arrives from one side, as in the standard's cycle. Scatter from visit to visit as described by the parts "
-        "(encoders, bearings, backlash that no load closes). Neglected: wear, temperature, control, the floor"
+        "(encoders, bearings, backlash that no load closes). Neglected: wear, temperature where none is stated, control, the floor"
     )
     if sheet.repeatability.max() >= NO_SCATTER:
         note += (

@@ -20,6 +20,8 @@ def in_unit(size: Size, factor: float) -> Figure:
         return Figure(value / ARCMIN, "arcmin")
     if size.unit == "N m/rad":
         return Figure(value * ARCMIN, "N m/arcmin")
+    if size.unit == "K":
+        return Figure(value, "K")
     return Figure(value * 1e-6, "N/µm") if size.unit == "N/m" else length(value)
 
 
