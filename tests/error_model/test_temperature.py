@@ -122,7 +122,7 @@ def test_an_arm_without_a_temperature_has_no_thermal_term(arm: Arm):
     assert "thermal expansion where no temperature is stated" in NOT_COUNTED
 
 
-def test_what_expands_is_said():
+def test_what_expands_is_stated_in_the_remarks():
     """The remark names the links that expand and those without a stated expansion; a catalogue's expansion is an assumption."""
     arm = lostmotion.read(Z_ARM)
     hot = in_heat(arm, "35 °C ± 5 K")

@@ -10,6 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from lostmotion.mechanism.arm import Arm
+from lostmotion.parts.bearing.pair import RollerPair
 from lostmotion.parts.link import Link
 from lostmotion.parts.profile import Composite
 from lostmotion.parts.term import Condition, Motion
@@ -171,3 +173,76 @@ def test_a_difference_across_an_unknown_section_is_refused(fields: dict[str, obj
     """A difference is refused where height or expansion of the section are not known: its effect could not be computed."""
     with pytest.raises(ValidationError, match="temperature_difference of a link whose bending by it is not known"):
         Link(length=LENGTH, temperature_difference="5 K", **fields)
+
+
+OF_NU212 = {
+    "bore": 0.06,
+    "outside_diameter": 0.11,
+    "rollers": 14,
+    "roller_diameter": 0.014,
+    "roller_length": 0.014,
+    "pitch_diameter": 0.0855,
+    "span": 0.08,
+    "clearance": "50 µm",
+    "finish": "turned",
+}
+
+
+def test_a_warm_inner_ring_takes_clearance():
+    """NU212 with its inner ring 10 K above the outer: 12.5e-6/K x 10 K x (3 x 110 + 60)/4 mm = 12.2 µm less; 50 K leave a preload."""
+    for difference in (10.0, 50.0):
+        found = RollerPair(**OF_NU212, inner_ring_warmer=difference).working.nominal
+        assert found == pytest.approx(50e-6 - 12.5e-6 * difference * 97.5e-3, rel=1e-12)
+    assert found < 0
+
+
+def test_an_aluminium_housing_loosens_as_it_warms():
+    """The interference of the outer ring falls by (23 - 12.5)e-6/K x 30 K x 110 mm = 34.65 µm; 80 % of that, flattened seats aside, is clearance."""
+    pair = RollerPair(**OF_NU212, housing_interference="60 µm", housing_expansion=23e-6)
+    kept = 110 / (110 + 3)
+    assert pair.working.nominal == pytest.approx(50e-6 - 0.8 * 60e-6 * kept, rel=1e-12)
+    for rise, tight in ((30.0, 60e-6 - 34.65e-6), (-10.0, 60e-6 + 11.55e-6), (80.0, 0.0)):
+        assert pair.warmed(Toleranced(rise)).working.nominal == pytest.approx(50e-6 - 0.8 * tight * kept, rel=1e-12), rise
+
+
+def test_an_aluminium_shaft_takes_clearance_as_it_warms():
+    """A shaft that expands more than its inner ring tightens its fit by 10.5e-6/K x 30 K x 60 mm; every simulated bearing loses the same."""
+    pair = RollerPair(**OF_NU212, shaft_interference="20 µm ± 5 µm", shaft_expansion=23e-6)
+    warm = pair.warmed(Toleranced(30.0))
+    lost = 0.8 * 10.5e-6 * 30 * 0.06 * 60 / (60 + 3)
+    assert pair.working.nominal - warm.working.nominal == pytest.approx(lost, rel=1e-9)
+    assert warm.working.tolerance == pytest.approx(pair.working.tolerance, rel=1e-9)
+    np.testing.assert_allclose(pair.sample(50, 1)["working"] - warm.sample(50, 1)["working"], lost, rtol=1e-6)
+    np.testing.assert_array_equal(pair.sample(50, 1)["mounted"], warm.sample(50, 1)["mounted"])
+
+
+def test_a_bearing_all_of_steel_keeps_its_fits():
+    """Where shaft, rings and housing expand as one, and where the bearing states its own temperature, that of the arm changes nothing."""
+    steel = RollerPair(**OF_NU212, shaft_interference="20 µm")
+    own = RollerPair(**OF_NU212, shaft_interference="20 µm", shaft_expansion=23e-6, temperature_rise="5 K")
+    for pair in (steel, own):
+        assert pair.warmed(Toleranced(40.0)) is pair
+        assert pair.warmed(None) is pair
+    assert own.working.nominal == pytest.approx(steel.working.nominal - 0.8 * 10.5e-6 * 5 * 0.06 * 60 / 63, rel=1e-9)
+
+
+def test_the_play_of_a_joint_grows_with_its_clearance():
+    """The terms of a drawn bearing in a warm arm are those of a bearing with its warm clearance."""
+    fits = {**OF_NU212, "housing_interference": "60 µm", "housing_expansion": 23e-6}
+    turn = np.eye(6)[2]
+    warm = RollerPair(**fits).terms(Motion(turn, rise=Toleranced(30.0)))
+    stated = RollerPair(**fits, temperature_rise="30 K").terms(Motion(turn))
+    assert [(term.name, term.scale) for term in warm] == [(term.name, term.scale) for term in stated]
+    cold = RollerPair(**fits).terms(Motion(turn))
+    free = "inboard clearance position 1"
+    scales = [next(term.scale for term in terms if term.name == free) for terms in (warm, cold)]
+    assert scales[0] - scales[1] == pytest.approx(0.8 * 34.65e-6 * 110 / 113 / 2, rel=1e-9)
+
+
+def test_a_bearing_beyond_its_law_at_temperature_is_refused():
+    """A clearance that is valid on the bench and beyond the validity of the contact law in the cold names the joint and the clearance there."""
+    bearing = {**OF_NU212, "kind": "roller pair", "housing_interference": "60 µm", "housing_expansion": 300e-6, "clearance": "0 µm"}
+    joint = {"name": "A", "type": "revolute", "limits": (-1, 1), "bearing": bearing, "link": {"length": 1.0}}
+    Arm.model_validate({"name": "bench", "joints": [joint]})
+    with pytest.raises(ValidationError, match="at the temperature of the arm"):
+        Arm.model_validate({"name": "cold", "joints": [joint], "environment": {"temperature": "-20 °C"}})

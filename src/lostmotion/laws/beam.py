@@ -164,7 +164,7 @@ def thermal_strain(expansion: float, height: float) -> Floats:
     """Return the free strain (6, 2) of a section: per kelvin of temperature rise, and per kelvin of difference over its `height` (m, along z).
 
     Expansion in 1/K. The difference is linear along z and zero on the axis: the section bends by the curvature expansion x difference / height,
-    with the warmer side outside, without stress. Source: B. Boley, J. Weiner, Theory of Thermal Stresses, 1960, ch. 10.
+    with the hot side outside, without stress. Source: B. Boley, J. Weiner, Theory of Thermal Stresses, 1960, ch. 10.
     """
     out = np.zeros((6, 2))
     out[3, 0], out[1, 1] = expansion, expansion / height

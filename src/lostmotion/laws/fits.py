@@ -46,6 +46,17 @@ def effective_interference(measured: Floats | float, diameter: Floats | float, f
     return np.asarray(np.maximum(measured, 0.0) * size / (size + _PEAKS[finish]))
 
 
+def interference_at(
+    stated: Floats | float, rise: Floats | float, diameter: float, inside: float = STEEL_EXPANSION, outside: float = STEEL_EXPANSION
+) -> Floats:
+    """Return an interference (m) at a temperature `rise` (K) of both bodies above that at which it is stated: stated + (a_i - a_o) d dT.
+
+    diameter (m) of the seat; inside, outside: thermal expansion (1/K) of the body in the bore and of that around it. Arrays are of shapes that
+    broadcast. Valid for uniform temperature of each body.
+    """
+    return np.asarray(stated + (inside - outside) * diameter * np.asarray(rise))
+
+
 def mounted_clearance(
     initial: Floats | float,
     inner: Floats | float,

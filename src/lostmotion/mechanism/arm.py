@@ -17,6 +17,7 @@ from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
 from lostmotion.mechanism.remarks import remarks_on, temperature_remarks
 from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.base import Base
+from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 from lostmotion.parts.environment import Environment
 from lostmotion.parts.error_source import Line, Part
 from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
@@ -83,6 +84,16 @@ class Arm(Part):
         if not tool_moves(self.joints, self.tool):
             expected = "at least one moving joint between the base and the tool"
             raise _refusal("a tool that no joint moves", expected, f'[tool] with after = "{self.moving[-1].name}.tip"', "", ("tool", "after"))
+        return self
+
+    @model_validator(mode="after")
+    def _has_bearings_for_its_temperature(self) -> Self:
+        for k, joint in enumerate(self.joints):
+            if joint.type != "fixed" and is_drawn_bearing(joint.bearing):
+                problem = joint.bearing.warmed(self.environment.rise).clearance_error
+                if problem:
+                    found, expected, example = problem
+                    raise _refusal(f"{found} at the temperature of the arm", expected, example, path=("joints", k, "bearing"))
         return self
 
     @functools.cached_property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT, OF_HELD
 
 if TYPE_CHECKING:
@@ -99,5 +100,11 @@ def temperature_remarks(joints: Sequence[Joint], environment: Environment) -> tu
     without = f"links of {unknown} (expansion not stated), " if unknown else ""
     varies = environment.temperature_varies
     differs = f" (± {rise.tolerance:.3g} K from {varies} to {varies})" if rise.tolerance else ""
-    counted = f"temperature {rise.nominal:+.3g} K{differs} from the reference temperature: expansion of the links of {expand or 'no joint'}"
-    return (f"{counted}; not counted: expansion of {without}base, joint offsets, tool and gearboxes, and softer materials",)
+    fitted = ", ".join(joint.name for joint in joints if joint.type != "fixed" and is_drawn_bearing(joint.bearing))
+    clearances = (
+        f"; clearance of the bearings of {fitted} by the expansion of shaft and housing (steel unless stated), without the ±" if fitted else ""
+    )
+    counted = (
+        f"temperature {rise.nominal:+.3g} K{differs} from the reference temperature: expansion of the links of {expand or 'no joint'}{clearances}"
+    )
+    return (f"{counted}; not counted: expansion of {without}base, joint offsets, tool, gearboxes and other bearings, and softer materials",)

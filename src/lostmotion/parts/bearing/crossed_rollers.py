@@ -10,7 +10,7 @@ from pydantic import model_validator
 from lostmotion.laws.rolling.radial import roller_pressure
 from lostmotion.laws.rolling.rows import CrossedRow, Seat
 from lostmotion.laws.rolling.table import Pair
-from lostmotion.parts.bearing.pair import Count, check_clearance, check_sizes, refuse_drawing
+from lostmotion.parts.bearing.pair import Count, check_sizes, refuse_drawing
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.error_source import LengthPlus
 from lostmotion.units import Quantity
@@ -42,11 +42,16 @@ class CrossedRollerBearing(DrawnBearing):
     @model_validator(mode="after")
     def _is_a_bearing(self) -> Self:
         check_sizes(self.pitch_diameter, self.roller_diameter, self.rollers, self.bore, self.outside_diameter)
-        spread = self.spreads["working"]
-        check_clearance(spread.lowest, spread.highest, 0.04 * self.roller_diameter)
+        if self.clearance_error:
+            raise refuse_drawing(*self.clearance_error)
         if self.rollers % 2:
             raise refuse_drawing(f"{self.rollers} crossed rollers", "an even number: their directions alternate", "rollers = 48")
         return self
+
+    @property
+    def largest_clearance(self) -> float:
+        """Return 4 % of the diameter of a roller, m."""
+        return 0.04 * self.roller_diameter
 
     @property
     def bearings(self) -> int:

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 import numpy as np
 
 from lostmotion.laws.distributions import of_tolerance
 from lostmotion.laws.fits import (
     CUSTOMARY_SHARE,
+    STEEL_EXPANSION,
     ClearanceRange,
     Finish,
     clearance_range,
     effective_interference,
+    interference_at,
     raceway_diameter,
     thermal_loss,
 )
-from lostmotion.parts.error_source import LengthPlus, TemperatureDifference
+from lostmotion.parts.error_source import Expansion, LengthPlus, TemperatureDifference
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
 
@@ -42,6 +44,8 @@ class MountedBearing(Sourced):
     finish                  of the seats, "ground" or "turned": fitting flattens its roughness
     inner_share, outer_share  share of an interference that reduces the clearance
     inner_ring_warmer       temperature of the inner ring above that of the outer ring
+    shaft_expansion, housing_expansion  thermal expansion, 1/K; default: that of the rings, which are of steel
+    temperature_rise        of the whole unit above the temperature at which its fits are stated; default: that of the arm
     """
 
     bore: LengthPlus
@@ -53,6 +57,9 @@ class MountedBearing(Sourced):
     inner_share: FitShare = CUSTOMARY_SHARE
     outer_share: FitShare = CUSTOMARY_SHARE
     inner_ring_warmer: TemperatureDifference = Toleranced(0.0)
+    shaft_expansion: Expansion = STEEL_EXPANSION
+    housing_expansion: Expansion = STEEL_EXPANSION
+    temperature_rise: Annotated[float, Quantity("K", "15 K", low=-200, high=200)] | None = None
 
     @property
     def assumptions(self) -> dict[str, str]:
@@ -73,14 +80,13 @@ class MountedBearing(Sourced):
     @functools.cached_property
     def spreads(self) -> dict[str, ClearanceRange]:
         """Return the mean, limits and spread of the clearance at each of `STEPS`."""
-        shaft, housing, heating = self._losses(*(np.array(_limits(each)) for each in self._stated[1:]))
-        delivered = _limits(self.clearance)
-        shares = self.inner_share, self.outer_share
-        inner, outer, lost = _pair(shaft), _pair(housing), _pair(heating)
+        delivered, shares = _limits(self.clearance), (self.inner_share, self.outer_share)
+        stated = [np.array(_limits(each)) for each in self._stated[1:]]
+        (shaft, housing, _), (warm_shaft, warm_housing, lost) = self._losses(*stated), self._losses(*self._warm(*stated))
         return {
             "delivered": clearance_range(delivered, (0.0, 0.0)),
-            "mounted": clearance_range(delivered, inner, outer, (0.0, 0.0), *shares),
-            "working": clearance_range(delivered, inner, outer, lost, *shares),
+            "mounted": clearance_range(delivered, _pair(shaft), _pair(housing), (0.0, 0.0), *shares),
+            "working": clearance_range(delivered, _pair(warm_shaft), _pair(warm_housing), _pair(lost), *shares),
         }
 
     @functools.cached_property
@@ -97,13 +103,26 @@ class MountedBearing(Sourced):
             law = of_tolerance(each.law)
             uniform = rng.uniform(np.finfo(float).tiny, 1.0, count)
             stated.append(each.nominal + each.tolerance / law.bound * law.quantile(uniform))
-        shaft, housing, heating = self._losses(*stated[1:])
-        mounted = stated[0] - self.inner_share * shaft - self.outer_share * housing
-        return dict(zip(STEPS, (stated[0], mounted, mounted - heating), strict=True))
+        cold, warm = self._losses(*stated[1:]), self._losses(*self._warm(stated[1], stated[2], stated[3]))
+        mounted, unloaded = (stated[0] - self.inner_share * shaft - self.outer_share * housing for shaft, housing, _ in (cold, warm))
+        return dict(zip(STEPS, (stated[0], mounted, unloaded - warm[2]), strict=True))
 
     @property
     def _stated(self) -> tuple[Toleranced, ...]:
         return self.clearance, self.shaft_interference, self.housing_interference, self.inner_ring_warmer
+
+    def warmed(self, rise: Toleranced | None) -> Self:
+        """Return this bearing at the temperature rise of its arm, K; itself where it states its own, or where all is of steel."""
+        all_steel = self.shaft_expansion == self.housing_expansion == STEEL_EXPANSION
+        if rise is None or not rise.nominal or all_steel or self.temperature_rise is not None:
+            return self
+        return self.model_copy(update={"temperature_rise": rise.nominal})
+
+    def _warm(self, shaft: Floats, housing: Floats, heating: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return interferences and heating of the inner ring at the temperature rise of the unit."""
+        rise = self.temperature_rise or 0.0
+        inner = interference_at(shaft, rise, self.bore, inside=self.shaft_expansion)
+        return inner, interference_at(housing, rise, self.outside_diameter, outside=self.housing_expansion), heating
 
     def _losses(self, shaft: Floats, housing: Floats, heating: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the effective interferences and the loss of clearance to the temperature rise, m."""

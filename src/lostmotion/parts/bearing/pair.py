@@ -38,13 +38,6 @@ def check_sizes(pitch: float, element: float, count: int, bore: float, outside: 
         raise refuse_drawing(f"{count} elements of {element * 1e3:g} mm side by side", "no more than fit on the pitch circle", "balls = 9")
 
 
-def check_clearance(lowest: float, highest: float, most: float) -> None:
-    """Refuse a working clearance, or a preload, beyond the validity of the laws, which assume small displacements of the elements."""
-    if max(highest, -lowest) > most:
-        found = f"a working clearance of {lowest * 1e6:.4g} to {highest * 1e6:.4g} µm"
-        raise refuse_drawing(found, f"one within ±{most * 1e6:.4g} µm for elements of this size", 'clearance = "15 µm ± 8 µm"')
-
-
 class BallPair(DrawnBearing):
     """Two ball bearings of one kind, `span` apart: deep-groove, or angular-contact ones mirrored to each other.
 
@@ -72,8 +65,8 @@ class BallPair(DrawnBearing):
             raise refuse_drawing("a preload of deep-groove bearings", "a preload of angular-contact ones only", 'contact_angle = "25 deg"')
         if self.contact_angle and (self.clearance.nominal or self.clearance.tolerance):
             raise refuse_drawing("a clearance of angular-contact bearings", "their preload instead", 'preload = "200 N"')
-        spread = self.spreads["working"]
-        check_clearance(spread.lowest, spread.highest, 0.9 * (sum(self.groove_conformity) - 1) * self.ball_diameter)
+        if self.clearance_error:
+            raise refuse_drawing(*self.clearance_error)
         if self.preload > self.balls * self.static_load:
             found = f"a preload of {self.preload:.4g} N"
             raise refuse_drawing(found, f"at most {self.balls * self.static_load:.4g} N, the balls' static limit", 'preload = "200 N"')
@@ -89,6 +82,11 @@ class BallPair(DrawnBearing):
     def elements(self) -> Literal["ball", "roller"]:
         """Return the kind of rolling element."""
         return "ball"
+
+    @property
+    def largest_clearance(self) -> float:
+        """Return nine tenths of the clearance between ball and grooves, m."""
+        return 0.9 * (sum(self.groove_conformity) - 1) * self.ball_diameter
 
     @property
     def bearings(self) -> int:
@@ -135,9 +133,14 @@ class RollerPair(DrawnBearing):
     @model_validator(mode="after")
     def _is_a_bearing(self) -> Self:
         check_sizes(self.pitch_diameter, self.roller_diameter, self.rollers, self.bore, self.outside_diameter)
-        spread = self.spreads["working"]
-        check_clearance(spread.lowest, spread.highest, 0.04 * self.roller_diameter)
+        if self.clearance_error:
+            raise refuse_drawing(*self.clearance_error)
         return self
+
+    @property
+    def largest_clearance(self) -> float:
+        """Return 4 % of the diameter of a roller, m."""
+        return 0.04 * self.roller_diameter
 
     @property
     def bearings(self) -> int:

@@ -92,8 +92,25 @@ class DrawnBearing(MountedBearing, ErrorSource):
         """Return the shifts under load at one clearance (m)."""
         return shift_table(self.rows, clearance, self.top)
 
+    @property
+    @abstractmethod
+    def largest_clearance(self) -> float:
+        """Return the largest clearance or preload (m) at which the laws are valid: they assume small displacements of the elements."""
+
+    @property
+    def clearance_error(self) -> tuple[str, str, str] | None:
+        """Return what was found, what is expected and an example for a working clearance, or a preload, beyond `largest_clearance`."""
+        spread, most = self.spreads["working"], self.largest_clearance
+        if max(spread.highest, -spread.lowest) <= most:
+            return None
+        found = f"a working clearance of {spread.lowest * 1e6:.4g} to {spread.highest * 1e6:.4g} µm"
+        return found, f"one within ±{most * 1e6:.4g} µm for elements of this size", 'clearance = "15 µm ± 8 µm"'
+
     def terms(self, motion: Motion) -> list[Term]:
         """Return the shift of the shaft in the clearance under load, its free play, elastic deflection, scatter over bearings, and runout."""
+        return self.warmed(motion.rise)._terms(motion)  # noqa: SLF001 - of the same class
+
+    def _terms(self, motion: Motion) -> list[Term]:
         axis, out = motion.axis, []
         along, names = np.concatenate([np.zeros(3), axis]), [name for name, _ in SIDES]
         streams = [f"{name} amount" if self.bearings > 1 else "amount" for name in names]
