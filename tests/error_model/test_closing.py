@@ -176,9 +176,9 @@ def test_the_play_of_each_robot_is_either_closed_or_open(arm):
         for row in range(len(q)):
             size = np.ones(len(robot))
             if term.robot is not None:
-                size = size * term.robot.law.quantile(uniforms(9, f"{of.owner}.{term.robot.stream}", robots))[robot]
+                size = size * term.robot.law.quantile(uniforms(9, f"{term.robot.shared or of.owner}.{term.robot.stream}", robots))[robot]
             if term.visit is not None:
-                owner = f"joints.{joints[of.joint]}" if term.sided else of.owner
+                owner = f"joints.{joints[of.joint]}" if term.sided else term.visit.shared or of.owner
                 size = size * visit_draws(9, [Stream(f"{owner}.{term.visit.stream}", term.visit.law)], row, robot, visit)[0]
             friction = term.form.threshold
             if friction is not None:

@@ -79,12 +79,17 @@ def test_a_known_approach_fixes_the_side_of_every_sided_error(arm):
 
 @dataclass
 class Record:
-    """Record of one place for a controller: a constant mean screw, matrices, one constant covariance and a short list of other terms."""
+    """Record of one place for a controller: a constant mean screw, matrices, one constant covariance and a short list of other terms.
+
+    shared: constant screw per unit of the draw of the temperature, which all places have in common.
+    """
 
     mean: np.ndarray = field(default_factory=lambda: np.zeros(6))
     compliance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     own_weight: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
+    per_kelvin: np.ndarray = field(default_factory=lambda: np.zeros(6))
     covariance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    shared: np.ndarray = field(default_factory=lambda: np.zeros(6))
     design: list = field(default_factory=list)
     drawn: list = field(default_factory=list)
     plays: list = field(default_factory=list)
@@ -103,8 +108,11 @@ def lowered(arm):
             elif isinstance(form, Linear):
                 here.compliance += term.scale * form.matrix
                 here.own_weight += term.scale * (0.0 if form.own_weight is None else form.own_weight)
+                here.per_kelvin += term.scale * (0.0 if form.per_kelvin is None else form.per_kelvin)
             else:
                 here.design.append(term)
+        elif isinstance(form, Constant) and (term.robot or term.visit).shared:
+            here.shared += term.scale * form.direction
         elif isinstance(form, Constant) and not term.sided:
             here.covariance += term.scale**2 * np.outer(form.direction, form.direction)
         elif isinstance(form, Harmonic) and form.envelope is None and isinstance(term.robot.law, Cosine | Sine):
@@ -123,10 +131,11 @@ def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(ar
     drawn = matrix.merged.tool[:, :, matrix.merged.columns("robot", "visit", "robot x visit")]
     at = frames(arm, q)
     felt = Conditions(arm, q, at)
-    mean, covariance = np.zeros((len(q), 6)), np.zeros((len(q), 6, 6))
+    mean, covariance, shared = np.zeros((len(q), 6)), np.zeros((len(q), 6, 6)), np.zeros((len(q), 6))
     for (place, joint), record in lowered(arm).items():
         condition = felt(next(of for of in arm.terms if (of.place, of.joint) == (place, joint)))
         local = record.mean[:, None] + record.compliance @ condition.wrench + record.own_weight @ condition.gravity
+        local += record.per_kelvin[:, None] * condition.temperature_rise
         local = local + sum(term.scale * term.form.screw(condition) for term in record.design)
         some = [(owner, term, *mean_and_change(term.form.threshold.share(condition), above=term.form.above)) for owner, term in record.plays]
         local = local + sum(term.scale * term.form.screw(condition) * mean for _, term, mean, _ in some if term.level == "design")
@@ -144,6 +153,8 @@ def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(ar
         to_tool = carry(arm.tree, at, place)
         mean += np.einsum("pij,jp->pi", to_tool, local)
         covariance += to_tool @ spread @ to_tool.transpose(0, 2, 1)
+        shared += to_tool @ record.shared
+    covariance += np.einsum("pi,pj->pij", shared, shared)
     np.testing.assert_allclose(mean, matrix.bias, rtol=1e-12, atol=1e-12 * np.abs(matrix.bias).max())
     np.testing.assert_allclose(covariance, drawn @ drawn.transpose(0, 2, 1), rtol=1e-12, atol=1e-12 * np.abs(covariance).max())
 

@@ -68,10 +68,12 @@ def random_arm(seed: int) -> Arm:
     made = _Maker(rng)
     count = int(rng.integers(3, 8))
     kinds = ["revolute", *rng.choice(["revolute", "revolute", "revolute", "prismatic", "fixed"], count - 1)]
+    base, joints = made.base(), [made.joint(f"J{k}", str(kind)) for k, kind in enumerate(kinds)]
     return Arm(
         name=f"random arm {seed}",
-        base=made.base(),
-        joints=[made.joint(f"J{k}", str(kind)) for k, kind in enumerate(kinds)],
+        base=base,
+        joints=joints,
+        environment=_surroundings(np.random.default_rng([seed, 1]), joints),
         payload={
             "mass": made.some(5.0),
             "centre_of_mass": made.vector(0.05),
@@ -80,6 +82,23 @@ def random_arm(seed: int) -> Arm:
         },
         tool={"frame": {"xyz": made.vector(0.1), "rpy": made.vector(1.0)}, "mass": made.some(0.5)},
     )
+
+
+def _surroundings(rng: np.random.Generator, joints: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return an environment for every other seed on average, and add to its links and bearings what expands and what is heated from one side."""
+    if rng.uniform() < 0.5:
+        return {}
+    for joint in joints:
+        link = joint["link"]
+        if rng.uniform() < 0.7:
+            link["expansion"] = float(rng.uniform(-1e-6, 50e-6))
+        if link.get("section", {}).get("kind") in ("tube", "box", "tapered") and rng.uniform() < 0.5:
+            link["material"] = {**link["material"], "expansion": 12e-6}
+            link["temperature_difference"] = Toleranced(*rng.uniform(0, 6, 2).tolist())
+        if "bore" in (joint.get("bearing") or {}):
+            joint["bearing"] |= {"housing_interference": 2e-5, "housing_expansion": float(rng.uniform(10e-6, 30e-6))}
+    temperature = Toleranced(float(rng.uniform(273, 310)), float(rng.uniform(0, 10)), str(rng.choice(["normal", "uniform"])))
+    return {"temperature": temperature, "temperature_varies": str(rng.choice(["robot", "visit"]))}
 
 
 @functools.cache

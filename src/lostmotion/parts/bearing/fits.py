@@ -104,8 +104,8 @@ class MountedBearing(Sourced):
             uniform = rng.uniform(np.finfo(float).tiny, 1.0, count)
             stated.append(each.nominal + each.tolerance / law.bound * law.quantile(uniform))
         cold, warm = self._losses(*stated[1:]), self._losses(*self._warm(stated[1], stated[2], stated[3]))
-        mounted, unloaded = (stated[0] - self.inner_share * shaft - self.outer_share * housing for shaft, housing, _ in (cold, warm))
-        return dict(zip(STEPS, (stated[0], mounted, unloaded - warm[2]), strict=True))
+        mounted, before_heating = (stated[0] - self.inner_share * shaft - self.outer_share * housing for shaft, housing, _ in (cold, warm))
+        return dict(zip(STEPS, (stated[0], mounted, before_heating - warm[2]), strict=True))
 
     @property
     def _stated(self) -> tuple[Toleranced, ...]:
