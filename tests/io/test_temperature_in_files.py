@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import lostmotion
+from lostmotion.io.part_file import read_bearing
 from lostmotion.unit_registry import ABSOLUTE
 from lostmotion.units import UnitError, read_quantity
 
@@ -109,3 +110,13 @@ def test_a_sidecar_states_the_temperature_of_a_urdf(tmp_path):
     arm = lostmotion.read(urdf, sidecar=sidecar)
     (grown,) = [placed.owner for placed in arm.terms if placed.term.name == "thermal expansion"]
     assert grown == "joints.elbow_joint.link"
+
+
+def test_the_bearing_of_an_arm_is_examined_at_the_temperature_of_the_arm():
+    """The working clearance on the sheet of one bearing is the one that the arm works with: 18 K loosen its aluminium housing by 20.8 µm."""
+    file = "examples/arm-in-the-sun.toml"
+    found = read_bearing(file, "elbow").part
+    cold = lostmotion.read(file).joints[2].bearing
+    assert found.temperature_rise == pytest.approx(18.0)
+    assert found.working.nominal > cold.working.nominal + 0.8 * 10.5e-6 * 18 * 0.11 * 110 / 113 * 0.9
+    assert found.spreads["mounted"] == cold.spreads["mounted"]
