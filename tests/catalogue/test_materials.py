@@ -10,6 +10,8 @@ from lostmotion.parts.link import Link
 
 # E along, E across, G (GPa), poisson: as the head of materials.toml states them.
 PLIES = {"CFRP": (135.0, 9.0, 4.8, 0.30), "high modulus": (230.0, 7.5, 4.5, 0.28), "GFRP": (40.0, 9.0, 4.0, 0.27)}
+# Thermal expansion of the plies along and across, 1e-6/K, as the head of materials.toml states them.
+PLY_EXPANSIONS = {"CFRP": (0.02, 22.5), "high modulus": (-0.5, 32.0), "GFRP": (6.6, 30.0)}
 LAYUPS = {"UD": (0,), "60/40": (0, 0, 0, 45, -45), "quasi-isotropic": (0, 45, -45, 90), "±45": (45, -45)}
 
 
@@ -26,6 +28,19 @@ def laminate(ply: tuple[float, float, float, float], angles: tuple[int, ...]) ->
     return 1 / gives[0, 0], 1 / gives[2, 2], -gives[0, 1] / gives[0, 0]
 
 
+def expansion(kind: str, angles: tuple[int, ...]) -> float:
+    """Return the thermal expansion along x (1e-6/K) of the same laminate: its plies share one strain, and their stresses cancel."""
+    along, across, shear, nu = PLIES[kind]
+    stiffness = np.linalg.inv([[1 / along, -nu / along, 0], [-nu / along, 1 / across, 0], [0, 0, 1 / shear]])
+    whole, force = np.zeros((3, 3)), np.zeros(3)
+    for angle in np.radians(angles):
+        c, s = np.cos(angle), np.sin(angle)
+        strains = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
+        whole += strains.T @ stiffness @ strains
+        force += strains.T @ stiffness @ [*PLY_EXPANSIONS[kind], 0.0]
+    return float(np.linalg.solve(whole, force)[0])
+
+
 LAMINATES = [name for name, material in materials().items() if material.shear_modulus is not None]
 
 
@@ -33,8 +48,10 @@ LAMINATES = [name for name, material in materials().items() if material.shear_mo
 def test_a_laminate_follows_from_its_plies(name: str):
     """Moduli and Poisson's ratio of every laminate are those of classical laminate theory, to the digits that are stated."""
     kind, layup = name.partition(", ")[0].split(" ", 1)
-    young, shear, nu = laminate(PLIES["high modulus" if "high" in name else kind], LAYUPS[layup])
+    kind = "high modulus" if "high" in name else kind
+    young, shear, nu = laminate(PLIES[kind], LAYUPS[layup])
     material = materials()[name]
+    assert material.expansion * 1e6 == pytest.approx(expansion(kind, LAYUPS[layup]), rel=4e-3, abs=5e-3)
     assert material.young * 1e-9 == pytest.approx(young, rel=4e-3)
     assert material.shear * 1e-9 == pytest.approx(shear, rel=4e-3)
     assert material.poisson == pytest.approx(nu, abs=6e-3)
@@ -50,6 +67,15 @@ def test_laminate_theory_has_the_known_limits():
     young, shear, nu = laminate(PLIES["CFRP"], LAYUPS["quasi-isotropic"])
     assert young == pytest.approx(2 * shear * (1 + nu), rel=1e-12)
     assert laminate(PLIES["GFRP"], (0,)) == pytest.approx((40.0, 4.0, 0.27), rel=1e-12)
+
+
+def test_expansions_are_those_of_the_standards():
+    """Structural steel 12e-6/K (EN 1993-1-1), aluminium 23e-6/K (EN 1999-1-1); every material states one, and polymers expand most."""
+    known = {name: material.expansion for name, material in materials().items()}
+    assert (known["steel"], known["aluminium"]) == (pytest.approx(12e-6), pytest.approx(23e-6))
+    assert None not in known.values()
+    polymers = ("PLA", "PETG", "ABS", "ASA", "polycarbonate", "nylon", "SLA resin")
+    assert min(known[name] for name in polymers) > 2 * max(value for name, value in known.items() if name not in polymers)
 
 
 @pytest.mark.parametrize("name", materials())

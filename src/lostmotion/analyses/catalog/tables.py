@@ -145,7 +145,7 @@ def _mm(size: float) -> str:
 
 def _material_section() -> Section:
     lines = tuple(Row(name, _of_material(material), source_in_words(material.source)) for name, material in materials().items())
-    return Section("materials", "Materials", ("Young", "shear", "Poisson", "density", "scatter ±"), lines)
+    return Section("materials", "Materials", ("Young", "shear", "Poisson", "density", "scatter ±", "expansion"), lines)
 
 
 def _of_material(material: Material) -> tuple[Figure, ...]:
@@ -155,6 +155,7 @@ def _of_material(material: Material) -> tuple[Figure, ...]:
         Figure(material.poisson, "", stated=True),
         Figure(material.density, "kg/m^3", stated=True),
         Figure(material.scatter * 100, "%", stated=True),
+        Figure(math.nan if material.expansion is None else material.expansion * 1e6, "µm/m/K", stated=True),
     )
 
 
