@@ -97,6 +97,7 @@ class States:
     fixed    states of fixed joints between base and tool whose link or mounting is described
     base     states of the base's tilt and mount
     assumed  every assumed value; a value that several joints share is listed once, under the first of them
+    moved_by_temperature  whether a link expands or bends at a stated temperature
     limits   maker's upper limits that count at the poses of a study (`upper_limits.with_limits`), the largest contributor first
     """
 
@@ -104,6 +105,7 @@ class States:
     fixed: tuple[JointStates, ...]
     base: Mapping[str, State]
     assumed: tuple[AssumedValue, ...]
+    moved_by_temperature: bool = False
     limits: tuple[LimitShare, ...] = ()
 
     @property
@@ -119,7 +121,8 @@ class States:
     @property
     def described(self) -> bool:
         """Return whether the arm has any error source: without one no accuracy can be predicted."""
-        return not (all(each.ideal for each in (*self.joints, *self.fixed)) and all(state == "ideal" for state in self.base.values()))
+        ideal = all(each.ideal for each in (*self.joints, *self.fixed)) and all(state == "ideal" for state in self.base.values())
+        return self.moved_by_temperature or not ideal
 
 
 def states(arm: Arm) -> States:
@@ -136,6 +139,9 @@ def states(arm: Arm) -> States:
         fixed=tuple(each for joint, each in found if joint.type == "fixed" and not each.ideal),
         base=_of_base(arm.base),
         assumed=tuple(_assumed_in(arm)),
+        moved_by_temperature=any(
+            joint.link.bends_with_temperature or (joint.link.expands and arm.environment.temperature is not None) for joint in on_tool_path
+        ),
     )
 
 

@@ -153,8 +153,8 @@ class Link(Sourced):
 
     @property
     def expands(self) -> bool:
-        """Return whether the expansion of the link is known."""
-        return bool(np.isfinite(self.thermal_expansion[:, 0]).all())
+        """Return whether the link has a length and a known expansion."""
+        return bool(self.reach and np.isfinite(self.thermal_expansion[:, 0]).all())
 
     def beam_in(self, tip_from_beam: Floats) -> tuple[beam.Beam, tuple[float, ...]]:
         """Return the equivalent beam of this link, in its own axes, and the scatter of each of its causes.
@@ -237,7 +237,7 @@ class ElasticLink(ErrorSource):
     def _growth(self, motion: Motion) -> list[Term]:
         """Return the expansion by the temperature rise of the whole arm, and by how far that differs: one draw for all links."""
         link, rise = self.link, motion.rise
-        if rise is None or not link.reach or not link.expands:
+        if rise is None or not link.expands:
             return []
         per_kelvin, sized, out = self._expansion[:, 0], Parameter("thermal expansion"), []
         if rise.nominal:

@@ -6,7 +6,7 @@ from typing import Final
 
 # Load and pose, each robot, each visit.
 REMEDIES: Final = (
-    "a controller that knows the load can compensate it",
+    "a controller that knows the load, and the temperature where one is stated, can compensate it",
     "calibration can remove what is constant; a map of each robot the rest",
     "nothing removes it",
 )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 STAGES: Final = (
     "as manufactured",
     "constant errors of each robot identified",
-    "load, pose, nominal stiffness and play known",
+    "load, pose, stated temperature, nominal stiffness and play known",
     "constant errors identified, load compensated",
     "harmonics and stiffness of each robot mapped as well",
 )
