@@ -17,7 +17,6 @@ from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
 from lostmotion.mechanism.remarks import remarks_on, temperature_remarks
 from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.base import Base
-from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 from lostmotion.parts.environment import Environment
 from lostmotion.parts.error_source import Line, Part
 from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
@@ -89,11 +88,11 @@ class Arm(Part):
     @model_validator(mode="after")
     def _has_bearings_for_its_temperature(self) -> Self:
         for k, joint in enumerate(self.joints):
-            if joint.type != "fixed" and is_drawn_bearing(joint.bearing):
-                problem = joint.bearing.warmed(self.environment.rise).clearance_error
-                if problem:
-                    found, expected, example = problem
-                    raise _refusal(f"{found} at the temperature of the arm", expected, example, path=("joints", k, "bearing"))
+            bearing = None if joint.type == "fixed" else joint.bearing
+            problem = None if bearing is None else bearing.temperature_error(self.environment.rise)
+            if problem:
+                found, expected, example = problem
+                raise _refusal(found, expected, example, path=("joints", k, "bearing"))
         return self
 
     @functools.cached_property

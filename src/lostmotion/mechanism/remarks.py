@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT, OF_HELD
 
 if TYPE_CHECKING:
@@ -100,7 +99,7 @@ def temperature_remarks(joints: Sequence[Joint], environment: Environment) -> tu
     without = f"links of {unknown} (expansion not stated), " if unknown else ""
     varies = environment.temperature_varies
     differs = f" (± {rise.tolerance:.3g} K from {varies} to {varies})" if rise.tolerance else ""
-    fitted = ", ".join(joint.name for joint in joints if joint.type != "fixed" and is_drawn_bearing(joint.bearing))
+    fitted = ", ".join(joint.name for joint in joints if joint.type != "fixed" and joint.bearing is not None and joint.bearing.has_fits)
     clearances = (
         f"; clearance of the bearings of {fitted} by the expansion of shaft and housing (steel unless stated), without the ±" if fitted else ""
     )

@@ -133,6 +133,15 @@ class ErrorSource(ABC):
         """Return the friction below which this part's play stays open; None for a part without play."""
         return None
 
+    @property
+    def has_fits(self) -> bool:
+        """Return whether its clearance follows from fits, which change with temperature."""
+        return False
+
+    def temperature_error(self, rise: Toleranced | None) -> tuple[str, str, str] | None:  # noqa: ARG002 - most parts do not depend on it
+        """Return what was found, what is expected and an example where this part is not valid at a temperature rise (K); None where it is."""
+        return None
+
 
 class PartFigure(NamedTuple):
     """A figure of a part for its sheet: value in SI, unit, and a note."""

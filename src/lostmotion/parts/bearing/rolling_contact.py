@@ -106,6 +106,16 @@ class DrawnBearing(MountedBearing, ErrorSource):
         found = f"a working clearance of {spread.lowest * 1e6:.4g} to {spread.highest * 1e6:.4g} µm"
         return found, f"one within ±{most * 1e6:.4g} µm for elements of this size", 'clearance = "15 µm ± 8 µm"'
 
+    @property
+    def has_fits(self) -> bool:
+        """Return that its clearance follows from fits."""
+        return True
+
+    def temperature_error(self, rise: Toleranced | None) -> tuple[str, str, str] | None:
+        """Return what is wrong with the working clearance at this temperature rise; None where it is valid."""
+        problem = self.warmed(rise).clearance_error
+        return problem and (f"{problem[0]} at the temperature of the arm", *problem[1:])
+
     def terms(self, motion: Motion) -> list[Term]:
         """Return the shift of the shaft in the clearance under load, its free play, elastic deflection, scatter over bearings, and runout."""
         return self.warmed(motion.rise)._terms(motion)  # noqa: SLF001 - of the same class
