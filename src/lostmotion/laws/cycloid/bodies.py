@@ -19,22 +19,26 @@ modelled here as a plane annulus (`annulus`), fixed at the hub or in the housing
   with `ring_body`.
 - Pins are treated as integral with the body around their half-round seats. A loose seat is a further contact and is not included.
 
-Holes for output pins are not included; they make the disc softer. Compared with finite elements of a solid steel stage in the tests and in
+Holes for output pins make the disc softer by a third to twofold: `disc_with_holes`, a plane disc with its holes, takes the place of its annulus. Compared with finite elements of a solid steel stage in the tests and in
 docs/theory/cycloid.md.
 """
 
 from __future__ import annotations
 
+import functools
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from lostmotion.laws.annulus import CORNERED, ELLIPTIC, Annulus, Plane, flexibility
 from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles
+from lostmotion.laws.perforated_disc import RimLoads, wind_up_per_torque
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.perforated_disc import Holes
     from lostmotion.spatial import Floats
 
 
@@ -55,6 +59,27 @@ def disc_body(  # noqa: PLR0913, PLR0917 - geometry, material, load
     cuts the teeth or the seats of pins, for forces of another shape, negative or not finite, and for forces without moment.
     """
     return _turn_per_torque(stage, disc_flexibility(stage, hub_radius, width, young, nu, crank, plane), forces, crank)
+
+
+@functools.lru_cache(maxsize=64)
+def disc_with_holes(  # noqa: PLR0913, PLR0917 - geometry, material
+    stage: Stage, bore_radius: float, holes: Holes, width: float, young: float, nu: float, plane: Plane = "strain"
+) -> float:
+    """Return the rotation of the output per torque on a disc (rad/(N m)) from a disc with holes, in which output pins take its torque.
+
+    bore_radius  of the seat of the eccentric's bearing, m: it takes the force, as a rigid hub without friction
+    holes        for the output pins
+
+    Forces are those of equal springs, as in `disc_body`; mean of two positions of the holes, on the line of centres and half a pitch away. Other
+    arguments as `disc_body`. Raises ValueError for holes that overlap or cut an edge, DidNotConvergeError for very thin webs.
+    """
+    body = Annulus(_rim(stage, "planet"), _fixed_radius(stage, "planet", bore_radius), width, young, nu, plane)
+    lines = _lines_of_action(stage, "planet", body, 0.0)
+    arm = arms(stage, pin_angles(stage, np.zeros(1))[0])
+    force = np.maximum(arm, 0.0)
+    rim = RimLoads(force, lines.angle, lines.slant, lines.half, lines.exponent)
+    of_body = wind_up_per_torque(body, holes, rim, np.array([0.0, math.pi / holes.count]), "sliding")
+    return float(of_body.mean()) + float(force**2 @ lines.rest) / float(force @ arm) ** 2
 
 
 def ring_body(  # noqa: PLR0913, PLR0917 - geometry, material, load
@@ -104,6 +129,27 @@ def _rim(stage: Stage, part: Literal["planet", "ring"]) -> float:
 
 
 def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, crank: float) -> Floats:
+    lines = _lines_of_action(stage, part, body, crank)
+    return flexibility(body, lines.angle, lines.slant, lines.half, lines.exponent) + np.diag(lines.rest)
+
+
+@dataclass(frozen=True, slots=True)
+class _LinesOfAction:
+    """Where the contacts' lines of action cross the rim of a body.
+
+    angle, slant    (N,) place and inclination from the outward radius, rad
+    half, exponent  half arc (rad) and shape of the distribution of each force
+    rest            (N,) approach per force (m/N) between the depth that the law of the contact includes and the distributed load
+    """
+
+    angle: Floats
+    slant: Floats
+    half: float
+    exponent: float
+    rest: Floats
+
+
+def _lines_of_action(stage: Stage, part: Literal["planet", "ring"], body: Annulus, crank: float) -> _LinesOfAction:
     pinned = _pinned(stage, part)
     theta = pin_angles(stage, np.array([crank]))[0]
     along = normals(stage, theta) @ np.array([1, 1j])
@@ -124,7 +170,7 @@ def _flexibility(stage: Stage, part: Literal["planet", "ring"], body: Annulus, c
         half, shape = math.pi / (2 * lobes), ELLIPTIC
         share = half * body.loaded / (4 * reach * np.exp(-0.75 + (1 + body.plane_nu) / 2 * np.sin(slant) ** 2))
     rest = 2 * np.log(share) / (math.pi * body.plane_modulus * body.width)
-    return flexibility(body, np.angle(place), slant, half, shape) + np.diag(rest)
+    return _LinesOfAction(np.angle(place), slant, half, shape, rest)
 
 
 def ring_reach(stage: Stage) -> float:

@@ -1,0 +1,217 @@
+"""Deformation of a plane disc with a central bore and a circle of round holes, loaded at its rim and at the holes.
+
+Kolosov's two functions are expanded in powers of z and in inverse powers about the centre of every hole, with logarithms for the resultant forces;
+the coefficients follow from the boundary conditions at points of all edges, by least squares. The series converge geometrically with the number of
+terms: the figures are accurate to 1e-3 while webs between holes and edges are thicker than a tenth of a hole's diameter, checked by the residual.
+
+Source: N. Muskhelishvili, Some Basic Problems of the Mathematical Theory of Elasticity, 1953, sections 35 to 41 (multiply connected bodies).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from lostmotion.errors import DidNotConvergeError
+from lostmotion.laws.annulus import ELLIPTIC, Annulus, spectrum
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from lostmotion.spatial import Floats
+
+    Complexes = npt.NDArray[np.complex128]
+
+Bore = Literal["fixed", "sliding"]
+
+# Harmonics of the load on the rim times its half arc (rad).
+_PER_ARC: Final = 5
+# Terms about each hole and about the bore, and points of an edge per term.
+_TERMS: Final = 16
+_POINTS: Final = 3
+# Largest root-mean-square error of the boundary conditions, over that of the loads.
+_RESIDUAL: Final = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Holes:
+    """`count` holes of a `radius` on a `circle` (m), the first one at the angle 0."""
+
+    count: int
+    circle: float
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class RimLoads:
+    """Forces that push on the rim.
+
+    force    (force,) N, zero or more
+    angle    (force,) position from the line of centres, rad
+    slant    (force,) inclination of the line of action from the radius, rad: the force points inwards, against the direction angle + slant
+    half     half arc over which each is distributed as (1 - x^2)^exponent, rad
+    """
+
+    force: Floats
+    angle: Floats
+    slant: Floats
+    half: float
+    exponent: float = ELLIPTIC
+
+
+def wind_up_per_torque(  # noqa: PLR0913, PLR0917 - body, loads, supports
+    disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, bore: Bore, towards: Literal[-1, 1] = -1
+) -> Floats:
+    """Return the rotation of the rim per torque (line,), rad/(N m), against what takes the torque, by virtual work.
+
+    disc   loaded at its rim; its fixed radius is that of the bore
+    holes  of the output pins; None for a solid disc
+    rim    forces along the contacts, at angles from the line of centres
+    lines  (line,) angles of the line of centres, towards the disc's centre, from the first hole, rad
+    bore   "fixed": bonded to a rigid hub, which takes the torque; "sliding": on a frictionless rigid hub, while half of the holes take the torque,
+           each by a cosine pressure on half of its edge, with forces in proportion to the distance of the holes from the line of centres
+    towards  direction of the pins' push along the line of centres. A hole's centre is ahead of its pin's by the eccentricity, so the pin pushes
+             against the line (-1), and the loaded holes are those on the side of the loaded rim; 1 is the reverse
+
+    Raises ValueError for holes that overlap or cut an edge, and for a sliding bore without holes; DidNotConvergeError where the series do not resolve
+    the webs.
+    """
+    if holes is not None:
+        _check(disc, holes)
+    elif bore == "sliding":
+        raise ValueError("a disc on a sliding bore needs holes that take its torque")
+    lines = np.atleast_1d(np.asarray(lines, dtype=float))
+    edges = _edges(disc, holes, max(24, math.ceil(_PER_ARC / rim.half)))
+    torque = -float((rim.force * np.sin(rim.slant)).sum()) * disc.loaded
+    loads = np.zeros((len(lines), sum(len(edge.points) for edge in edges)), dtype=complex)
+    rims, around = edges[0].points, edges[-1].points
+    for k, line in enumerate(lines):
+        loads[k, : len(rims)] = _rim_traction(disc, rim, rims, edges[0].terms, float(line))
+        if holes is not None and bore == "sliding":
+            pulled = [_hole_traction(disc, holes, each, edge) for each, edge in zip(_pin_forces(holes, torque, float(line), towards), edges[1:-1], strict=True)]
+            loads[k, len(rims) : -len(around)] = np.concatenate(pulled)
+    moved = _displacements(disc, edges, loads, bore)
+    weights = np.concatenate([np.full(len(edge.points), 2 * math.pi * edge.radius / len(edge.points)) for edge in edges])
+    return np.asarray(((loads.conj() * moved).real @ weights) * disc.loaded * disc.width / torque**2)
+
+
+def _check(disc: Annulus, holes: Holes) -> None:
+    wrong = []
+    if holes.circle - holes.radius <= disc.fixed:
+        wrong.append("the holes cut the bore")
+    if holes.circle + holes.radius >= disc.loaded:
+        wrong.append("the holes cut the rim")
+    if holes.circle * math.sin(math.pi / holes.count) <= holes.radius:
+        wrong.append("the holes overlap")
+    if wrong:
+        raise ValueError("this disc cannot exist: " + "; ".join(wrong))
+
+
+@dataclass(frozen=True, slots=True)
+class _Edge:
+    """A circular edge, lengths in units of the rim's radius: its points, the outward normals of the disc there, and the number of terms about it."""
+
+    centre: complex
+    radius: float
+    points: Complexes
+    normals: Complexes
+    terms: int
+
+
+def _edges(disc: Annulus, holes: Holes | None, rim_terms: int) -> list[_Edge]:
+    """Return the edges: rim, holes, bore."""
+
+    def edge(centre: complex, radius: float, terms: int, side: float) -> _Edge:
+        unit = np.exp(2j * math.pi * np.arange(_POINTS * terms) / (_POINTS * terms))
+        return _Edge(centre, radius, centre + radius * unit, side * unit, terms)
+
+    out = [edge(0j, 1.0, rim_terms, 1.0)]
+    count = 0 if holes is None else holes.count
+    if holes is not None:
+        place = holes.circle / disc.loaded * np.exp(2j * math.pi * np.arange(count) / count)
+        out += [edge(complex(each), holes.radius / disc.loaded, _TERMS, -1.0) for each in place]
+    return [*out, edge(0j, disc.fixed / disc.loaded, max(_TERMS, 4 * count), -1.0)]
+
+
+def _rim_traction(disc: Annulus, rim: RimLoads, points: Complexes, terms: int, line: float) -> Complexes:
+    """Return the traction (point,), Pa, of the loads on the rim, by its harmonics up to the number of terms."""
+    n = np.arange(-terms, terms + 1)
+    shape = spectrum(np.abs(n) * rim.half, rim.exponent) / (2 * math.pi * disc.loaded * disc.width)
+    each = -(rim.force * np.exp(1j * rim.slant)) @ np.exp(-1j * (rim.angle[:, None] + line) * n)
+    return np.asarray(points * (np.exp(1j * np.angle(points)[:, None] * n) @ (each * shape)))
+
+
+def _pin_forces(holes: Holes, torque: float, line: float, towards: int) -> Complexes:
+    """Return the forces (hole,), N, of the pins on the disc that balance a torque (N m) of the rim."""
+    arm = np.sin(2 * math.pi * np.arange(holes.count) / holes.count - line)
+    share = np.maximum(math.copysign(1.0, torque) * towards * arm, 0.0)  # a force along the line of centres has the moment -circle x arm
+    return np.asarray(towards * share * abs(torque) / (holes.circle * float(share @ np.abs(arm))) * np.exp(1j * line))
+
+
+def _hole_traction(disc: Annulus, holes: Holes, force: complex, edge: _Edge) -> Complexes:
+    """Return the traction (point,), Pa, of a cosine pressure on half of a hole's edge with this resultant (N), by its harmonics."""
+    outward = -edge.normals
+    turn = np.angle(outward) - np.angle(force)
+    even = np.arange(1, edge.terms // 2 + 1)
+    half = 1 / math.pi + np.cos(turn) / 2 + 2 / math.pi * np.cos(2 * turn[:, None] * even) @ ((-1.0) ** (even + 1) / (4 * even**2 - 1))
+    return 2 * abs(force) / (math.pi * holes.radius * disc.width) * half * outward
+
+
+def _displacements(disc: Annulus, edges: list[_Edge], loads: Complexes, bore: Bore) -> Complexes:
+    """Return the displacements (line, point), m, of all edges under tractions (line, point), Pa; those at the bore are not used."""
+    points, normals = (np.concatenate([getattr(edge, name) for edge in edges]) for name in ("points", "normals"))
+    moved, pulled = _columns(disc.kolosov, points, normals, edges)
+    on_bore = len(points) - len(edges[-1].points)
+    rows = [pulled[:on_bore].real, pulled[:on_bore].imag]
+    if bore == "fixed":
+        rows += [moved[on_bore:].real, moved[on_bore:].imag]
+    else:
+        inward = normals[on_bore:, None].conj()
+        rows += [(moved[on_bore:] * inward).real, (pulled[on_bore:] * inward).imag]
+    matrix = np.concatenate(rows)
+    wanted = np.concatenate([loads[:, :on_bore].real, loads[:, :on_bore].imag, np.zeros((len(loads), 2 * (len(points) - on_bore)))], axis=1).T
+    size = np.sqrt((matrix**2).sum(axis=0))
+    answer = _least_squares(matrix / size, wanted) / size[:, None]
+    error = np.sqrt(((matrix @ answer - wanted) ** 2).sum(axis=0) / (wanted**2).sum(axis=0))
+    if not (error < _RESIDUAL).all():
+        raise DidNotConvergeError(f"the webs of this disc are too thin for its series: boundary conditions are off by {100 * error.max():.1f} %")
+    shear = disc.young / (2 + 2 * disc.nu)
+    return np.asarray((moved @ answer).T * disc.loaded / (2 * shear))
+
+
+def _least_squares(matrix: Floats, wanted: Floats) -> Floats:
+    from scipy.linalg import lstsq
+
+    return np.asarray(lstsq(matrix, wanted, lapack_driver="gelsy", check_finite=False)[0])
+
+
+def _columns(k: float, z: Complexes, normal: Complexes, edges: list[_Edge]) -> tuple[Complexes, Complexes]:
+    """Return displacement, in units of 1/(2 G), and traction of every term at points z: (point, term), two real terms per complex coefficient."""
+    z, normal = z[:, None], normal[:, None]
+    direct: list[tuple[Complexes, Complexes]] = []  # displacement and traction per coefficient
+    conjugate: list[tuple[Complexes, Complexes]] = []  # and per its conjugate
+
+    def potentials(g: Complexes, g1: Complexes, g2: Complexes) -> None:
+        none = np.zeros_like(g)
+        direct.extend([(k * g, normal * g1), (none, none)])
+        conjugate.append((-z * g1.conj(), normal * g1.conj() - normal.conj() * z * g2.conj()))
+        conjugate.append((-g.conj(), -normal.conj() * g1.conj()))
+
+    n = np.arange(1, edges[0].terms + 2)
+    # the constant moves the disc as a whole
+    direct.append((np.ones_like(z), np.zeros_like(z)))
+    conjugate.append((np.zeros_like(z), np.zeros_like(z)))
+    potentials(z**n, n * z ** (n - 1), n * (n - 1) * z ** np.maximum(n - 2, 0))
+    for edge in edges[1:]:
+        n, away = np.arange(1, edge.terms + 1), z - edge.centre
+        w = edge.radius / away
+        potentials(w**n, -n / edge.radius * w ** (n + 1), n * (n + 1) / edge.radius**2 * w ** (n + 2))
+        # logarithms for the resultant force; their angles cancel in the displacement
+        one = 1 / away.conj()
+        direct.append((-2 * k * np.log(np.abs(away)) + 0j, -normal / away - normal.conj() * k * one))
+        conjugate.append((z * one, -normal * one - normal.conj() * z * one**2))
+    (u, t), (v, s) = ([np.concatenate([each[j] for each in some], axis=1) for j in range(2)] for some in (direct, conjugate))
+    return np.concatenate([u + v, 1j * (u - v)], axis=1), np.concatenate([t + s, 1j * (t - s)], axis=1)
