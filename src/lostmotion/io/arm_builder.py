@@ -32,9 +32,8 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
     "sections": ("link", "section"),
     "materials": ("link", "material"),
 }
-# Where drawings of gearboxes name materials, in themselves and in their first stage.
-MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material")
-_FIRST: Final = "first_stage"
+# Keys by which drawings of gearboxes name materials, in themselves, in their members and in their first stage.
+MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material", "material", "core")
 _TYPES: Final = ("revolute", "prismatic", "fixed")
 # What a file may ask for besides an arm; a command of its own does it.
 SWEEP: Final = "sweep"
@@ -97,14 +96,18 @@ def _fill_in_materials_of_gearboxes(draft: Draft) -> set[str]:
     stock = stock if isinstance(stock, dict) else {}
     spots: list[tuple[Path, Any]] = [(("joints", index, "gearbox"), joint.get("gearbox")) for index, joint in draft.joints]
     spots += [(("gearboxes", name), gearbox) for name, gearbox in shared.items()] if isinstance(shared, dict) else []
-    spots += [((*path, _FIRST), gearbox.get(_FIRST)) for path, gearbox in spots if isinstance(gearbox, dict)]
-    return {
-        draft.fill_in("materials", stock, holder, (*path, key))
-        for path, holder in spots
-        if isinstance(holder, dict)
-        for key in MATERIALS_OF_GEARBOXES
-        if isinstance(holder.get(key), str) and not draft.full
-    }
+    places = [place for path, gearbox in spots for place in _materials_named(path, gearbox)]
+    return {draft.fill_in("materials", stock, holder, path) for holder, path in places if not draft.full}
+
+
+def _materials_named(path: Path, table: Any) -> list[tuple[dict[str, Any], Path]]:  # noqa: ANN401 - whatever a file holds
+    """Return the tables in a drawing that name a material, each with the path of that name."""
+    if isinstance(table, list):
+        return [place for index, each in enumerate(table) for place in _materials_named((*path, index), each)]
+    if not isinstance(table, dict):
+        return []
+    here = [(table, (*path, key)) for key in MATERIALS_OF_GEARBOXES if isinstance(table.get(key), str)]
+    return here + [place for key, each in table.items() for place in _materials_named((*path, key), each)]
 
 
 def _stock(draft: Draft, table: str) -> dict[str, Any]:

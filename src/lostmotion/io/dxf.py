@@ -97,8 +97,8 @@ def _output(space: Modelspace, part: CycloidalStage, prefix: str) -> None:
     pins, eccentric = part.output_pins, part.eccentric
     if pins is not None:
         layer, places = f"{prefix}OUTPUT_HOLES", _around(pins.count, pins.circle_radius)
-        if pins.diameter is not None:
-            _circles(space, places, (pins.diameter + pins.clearance.nominal) / 2 + part.stage.eccentricity, layer)
+        if pins.outer_diameter is not None:
+            _circles(space, places, (pins.outer_diameter + pins.clearance.nominal) / 2 + part.stage.eccentricity, layer)
         else:
             _points(space, places, layer)
     elif eccentric.circle_radius is not None:

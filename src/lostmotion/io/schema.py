@@ -153,8 +153,9 @@ def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
         fields = kinds[holder]["properties"]
         if "compliance" in fields:
             fields["compliance"] = {"anyOf": [_COMPLIANCE_FILE, fields["compliance"]]}
-    for holder in ("CycloidalGearbox", "CycloidalFirstStage"):
-        kinds[holder]["properties"] |= dict.fromkeys(MATERIALS_OF_GEARBOXES, named)
+    for holder in ("CycloidalGearbox", "CycloidalFirstStage", "OutputPins", "PinSeat"):
+        fields = kinds[holder]["properties"]
+        fields |= {key: named for key in MATERIALS_OF_GEARBOXES if key in fields}
     return stock
 
 

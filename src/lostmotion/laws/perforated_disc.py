@@ -62,9 +62,7 @@ class RimLoads:
     exponent: float = ELLIPTIC
 
 
-def wind_up_per_torque(  # noqa: PLR0913, PLR0917 - body, loads, supports
-    disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, bore: Bore, towards: Literal[-1, 1] = -1
-) -> Floats:
+def wind_up_per_torque(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, bore: Bore, towards: Literal[-1, 1] = -1) -> Floats:
     """Return the rotation of the rim per torque (line,), rad/(N m), against what takes the torque, by virtual work.
 
     disc   loaded at its rim; its fixed radius is that of the bore
@@ -91,7 +89,8 @@ def wind_up_per_torque(  # noqa: PLR0913, PLR0917 - body, loads, supports
     for k, line in enumerate(lines):
         loads[k, : len(rims)] = _rim_traction(disc, rim, rims, edges[0].terms, float(line))
         if holes is not None and bore == "sliding":
-            pulled = [_hole_traction(disc, holes, each, edge) for each, edge in zip(_pin_forces(holes, torque, float(line), towards), edges[1:-1], strict=True)]
+            forces = _pin_forces(holes, torque, float(line), towards)
+            pulled = [_hole_traction(disc, holes, each, edge) for each, edge in zip(forces, edges[1:-1], strict=True)]
             loads[k, len(rims) : -len(around)] = np.concatenate(pulled)
     moved = _displacements(disc, edges, loads, bore)
     weights = np.concatenate([np.full(len(edge.points), 2 * math.pi * edge.radius / len(edge.points)) for edge in edges])
@@ -211,7 +210,7 @@ def _columns(k: float, z: Complexes, normal: Complexes, edges: list[_Edge]) -> t
         potentials(w**n, -n / edge.radius * w ** (n + 1), n * (n + 1) / edge.radius**2 * w ** (n + 2))
         # logarithms for the resultant force; their angles cancel in the displacement
         one = 1 / away.conj()
-        direct.append((-2 * k * np.log(np.abs(away)) + 0j, -normal / away - normal.conj() * k * one))
+        direct.append((-2 * k * np.log(np.abs(away)).astype(np.complex128), -normal / away - normal.conj() * k * one))
         conjugate.append((z * one, -normal * one - normal.conj() * z * one**2))
     (u, t), (v, s) = ([np.concatenate([each[j] for each in some], axis=1) for j in range(2)] for some in (direct, conjugate))
     return np.concatenate([u + v, 1j * (u - v)], axis=1), np.concatenate([t + s, 1j * (t - s)], axis=1)

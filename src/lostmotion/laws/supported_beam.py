@@ -9,6 +9,7 @@ Source: J. Przemieniecki, Theory of Matrix Structural Analysis, 1968, ch. 5 (ele
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -110,7 +111,7 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Respon
     at = _nodes(beam, loads)
     dofs = _DIRECTIONS * len(at)
     node = {place: k for k, place in enumerate(at.tolist())}
-    elements = [_element(beam, low, high) for low, high in zip(at, at[1:], strict=False)]
+    elements = [_element(beam, low, high) for low, high in itertools.pairwise(at)]
     parts = [_assembled(dofs, [(k, stiff) for k, (index, stiff, _) in enumerate(elements) if index == piece]) for piece in range(len(beam.pieces))]
     held = np.zeros(dofs, dtype=bool)
     for support in beam.supports:
@@ -140,7 +141,7 @@ def _nodes(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Floats:
     ends = [end for each in beam.pieces for end in (each.start, each.end)] + [each.at for each in beam.supports]
     breaks = np.unique(np.array(ends + [end for each in (*spread, *loads) for end in each]))
     out = [breaks[:1]]
-    for low, high in zip(breaks, breaks[1:], strict=False):
+    for low, high in itertools.pairwise(breaks):
         fine = any(first <= low and high <= last for first, last in spread)
         out.append(np.linspace(low, high, (_ELEMENTS if fine else 1) + 1)[1:])
     return np.concatenate(out)
@@ -151,8 +152,8 @@ def _element(beam: SupportedBeam, low: float, high: float) -> tuple[int, Floats,
     index = next(k for k, piece in enumerate(beam.pieces) if low < piece.end)
     piece, long = beam.pieces[index], high - low
     shear = 12 * piece.bending / (piece.shear * long**2)
-    near, far = (4 + shear) * long**2, (2 - shear) * long**2
-    matrix = np.array([[12, 6 * long, -12, 6 * long], [6 * long, near, -6 * long, far], [-12, -6 * long, 12, -6 * long], [6 * long, far, -6 * long, near]])
+    near, far, turn = (4 + shear) * long**2, (2 - shear) * long**2, 6 * long
+    matrix = np.array([[12, turn, -12, turn], [turn, near, -turn, far], [-12, -turn, 12, -turn], [turn, far, -turn, near]])
     return index, piece.bending / ((1 + shear) * long**3) * matrix, shear
 
 
@@ -174,7 +175,7 @@ def _shapes(x: float, long: float, shear: float) -> tuple[Floats, Floats]:
 
 def _foundation(each: Foundation, at: Floats, shears: Sequence[float], dofs: int) -> Floats:
     lateral, tilting = np.zeros((dofs, dofs)), np.zeros((dofs, dofs))
-    for k, (low, high) in enumerate(zip(at, at[1:], strict=False)):
+    for k, (low, high) in enumerate(itertools.pairwise(at)):
         if each.start <= low and high <= each.end:
             here = slice(_DIRECTIONS * k, _DIRECTIONS * k + 4)
             for x, weight in zip(*_GAUSS, strict=True):
@@ -193,7 +194,7 @@ def _load(low: float, high: float, at: Floats, shears: Sequence[float], dofs: in
     if low == high:
         out[_DIRECTIONS * int(np.flatnonzero(at == low)[0])] = 1.0
         return out
-    for k, (first, last) in enumerate(zip(at, at[1:], strict=False)):
+    for k, (first, last) in enumerate(itertools.pairwise(at)):
         if low <= first and last <= high:
             for x, weight in zip(*_GAUSS, strict=True):
                 shift, _ = _shapes((1 + x) / 2, last - first, shears[k])

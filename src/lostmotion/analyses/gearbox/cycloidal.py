@@ -17,12 +17,12 @@ from lostmotion.laws.cycloid.tolerances import sample as sample_within
 from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal_drawing import FIRST_STAGE
+from lostmotion.parts.gearbox.cycloidal_members import material_shares
 from lostmotion.parts.gearbox.cycloidal_model import (
     LEVELS,
     distribute_wind_up,
     friction,
     gearboxes,
-    material_shares,
     wind_up,
     wind_up_without_scatter,
 )
@@ -173,14 +173,11 @@ def _of_materials(gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count:
     out = np.zeros((len(next(iter(as_drawn.values()))), count))
     stages = [("", gearbox), *([(FIRST_STAGE, gearbox.first_stage)] if gearbox.first_stage and gearbox.first_stage.kind == "cycloidal" else [])]
     for prefix, stage in stages:
-        off = [
-            sample_within(material.scatter, Normal(), f"{prefix}{wheel} material", seed, (count,))
-            for wheel, material in (("disc", stage.disc_material), ("ring", stage.ring_material))
-        ]
-        for name, shares in material_shares().items():
-            if f"{prefix}{name}" in as_drawn:
-                more = sum(share * (1 / (1 + each) - 1) for share, each in zip(shares, off, strict=True))
-                out += as_drawn[f"{prefix}{name}"][:, None] * more
+        for each in material_shares(stage):
+            off = 1 / (1 + sample_within(each.material.scatter, Normal(), f"{prefix}{each.name}", seed, (count,))) - 1
+            for name, share in each.shares.items():
+                if f"{prefix}{name}" in as_drawn:
+                    out += share * as_drawn[f"{prefix}{name}"][:, None] * off
     return out
 
 

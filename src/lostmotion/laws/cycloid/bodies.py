@@ -19,8 +19,8 @@ modelled here as a plane annulus (`annulus`), fixed at the hub or in the housing
   with `ring_body`.
 - Pins are treated as integral with the body around their half-round seats. A loose seat is a further contact and is not included.
 
-Holes for output pins make the disc softer by a third to twofold: `disc_with_holes`, a plane disc with its holes, takes the place of its annulus. Compared with finite elements of a solid steel stage in the tests and in
-docs/theory/cycloid.md.
+Holes for output pins make the disc softer by a third to twofold: `disc_with_holes`, a plane disc with its holes, takes the place of its annulus.
+Compared with finite elements of a solid steel stage in the tests and in docs/theory/cycloid.md.
 """
 
 from __future__ import annotations
@@ -62,9 +62,7 @@ def disc_body(  # noqa: PLR0913, PLR0917 - geometry, material, load
 
 
 @functools.lru_cache(maxsize=64)
-def disc_with_holes(  # noqa: PLR0913, PLR0917 - geometry, material
-    stage: Stage, bore_radius: float, holes: Holes, width: float, young: float, nu: float, plane: Plane = "strain"
-) -> float:
+def disc_with_holes(stage: Stage, bore_radius: float, holes: Holes, width: float, young: float, nu: float, plane: Plane = "strain") -> float:
     """Return the rotation of the output per torque on a disc (rad/(N m)) from a disc with holes, in which output pins take its torque.
 
     bore_radius  of the seat of the eccentric's bearing, m: it takes the force, as a rigid hub without friction

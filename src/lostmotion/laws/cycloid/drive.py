@@ -243,8 +243,19 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     out["disc body"] = drive.disc_body * torque / drive.discs
     out["ring body"] = drive.ring_body * torque / drive.discs
     if drive.output is not None:
-        stiffness = output_pin_stiffness(drive.output.stiffness, drive.output.circle, drive.output.count)
-        # One disc loads half of the pins. A second one, half a turn away, loads the other half and supports the pins of the first one
-        # sideways. Three or more discs support every pin in both directions.
-        out["output pins"] = torque / (stiffness * {1: 1, 2: 2}.get(drive.discs, 4))
+        out["output pins"] = output_pin_wind_up(drive, torque, 1 / drive.output.stiffness)
     return out
+
+
+def output_pin_wind_up(drive: Drive, torque: Floats, compliance: Floats | float) -> Floats:
+    """Return the wind-up (torque,), rad, under torques (torque,), N m, on the whole drive if each output pin deflects at the discs by `compliance`.
+
+    compliance  m/N, one or (torque,)
+
+    One disc loads half of the pins. A second one, half a turn away, loads the other half and supports the pins of the first one sideways. Three or
+    more discs support every pin in both directions. Zeros without output pins.
+    """
+    if drive.output is None:
+        return np.zeros_like(torque)
+    each = output_pin_stiffness(1.0, drive.output.circle, drive.output.count) * {1: 1, 2: 2}.get(drive.discs, 4)
+    return np.asarray(torque * compliance / each)

@@ -11,8 +11,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-import numpy as np
-
 from lostmotion.laws.annulus import Annulus
 from lostmotion.laws.beam import round_section
 from lostmotion.laws.cycloid.seat import cosine_pressure_compliance, pin_in_bore, seat_compliance, tilt_stiffness_per_length
@@ -108,8 +106,8 @@ class HeldPin:
 
         loaded_share  share of all pins that carry load, of equal size: 0.5 with one disc, 1 with two or more
 
-        With a floating ring and a share s of loaded pins, the ring shifts by s times its shift if all were loaded: the compliance lies between that of
-        a pin with a fixed ring (s = 0) and that with a free one (s = 1), and is linear in s.
+        With a floating ring and a share s of loaded pins, the ring shifts by s times its shift if all were loaded: the compliance is linear in s,
+        from that of a pin with a fixed ring (s = 0) to that with a free one (s = 1).
         """
         near = self.flange.depth if self.flange else 0.0
         load = (near + self.load[0], near + min(self.load[1], self.free))
@@ -175,6 +173,9 @@ class Hole:
         return max(bore + pin - cosine_pressure_compliance(around), 0.0)
 
 
-def hole_forces(torque: float, circle: float, count: int, discs: int) -> float:
-    """Return the largest force (N) of a disc on an output pin, 4 T/(n_d n_w Rw), under a torque (N m) on all discs: pins on the radius `circle` (m)."""
+def largest_pin_force(torque: float, circle: float, count: int, discs: int) -> float:
+    """Return the largest force (N) of a disc on an output pin, 4 T/(n_d n_w Rw), under a torque (N m) on all discs.
+
+    circle, count  radius Rw (m) of the circle of pins and their number n_w
+    """
     return 4 * torque / (discs * count * circle)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
-from lostmotion.parts.gearbox.cycloidal_model import Behaviour, behaviour, material_shares
+from lostmotion.parts.gearbox.cycloidal_members import material_shares
+from lostmotion.parts.gearbox.cycloidal_model import Behaviour, behaviour
 from lostmotion.parts.gearbox.cycloidal_sources import Play, TransmissionError, WindUp
 from lostmotion.units import Toleranced
 
@@ -52,8 +53,10 @@ def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSourc
         # a normal distribution of the same mean and deviation, truncated at zero play
         limit = min(float(found.play.std()) * Normal().bound, play)
         out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest)
-    disc, ring = gearbox.disc_material.scatter, gearbox.ring_material.scatter
-    scatters = {name: of_disc * disc + of_ring * ring for name, (of_disc, of_ring) in material_shares().items()}
+    scatters: dict[str, float] = {}
+    for each in material_shares(gearbox):
+        for name, share in each.shares.items():
+            scatters[name] = scatters.get(name, 0.0) + share * each.material.scatter
     for name, angle in found.wind_up.items():
         if angle.any():
             scatter = found.scatter if name == "lobe contacts" else None

@@ -16,6 +16,7 @@ import numpy as np
 from lostmotion.laws.cycloid import contact, drive
 from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
 from lostmotion.parts.gearbox.cycloidal_drawing import FIRST_STAGE
+from lostmotion.parts.gearbox.cycloidal_members import PIN_MEMBERS, stage_wind_up
 from lostmotion.parts.gearbox.cycloidal_sources import ErrorHarmonic, Loop
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ _HARMONIC_LEVELS: Final = (0.1, 1.0)
 _HARMONIC_GEARBOXES: Final = 48
 _MOST_HARMONICS: Final = 4
 # Members that are springs without scatter over gearboxes.
-_WITHOUT_SCATTER: Final = ("output pins", "first stage", "frame", "input shaft")
+_WITHOUT_SCATTER: Final = (*PIN_MEMBERS, "first stage", "frame", "input shaft")
 LOST_MOTION: Final = 0.03  # one of the torque levels
 _ANGLES: Final = 4
 
@@ -136,10 +137,10 @@ def _beyond(made: SimulatedGearboxes, sign: Floats) -> Floats:
 def wind_up(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
     """Return the nominal wind-up (rad) of each member under torques (torque,) above zero at the output, beyond the play."""
     share, steps = _share(gearbox), abs(gearbox.steps)
-    out = {name: share * angle for name, angle in drive.wind_up_by_member(gearbox.drive, share * torque).items()}
+    out = {name: share * angle for name, angle in stage_wind_up(gearbox, share * torque).items()}
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
-        out |= {f"{FIRST_STAGE}{name}": angle / steps for name, angle in drive.wind_up_by_member(first.drive, torque / steps).items()}
+        out |= {f"{FIRST_STAGE}{name}": angle / steps for name, angle in stage_wind_up(first, torque / steps).items()}
     return out | _outside(gearbox, torque)
 
 
@@ -225,8 +226,3 @@ def friction(gearbox: CycloidalDrawing, torque: Floats) -> Floats:
         answer = drive.loaded_disc(gearbox.drive, float(load), crank, gap)
         out[k] = gearbox.discs * float(contact.friction_torque(gearbox.stage, crank, answer, friction_curve).mean())
     return out
-
-
-def material_shares() -> dict[str, tuple[float, float]]:
-    """Return the share of each member's wind-up that is proportional to the compliance of the disc's material, and of the ring's."""
-    return {"lobe contacts": (0.5, 0.5), "disc body": (1.0, 0.0), **dict.fromkeys(("ring body", "ring lobes", "ring pins"), (0.0, 1.0))}

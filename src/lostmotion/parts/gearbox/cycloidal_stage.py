@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import model_validator
 
-from lostmotion.laws import beam
+from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
 from lostmotion.laws.cycloid import drive
-from lostmotion.laws.cycloid.bodies import disc_body, ring_body, ring_reach
+from lostmotion.laws.cycloid.bodies import disc_body, disc_with_holes, ring_body, ring_reach
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.geometry import Modification, Stage
+from lostmotion.laws.cycloid.output_pins import Hole
 from lostmotion.laws.cycloid.tolerances import Scatter
+from lostmotion.laws.perforated_disc import Holes
 from lostmotion.laws.rolling.radial import roller_stiffness
 from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, OutputPins
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
@@ -26,9 +29,9 @@ SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toler
 # A dimension of either sign.
 EitherSign = Annotated[Toleranced, Quantity("m", "-3 µm ± 1 µm", toleranced=True)]
 Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
+# Largest difference, m, between a stated size and that which follows from others.
+_SAME_SIZE: Final = 1e-6
 _LOBES = ("lobe arcs", "lobe envelope")
-# Default material of discs and rings, marked as assumed.
-STEEL = Material(young=210e9, poisson=0.3, density=7850.0, assumed=("young", "poisson", "density"), source="default, steel")
 
 
 class Relief(Sourced):
@@ -76,31 +79,6 @@ class Eccentric(Sourced):
         return self
 
 
-class OutputPins(Sourced):
-    """The pins that transmit the torque from the holes of the discs.
-
-    clearance               of a pin in its hole, diametral, beyond the eccentricity
-    position                ± position of each pin relative to its hole, in both directions
-    stiffness               of one pin at the discs, with its seat and its hole, or:
-    diameter, free_length   of a round cantilever pin, from its seat to the middle of the discs; seat and hole are then assumed rigid
-    """
-
-    count: Annotated[int, Whole("", "8", low=3, high=100)]
-    circle_radius: LengthPlus
-    clearance: ClearanceDim = Toleranced(0.0)
-    position: LengthAmount = 0.0
-    stiffness: LinearStiffness | None = None
-    diameter: LengthPlus | None = None
-    free_length: LengthPlus | None = None
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
-        if (self.diameter is None) != (self.free_length is None) or (self.diameter is not None and self.stiffness is not None):
-            expected = "diameter with free_length, or stiffness, or neither (rigid)"
-            raise refuse("an incomplete or doubly stated stiffness of the output pins", expected, 'diameter = "12 mm", free_length = "14 mm"')
-        return self
-
-
 class Friction(Sourced):
     """Coulomb coefficients; default: no friction.
 
@@ -128,6 +106,7 @@ class CycloidalStage(Sourced):
     ring_outer_radius  outer radius of the elastic ring body with its lobes; default: a rigid ring, on which lobes bend
     pin_span       free length of a ring pin held at both ends; default: pins in full-length seats, which do not bend
                    (the model of the ring's body assumes such seats in either case)
+    disc           holes of the discs
     """
 
     form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
@@ -149,6 +128,7 @@ class CycloidalStage(Sourced):
     pin_span: LengthPlus | None = None
     eccentric: Eccentric = Eccentric()
     output_pins: OutputPins | None = None
+    disc: Disc = Disc()
     friction: Friction | None = None
 
     @model_validator(mode="after")
@@ -182,7 +162,29 @@ class CycloidalStage(Sourced):
             )
         if self.pin_span is not None and self.form != "ring pins":
             raise refuse(f'pin_span with form = "{self.form}"', "a span of pins in the ring", 'form = "ring pins"')
+        self._check_holes()
         return self
+
+    def _check_holes(self) -> None:
+        holes, pins = self.disc.holes, self.output_pins
+        if holes is None:
+            return
+        if pins is None or pins.outer_diameter is None:
+            raise refuse(
+                "disc holes without output pins of a stated diameter", "output pins for the holes", 'diameter = "12 mm", free_length = "14 mm"'
+            )
+        differing = [name for name in ("count", "circle_radius") if getattr(holes, name) not in (None, getattr(pins, name))]
+        if differing:
+            raise refuse(f"holes with another {' and '.join(differing)} than the output pins", "the same, or only the diameter", 'diameter = "12 mm"')
+        fitting = pins.outer_diameter + 2 * self.eccentricity.nominal + pins.clearance.nominal
+        if abs(holes.diameter - fitting) > _SAME_SIZE:
+            why = f"holes of {holes.diameter * 1e3:.6g} mm, where pin, twice the eccentricity and clearance make {fitting * 1e3:.6g} mm"
+            raise refuse(why, "holes that fit the pins with their clearance", f'diameter = "{fitting * 1e3:.6g} mm"')
+        if self.disc_bore_radius is not None:
+            try:
+                _ = self._disc_body
+            except (ValueError, DidNotConvergeError) as error:
+                raise refuse(f"disc holes for which {error}", "holes with webs around them", 'holes = { diameter = "12.1 mm" }') from None
 
     @functools.cached_property
     def stage(self) -> Stage:
@@ -201,7 +203,9 @@ class CycloidalStage(Sourced):
             "eccentric bearing": eccentric.bearing is not None or eccentric.rollers is not None,
             "eccentric shaft": eccentric.shaft is not None,
             "output pins": eccentric.cranks > 1 or (pins is not None and (pins.stiffness is not None or pins.diameter is not None)),
-            "holes of the output pins": pins is None or pins.diameter is None,  # a stated stiffness includes them
+            # a stated stiffness includes them
+            "seats of the output pins": pins is None or pins.diameter is None or pins.seat is not None,
+            "holes of the output pins": pins is None or pins.diameter is None or self.disc.holes is not None,
         }
         return tuple(name for name, stated in specified.items() if not stated)
 
@@ -222,7 +226,7 @@ class CycloidalStage(Sourced):
             circle=eccentric.circle_radius or math.inf,
         )
         pins = self.output_pins
-        output = None if pins is None else drive.OutputPins(pins.count, pins.circle_radius, _pin_stiffness(pins))
+        output = None if pins is None else drive.OutputPins(pins.count, pins.circle_radius, self._pin_stiffness)
         return drive.Drive(self.stage, flanks, made, self.discs, springs, output, self._disc_body, self._ring_body)
 
     @property
@@ -261,20 +265,32 @@ class CycloidalStage(Sourced):
     def _disc_body(self) -> float:
         if self.disc_bore_radius is None:
             return 0.0
-        return disc_body(self.stage, self.disc_bore_radius, self.width, self.disc_material.young, self.disc_material.poisson)
+        material, pins = self.disc_material, self.output_pins
+        if self.disc.holes is None or pins is None:
+            return disc_body(self.stage, self.disc_bore_radius, self.width, material.young, material.poisson)
+        holes = Holes(pins.count, pins.circle_radius, self.disc.holes.diameter / 2)
+        return disc_with_holes(self.stage, self.disc_bore_radius, holes, self.width, material.young, material.poisson)
+
+    @property
+    def _pin_stiffness(self) -> float:
+        """Return the stiffness (N/m) of an output pin at the discs: stated, or of the pin with its seats."""
+        pins = self.output_pins
+        if pins is None or pins.stiffness is not None:
+            return math.inf if pins is None or pins.stiffness is None else pins.stiffness
+        soft = sum(pins.compliance(self.discs))
+        return 1 / soft if soft else math.inf
+
+    @property
+    def hole(self) -> Hole | None:
+        """Return the contact of an output pin in its hole; None where the drawing does not state the holes."""
+        pins, holes, disc = self.output_pins, self.disc.holes, self.disc_material
+        if pins is None or holes is None or pins.outer_diameter is None:
+            return None
+        touching = STEEL if pins.sleeve is not None else pins.material
+        return Hole(holes.diameter / 2, pins.outer_diameter / 2, self.width, disc.young, disc.poisson, touching.young, touching.poisson)
 
     @property
     def _ring_body(self) -> float:
         if self.ring_outer_radius is None:
             return 0.0
         return ring_body(self.stage, self.ring_outer_radius, self.width, self.ring_material.young, self.ring_material.poisson)
-
-
-def _pin_stiffness(pins: OutputPins) -> float:
-    """Return the stiffness (N/m) of an output pin at the discs: stated, or of a round cantilever of steel in bending and shear."""
-    if pins.stiffness is not None:
-        return pins.stiffness
-    if pins.diameter is None or pins.free_length is None:
-        return math.inf
-    section = beam.round_section(pins.diameter, 0.0, STEEL.poisson)
-    return 1 / float(beam.tip_compliance(pins.free_length, STEEL.young, STEEL.shear, section)[4, 4])

@@ -114,10 +114,10 @@ def _circles(part: CycloidalStage) -> list[go.Scatter]:
     if part.ring_outer_radius is not None:
         out.append(_scatter(_round(np.zeros(1), part.ring_outer_radius), "ring outside", INK, **thin))
     pins = part.output_pins
-    if pins is not None and pins.diameter is not None:
+    if pins is not None and pins.outer_diameter is not None:
         places = _around(pins.count, pins.circle_radius)
-        holes = (pins.diameter + pins.clearance.nominal) / 2 + stage.eccentricity
-        out.append(_scatter(_round(places, pins.diameter / 2), "output pins", GREEN, **thin))
+        holes = (pins.outer_diameter + pins.clearance.nominal) / 2 + stage.eccentricity
+        out.append(_scatter(_round(places, pins.outer_diameter / 2), "output pins", GREEN, **thin))
         out.append(_scatter(_round(places + middle, holes), "their holes", BLUE, **thin))
     return out
 

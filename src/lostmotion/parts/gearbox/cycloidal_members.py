@@ -1,0 +1,71 @@
+"""Members of a cycloidal stage as lines of the error budget: the wind-up of each, and the material that it follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.laws.cycloid import drive
+from lostmotion.laws.cycloid.output_pins import largest_pin_force, needle_compliance
+
+if TYPE_CHECKING:
+    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.material import Material
+    from lostmotion.spatial import Floats
+
+PINS: Final = "output pins"
+SEATS: Final = "seats of the output pins"
+NEEDLES: Final = "needles of the output pins"
+HOLES: Final = "holes of the output pins"
+PIN_MEMBERS: Final = (PINS, SEATS, NEEDLES, HOLES)
+
+
+def stage_wind_up(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
+    """Return the nominal wind-up (torque,), rad, of each member of a stage under torques (torque,) above zero on its discs, beyond the play.
+
+    Raises DidNotConvergeError where a load is beyond the contact law.
+    """
+    return drive.wind_up_by_member(stage.drive, torque) | _pins(stage, torque)
+
+
+def _pins(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
+    """Return the wind-up of the members of output pins that the drawing states by their dimensions."""
+    pins = stage.output_pins
+    out: dict[str, Floats] = {}
+    if pins is None or pins.diameter is None:
+        return out
+    for name, each in zip((PINS, SEATS), pins.compliance(stage.discs), strict=True):
+        out[name] = drive.output_pin_wind_up(stage.drive, torque, each)
+    force = [largest_pin_force(each, pins.circle_radius, pins.count, stage.discs) for each in torque.tolist()]
+    if pins.sleeve is not None and pins.sleeve.rollers is not None:
+        soft = np.array([needle_compliance(each, pins.sleeve.rollers, pins.sleeve.length) for each in force])
+        out[NEEDLES] = drive.output_pin_wind_up(stage.drive, torque, soft)
+    hole = stage.hole
+    if hole is not None:
+        out[HOLES] = drive.output_pin_wind_up(stage.drive, torque, np.array([hole.compliance(each) for each in force]))
+    return out
+
+
+@dataclass(frozen=True, slots=True)
+class MaterialShares:
+    """A material of a stage: the name of its scatter, and the share of each member's wind-up that is proportional to its compliance."""
+
+    name: str
+    material: Material
+    shares: dict[str, float]
+
+
+def material_shares(stage: CycloidalStage) -> tuple[MaterialShares, ...]:
+    """Return the materials of a stage with the members that they make elastic."""
+    out = [
+        MaterialShares("disc material", stage.disc_material, {"lobe contacts": 0.5, "disc body": 1.0, HOLES: 1.0}),
+        MaterialShares("ring material", stage.ring_material, {"lobe contacts": 0.5, **dict.fromkeys(("ring body", "ring lobes", "ring pins"), 1.0)}),
+    ]
+    pins = stage.output_pins
+    if pins is not None and pins.diameter is not None:
+        out.append(MaterialShares("output pin material", pins.material, {PINS: 1.0}))
+        if pins.seat is not None:
+            out.append(MaterialShares("output pin seat material", pins.seat.material, {SEATS: 1.0}))
+    return tuple(out)

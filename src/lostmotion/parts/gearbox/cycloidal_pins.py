@@ -1,0 +1,166 @@
+"""Output pins of a cycloidal stage with their seats, sleeves and holes, as a drawing states them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import model_validator
+
+from lostmotion.laws.cycloid import output_pins as laws
+from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.gearbox.gearbox import Whole, refuse
+from lostmotion.parts.material import Material
+from lostmotion.parts.provenance import DEFAULT, Sourced
+from lostmotion.units import Toleranced
+
+Fit = Literal["bonded", "pressed", "snug"]
+# Default material of discs, rings and pins, marked as assumed.
+STEEL = Material(young=210e9, poisson=0.3, density=7850.0, assumed=("young", "poisson", "density"), source="default, steel")
+_CLAMPED: Final = 'held = "ring", seat = { depth = "10 mm", material = "PETG", outer_diameter = "16 mm" }'
+# Number of output pins: three support the disc in every direction.
+PinCount = Annotated[int, Whole("", "8", low=3, high=100)]
+
+
+class PinSeat(Sourced):
+    """The seat of an output pin in the carrier.
+
+    depth           along the pin
+    outer_diameter  of the material around the pin; material farther away counts as rigid
+    fit             "bonded" (glued, moulded in), "pressed" or "snug" (without preload: the contact opens behind the pin, and the pin can tilt);
+                    default: pressed
+    """
+
+    depth: LengthPlus
+    material: Material
+    outer_diameter: LengthPlus
+    fit: Fit = "pressed"
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the default fit."""
+        out = super().assumptions
+        return out if "fit" in self.model_fields_set else {**out, "fit": f"{DEFAULT}, pressed; bonded is stiffer, snug is softer"}
+
+    @property
+    def law(self) -> laws.PinSeat:
+        """Return the argument of the law."""
+        return laws.PinSeat(self.depth, self.outer_diameter / 2, self.material.young, self.material.poisson, self.fit)
+
+
+class Sleeve(Sourced):
+    """A steel sleeve around each output pin, on needles; without `rollers` it slides on the pin.
+
+    diameter  outer diameter, which touches the hole
+    rollers   number of needles per sleeve
+    length    of sleeve and needles: the load is distributed over it
+    """
+
+    diameter: LengthPlus
+    length: LengthPlus
+    rollers: Annotated[int, Whole("", "8", low=3, high=200)] | None = None
+
+
+class OutputPins(Sourced):
+    """The pins that transmit the torque from the holes of the discs.
+
+    clearance               of a pin in its hole, diametral, beyond the eccentricity
+    position                ± position of each pin relative to its hole, in both directions
+    stiffness               of one pin at the discs, with its seat and its hole, or:
+    diameter, free_length   of a round pin, from its seat to the middle of the discs
+    material                of the pins; default: steel
+    held                    at "one end", the default; by the flange and a "ring" that ties the pins and turns freely; or by "both flanges", which
+                            turn together
+    span                    free length of a pin between its two seats; default: twice the free length
+    seat, far_seat          in the flange, and in the ring or second flange (default: the same); unspecified: assumed rigid
+    sleeve                  around each pin; default: the pin itself touches the hole
+    """
+
+    count: PinCount
+    circle_radius: LengthPlus
+    clearance: ClearanceDim = Toleranced(0.0)
+    position: LengthAmount = 0.0
+    stiffness: LinearStiffness | None = None
+    diameter: LengthPlus | None = None
+    free_length: LengthPlus | None = None
+    material: Material = STEEL
+    held: Literal["one end", "ring", "both flanges"] = "one end"
+    span: LengthPlus | None = None
+    seat: PinSeat | None = None
+    far_seat: PinSeat | None = None
+    sleeve: Sleeve | None = None
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if (self.diameter is None) != (self.free_length is None) or (self.diameter is not None and self.stiffness is not None):
+            expected = "diameter with free_length, or stiffness, or neither (rigid)"
+            raise refuse("an incomplete or doubly stated stiffness of the output pins", expected, 'diameter = "12 mm", free_length = "14 mm"')
+        detailed = [name for name in ("material", "held", "span", "seat", "far_seat", "sleeve") if name in self.model_fields_set]
+        if detailed and self.diameter is None:
+            expected = f"{' and '.join(detailed)} of pins with a diameter and a free_length"
+            raise refuse(f"{' and '.join(detailed)} without diameter", expected, 'diameter = "12 mm", free_length = "14 mm"')
+        if self.held == "one end" and (self.span is not None or self.far_seat is not None):
+            raise refuse('a span or far_seat of pins held at "one end"', 'pins held by a "ring" or by "both flanges"', _CLAMPED)
+        if self.far_seat is not None and self.seat is None:
+            raise refuse("far_seat without seat", "the seat in the flange, with far_seat where the other differs", _CLAMPED)
+        if self.diameter is not None:
+            self._check_sizes(self.diameter)
+        return self
+
+    def _check_sizes(self, diameter: float) -> None:
+        for seat in (self.seat, self.far_seat):
+            if seat is not None and seat.outer_diameter <= diameter:
+                why = f"a seat of outer_diameter {seat.outer_diameter * 1e3:g} mm around a pin of {diameter * 1e3:g} mm"
+                raise refuse(why, "a seat that encloses its pin", f'outer_diameter = "{3e3 * diameter:.3g} mm"')
+        if self.sleeve is not None and self.sleeve.diameter <= diameter:
+            why = f"a sleeve of diameter {self.sleeve.diameter * 1e3:g} mm around a pin of {diameter * 1e3:g} mm"
+            raise refuse(why, "a sleeve that encloses its pin", f'sleeve = {{ diameter = "{1.5e3 * diameter:.3g} mm", length = "10 mm" }}')
+        if self.free_length is not None:
+            low, high = self._load
+            if low < 0 or high > self._free * (1 + 1e-9):
+                why = f"discs that push from {low * 1e3:.4g} to {high * 1e3:.4g} mm on a pin with {self._free * 1e3:.4g} mm between its seats"
+                raise refuse(why, "a load between the seats", f'span = "{2.2e3 * max(high, self.free_length):.3g} mm"')
+
+    @property
+    def outer_diameter(self) -> float | None:
+        """Return the diameter (m) that touches the hole: of the sleeve, or else of the pin; None where not stated."""
+        return self.sleeve.diameter if self.sleeve is not None else self.diameter
+
+    @property
+    def _load(self) -> tuple[float, float]:
+        middle, half = self.free_length or 0.0, self.sleeve.length / 2 if self.sleeve is not None else 0.0
+        return middle - half, middle + half
+
+    @property
+    def _free(self) -> float:
+        if self.held == "one end":
+            return self._load[1]
+        return self.span if self.span is not None else 2 * (self.free_length or 0.0)
+
+    def compliance(self, discs: int) -> tuple[float, float]:
+        """Return the compliance (m/N) of one pin at the discs, and that of its seats; zeros where it is not specified by its diameter.
+
+        With one of `discs`, half of the pins carry load; with more, all of them.
+        """
+        if self.diameter is None:
+            return 0.0, 0.0
+        far = self.far_seat or self.seat
+        flange, ring = (None if seat is None else seat.law for seat in (self.seat, far))
+        pin = laws.HeldPin(self.diameter, self.material.young, self.material.poisson, self._free, self._load, flange, ring, self.held)
+        return pin.compliance(min(discs, 2) / 2)
+
+
+class DiscHoles(Sourced):
+    """Holes of a disc for the output pins; `count` and `circle_radius` are those of the pins, unless stated."""
+
+    diameter: LengthPlus
+    count: PinCount | None = None
+    circle_radius: LengthPlus | None = None
+
+
+class Disc(Sourced):
+    """Details of the discs.
+
+    holes  for the output pins: the body of the disc is then a plane disc with its holes, which take the torque; without them it is solid
+    """
+
+    holes: DiscHoles | None = None
