@@ -1,7 +1,7 @@
 """A straight stepped beam on springs: displacements at its loads, and which part of the beam or of its supports they come from.
 
 Timoshenko beam in one plane. Supports are springs at a place (bearings), or distributed along a length (a pin in its seat). Elements are exact for
-loads and supports at their ends; under distributed loads and seats they are refined until the error is below 1e-6.
+loads and supports at their ends; under distributed loads and seats they are refined until the error is below 1e-5.
 
 Source: J. Przemieniecki, Theory of Matrix Structural Analysis, 1968, ch. 5 (element with shear); M. Hetenyi, Beams on Elastic Foundation, 1946
 (distributed supports).

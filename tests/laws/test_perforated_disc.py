@@ -1,0 +1,121 @@
+"""The plane disc with holes against finite elements and the annulus."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from lostmotion.errors import DidNotConvergeError
+from lostmotion.laws.annulus import Annulus, flexibility
+from lostmotion.laws.cycloid.bodies import disc_body, disc_with_holes
+from lostmotion.laws.cycloid.geometry import Stage, arms, normals, pin_angles
+from lostmotion.laws.perforated_disc import Holes, RimLoads, wind_up_per_torque
+
+# R, Rr, e, N, bore, holes (count, circle, radius), nu, plane: rotation x E b/T, 1/mm^2, by finite elements (NGSolve and scikit-fem): solid; with holes
+# and the torque taken at the bore; the torque taken by pins that push along +x, on the holes of the other half
+CASES = [
+    (34, 3.5, 1.5, 14, 10.5, (8, 20, 6.05), 0.36, "strain", 0.00343, 0.01174, 0.01412),
+    (34, 3.5, 1.5, 14, 10.5, (8, 20, 6.05), 0.36, "stress", 0.00367, 0.01327, 0.01560),
+    (64, 3, 1.3, 40, 20, (6, 40, 9), 0.3, "strain", 0.000766, 0.001108, 0.001960),
+    (50, 3, 1.2, 20, 20, (6, 33, 6), 0.3, "strain", 0.001341, 0.001828, 0.003714),
+]
+
+
+def rim_loads(stage: Stage, rim: float, crank: float = 0.0) -> RimLoads:
+    """Return forces in proportion to their lever arms, where their lines of action cross the rim, over a quarter of a pitch to either side."""
+    theta = pin_angles(stage, np.array([crank]))[0]
+    along = normals(stage, theta) @ np.array([1, 1j])
+    foot = ((stage.ring_radius * np.exp(1j * theta) - stage.eccentricity) * along.conj()).imag
+    place = along * (np.sqrt(rim**2 - foot**2) + 1j * foot)
+    force = np.maximum(arms(stage, theta), 0.0)
+    return RimLoads(force, np.angle(place), np.angle(along / place), math.pi / (2 * stage.lobes))
+
+
+def prepared(case: tuple) -> tuple[Annulus, Holes, RimLoads]:
+    """Return body, holes and loads of a case in mm, with E and b one."""
+    ring, pin, e, count, bore, holes, nu, plane, *_ = case
+    stage = Stage(ring, pin, e, count, "ring pins")
+    return Annulus(ring - pin, bore, 1.0, 1.0, nu, plane), Holes(*holes), rim_loads(stage, ring - pin)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_discs_agree_with_finite_elements(case):
+    """Solid, with holes, and with the torque taken by pins, to the digits of the published figures."""
+    body, holes, rim = prepared(case)
+    solid, drilled, reverse = case[-3:]
+    zero = np.zeros(1)
+    assert wind_up_per_torque(body, None, rim, zero, "fixed")[0] == pytest.approx(solid, rel=3e-3)
+    assert wind_up_per_torque(body, holes, rim, zero, "fixed")[0] == pytest.approx(drilled, rel=2e-3)
+    assert wind_up_per_torque(body, holes, rim, zero, "sliding", 1)[0] == pytest.approx(reverse, rel=2e-3)
+
+
+def test_holes_turned_from_the_line_of_centres():
+    """With the pitch point at 0.2 rad of the disc, finite elements give 0.01392 instead of 0.01412; the phase of the lobes is not printed: 0.5 %."""
+    body, holes, _ = prepared(CASES[0])
+    rim = rim_loads(Stage(34, 3.5, 1.5, 14, "ring pins"), body.loaded, 0.2 * 13 / 14)
+    assert wind_up_per_torque(body, holes, rim, np.array([0.2]), "sliding", 1)[0] == pytest.approx(0.01392, rel=6e-3)
+
+
+@pytest.mark.parametrize("case", CASES[1:])
+def test_pins_push_on_the_side_of_the_loaded_lobes(case):
+    """A hole's centre is ahead of its pin's by e, so the pin touches behind: lobes and loaded holes are on one side, and the disc is stiffer."""
+    body, holes, rim = prepared(case)
+    zero = np.zeros(1)
+    found = wind_up_per_torque(body, holes, rim, zero, "sliding")[0]
+    assert wind_up_per_torque(body, None, rim, zero, "fixed")[0] < found < wind_up_per_torque(body, holes, rim, zero, "sliding", 1)[0]
+
+
+def test_a_solid_disc_is_the_annulus():
+    """The same virtual work as by the annulus's own harmonics."""
+    body, _, rim = prepared(CASES[3])
+    torque = float((rim.force * np.sin(rim.slant)).sum()) * body.loaded
+    annulus = rim.force @ flexibility(body, rim.angle, rim.slant, rim.half) @ rim.force / torque**2
+    assert wind_up_per_torque(body, None, rim, np.zeros(1), "fixed")[0] == pytest.approx(annulus, rel=1e-3)
+
+
+def test_smallest_holes_change_nothing_and_larger_ones_soften():
+    """Held at the bore; and turning holes, lobes and line of centres by a pitch of the holes changes nothing."""
+    body, holes, rim = prepared(CASES[3])
+    zero = np.zeros(1)
+    solid = wind_up_per_torque(body, None, rim, zero, "fixed")[0]
+    found = [wind_up_per_torque(body, Holes(6, 33.0, radius), rim, zero, "fixed")[0] for radius in (0.2, 3.0, 6.0, 9.0)]
+    assert found[0] == pytest.approx(solid, rel=2e-3)
+    assert found == sorted(found)
+    turned = wind_up_per_torque(body, holes, rim, np.array([0.3, 0.3 + math.pi / 3]), "sliding")
+    assert turned[1] == pytest.approx(turned[0], rel=1e-5)
+
+
+def test_the_disc_of_a_stage():
+    """In SI units; softer than the solid disc, in proportion to 1/(E b), and equal for a scaled stage."""
+    stage, holes = Stage(0.034, 0.0035, 0.0015, 14, "ring pins"), Holes(8, 0.02, 0.00605)
+    steel = disc_with_holes(stage, 0.0105, holes, 0.01, 210e9, 0.3)
+    assert 1.8 < steel / disc_body(stage, 0.0105, 0.01, 210e9, 0.3) < 2.8
+    assert disc_with_holes(stage, 0.0105, holes, 0.02, 105e9, 0.3) == pytest.approx(steel, rel=1e-9)
+    double = Stage(0.068, 0.007, 0.003, 14, "ring pins")
+    assert disc_with_holes(double, 0.021, Holes(8, 0.04, 0.0121), 0.01, 210e9, 0.3) == pytest.approx(steel / 4, rel=1e-9)
+    other = disc_with_holes(Stage(0.034, 0.0035, 0.0015, 14, "planet pins"), 0.0105, holes, 0.01, 210e9, 0.3)
+    assert other > disc_body(Stage(0.034, 0.0035, 0.0015, 14, "planet pins"), 0.0105, 0.01, 210e9, 0.3)
+
+
+@pytest.mark.parametrize(("holes", "why"), [((8, 20, 10), "cut the bore"), ((8, 25, 6), "cut the rim"), ((14, 20, 5), "overlap")])
+def test_impossible_holes_are_refused(holes, why):
+    """With every reason at once."""
+    body, _, rim = prepared(CASES[0])
+    with pytest.raises(ValueError, match=why):
+        wind_up_per_torque(body, Holes(*holes), rim, np.zeros(1), "sliding")
+
+
+def test_webs_too_thin_for_the_series_are_reported():
+    """Webs of a thousandth of the hole: no plausible number is returned."""
+    body, _, rim = prepared(CASES[0])
+    with pytest.raises(DidNotConvergeError, match="too thin"):
+        wind_up_per_torque(body, Holes(8, 20.0, 7.65), rim, np.zeros(1), "sliding")
+
+
+def test_a_sliding_bore_without_holes_is_refused():
+    """Nothing would take the torque."""
+    body, _, rim = prepared(CASES[0])
+    with pytest.raises(ValueError, match="needs holes"):
+        wind_up_per_torque(body, None, rim, np.zeros(1), "sliding")
