@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -116,7 +117,7 @@ def test_a_contact_in_a_hole_is_continuous_where_it_becomes_wide():
     """The logarithm of narrow contacts goes over into the solution of wide ones without a step."""
     hole = Hole(6.05 * MM, 4.5 * MM, 8 * MM, 2.4e9, 0.36, 210e9, 0.3)
     found = [hole.compliance(10 ** (k / 50)) for k in range(151)]
-    steps = [after / before for before, after in zip(found, found[1:], strict=False)]
+    steps = [after / before for before, after in itertools.pairwise(found)]
     assert all(0.97 < step < 1.0 for step in steps)
 
 

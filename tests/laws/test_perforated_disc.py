@@ -13,7 +13,7 @@ from lostmotion.laws.cycloid.bodies import disc_body, disc_with_holes
 from lostmotion.laws.cycloid.geometry import Stage, arms, normals, pin_angles
 from lostmotion.laws.perforated_disc import Holes, RimLoads, wind_up_per_torque
 
-# R, Rr, e, N, bore, holes (count, circle, radius), nu, plane: rotation x E b/T, 1/mm^2, by finite elements (NGSolve and scikit-fem): solid; with holes
+# R, Rr, e, N, bore, holes (count, circle, radius), nu, plane: rotation x E b/T, 1/mm^2, by finite elements: solid; with holes
 # and the torque taken at the bore; the torque taken by pins that push along +x, on the holes of the other half
 CASES = [
     (34, 3.5, 1.5, 14, 10.5, (8, 20, 6.05), 0.36, "strain", 0.00343, 0.01174, 0.01412),

@@ -153,7 +153,7 @@ def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
         fields = kinds[holder]["properties"]
         if "compliance" in fields:
             fields["compliance"] = {"anyOf": [_COMPLIANCE_FILE, fields["compliance"]]}
-    for holder in ("CycloidalGearbox", "CycloidalFirstStage", "OutputPins", "PinSeat"):
+    for holder in ("CycloidalGearbox", "CycloidalFirstStage", "OutputPins", "PinSeat", "BearingSeat", "ShaftSection"):
         fields = kinds[holder]["properties"]
         fields |= {key: named for key in MATERIALS_OF_GEARBOXES if key in fields}
     return stock

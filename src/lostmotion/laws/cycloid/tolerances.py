@@ -44,6 +44,7 @@ class Scatter:
     ring_radius, pin_radius, eccentricity  ± of the dimensions of the stage
     roller, circle                         ± of the profile modification
     crank_clearance, output_clearance      diametral clearances of the crank bearings, and of the output pins in their holes
+    shaft_clearances                       those of the bearings of the shaft, each after the shift of the discs along their forces per clearance
 
     Independent, as ± of a normal distribution:
     output_position  of each output pin relative to its hole, in both directions
@@ -60,6 +61,7 @@ class Scatter:
     circle: Toleranced = _NONE
     crank_clearance: Toleranced = _NONE
     output_clearance: Toleranced = _NONE
+    shaft_clearances: tuple[tuple[float, Toleranced], ...] = ()
     output_position: float = 0.0
     crank_position: float = 0.0
     pin_position: float = 0.0
@@ -191,8 +193,14 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
 
 
 def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
-    """Return the play (gearbox,), rad, due to the clearances of crank bearings, G times `play_per_crank_clearance`, and of output pins, Gw/Rw."""
-    out = play_per_crank_clearance(drive) * sample_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
+    """Return the play (gearbox,), rad, due to the clearances of crank bearings, G times `play_per_crank_clearance`, and of output pins, Gw/Rw.
+
+    The bearings of the shaft count as those of the cranks, by the shift of the discs that each of them allows.
+    """
+    room = sample_dimension(scatter.crank_clearance, "crank_clearance", seed, gearboxes)
+    for k, (shift, clearance) in enumerate(scatter.shaft_clearances):
+        room = room + shift * sample_dimension(clearance, f"shaft_clearance {k}", seed, gearboxes)
+    out = play_per_crank_clearance(drive) * room
     if drive.output is not None:
         out = out + sample_dimension(scatter.output_clearance, "output_clearance", seed, gearboxes) / drive.output.circle
     return np.asarray(out)

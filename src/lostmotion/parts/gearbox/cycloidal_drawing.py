@@ -31,7 +31,7 @@ Teeth = Annotated[int, Whole("", "16", low=6, high=1000)]
 # Prefix of the names of a cycloidal first stage's members.
 FIRST_STAGE: Final = "first stage, "
 # What some members include beyond their names.
-_MEMBERS: Final = {"eccentric shaft": "eccentric shaft and its seats", "frame": "frame (housing and output shaft)"}
+_MEMBERS: Final = {"eccentric shaft": "eccentric shaft with its bearings and seats", "frame": "frame (housing and output shaft)"}
 # Pressure angle of the involute flanks.
 _PRESSURE_ANGLE = math.radians(20)
 

@@ -9,12 +9,16 @@ import numpy as np
 
 from lostmotion.laws.cycloid import drive
 from lostmotion.laws.cycloid.output_pins import largest_pin_force, needle_compliance
+from lostmotion.parts.gearbox.cycloidal_shaft import Shaft
 
 if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.parts.material import Material
     from lostmotion.spatial import Floats
 
+SHAFT: Final = "eccentric shaft"
+SHAFT_BEARINGS: Final = "bearings of the eccentric shaft"
+SHAFT_SEATS: Final = "seats of the eccentric shaft"
 PINS: Final = "output pins"
 SEATS: Final = "seats of the output pins"
 NEEDLES: Final = "needles of the output pins"
@@ -27,7 +31,17 @@ def stage_wind_up(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
 
     Raises DidNotConvergeError where a load is beyond the contact law.
     """
-    return drive.wind_up_by_member(stage.drive, torque) | _pins(stage, torque)
+    found = drive.wind_up_by_member(stage.drive, torque)
+    return found | _shaft(stage, found[SHAFT]) | _pins(stage, torque)
+
+
+def _shaft(stage: CycloidalStage, whole: Floats) -> dict[str, Floats]:
+    """Return the wind-up of the members of the eccentric's shaft, which add up to that of the `whole`."""
+    springs = stage.shaft_springs
+    if springs is None:
+        return {}
+    parts = {SHAFT: springs.shaft, SHAFT_BEARINGS: springs.bearings, SHAFT_SEATS: sum(springs.seats.values())}
+    return {name: whole * (each / springs.total) for name, each in parts.items() if each}
 
 
 def _pins(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
@@ -68,4 +82,17 @@ def material_shares(stage: CycloidalStage) -> tuple[MaterialShares, ...]:
         out.append(MaterialShares("output pin material", pins.material, {PINS: 1.0}))
         if pins.seat is not None:
             out.append(MaterialShares("output pin seat material", pins.seat.material, {SEATS: 1.0}))
+    springs, shaft = stage.shaft_springs, stage.eccentric.shaft
+    if springs is not None and isinstance(shaft, Shaft):
+        for k, (section, part) in enumerate(zip(shaft.sections, springs.sections, strict=True)):
+            bending = sum(layer.bending for layer, _ in section.layers)
+            for layer, material in section.layers:
+                name = f"shaft section {k + 1} {'core ' if material is section.core else ''}material"
+                out.append(MaterialShares(name, material, {SHAFT: part / springs.shaft * layer.bending / bending}))
+        of_seats = sum(springs.seats.values())
+        out += [
+            MaterialShares(f"seat {name} material", stage.seats[name].material, {SHAFT_SEATS: each / of_seats})
+            for name, each in springs.seats.items()
+            if each
+        ]
     return tuple(out)

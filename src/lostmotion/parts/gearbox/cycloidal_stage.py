@@ -6,9 +6,9 @@ import functools
 import math
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from lostmotion.errors import DidNotConvergeError
+from lostmotion.errors import DidNotConvergeError, shown
 from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
 from lostmotion.laws.cycloid import drive
 from lostmotion.laws.cycloid.bodies import disc_body, disc_with_holes, ring_body, ring_reach
@@ -18,8 +18,9 @@ from lostmotion.laws.cycloid.output_pins import Hole
 from lostmotion.laws.cycloid.tolerances import Scatter
 from lostmotion.laws.perforated_disc import Holes
 from lostmotion.laws.rolling.radial import roller_stiffness
-from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus
 from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, OutputPins
+from lostmotion.parts.gearbox.cycloidal_shaft import BearingSeat, Eccentric, Named, Shaft, ShaftSprings
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
@@ -43,40 +44,6 @@ class Relief(Sourced):
 
     roller: ClearanceDim = Toleranced(0.0)
     circle: EitherSign = Toleranced(0.0)
-
-
-class Eccentric(Sourced):
-    """The eccentric with its bearings, one per disc and crankshaft.
-
-    clearance       diametral working clearance of each bearing
-    position        ± position of each disc's bore, in both directions: relative to the flank and, with several crankshafts, relative to these
-    rollers, roller_length   its rolling elements, or:
-    bearing         its radial stiffness
-    shaft           stiffness of the shaft with its seats, at one disc
-    cranks, circle_radius    several crankshafts that carry the output, as in an RV reducer; default: one central eccentric
-    """
-
-    clearance: ClearanceDim = Toleranced(0.0)
-    position: LengthAmount = 0.0
-    rollers: Annotated[int, Whole("", "16", low=3, high=200)] | None = None
-    roller_length: LengthPlus | None = None
-    bearing: LinearStiffness | None = None
-    shaft: LinearStiffness | None = None
-    cranks: Annotated[int, Whole("", "2", low=1, high=8)] = 1
-    circle_radius: LengthPlus | None = None
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> Self:
-        if (self.rollers is None) != (self.roller_length is None) or (self.rollers is not None and self.bearing is not None):
-            expected = "rollers with roller_length, or the stiffness as bearing, or neither (rigid)"
-            raise refuse("an incomplete or doubly stated bearing of the eccentric", expected, 'rollers = 16, roller_length = "10 mm"')
-        if (self.cranks > 1) != (self.circle_radius is not None):
-            raise refuse(
-                f"{self.cranks} crank{'s' if self.cranks > 1 else ''} {'with' if self.circle_radius else 'without'} circle_radius",
-                "two or more cranks with the radius of their circle, or one central crank without it",
-                'cranks = 3, circle_radius = "36 mm"',
-            )
-        return self
 
 
 class Friction(Sourced):
@@ -107,6 +74,7 @@ class CycloidalStage(Sourced):
     pin_span       free length of a ring pin held at both ends; default: pins in full-length seats, which do not bend
                    (the model of the ring's body assumes such seats in either case)
     disc           holes of the discs
+    seats          of the bearings of the eccentric's shaft, by name
     """
 
     form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
@@ -129,6 +97,7 @@ class CycloidalStage(Sourced):
     eccentric: Eccentric = Eccentric()
     output_pins: OutputPins | None = None
     disc: Disc = Disc()
+    seats: Annotated[dict[Named, BearingSeat], Field(max_length=16)] = Field(default={})
     friction: Friction | None = None
 
     @model_validator(mode="after")
@@ -163,7 +132,26 @@ class CycloidalStage(Sourced):
         if self.pin_span is not None and self.form != "ring pins":
             raise refuse(f'pin_span with form = "{self.form}"', "a span of pins in the ring", 'form = "ring pins"')
         self._check_holes()
+        self._check_shaft()
         return self
+
+    def _check_shaft(self) -> None:
+        shaft = self.eccentric.shaft
+        if not isinstance(shaft, Shaft):
+            return
+        if len(shaft.disc_at) != self.discs:
+            why = f"{len(shaft.disc_at)} places in disc_at for {self.discs} disc{'s' if self.discs > 1 else ''}"
+            places = ", ".join(f'"{16 + 12 * k} mm"' for k in range(self.discs))
+            raise refuse(why, "the place of every disc on the shaft", f"disc_at = [{places}]")
+        strange = [each.seat for each in shaft.supports if each.seat is not None and each.seat not in self.seats]
+        if strange:
+            known = f"one of {', '.join(self.seats)}" if self.seats else "a seat under seats"
+            example = 'seats = { housing = { material = "PETG", width = "5 mm", diameter = "26 mm", outer_diameter = "50 mm" } }'
+            raise refuse(f"a support in the seat {shown(strange[0])}, which is not described", known, example)
+        try:
+            _ = self.shaft_springs
+        except ValueError as error:
+            raise refuse(f"a shaft for which {error}", "a shaft that its supports hold", 'supports = [{ at = "0 mm" }, { at = "43 mm" }]') from None
 
     def _check_holes(self) -> None:
         holes, pins = self.disc.holes, self.output_pins
@@ -186,6 +174,10 @@ class CycloidalStage(Sourced):
             except (ValueError, DidNotConvergeError) as error:
                 raise refuse(f"disc holes for which {error}", "holes with webs around them", 'holes = { diameter = "12.1 mm" }') from None
 
+    def __hash__(self) -> int:
+        """Return a hash of all fields except the seats, which are a mapping; equal stages have the same."""
+        return hash(tuple(getattr(self, name) for name in type(self).model_fields if name != "seats"))
+
     @functools.cached_property
     def stage(self) -> Stage:
         """Return the geometry."""
@@ -195,6 +187,7 @@ class CycloidalStage(Sourced):
     def rigid_in_stage(self) -> tuple[str, ...]:
         """Return the members whose stiffness the drawing does not specify; they are assumed rigid."""
         eccentric, pins = self.eccentric, self.output_pins
+        supports = eccentric.shaft.supports if isinstance(eccentric.shaft, Shaft) else ()
         specified = {
             "ring pins": self.pin_span is not None or self.form != "ring pins",
             "planet pins": self.form != "planet pins",
@@ -202,6 +195,8 @@ class CycloidalStage(Sourced):
             "ring body": self.ring_outer_radius is not None,
             "eccentric bearing": eccentric.bearing is not None or eccentric.rollers is not None,
             "eccentric shaft": eccentric.shaft is not None,
+            "bearings of the eccentric shaft": all(each.bearing is not None for each in supports),
+            "seats of the eccentric shaft": all(each.seat is not None for each in supports),
             "output pins": eccentric.cranks > 1 or (pins is not None and (pins.stiffness is not None or pins.diameter is not None)),
             # a stated stiffness includes them
             "seats of the output pins": pins is None or pins.diameter is None or pins.seat is not None,
@@ -221,7 +216,7 @@ class CycloidalStage(Sourced):
             bearing=eccentric.bearing or math.inf,
             elements=rollers,
             element_stiffness=roller_stiffness(eccentric.roller_length) if eccentric.roller_length else math.inf,
-            shaft=eccentric.shaft or math.inf,
+            shaft=self._shaft_stiffness,
             cranks=eccentric.cranks,
             circle=eccentric.circle_radius or math.inf,
         )
@@ -240,6 +235,7 @@ class CycloidalStage(Sourced):
             roller=self.relief.roller,
             circle=self.relief.circle,
             crank_clearance=self.eccentric.clearance,
+            shaft_clearances=self._shaft_clearances,
             output_clearance=self.output_pins.clearance if self.output_pins else none,
             output_position=self.output_pins.position if self.output_pins else 0.0,
             crank_position=self.eccentric.position,
@@ -270,6 +266,30 @@ class CycloidalStage(Sourced):
             return disc_body(self.stage, self.disc_bore_radius, self.width, material.young, material.poisson)
         holes = Holes(pins.count, pins.circle_radius, self.disc.holes.diameter / 2)
         return disc_with_holes(self.stage, self.disc_bore_radius, holes, self.width, material.young, material.poisson)
+
+    @functools.cached_property
+    def shaft_springs(self) -> ShaftSprings | None:
+        """Return the compliance of the eccentric's shaft by member; None where its dimensions are not stated."""
+        shaft = self.eccentric.shaft
+        if not isinstance(shaft, Shaft):
+            return None
+        phases = tuple(2 * math.pi * k / self.discs for k in range(self.discs))
+        return shaft.response(self.seats, self.eccentric.roller_length or 0.0, phases, self.eccentricity.nominal)
+
+    @property
+    def _shaft_stiffness(self) -> float:
+        shaft, springs = self.eccentric.shaft, self.shaft_springs
+        if springs is not None:
+            return 1 / springs.total
+        return math.inf if shaft is None or isinstance(shaft, Shaft) else shaft
+
+    @property
+    def _shaft_clearances(self) -> tuple[tuple[float, Toleranced], ...]:
+        """Return the clearance of each bearing of the shaft, with the displacement of the discs along their forces per clearance."""
+        shaft, springs = self.eccentric.shaft, self.shaft_springs
+        if springs is None or not isinstance(shaft, Shaft):
+            return ()
+        return tuple((reaction / self.discs, each.clearance) for reaction, each in zip(springs.reactions, shaft.supports, strict=True))
 
     @property
     def _pin_stiffness(self) -> float:
