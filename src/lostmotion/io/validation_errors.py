@@ -90,7 +90,10 @@ def _of_one_alternative(together: list[_Spot]) -> list[_Spot]:
     deeper = [spot for spot in together if spot.fork is not None and len(spot.path) > spot.fork]
     if deeper or len(together) <= 1:
         return deeper or together
-    return [next((spot for spot in together if "why" in spot.context), together[0])]
+    reasoned = [spot for spot in together if "why" in spot.context]
+    # a table is meant as the alternative that takes tables, whose own rule it breaks
+    of_table = [spot for spot in reasoned if isinstance(spot.given, dict) and spot.detail["type"] != "quantity"]
+    return [*of_table, *reasoned, together[0]][:1]
 
 
 def _spot(detail: Any, model: type[BaseModel]) -> _Spot:  # noqa: ANN401 - pydantic's error details
