@@ -1,0 +1,286 @@
+"""Members of a drawn cycloidal gearbox by their dimensions: output pins with seats, sleeves and holes, discs with holes, the eccentric's shaft."""
+
+from __future__ import annotations
+
+import math
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+import lostmotion
+from lostmotion.errors import InputError
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.cycloidal_model import wind_up
+from tests.parts.conditions import condition, terms_at
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+PLASTIC = {"young": "2.4 GPa", "poisson": 0.36, "density": "1200 kg/m^3"}
+STEEL = {"young": "210 GPa", "poisson": 0.3, "density": "7850 kg/m^3"}
+SEAT = {"depth": "6 mm", "material": PLASTIC, "outer_diameter": "14 mm", "fit": "pressed"}
+DRAWING: dict[str, Any] = {
+    "kind": "cycloidal",
+    "form": "lobe arcs",
+    "rated_torque": "4 N m",
+    "pins": 16,
+    "ring_radius": "34 mm",
+    "pin_radius": "3 mm",
+    "eccentricity": "1.2 mm",
+    "width": "8 mm",
+    "disc_material": PLASTIC,
+    "ring_material": PLASTIC,
+    "disc_bore_radius": "10 mm",
+    "ring_outer_radius": "42 mm",
+    "eccentric": {
+        "bearing": "40 N/µm",
+        "shaft": {
+            "disc_at": ["16 mm"],
+            "supports": [
+                {"at": "0 mm", "bearing": "30 N/µm", "seat": "housing"},
+                {"at": "43 mm", "bearing": "60 N/µm", "seat": "housing"},
+            ],
+            "sections": [
+                {"to": "4 mm", "diameter": "12 mm", "material": PLASTIC},
+                {"to": "27 mm", "diameter": "15 mm", "bore": "12 mm", "material": STEEL, "core": PLASTIC},
+                {"to": "43 mm", "diameter": "15 mm", "material": PLASTIC},
+            ],
+        },
+    },
+    "seats": {"housing": {"material": PLASTIC, "width": "5 mm", "diameter": "26 mm", "outer_diameter": "50 mm", "fit": "pressed"}},
+    "output_pins": {
+        "count": 6,
+        "circle_radius": "19 mm",
+        "diameter": "5 mm",
+        "free_length": "8 mm",
+        "clearance": "0.15 mm",
+        "material": STEEL,
+        "held": "ring",
+        "seat": SEAT,
+        "sleeve": {"diameter": "8 mm", "length": "8 mm", "rollers": 10},
+    },
+    "disc": {"holes": {"diameter": "10.55 mm"}},
+    "frame": "10 N m/arcmin",
+    "input_shaft": "1 N m/arcmin",
+}
+TORQUE = np.array([0.4, 4.0])
+Change = tuple[tuple[Any, ...], Any]
+SOFT = {**PLASTIC, "young": "2.3 GPa"}
+# The member of the budget that becomes softer, and the value of the drawing that does it.
+SOFTENED: list[tuple[str, Change]] = [
+    ("eccentric shaft", (("eccentric", "shaft", "sections", 0, "material"), SOFT)),
+    ("eccentric shaft", (("eccentric", "shaft", "sections", 1, "core"), SOFT)),
+    ("eccentric shaft", (("eccentric", "shaft", "sections", 2, "diameter"), "14 mm")),
+    ("bearings of the eccentric shaft", (("eccentric", "shaft", "supports", 1, "bearing"), "50 N/µm")),
+    ("seats of the eccentric shaft", (("seats", "housing", "fit"), "snug")),
+    ("seats of the eccentric shaft", (("seats", "housing", "material"), SOFT)),
+    ("seats of the eccentric shaft", (("seats", "housing", "outer_diameter"), "60 mm")),
+    ("output pins", (("output_pins", "material"), {**STEEL, "young": "200 GPa"})),
+    ("output pins", (("output_pins", "diameter"), "4.8 mm")),
+    ("output pins", (("output_pins", "span"), "17 mm")),
+    ("seats of the output pins", (("output_pins", "seat", "fit"), "snug")),
+    ("seats of the output pins", (("output_pins", "seat", "material"), SOFT)),
+    ("seats of the output pins", (("output_pins", "seat", "depth"), "5 mm")),
+    ("seats of the output pins", (("output_pins", "far_seat"), {**SEAT, "material": SOFT})),
+    ("needles of the output pins", (("output_pins", "sleeve", "rollers"), 8)),
+    ("holes of the output pins", (("disc_material",), SOFT)),
+    ("disc body", (("disc_material",), SOFT)),
+]
+
+
+def changed(*changes: Change) -> dict[str, Any]:
+    """Return the drawing with other values at these places; None removes a key."""
+    out = deepcopy(DRAWING)
+    for path, value in changes:
+        holder = out
+        for step in path[:-1]:
+            holder = holder[step]
+        if value is None:
+            del holder[path[-1]]
+        else:
+            holder[path[-1]] = value
+    return out
+
+
+def gearbox(*changes: Change) -> CycloidalGearbox:
+    """Return the gearbox of the changed drawing."""
+    return CycloidalGearbox.model_validate(changed(*changes), context={"text": True})
+
+
+@pytest.mark.parametrize(("member", "change"), SOFTENED)
+def test_softening_a_member_softens_the_gearbox(member, change):
+    """That member winds up more, and so does the whole."""
+    before, after = wind_up(gearbox(), TORQUE), wind_up(gearbox(change), TORQUE)
+    assert (after[member] > before[member]).all()
+    assert (sum(after.values()) > sum(before.values())).all()
+
+
+def test_a_drawing_with_all_members_lists_nothing_as_rigid():
+    """Every member has its own line; a member that the drawing does not describe is listed by its name."""
+    whole = gearbox()
+    assert whole.rigid == ()
+    found = wind_up(whole, TORQUE)
+    named = {"eccentric shaft", "bearings of the eccentric shaft", "seats of the eccentric shaft", "output pins", "seats of the output pins"}
+    assert named | {"needles of the output pins", "holes of the output pins"} <= {name for name, angle in found.items() if (angle > 0).all()}
+    silent = gearbox(
+        (("eccentric", "shaft", "supports", 0), {"at": "0 mm"}),
+        (("output_pins", "seat"), None),
+        (("disc",), None),
+    )
+    assert set(silent.rigid) == {
+        "bearings of the eccentric shaft",
+        "seats of the eccentric shaft",
+        "seats of the output pins",
+        "holes of the output pins",
+    }
+    assert not wind_up(silent, TORQUE).get("seats of the output pins", np.zeros(2)).any()
+
+
+def test_every_member_is_an_error_source():
+    """With the scatter of its own material: the seats of the pins scatter as their plastic does."""
+    scatters = gearbox((("output_pins", "seat", "material"), {**PLASTIC, "scatter": "12 %"}))
+    members = scatters.members
+    assert {"seats of the output pins", "bearings of the eccentric shaft", "seats of the eccentric shaft", "holes of the output pins"} <= set(members)
+    terms = {term.name: term for term in terms_at(members["seats of the output pins"], condition((0, 0, 4.0, 0, 0, 0)))}
+    scatter = terms["material scatter"]
+    assert scatter.screw[0, 2] * scatter.bound == pytest.approx(0.12 * terms["wind-up"].screw[0, 2])
+    assert sum(angle[-1] for angle in scatters.behaviour.wind_up.values()) == pytest.approx(scatters.behaviour.total[-1])
+
+
+def test_the_members_of_the_shaft_add_up_to_its_stiffness_at_the_disc():
+    """A stated stiffness of the same size winds up as much."""
+    drawn = gearbox()
+    springs = drawn.shaft_springs
+    assert springs is not None
+    stated = gearbox((("eccentric", "shaft"), f"{1e-6 / springs.total} N/µm"))
+    names = ("eccentric shaft", "bearings of the eccentric shaft", "seats of the eccentric shaft")
+    found = wind_up(drawn, TORQUE)
+    np.testing.assert_allclose(sum(found[name] for name in names), wind_up(stated, TORQUE)["eccentric shaft"], rtol=1e-9)
+
+
+def test_clearance_of_a_bearing_of_the_shaft_is_play():
+    """By the share of the force that it carries: G (L - x)/L/(e z) for a disc at x on a span L."""
+    free = gearbox((("eccentric", "shaft", "supports", 0, "clearance"), "10 µm"))
+    more = free.behaviour.play.mean() - gearbox().behaviour.play.mean()
+    assert more == pytest.approx(10e-6 * 27 / 43 / (1.2e-3 * 15), rel=1e-9)
+
+
+def test_two_discs_load_the_shaft_by_a_couple():
+    """Opposite discs shift a shaft between its bearings much less than one does; in which order they are listed changes nothing."""
+    one = gearbox().shaft_springs
+    place = ("eccentric", "shaft", "disc_at")
+    two, other = (gearbox((("discs",), 2), (place, order)).shaft_springs for order in (["16 mm", "26 mm"], ["26 mm", "16 mm"]))
+    assert one is not None
+    assert two is not None
+    assert other is not None
+    assert two.total < 0.5 * one.total
+    assert other.total == pytest.approx(two.total, rel=1e-9)
+
+
+def test_a_floating_cage_is_softer_than_two_flanks_that_turn_together():
+    """Between a cantilever and a pin that is held at both ends."""
+    found = [sum(wind_up(gearbox((("output_pins", "held"), held)), TORQUE).values())[-1] for held in ("both flanges", "ring", "one end")]
+    assert found == sorted(found)
+    assert found[0] < found[1] < found[2]
+
+
+def test_units_change_nothing():
+    """Millimetres, micrometres or inches; MPa or GPa."""
+    seat = {**SEAT, "depth": "6000 µm", "outer_diameter": f"{14 / 25.4} in", "material": {**PLASTIC, "young": "2400 MPa"}}
+    before, after = wind_up(gearbox(), TORQUE), wind_up(gearbox((("output_pins", "seat"), seat)), TORQUE)
+    for name, angle in before.items():
+        np.testing.assert_allclose(after[name], angle, rtol=1e-9)
+
+
+def test_a_pin_with_a_diameter_alone_is_a_cantilever():
+    """Of steel unless stated otherwise, L^3/(3 EI) with its shear, as before seats and cages could be stated."""
+    plain = {"count": 6, "circle_radius": "19 mm", "diameter": "5 mm", "free_length": "8 mm"}
+    found = gearbox((("output_pins",), plain), (("disc",), None)).output_pins
+    assert found is not None
+    pin, seats = found.compliance(1)
+    area, shear = math.pi / 4 * 0.005**2, 6 * 1.3 / (7 + 6 * 0.3)
+    assert seats == 0.0
+    assert pin == pytest.approx(0.008**3 / (3 * 210e9 * math.pi / 64 * 0.005**4) + 0.008 / (shear * 210e9 / 2.6 * area), rel=1e-9)
+
+
+def test_an_unstated_fit_is_marked_as_a_default():
+    """Pressed, with what else is possible."""
+    seat = {key: value for key, value in SEAT.items() if key != "fit"}
+    pins = gearbox((("output_pins", "seat"), seat)).output_pins
+    assert pins is not None
+    assert pins.seat is not None
+    assert pins.seat.assumptions["fit"].startswith("default, pressed")
+    assert pins.seat.fit == "pressed"
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ([(("output_pins", "held"), "one end"), (("output_pins", "span"), "20 mm")], 'span or far_seat of pins held at "one end"'),
+        ([(("output_pins", "seat"), None), (("output_pins", "far_seat"), SEAT)], "far_seat without seat"),
+        ([(("output_pins", "seat"), {**SEAT, "outer_diameter": "5 mm"})], "around a pin of 5 mm"),
+        ([(("output_pins", "sleeve", "diameter"), "4 mm")], "sleeve of diameter 4 mm"),
+        ([(("output_pins", "span"), "10 mm")], "discs that push from 4 to 12 mm"),
+        ([(("output_pins", "diameter"), None), (("output_pins", "free_length"), None)], "material and held and seat and sleeve without diameter"),
+        ([(("disc", "holes", "diameter"), "10.6 mm")], "make 10.55 mm"),
+        ([(("disc", "holes", "count"), 8)], "another count"),
+        ([(("output_pins",), {"count": 6, "circle_radius": "19 mm"})], "holes without output pins of a stated diameter"),
+        ([(("disc_bore_radius",), "14 mm")], "cut the bore"),
+        ([(("eccentric", "shaft", "disc_at"), ["16 mm", "20 mm"])], "2 places in disc_at for 1 disc"),
+        ([(("eccentric", "shaft", "supports", 0, "seat"), "lid")], "seat 'lid', which is not described"),
+        ([(("seats", "housing", "outer_diameter"), "26 mm")], "around a bore of 26 mm"),
+        ([(("eccentric", "shaft", "sections", 1, "bore"), "15 mm")], "bore of 15 mm in a diameter of 15 mm"),
+        ([(("eccentric", "shaft", "sections", 0, "core"), PLASTIC)], "core without a bore"),
+        ([(("eccentric", "shaft", "sections", 1, "to"), "4 mm")], "do not follow"),
+        ([(("eccentric", "shaft", "sections", 2, "to"), "40 mm")], "on a shaft of 40 mm"),
+        ([(("eccentric", "shaft", "supports"), [{"at": "3 mm"}])], "single support without tilt"),
+    ],
+)
+def test_impossible_members_are_refused_with_their_reason(changes, why):
+    """One message that says why, and shows what passes."""
+    with pytest.raises(ValidationError, match=why) as caught:
+        gearbox(*changes)
+    detail = next(each for each in caught.value.errors() if each["type"] != "quantity")
+    assert detail["ctx"]["expected"]
+    assert "=" in detail["ctx"]["example"]
+
+
+FILE = """
+[gearbox]
+kind = "cycloidal"
+rated_torque = "4 N m"
+pins = 16
+ring_radius = "34 mm"
+pin_radius = "3 mm"
+eccentricity = "1.2 mm"
+width = "8 mm"
+seats = { housing = { material = "PETG", width = "5 mm", diameter = "26 mm", outer_diameter = "50 mm" } }
+
+[gearbox.eccentric.shaft]
+disc_at = ["16 mm"]
+supports = [{ at = "0 mm", seat = "housing" }, { at = "PLACE", bearing = "60 N/µm" }]
+sections = [{ to = "27 mm", diameter = "15 mm", bore = "12 mm", core = "CORE" }, { to = "43 mm", diameter = "15 mm", material = "onyx" }]
+
+[materials.onyx]
+young = "1.4 GPa"
+poisson = 0.36
+density = "1200 kg/m^3"
+"""
+
+
+def test_members_name_materials_of_the_file_and_of_the_catalogue(tmp_path: Path):
+    """In sections, cores and seats; an unknown name, and a shaft that breaks a rule, are reported with their keys, both at once."""
+    path = tmp_path / "drive.toml"
+    path.write_text(FILE.replace("CORE", "onyx").replace("PLACE", "43 mm"))
+    found = lostmotion.gear(path, gearboxes=20)
+    assert "seats of the eccentric shaft" in found.drawn.members
+    assert "At most this stiff: not specified are" in found.sheet.verdict
+    path.write_text(FILE.replace("CORE", "onix").replace("PLACE", "50 mm"))
+    with pytest.raises(InputError) as caught:
+        lostmotion.gear(path)
+    where = {problem.key: problem for problem in caught.value.problems}
+    assert where["gearbox.eccentric.shaft.sections[0].core"].nearest == "onyx"
+    assert "on a shaft of 43 mm" in where["gearbox.eccentric.shaft"].found
