@@ -11,7 +11,7 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.annulus import Annulus, flexibility
 from lostmotion.laws.cycloid.bodies import disc_body, disc_with_holes
 from lostmotion.laws.cycloid.geometry import Stage, arms, normals, pin_angles
-from lostmotion.laws.perforated_disc import Holes, RimLoads, wind_up_per_torque
+from lostmotion.laws.perforated_disc import Holes, RimLoads, pin_forces, wind_up_per_torque
 
 # R, Rr, e, N, bore, holes (count, circle, radius), nu, plane: rotation x E b/T, 1/mm^2, by finite elements: solid; with holes
 # and the torque taken at the bore; the torque taken by pins that push along +x, on the holes of the other half
@@ -65,6 +65,21 @@ def test_pins_push_on_the_side_of_the_loaded_lobes(case):
     zero = np.zeros(1)
     found = wind_up_per_torque(body, holes, rim, zero, "sliding")[0]
     assert wind_up_per_torque(body, None, rim, zero, "fixed")[0] < found < wind_up_per_torque(body, holes, rim, zero, "sliding", 1)[0]
+
+
+def test_pins_load_the_holes_that_the_turning_disc_presses_on_them():
+    """By geometry: a hole's centre is at e + Rw exp(i(a + turn)), its pin's at Rw exp(ia); those that move apart touch, and push along the pin."""
+    holes, e, turn = Holes(8, 20e-3, 6e-3), 1.5e-3, 1e-6
+    place = np.exp(2j * math.pi * (np.arange(8) + 0.25) / 8)
+    for torque in (3.0, -3.0):
+        # the rim turns the disc in the direction of its torque
+        offset = holes.circle * place - (e + holes.circle * place * np.exp(1j * math.copysign(turn, torque)))
+        touching = np.abs(offset) > e
+        force = pin_forces(holes, torque, -2 * math.pi * 0.25 / 8) * np.exp(2j * math.pi * 0.25 / 8)
+        np.testing.assert_array_equal(np.abs(force) > 0, touching)
+        np.testing.assert_allclose(force[touching] / np.abs(force[touching]), offset[touching] / np.abs(offset[touching]), atol=1e-4)
+        moment = (holes.circle * place.conj() * force).imag.sum()
+        assert moment == pytest.approx(-torque)
 
 
 def test_a_solid_disc_is_the_annulus():

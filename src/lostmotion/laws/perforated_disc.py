@@ -89,12 +89,22 @@ def wind_up_per_torque(disc: Annulus, holes: Holes | None, rim: RimLoads, lines:
     for k, line in enumerate(lines):
         loads[k, : len(rims)] = _rim_traction(disc, rim, rims, edges[0].terms, float(line))
         if holes is not None and bore == "sliding":
-            forces = _pin_forces(holes, torque, float(line), towards)
+            forces = pin_forces(holes, torque, float(line), towards)
             pulled = [_hole_traction(disc, holes, each, edge) for each, edge in zip(forces, edges[1:-1], strict=True)]
             loads[k, len(rims) : -len(around)] = np.concatenate(pulled)
     moved = _displacements(disc, edges, loads, bore)
     weights = np.concatenate([np.full(len(edge.points), 2 * math.pi * edge.radius / len(edge.points)) for edge in edges])
     return np.asarray(((loads.conj() * moved).real @ weights) * disc.loaded * disc.width / torque**2)
+
+
+def pin_forces(holes: Holes, torque: float, line: float, towards: Literal[-1, 1] = -1) -> Complexes:
+    """Return the forces (hole,), N, of the pins on a disc as complex numbers in its plane; they balance a torque (N m) on its rim.
+
+    Arguments as `wind_up_per_torque`.
+    """
+    arm = np.sin(2 * math.pi * np.arange(holes.count) / holes.count - line)
+    share = np.maximum(math.copysign(1.0, torque) * towards * arm, 0.0)  # a force along the line of centres has the moment -circle x arm
+    return np.asarray(towards * share * abs(torque) / (holes.circle * float(share @ np.abs(arm))) * np.exp(1j * line))
 
 
 def _check(disc: Annulus, holes: Holes) -> None:
@@ -141,13 +151,6 @@ def _rim_traction(disc: Annulus, rim: RimLoads, points: Complexes, terms: int, l
     shape = spectrum(np.abs(n) * rim.half, rim.exponent) / (2 * math.pi * disc.loaded * disc.width)
     each = -(rim.force * np.exp(1j * rim.slant)) @ np.exp(-1j * (rim.angle[:, None] + line) * n)
     return np.asarray(points * (np.exp(1j * np.angle(points)[:, None] * n) @ (each * shape)))
-
-
-def _pin_forces(holes: Holes, torque: float, line: float, towards: int) -> Complexes:
-    """Return the forces (hole,), N, of the pins on the disc that balance a torque (N m) of the rim."""
-    arm = np.sin(2 * math.pi * np.arange(holes.count) / holes.count - line)
-    share = np.maximum(math.copysign(1.0, torque) * towards * arm, 0.0)  # a force along the line of centres has the moment -circle x arm
-    return np.asarray(towards * share * abs(torque) / (holes.circle * float(share @ np.abs(arm))) * np.exp(1j * line))
 
 
 def _hole_traction(disc: Annulus, holes: Holes, force: complex, edge: _Edge) -> Complexes:
