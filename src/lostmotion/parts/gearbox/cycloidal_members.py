@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SHAFT: Final = "eccentric shaft"
 SHAFT_BEARINGS: Final = "bearings of the eccentric shaft"
 SHAFT_SEATS: Final = "seats of the eccentric shaft"
+BORE: Final = "seat of the eccentric bearing"
 PINS: Final = "output pins"
 SEATS: Final = "seats of the output pins"
 NEEDLES: Final = "needles of the output pins"
@@ -36,12 +37,15 @@ def stage_wind_up(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
 
 
 def _shaft(stage: CycloidalStage, whole: Floats) -> dict[str, Floats]:
-    """Return the wind-up of the members of the eccentric's shaft, which add up to that of the `whole`."""
+    """Return the wind-up of the members of the eccentric's shaft and of its bearing's seat, which add up to that of the `whole`."""
     springs = stage.shaft_springs
-    if springs is None:
+    if springs is None and not stage.bore_compliance:
         return {}
-    parts = {SHAFT: springs.shaft, SHAFT_BEARINGS: springs.bearings, SHAFT_SEATS: sum(springs.seats.values())}
-    return {name: whole * (each / springs.total) for name, each in parts.items() if each}
+    parts = {SHAFT: stage.shaft_compliance, BORE: stage.bore_compliance}
+    if springs is not None:
+        parts |= {SHAFT: springs.shaft, SHAFT_BEARINGS: springs.bearings, SHAFT_SEATS: sum(springs.seats.values())}
+    together = stage.shaft_compliance + stage.bore_compliance
+    return {name: whole * (each / together) for name, each in parts.items() if each or name == SHAFT}
 
 
 def _pins(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
@@ -74,7 +78,7 @@ class MaterialShares:
 def material_shares(stage: CycloidalStage) -> tuple[MaterialShares, ...]:
     """Return the materials of a stage with the members that they make elastic."""
     out = [
-        MaterialShares("disc material", stage.disc_material, {"lobe contacts": 0.5, "disc body": 1.0, HOLES: 1.0}),
+        MaterialShares("disc material", stage.disc_material, {"lobe contacts": 0.5, "disc body": 1.0, HOLES: 1.0, BORE: 1.0}),
         MaterialShares("ring material", stage.ring_material, {"lobe contacts": 0.5, **dict.fromkeys(("ring body", "ring lobes", "ring pins"), 1.0)}),
     ]
     pins = stage.output_pins

@@ -160,7 +160,10 @@ class DiscHoles(Sourced):
 class Disc(Sourced):
     """Details of the discs.
 
-    holes  for the output pins: the body of the disc is then a plane disc with its holes, which take the torque; without them it is solid
+    holes     for the output pins: the body of the disc is then a plane disc with its holes, which take the torque; without them it is solid
+    bore_fit  of the eccentric's bearing in the bore: "bonded", "pressed", or "snug" (without preload: the contact opens behind the bearing); default:
+              as the model of the disc's body has it, pressed with holes and bonded without
     """
 
     holes: DiscHoles | None = None
+    bore_fit: Fit | None = None

@@ -15,11 +15,12 @@ from lostmotion.laws.cycloid.bodies import disc_body, disc_with_holes, ring_body
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.geometry import Modification, Stage
 from lostmotion.laws.cycloid.output_pins import Hole
+from lostmotion.laws.cycloid.seat import compliance_beyond
 from lostmotion.laws.cycloid.tolerances import Scatter
 from lostmotion.laws.perforated_disc import Holes
 from lostmotion.laws.rolling.radial import roller_stiffness
 from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus
-from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, OutputPins
+from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, Fit, OutputPins
 from lostmotion.parts.gearbox.cycloidal_shaft import BearingSeat, Eccentric, Named, Shaft, ShaftSprings
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
@@ -131,6 +132,8 @@ class CycloidalStage(Sourced):
             )
         if self.pin_span is not None and self.form != "ring pins":
             raise refuse(f'pin_span with form = "{self.form}"', "a span of pins in the ring", 'form = "ring pins"')
+        if self.disc.bore_fit is not None and (self.disc_bore_radius is None or self.eccentric.cranks > 1):
+            raise refuse("bore_fit without the one bore of a central eccentric", "disc_bore_radius, with one crank", 'disc_bore_radius = "12 mm"')
         self._check_holes()
         self._check_shaft()
         return self
@@ -276,12 +279,31 @@ class CycloidalStage(Sourced):
         phases = tuple(2 * math.pi * k / self.discs for k in range(self.discs))
         return shaft.response(self.seats, self.eccentric.roller_length or 0.0, phases, self.eccentricity.nominal)
 
+    @functools.cached_property
+    def bore_compliance(self) -> float:
+        """Return the shift of the eccentric's bearing in the disc's bore per force (m/N), beyond that in the disc's body."""
+        fit, radius, material = self.disc.bore_fit, self.disc_bore_radius, self.disc_material
+        if fit is None or radius is None:
+            return 0.0
+        included: Fit = "bonded" if self.disc.holes is None else "pressed"
+        # a disc bonded to its bearing with holes is a little stiffer than modelled
+        return max(compliance_beyond(radius, self.width, material.young, material.poisson, fit, included), 0.0)
+
     @property
-    def _shaft_stiffness(self) -> float:
+    def shaft_compliance(self) -> float:
+        """Return the shift of a disc per force on it (m/N) by the eccentric's shaft with its bearings and seats; zero where not specified."""
         shaft, springs = self.eccentric.shaft, self.shaft_springs
         if springs is not None:
-            return 1 / springs.total
-        return math.inf if shaft is None or isinstance(shaft, Shaft) else shaft
+            return springs.total
+        return 0.0 if shaft is None or isinstance(shaft, Shaft) else 1 / shaft
+
+    @property
+    def _shaft_stiffness(self) -> float:
+        shaft = self.eccentric.shaft
+        if not self.bore_compliance and isinstance(shaft, float):
+            return shaft
+        soft = self.shaft_compliance + self.bore_compliance
+        return 1 / soft if soft else math.inf
 
     @property
     def _shaft_clearances(self) -> tuple[tuple[float, Toleranced], ...]:
