@@ -83,7 +83,7 @@ def material_shares(stage: CycloidalStage) -> tuple[MaterialShares, ...]:
     ]
     pins = stage.output_pins
     if pins is not None and pins.diameter is not None:
-        out.append(MaterialShares("output pin material", pins.material, {PINS: 1.0}))
+        out.append(MaterialShares("output pin material", pins.pin_material, {PINS: 1.0}))
         if pins.seat is not None:
             out.append(MaterialShares("output pin seat material", pins.seat.material, {SEATS: 1.0}))
     springs, shaft = stage.shaft_springs, stage.eccentric.shaft

@@ -82,7 +82,7 @@ class OutputPins(Sourced):
     stiffness: LinearStiffness | None = None
     diameter: LengthPlus | None = None
     free_length: LengthPlus | None = None
-    material: Material = STEEL
+    material: Material | None = None
     held: Literal["one end", "ring", "both flanges"] = "one end"
     span: LengthPlus | None = None
     seat: PinSeat | None = None
@@ -121,6 +121,17 @@ class OutputPins(Sourced):
                 raise refuse(why, "a load between the seats", f'span = "{2.2e3 * max(high, self.free_length):.3g} mm"')
 
     @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the default material."""
+        out = super().assumptions
+        return {**out, "material": f"{DEFAULT}, steel"} if self.diameter is not None and self.material is None else out
+
+    @property
+    def pin_material(self) -> Material:
+        """Return the material of the pins, stated or the default."""
+        return self.material or STEEL
+
+    @property
     def outer_diameter(self) -> float | None:
         """Return the diameter (m) that touches the hole: of the sleeve, or else of the pin; None where not stated."""
         return self.sleeve.diameter if self.sleeve is not None else self.diameter
@@ -145,7 +156,7 @@ class OutputPins(Sourced):
             return 0.0, 0.0
         far = self.far_seat or self.seat
         flange, ring = (None if seat is None else seat.law for seat in (self.seat, far))
-        pin = laws.HeldPin(self.diameter, self.material.young, self.material.poisson, self._free, self._load, flange, ring, self.held)
+        pin = laws.HeldPin(self.diameter, self.pin_material.young, self.pin_material.poisson, self._free, self._load, flange, ring, self.held)
         return pin.compliance(min(discs, 2) / 2)
 
 

@@ -328,7 +328,7 @@ class CycloidalStage(Sourced):
         pins, holes, disc = self.output_pins, self.disc.holes, self.disc_material
         if pins is None or holes is None or pins.outer_diameter is None:
             return None
-        touching = STEEL if pins.sleeve is not None else pins.material
+        touching = STEEL if pins.sleeve is not None else pins.pin_material
         return Hole(holes.diameter / 2, pins.outer_diameter / 2, self.width, disc.young, disc.poisson, touching.young, touching.poisson)
 
     @property
