@@ -122,6 +122,16 @@ def test_impossible_holes_are_refused(holes, why):
         wind_up_per_torque(body, Holes(*holes), rim, np.zeros(1), "sliding")
 
 
+def test_thin_webs_take_more_terms():
+    """From webs of a sixth of a hole's diameter on, the rotation rises smoothly as webs become thinner: its logarithm bends upwards."""
+    body, _, rim = prepared(CASES[0])
+    found = [wind_up_per_torque(body, Holes(8, 20.0, radius), rim, np.zeros(1), "sliding")[0] for radius in (6.3, 6.6, 6.9, 7.2)]
+    steps = np.diff(np.log(found))
+    assert (steps > 0).all()
+    assert (np.diff(steps) > 0).all()
+    assert steps[-1] < 2 * steps[-2]
+
+
 def test_webs_too_thin_for_the_series_are_reported():
     """Webs of a thousandth of the hole: no plausible number is returned."""
     body, _, rim = prepared(CASES[0])
