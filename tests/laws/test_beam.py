@@ -30,9 +30,9 @@ RIGID_IN_SHEAR = SectionValues(area=5.4e-4, i_y=2.2e-7, i_z=0.9e-7, torsion=1.7e
 LENGTH = 0.4
 
 
-def tip_compliance(section: SectionValues) -> np.ndarray:
-    """Return the compliance matrix (6, 6) of the tip of a cantilever of `LENGTH`."""
-    return prism(LENGTH, [compliance_per_length(E, G, section)]).compliance_at(LENGTH)[0]
+def tip_compliance(length: float, young: float, shear_modulus: float, section: SectionValues) -> np.ndarray:
+    """Return the compliance matrix (6, 6) of the tip of a cantilever."""
+    return prism(length, [compliance_per_length(young, shear_modulus, section)]).compliance_at(length)[0]
 
 
 def tip_under_uniform_load(length: float, section: SectionValues) -> np.ndarray:
@@ -43,7 +43,7 @@ def tip_under_uniform_load(length: float, section: SectionValues) -> np.ndarray:
 
 def test_a_tip_force_bends_by_the_cube_of_the_length():
     """A tip force F without shear moves the tip by F l^3/(3 E I) and turns it by F l^2/(2 E I), in the plane of the force."""
-    c = tip_compliance(RIGID_IN_SHEAR)
+    c = tip_compliance(LENGTH, E, G, RIGID_IN_SHEAR)
     up = c @ [0, 0, 0, 0, 0, 100.0]
     side = c @ [0, 0, 0, 0, 100.0, 0]
     assert up[5] == pytest.approx(100 * LENGTH**3 / (3 * E * 2.2e-7), rel=1e-12)
@@ -54,7 +54,7 @@ def test_a_tip_force_bends_by_the_cube_of_the_length():
 
 def test_a_tip_moment_bends_by_the_square_of_the_length():
     """A tip moment M moves the tip by M l^2/(2 E I) and turns it by M l/(E I)."""
-    c = tip_compliance(SECTION)
+    c = tip_compliance(LENGTH, E, G, SECTION)
     about_y = c @ [0, 10.0, 0, 0, 0, 0]
     about_z = c @ [0, 0, 10.0, 0, 0, 0]
     assert about_y[5] == pytest.approx(-10 * LENGTH**2 / (2 * E * 2.2e-7), rel=1e-12)
@@ -65,7 +65,7 @@ def test_a_tip_moment_bends_by_the_square_of_the_length():
 
 def test_a_torque_twists_and_a_pull_stretches():
     """A torque T twists by T l/(G J), a pull N stretches by N l/(E A), and neither has another effect."""
-    c = tip_compliance(SECTION)
+    c = tip_compliance(LENGTH, E, G, SECTION)
     np.testing.assert_allclose(c @ [10.0, 0, 0, 0, 0, 0], [10 * LENGTH / (G * 1.7e-7), 0, 0, 0, 0, 0], rtol=1e-12)
     np.testing.assert_allclose(c @ [0, 0, 0, 10.0, 0, 0], [0, 0, 0, 10 * LENGTH / (E * 5.4e-4), 0, 0], rtol=1e-12)
 
@@ -85,7 +85,7 @@ def test_a_hanging_beam_stretches_under_its_own_weight():
     """A hanging beam lengthens by w l^2/(2 E A), half as much as under its whole weight at the tip."""
     stretch = (tip_under_uniform_load(LENGTH, SECTION) @ [30.0, 0, 0])[3]
     assert stretch == pytest.approx(30 * LENGTH**2 / (2 * E * 5.4e-4), rel=1e-12)
-    assert stretch == pytest.approx((tip_compliance(SECTION) @ [0, 0, 0, 30.0 * LENGTH, 0, 0])[3] / 2, rel=1e-12)
+    assert stretch == pytest.approx((tip_compliance(LENGTH, E, G, SECTION) @ [0, 0, 0, 30.0 * LENGTH, 0, 0])[3] / 2, rel=1e-12)
 
 
 def by_unit_loads(wrench: np.ndarray, spread: np.ndarray, length: float) -> np.ndarray:
@@ -129,7 +129,7 @@ def test_integration_of_the_beam_equation_ends_at_the_same_tip():
         return [turn + shear / (0.53 * G * 5.4e-4), bending / (E * 2.2e-7)]
 
     end = solve_ivp(slopes, (0, LENGTH), [0.0, 0.0], rtol=1e-12, atol=1e-16).y[:, -1]
-    ours = tip_compliance(SECTION) @ [0, moment, 0, 0, 0, force] + tip_under_uniform_load(LENGTH, SECTION) @ [0, 0, load]
+    ours = tip_compliance(LENGTH, E, G, SECTION) @ [0, moment, 0, 0, 0, force] + tip_under_uniform_load(LENGTH, SECTION) @ [0, 0, load]
     assert ours[5] == pytest.approx(end[0], rel=1e-9)
     assert -ours[1] == pytest.approx(end[1], rel=1e-9)
 
@@ -304,6 +304,6 @@ def test_an_unsymmetrical_section_deflects_in_two_directions():
     c, s = math.cos(angle), math.sin(angle)
     i_y, i_z = 2.2e-7, 0.9e-7
     skew = SectionValues(5.4e-4, i_y * c**2 + i_z * s**2, i_y * s**2 + i_z * c**2, 1.7e-7, math.inf, math.inf, i_yz=(i_z - i_y) * s * c)
-    moved = tip_compliance(skew)[3:, 5] * 100
+    moved = tip_compliance(LENGTH, E, G, skew)[3:, 5] * 100
     along_y, along_z = (100 * share * LENGTH**3 / (3 * E * second) for share, second in ((s, i_z), (c, i_y)))
     np.testing.assert_allclose(moved, [0, along_y * c - along_z * s, along_y * s + along_z * c], rtol=1e-9, atol=1e-15)
