@@ -55,13 +55,13 @@ def test_torques_on_the_sheet_are_those_of_the_arm(found):
 
 
 def test_suitable_reducers_are_rated_for_the_torque(found):
-    """Every reducer that the sheet counts is rated for the required torque; rows without a rated torque are counted separately."""
+    """Every reducer that the sheet counts has the joint's ratio and the required torque; rows without a rated torque are counted separately."""
     sheet = statics_sheet(found)
-    rated = [searchable_figures(row)["rated torque"] for row in gearboxes()]
+    rated = [searchable_figures(row)["rated torque"] for row in gearboxes() if row.applies_to(121)]
     section = next(section for section in sheet.sections if section.key == "reducers")
     for node, row in zip(found.joint_loads, section.rows, strict=True):
         enough = sum(torque >= abs(node.required.value) for torque in rated)
-        assert row.note.startswith(f"{enough} in the catalogue")
+        assert row.note.startswith(f"{enough} in the catalogue for the ratio 121;")
         assert row.figures[0].value == abs(node.within_tilt.value)
     assert f"{sum(math.isnan(torque) for torque in rated)} rows without a rated torque are excluded" in section.note
 

@@ -58,6 +58,7 @@ class _Printed(Part):
     models: Annotated[list[Annotated[Line, Field(min_length=1, max_length=40)]], Field(min_length=1, max_length=20)]
     maker: Annotated[Line, Field(min_length=1, max_length=80)]
     ratio: Ratio | None = None
+    ratio_one_of: Annotated[tuple[Ratio, ...], Field(max_length=50)] = ()
     ratio_above: Ratio | None = None
     upper_limits: Annotated[tuple[Line, ...], Field(max_length=20)] = ()
     lost_motion: AngleAmount | None = None
@@ -72,8 +73,9 @@ class _Printed(Part):
 
     @model_validator(mode="after")
     def _is_of_one_class(self) -> Self:
-        if self.ratio is not None and self.ratio_above is not None:
-            context = {"why": "both ratio and ratio_above", "expected": "one of the two, or neither for every ratio", "example": "ratio_above = 50"}
+        stated = [name for name in ("ratio", "ratio_one_of", "ratio_above") if getattr(self, name)]
+        if len(stated) > 1:
+            context = {"why": _and(stated), "expected": "one of them, or none for every ratio", "example": "ratio_above = 50"}
             raise PydanticCustomError("gearbox", "{why}", context)
         strange = [ratio for ratio in self.inertia_by_ratio if not _RATIO.fullmatch(ratio)]
         if strange:
@@ -116,7 +118,7 @@ class GearboxRow(_Printed):
     """One row of the catalogue: a maker's figures for one size, with their source.
 
     models           names of the row
-    ratio            the row applies to this ratio only; ratio_above: to all above; neither: to every ratio
+    ratio            the row applies to this ratio only; ratio_one_of: to each of these; ratio_above: to all above; without any: to every ratio
     part             the fields of a revolute joint's gearbox, as text with units
     upper_limits     fields for which the maker prints a limit and no value
     typical          typical values of delivered gearboxes for such fields, with their source; used where a file states values = "typical"
@@ -150,12 +152,21 @@ class GearboxRow(_Printed):
     @property
     def ratios(self) -> str:
         """Return the ratios of the row in words."""
-        if self.ratio is not None:
-            return f"{self.ratio:g}"
+        if self.ratio is not None or self.ratio_one_of:
+            return ", ".join(f"{ratio:g}" for ratio in self.ratio_one_of or (self.ratio,))
         return "any ratio" if self.ratio_above is None else f"above {self.ratio_above:g}"
+
+    @property
+    def typical_ratio(self) -> float | None:
+        """Return a ratio to which the row applies; None where it applies to every ratio."""
+        if self.ratio_above is not None:
+            return max(100.0, 2 * self.ratio_above)
+        return next(iter(self.ratio_one_of), self.ratio)
 
     def applies_to(self, ratio: float) -> bool:
         """Return whether the row applies to a ratio."""
+        if self.ratio_one_of and ratio not in self.ratio_one_of:
+            return False
         return (self.ratio is None or ratio == self.ratio) and (self.ratio_above is None or ratio > self.ratio_above)
 
     @property
@@ -304,7 +315,7 @@ def _is_ratio(stated: Any, ratio: float) -> bool:  # noqa: ANN401 - whatever a f
 
 
 def _typical(rows: Sequence[GearboxRow]) -> str:
-    return "100" if any(row.applies_to(100) for row in rows) else rows[0].ratios
+    return "100" if any(row.applies_to(100) for row in rows) else f"{rows[0].typical_ratio:g}"
 
 
 def _refuse(found: str, expected: str, example: str, near: str = "") -> NoReturn:

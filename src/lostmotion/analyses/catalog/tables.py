@@ -91,7 +91,7 @@ def _names(rows: Sequence[GearboxRow]) -> str:
 
 
 def _label(row: GearboxRow, names: int | None = None) -> str:
-    return ", ".join(row.models[:names]) + ("" if row.ratio is None and row.ratio_above is None else f" ratio {row.ratios}")
+    return ", ".join(row.models[:names]) + ("" if row.typical_ratio is None else f" ratio {row.ratios}")
 
 
 def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
@@ -101,7 +101,8 @@ def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
         group = list(each)
         shared = [limit for limit in group[0].upper_limits if all(limit in row.upper_limits for row in group)]
         lines = tuple(
-            Row(_label(row), _figures(row), _limits("also only a limit", [x for x in row.upper_limits if x not in shared])) for row in group
+            Row(_label(row), _figures(row), _backlash(row) or _limits("also only a limit", [x for x in row.upper_limits if x not in shared]))
+            for row in group
         )
         note = f"Source: {source_in_words(source)}." + _limits(" Only upper limits", shared, ".")
         out.append(Section("gearboxes", maker, ("rated torque", "stiffness, softest zone", "lost motion", "mass"), lines, note))
@@ -113,6 +114,14 @@ def _figures(row: GearboxRow) -> tuple[Figure, ...]:
         Figure(value, "") if math.isnan(value) else Figure(value * _UNITS[name][1], _UNITS[name][0], stated=True)
         for name, value in searchable_figures(row).items()
     )
+
+
+def _backlash(row: GearboxRow) -> str:
+    """Return the backlash of a row that states it and no lost motion."""
+    figures = row.figures
+    if figures.part.backlash is None or figures.part.lost_motion is not None or figures.lost_motion is not None:
+        return ""
+    return f"backlash {'up to ' if 'backlash' in row.upper_limits else ''}{Figure(figures.part.backlash.nominal / ARCMIN, 'arcmin', stated=True)}"
 
 
 def _limits(what: str, names: Sequence[str], end: str = "") -> str:
@@ -235,8 +244,7 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
     lines += [("mass", "not stated: counted as zero")] if facts.part.mass is None else []
     lines += [("printed", row.printed)] if row.printed else []
     lines += [("not specified", ", ".join(row.unstated))] if row.unstated else []
-    ratio = row.ratio or (100 if row.applies_to(100) else math.ceil(row.ratio_above or 0) + 1)
-    use = f"{name}-{ratio:g}" if name in row.models else name
+    use = f"{name}-{row.typical_ratio or 100:g}" if name in row.models else name
     lines += [("source", source_in_words(row.source)), ("in an arm file", f'gearbox = "{use}"')]
     return [Row(key, (), text) for key, text in lines]
 
@@ -248,6 +256,7 @@ def _plain(row: GearboxRow) -> dict[str, Any]:
         "models": row.models,
         "maker": row.maker,
         "ratio": row.ratio,
+        "ratio_one_of": list(row.ratio_one_of),
         "ratio_above": row.ratio_above,
         "part": row.part,
         "upper_limits": list(row.upper_limits),

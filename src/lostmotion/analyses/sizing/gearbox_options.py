@@ -88,7 +88,7 @@ def _suitable(options: OptionTables, joint: RevoluteJoint) -> list[str]:
     for row in [*options.in_file, *options.own, *gearboxes()]:
         rated = row.figures.part.rated_torque
         if rated is not None and rated >= _LEAST_RATING * torque and (ratio is None or row.applies_to(ratio)):
-            own = row.ratio or (None if row.ratio_above is None else max(100.0, 2 * row.ratio_above))
+            own = row.typical_ratio
             names.append(row.models[0] if ratio is not None or own is None else f"{row.models[0]}-{own:g}")
     return list(dict.fromkeys(names))
 

@@ -219,11 +219,13 @@ def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
         if node.unit != "N m":
             rows.append(Row(node.joint, figures, "prismatic joint: the catalogue rates reducers by torque"))
             continue
-        answer = search(known, Criteria(min_torque=max(required, _NOTHING)))
-        unrated = len(answer.not_stated.get("rated torque", ()))
+        ratio = abs(float(joint.gearbox.ratio)) if joint.gearbox is not None and joint.gearbox.states_ratio else None
+        answer = search(known, Criteria(min_torque=max(required, _NOTHING), ratio=ratio))
+        unrated = max(unrated, len(answer.not_stated.get("rated torque", ())))
         suitable = sorted(answer.rows, key=lambda row: searchable_figures(row)["rated torque"])
         names = ", ".join(f"{_name(row)} ({searchable_figures(row)['rated torque']:.4g} N m)" for row in suitable[:_SHOWN])
-        choice = f"{len(suitable)} in the catalogue; the smallest: {names}" if suitable else "none in the catalogue is rated for it"
+        of = "" if ratio is None else f" for the ratio {ratio:g}"
+        choice = f"{len(suitable)} in the catalogue{of}; the smallest: {names}" if suitable else f"none in the catalogue{of} is rated for it"
         weak = "the stated reducer is rated below this; " if stated is not None and stated < required else ""
         rows.append(Row(node.joint, figures, weak + choice))
     tilts = "any tilt" if survey.tilt is None else "the worst tilt within the stated range"
@@ -233,7 +235,7 @@ def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
 
 
 def _name(row: GearboxRow) -> str:
-    ratio = "" if row.ratio is None and row.ratio_above is None else f" ratio {row.ratios}"
+    ratio = "" if row.typical_ratio is None else f" ratio {row.ratios}"
     return f"{row.models[0]}{ratio}"
 
 
