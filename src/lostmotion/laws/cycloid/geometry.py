@@ -130,6 +130,13 @@ def _impossible(stage: Stage) -> list[str]:
             f"the profile loops because K1 = e N/R is {k1:.4f}, not below 1: the eccentricity must stay below {_mm(limit)}, "
             f"or the pin circle radius above {stage.eccentricity * stage.pins * 1e3:.4f} mm"
         )
+    folded = 1 - 2 / stage.pins  # (z - 1)/(z + 1)
+    if stage.kind == "lobe envelope" and folded <= k1 < 1:
+        limit = stage.ring_radius * folded / stage.pins
+        wrong.append(
+            f"the second branch of the envelope folds because K1 = e N/R is {k1:.4f}, not below (z - 1)/(z + 1) = {folded:.4f}: the eccentricity "
+            f"must stay below {_mm(limit)}"
+        )
     neighbours = stage.ring_radius * math.sin(math.pi / stage.pins)
     undercut = math.inf if k1 >= 1 else undercut_limit(stage.ring_radius, stage.eccentricity, stage.pins, planet_pins=stage.has_planet_pins)
     if stage.pin_radius >= undercut:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.laws.cycloid.envelope import junction, ring_of_second_branch
 from lostmotion.laws.cycloid.geometry import flank
 
 if TYPE_CHECKING:
@@ -57,28 +58,9 @@ def _arc_side(stage: Stage, points: int, root: float) -> Floats:
     return np.concatenate([arc, root * np.stack([np.cos(at), np.sin(at)], axis=-1)])
 
 
-def _second_branch(stage: Stage, t: Floats) -> Floats:
-    """Return the points (t, 2), m, of the ring at the second contact of the disc's flank at t: where its normal meets the pitch circle again."""
-    e, z, n = stage.eccentricity, stage.lobes, stage.pins
-    points, normal = flank(stage, t)
-    place, towards = points[:, 0] + 1j * points[:, 1], normal[:, 0] + 1j * normal[:, 1]
-    along = (place * towards.conj()).real  # the chord's foot lies at place - along * towards
-    first = e * z * np.exp(1j * n * t)
-    foot = place - along * towards
-    other = 2 * foot - first
-    crank = np.angle(other * np.exp(-1j * math.pi / z)) * z / n + math.pi / n  # other = e z exp(i psi N/z); the tip's own is pi/N
-    at = e * np.exp(1j * crank) + place * np.exp(-1j * crank / z)
-    return np.stack([at.real, at.imag], axis=-1)
-
-
-def _junction(stage: Stage) -> float:
-    """Return the parameter t at which the second branch begins: the normal is tangent to the pitch circle, cos(z t) = K1, at the longest arm."""
-    return math.acos(stage.shortening) / stage.lobes
-
-
 def _envelope_side(stage: Stage, points: int) -> Floats:
-    t = _junction(stage)
-    cut = _second_branch(stage, np.linspace(t, math.pi / stage.lobes, points - points // 3))
+    t = junction(stage)
+    cut = ring_of_second_branch(stage, np.linspace(t, math.pi / stage.lobes, points - points // 3))
     turn = np.linspace(0, math.atan2(cut[0, 1], stage.ring_radius - cut[0, 0]), points // 3 + 1)[:-1]
     arc = np.stack([stage.ring_radius - stage.pin_radius * np.cos(turn), stage.pin_radius * np.sin(turn)], axis=-1)
     return np.concatenate([arc, cut])
