@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 import time
 
 import numpy as np
@@ -12,6 +14,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
+from lostmotion.band import Band
 from lostmotion.laws.distributions import Table, product_mean
 from lostmotion.parts.error_source import AngleDim, AngularStiffness, ClearanceDim, Length, LengthDim, Share
 from lostmotion.unit_registry import _UNITS_IN_WORDS, UnitError, unit_in_words
@@ -367,6 +370,62 @@ def test_every_table_that_is_taken_is_a_distribution(values: list[float], steps:
     assert product_mean((table, table)) == pytest.approx(1, rel=1e-6)
     u = np.linspace(0, 1, 1001)[1:-1]
     assert np.abs(table.quantile(u)).max() <= table.bound * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("text", ["1.3 .. 3.0 GPa", "1.3..3 GPa", "1300 MPa .. 3 GPa", "1.3 GPa .. 3", " 1.3e0 ..3.GPa "])
+def test_a_range_has_a_unit_at_either_end(text: str):
+    """A range of a modulus has the geometric mean as its number, and one of a dimension the arithmetic mean."""
+    modulus = Quantity("Pa", "70 GPa", above=0, band="log-uniform")(text)
+    assert isinstance(modulus, Band)
+    assert (modulus.low, modulus.high) == (pytest.approx(1.3e9), pytest.approx(3e9))
+    assert modulus == pytest.approx(math.sqrt(1.3 * 3.0) * 1e9, rel=1e-14)
+    assert modulus.at(0.25) == pytest.approx(1.3e9 * (3.0 / 1.3) ** 0.25)
+    assert Quantity("Pa", "70 GPa", band="uniform")(text) == pytest.approx(2.15e9, rel=1e-14)
+
+
+def test_a_size_may_be_both_unknown_and_scattered():
+    """A dimension takes a range of its nominal value, the tolerance of each part, or both."""
+    found = Quantity("m", "40 mm", above=0, toleranced=True, band="uniform")("12 .. 12.2 mm ± 0.05 mm")
+    assert isinstance(found, Toleranced)
+    assert found == Toleranced(pytest.approx(0.0121), pytest.approx(5e-5))
+    assert repr(found.nominal) == "Band(0.012, 0.012199999999999999, 'uniform')"
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("3 .. 1.3 mm", "ends do not rise"),
+        ("3 .. 3 mm", "ends do not rise"),
+        ("3 mm .. 0.003 m", "ends do not rise"),
+        ("-1 .. 3 mm", "out of range"),
+        ("1 .. 5 mm", "out of range"),
+        ("1 .. 1e999 mm", "not a finite number"),
+        ("1 .. 3 kg", "not a unit of length"),
+        ("1 .. 3", "unit of length"),
+        ("1 .. 2 .. 3 mm", "not a number with a unit"),
+        ("1 ... 3 mm", "not a number with a unit"),
+        ("1 .. mm", "not a number with a unit"),
+    ],
+)
+def test_a_range_that_cannot_be_is_refused(text: str, why: str):
+    """A range that falls, is empty or leaves the limits of its field says so."""
+    with pytest.raises(PydanticCustomError, match=why) as caught:
+        Quantity("m", "4 mm", above=0, high=0.004, band="uniform")(text)
+    assert "at most 0.004 m, or a range a .. b" in str(caught.value)
+
+
+def test_a_range_is_refused_where_one_value_is_needed():
+    """A field without ranges says that it takes one value."""
+    assert "a range a .. b is not used here: state one value" in refusal(length="1 .. 2 mm")
+    assert "a range a .. b is not used here: state one value" in refusal(scatter=Band(0.1, 0.2))
+
+
+def test_a_range_survives_a_copy():
+    """Copies, also between processes, have the same limits and distribution."""
+    band = Band(1.0, 4.0, "log-uniform")
+    for copied in (copy.deepcopy(band), pickle.loads(pickle.dumps(band))):  # noqa: S301 - our own bytes
+        assert repr(copied) == "Band(1.0, 4.0, 'log-uniform')"
+        assert copied == 2.0
 
 
 def test_a_power_of_zero_is_no_unit():

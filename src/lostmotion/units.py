@@ -13,6 +13,7 @@ import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
+from lostmotion.band import Band, BandLaw, limits_of
 from lostmotion.unit_registry import ABSOLUTE, ZERO_CELSIUS, UnitError, factor, unit_in_words, zero_point
 
 if TYPE_CHECKING:
@@ -20,12 +21,14 @@ if TYPE_CHECKING:
     from pydantic_core import CoreSchema
 
 # Taken whole or not at all (?>): else "51/m" could be read as 5 with the unit 1/m.
-_NUMBER: Final = r"(?>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
+# The point of a number is not the first of the two in a range "1..3".
+_NUMBER: Final = r"(?>[+-]?(?:[0-9]+(?:\.(?!\.)[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
 # Words with a one-digit power at most, so that no text from a file can make the unit parser compute a giant.
 _WORD: Final = r"(?:[A-Za-zµμ°]{1,12}|[%'″′\"])(?:(?:\^|\*\*)-?[0-9])?"
 _UNIT: Final = rf"(?:1\s*/\s*)?{_WORD}(?:[ */·]{{1,3}}{_WORD}){{0,5}}|"
 _TEXT: Final = re.compile(
     rf"^\s*(?P<value>{_NUMBER})\s*(?P<unit>{_UNIT})"
+    rf"(?:\s*\.\.\s*(?P<end>{_NUMBER})\s*(?P<end_unit>{_UNIT}))?"
     rf"(?:\s*(?:±|\+/-|\+-)\s*(?P<tolerance>{_NUMBER})\s*(?P<tolerance_unit>{_UNIT}))?"
     r"\s*(?:\((?P<law>normal without limits|normal|uniform)\))?\s*$",
 )
@@ -47,6 +50,8 @@ _LEAST_STEP: Final = 1e-9
 @dataclass(frozen=True, slots=True)
 class Toleranced:
     """A nominal value and how far a made part may stand off it: "400 mm ± 50 µm" is Toleranced(0.4, 5e-5).
+
+    The nominal value may be a `Band`: "12 .. 12.2 mm ± 0.05 mm".
 
     The tolerance is the limit at which a part is scrapped. `law` is the distribution of parts: "normal" is a normal distribution whose three
     sigma reach the limit, cut there; "uniform"; "normal without limits" has the limit as its three sigma and exceeds it in 0.27 % of parts; a table
@@ -133,7 +138,8 @@ def read_quantity(text: str, si: str) -> Toleranced:
 
     `si` is the SI unit wanted ("rad", "N m/rad", "" for a plain number). A temperature above absolute zero (`unit_registry.ABSOLUTE`) is read on its
     scale, "35 °C", and its tolerance is a difference, "± 5 K". A tolerance without a unit takes the value's own
-    ("400 ± 0.05 mm" is refused, "400 mm ± 0.05" is not); one in per cent is a share of the value ("20 N m/arcmin ± 10 %").
+    ("400 ± 0.05 mm" is refused, "400 mm ± 0.05" is not); one in per cent is a share of the value ("20 N m/arcmin ± 10 %"). The ends of a range,
+    "1.3 .. 3.0 GPa", have a unit each, or share one.
 
     Raises UnitError for text that is no quantity, another dimension, an unknown unit, or a value that is not finite.
     """
@@ -141,7 +147,12 @@ def read_quantity(text: str, si: str) -> Toleranced:
     if match is None:
         raise UnitError("not a number with a unit")
     unit = match["unit"].strip()
+    end_unit = (match["end_unit"] or "").strip()
+    if match["end"] is not None:
+        unit, end_unit = unit or end_unit, end_unit or unit
     value = float(match["value"]) * factor(unit, si) + zero_point(unit, si)
+    if match["end"] is not None:
+        value = Band(value, float(match["end"]) * factor(end_unit, si) + zero_point(end_unit, si))
     tolerance = 0.0
     if match["tolerance"] is not None:
         tolerance_unit = match["tolerance_unit"].strip() or unit
@@ -168,7 +179,7 @@ class Quantity:
     From a file (validation context {"text": True}) a dimensioned quantity must carry its unit in the text. From Python
     a bare number is taken as SI. With `toleranced` the field holds a Toleranced, without it a float. With `any_law` its tolerance may have no
     limits, or a table: `{ value = "400 mm ± 50 µm", law = [[-1, 0], [0.2, 0.5], [1, 1]] }`; elsewhere limits must hold, because sizes, plays and
-    fits are checked at them.
+    fits are checked at them. With `band` the value may be unknown within a range (`Band`), with this distribution.
     """
 
     si: str
@@ -178,6 +189,7 @@ class Quantity:
     high: float = math.inf
     toleranced: bool = False
     any_law: bool = False
+    band: BandLaw | None = None
 
     @property
     def expected(self) -> str:
@@ -193,7 +205,7 @@ class Quantity:
             words += f", above {self._limit_text(self.above)}"
         if math.isfinite(self.high):
             words += f", at most {self._limit_text(self.high)}"
-        return words + (", with or without ± tolerance" if self.toleranced else "")
+        return words + (", with or without ± tolerance" if self.toleranced else "") + (", or a range a .. b" if self.band else "")
 
     @property
     def _is_share(self) -> bool:
@@ -210,7 +222,7 @@ class Quantity:
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds
         """Convert an input value to SI; raises pydantic's error with `expected` and `example` in its context."""
         try:
-            found = self._of_law(self._read(value, from_file=bool(info and info.context and info.context.get("text"))))
+            found = self._in_band(self._of_law(self._read(value, from_file=bool(info and info.context and info.context.get("text")))))
             self._check(found)
         except UnitError as error:
             raise self.refusal(str(error)) from None
@@ -242,17 +254,25 @@ class Quantity:
             raise UnitError("not a finite number")
         if from_file and self.si:
             raise UnitError("a number without a unit")
-        return Toleranced(float(value))
+        return Toleranced(value if isinstance(value, Band) else float(value))
+
+    def _in_band(self, found: Toleranced) -> Toleranced:
+        """Return the quantity with its range, where one is stated, distributed as in this field."""
+        if not isinstance(found.nominal, Band):
+            return found
+        if self.band is None:
+            raise UnitError("a range a .. b is not used here: state one value")
+        return replace(found, nominal=Band(found.nominal.low, found.nominal.high, self.band))
 
     def _check(self, found: Toleranced) -> None:
-        value = found.nominal
-        if not (math.isfinite(value) and math.isfinite(found.tolerance)):
+        value, largest = limits_of(found.nominal)
+        if not (math.isfinite(value) and math.isfinite(largest) and math.isfinite(found.tolerance)):
             raise UnitError("not a finite number")
         if found.tolerance < 0:
             raise UnitError("a tolerance after ± cannot be negative")
-        if value < self.low or value <= self.above or value > self.high:
+        if value < self.low or value <= self.above or largest > self.high:
             raise UnitError("out of range")
-        if max(abs(value), found.tolerance) > LARGEST:
+        if max(abs(value), abs(largest), found.tolerance) > LARGEST:
             raise UnitError("too large to be real")
         if self.above == 0 and value < _SMALLEST:
             raise UnitError("too small to be real")

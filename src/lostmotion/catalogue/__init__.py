@@ -22,6 +22,6 @@ def materials() -> dict[str, Material]:
     In SI: Pa, kg/m^3. Typical values are marked as assumed. Define other materials in the arm file, under [materials.NAME].
     """
     return {
-        name: Material.model_validate({**entry, "assumed": [key for key in entry if key != "source"]}, context={"text": True})
+        name: Material.model_validate({"name": name, **entry, "assumed": [key for key in entry if key != "source"]}, context={"text": True})
         for name, entry in data_file("materials.toml").items()
     }

@@ -77,7 +77,8 @@ class Draft:
             return ""
         known = {**materials(), **stock} if table == "materials" else stock
         if isinstance(stated, str) and stated in known:
-            holder[last] = known[stated]
+            part = known[stated]
+            holder[last] = {"name": plain(stated), **part} if table == "materials" and isinstance(part, dict) else part
             self.written[path] = f"{table}.{step_of(stated)}"
             return stated
         near = nearest(stated, known) if isinstance(stated, str) else ""

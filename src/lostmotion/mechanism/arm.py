@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections import Counter
-from typing import TYPE_CHECKING, Annotated, Final, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
@@ -14,8 +14,9 @@ from lostmotion.errors import nearest, shown
 from lostmotion.mechanism.holding import holding_loads
 from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
 from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
-from lostmotion.mechanism.remarks import remarks_on, temperature_remarks
+from lostmotion.mechanism.remarks import remarks_on, remarks_on_ranges, temperature_remarks
 from lostmotion.mechanism.tool import Payload, Tool
+from lostmotion.parts.bands import unknown_values
 from lostmotion.parts.base import Base
 from lostmotion.parts.environment import Environment
 from lostmotion.parts.error_source import Line, Part
@@ -54,6 +55,7 @@ class Arm(Part):
     notes    text that is repeated with every result
     """
 
+    shareable: ClassVar[bool] = False
     name: Annotated[Line, Field(min_length=1, max_length=LONGEST_NAME)]
     joints: Annotated[tuple[Joint, ...], Field(min_length=1, max_length=MOST_JOINTS)]
     base: Base = Base()
@@ -158,6 +160,7 @@ class Arm(Part):
         """Return the notes of the arm, then what encoders correct, what is not stated (members, ratings, friction, masses), and what expands."""
         return (
             *self.notes,
+            *remarks_on_ranges(unknown_values(self)),
             *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass),
             *temperature_remarks(self.joints, self.environment),
         )

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT, OF_HELD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from lostmotion.parts.bands import UnknownValue
     from lostmotion.parts.environment import Environment
     from lostmotion.parts.error_source import Friction
     from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
 
     Moving = Sequence[RevoluteJoint | PrismaticJoint]
+
+_MOST_KEYS: Final = 6
 
 
 def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], gearboxes_without_mass: Sequence[str]) -> tuple[str, ...]:
@@ -30,6 +33,12 @@ def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], gear
         *_assumed_frictions(moving, assumed),
         *_masses(moving, gearboxes_without_mass),
     )
+
+
+def remarks_on_ranges(unknown: Sequence[UnknownValue]) -> tuple[str, ...]:
+    """Return the remark on values that are stated as ranges; none without them."""
+    keys = ", ".join(each.key for each in unknown[:_MOST_KEYS]) + (f" and {len(unknown) - _MOST_KEYS} more" if len(unknown) > _MOST_KEYS else "")
+    return (f"stated as a range a .. b: {keys}; figures without a band are computed with the middle of each range",) if unknown else ()
 
 
 def _corrected(moving: Moving) -> tuple[str, ...]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Final, Self
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from lostmotion.parts.error_source import Expansion, Share
+from lostmotion.band import limits_of
+from lostmotion.parts.error_source import Expansion, Line, Share
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import refuse_section
 from lostmotion.units import Quantity
@@ -17,23 +18,26 @@ _INCOMPRESSIBLE: Final = 0.499
 class Material(Sourced):
     """Material of a link: Young's modulus along it, Poisson's ratio, density.
 
+    name           parts whose materials are equal in name and values are of one batch: a range in it has one value for all of them
     shear_modulus  of an anisotropic material (laminate, 3D print); default: the isotropic value young / (2 (1 + poisson))
     scatter        ± variation of both moduli between parts, as a share
     expansion      linear thermal expansion along the link, 1/K; default: not stated, so the expansion is not counted
     """
 
     elastic_only: ClassVar[bool] = True
-    young: Annotated[float, Quantity("Pa", "70 GPa", above=0)]
-    poisson: Annotated[float, Quantity("", "0.33", low=0, high=0.95)]
-    density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0)]
-    shear_modulus: Annotated[float, Quantity("Pa", "26 GPa", above=0)] | None = None
+    name: Annotated[Line, Field(max_length=80)] = ""
+    young: Annotated[float, Quantity("Pa", "70 GPa", above=0, band="log-uniform")]
+    poisson: Annotated[float, Quantity("", "0.33", low=0, high=0.95, band="uniform")]
+    density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0, band="uniform")]
+    shear_modulus: Annotated[float, Quantity("Pa", "26 GPa", above=0, band="log-uniform")] | None = None
     scatter: Share = 0.0
     expansion: Expansion | None = None
 
     @model_validator(mode="after")
     def _poisson_is_isotropic(self) -> Self:
-        if self.shear_modulus is None and self.poisson > _INCOMPRESSIBLE:
-            why = f"poisson {self.poisson:g}, out of range for an isotropic material"
+        largest = limits_of(self.poisson)[1]
+        if self.shear_modulus is None and largest > _INCOMPRESSIBLE:
+            why = f"poisson {largest:g}, out of range for an isotropic material"
             raise refuse_section(why, "at most 0.499, or the shear_modulus of a laminate", 'poisson = 0.75, shear_modulus = "33 GPa"')
         return self
 

@@ -27,9 +27,9 @@ from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
 
-SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True)]
+SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True, band="uniform")]
 # A dimension of either sign.
-EitherSign = Annotated[Toleranced, Quantity("m", "-3 µm ± 1 µm", toleranced=True)]
+EitherSign = Annotated[Toleranced, Quantity("m", "-3 µm ± 1 µm", toleranced=True, band="uniform")]
 Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
 # Largest difference, m, between a stated size and that which follows from others.
 _SAME_SIZE: Final = 1e-6
