@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.gearbox.bands import GearBands, Middle, bands_of_drawing
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, SampledCurve, readings
 from lostmotion.laws.cycloid.contact import efficiency
 from lostmotion.laws.cycloid.drive import crank_angles_of_pitch, crank_force, loaded_disc, nominal_gaps
@@ -109,7 +110,8 @@ class Drawn:
     """Results from the drawing.
 
     lobes for each share of the torque on a disc; play (gearbox,) rad; curve and read, with the scatter of the materials; jammed: number of jammed
-    gearboxes; members: the mean wind-up (rad) by name, largest first.
+    gearboxes; members: the mean wind-up (rad) by name, largest first; bands: the figures over draws of what the drawing leaves open, None where it
+    has no ranges.
     """
 
     lobes: tuple[Lobes, ...]
@@ -120,6 +122,7 @@ class Drawn:
     members: dict[str, float]
     transmission: Transmission
     friction_curve: FrictionCurve | None
+    bands: GearBands | None = None
 
     @property
     def lost_motion(self) -> Floats:
@@ -148,7 +151,8 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         np.concatenate([start + gearbox.friction_in_loop, friction_torque]),
     )
     at = int(np.searchsorted(levels, torque))
-    found = distribute_wind_up(as_drawn, (flanks + softer).mean(axis=1))
+    own = (flanks + softer).mean(axis=1)
+    found = distribute_wind_up(as_drawn, own)
     members = {name: float(each[at]) for name, each in found.items() if each.any()}
     friction_curve = None
     if curve.friction.any():
@@ -165,6 +169,7 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         members=dict(sorted(members.items(), key=lambda member: -member[1])),
         transmission=_transmission(gearbox, torque * np.array([LIGHT, 1.0]), min(MOST_SPECTRA, max(count, SHOWN)), seed),
         friction_curve=friction_curve,
+        bands=bands_of_drawing(gearbox, Middle(asked, levels, as_drawn, own, curve, float(made.play.mean())), seed),
     )
 
 

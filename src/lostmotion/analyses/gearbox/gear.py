@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.gearbox.bands import GearBands, bands_of_figures
 from lostmotion.analyses.gearbox.cycloidal import Drawn, drawn
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, StatedCurve, readings
 from lostmotion.errors import DidNotConvergeError, refuse_argument
@@ -70,6 +71,7 @@ class GearStudy:
     loop     None without torque, for a rigid gearbox without play, or where the torque does not overcome friction
     read     the data-sheet figures of every sample; None without torque
     drawn    the results from a drawing; None for gearboxes by stated figures
+    bands    the figures over draws of the values that are stated as ranges; None without ranges
     """
 
     gearbox: AnyGearbox
@@ -79,6 +81,7 @@ class GearStudy:
     loop: Loop | None
     read: Readings | None
     drawn: Drawn | None
+    bands: GearBands | None = None
 
     @property
     def wind_up(self) -> float | None:
@@ -123,7 +126,16 @@ def gear(
     if not is_drawn(gearbox):
         curve = StatedCurve(gearbox.zones, gearbox.zone_torques, gearbox.hysteresis or 0.0)
         read = readings(curve, np.array([gearbox.play.nominal]), asked)
-        return GearStudy(gearbox, chosen, gearboxes, seed, _loop(curve, gearbox.play.nominal, gearbox.friction.load.nominal, read), read, None)
+        return GearStudy(
+            gearbox,
+            chosen,
+            gearboxes,
+            seed,
+            _loop(curve, gearbox.play.nominal, gearbox.friction.load.nominal, read),
+            read,
+            None,
+            bands_of_figures(gearbox, asked, seed),
+        )
     try:
         inside = drawn(gearbox, asked, gearboxes, seed)
     except DidNotConvergeError as error:
@@ -133,7 +145,7 @@ def gear(
             f"material ({error})"
         ) from error
     loop = _loop(inside.curve, float(inside.play.mean()), gearbox.friction_at_rest.load.nominal, inside.read)
-    return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside)
+    return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside, inside.bands)
 
 
 def _loop(curve: Curve, play: float, rest: float, read: Readings) -> Loop | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Annotated, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -26,6 +26,9 @@ from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True, band="uniform")]
 # A dimension of either sign.
@@ -265,10 +268,11 @@ class CycloidalStage(Sourced):
         if self.disc_bore_radius is None:
             return 0.0
         material, pins = self.disc_material, self.output_pins
+        scale = material.young * self.width
         if self.disc.holes is None or pins is None:
-            return disc_body(self.stage, self.disc_bore_radius, self.width, material.young, material.poisson)
+            return _of_unit_modulus(disc_body, self.stage, self.disc_bore_radius, material.poisson) / scale
         holes = Holes(pins.count, pins.circle_radius, self.disc.holes.diameter / 2)
-        return disc_with_holes(self.stage, self.disc_bore_radius, holes, self.width, material.young, material.poisson)
+        return disc_with_holes(self.stage, self.disc_bore_radius, holes, 1.0, 1.0, material.poisson) / scale
 
     @functools.cached_property
     def shaft_springs(self) -> ShaftSprings | None:
@@ -335,4 +339,12 @@ class CycloidalStage(Sourced):
     def _ring_body(self) -> float:
         if self.ring_outer_radius is None:
             return 0.0
-        return ring_body(self.stage, self.ring_outer_radius, self.width, self.ring_material.young, self.ring_material.poisson)
+        material = self.ring_material
+        return _of_unit_modulus(ring_body, self.stage, self.ring_outer_radius, material.poisson) / (material.young * self.width)
+
+
+# Plane bodies are as compliant as modulus and width are small, so that one series serves all moduli and widths of a drawing.
+@functools.lru_cache(maxsize=64)
+def _of_unit_modulus(body: Callable[..., float], stage: Stage, radius: float, poisson: float) -> float:
+    """Return the rotation per torque of a body of unit modulus and width."""
+    return body(stage, radius, 1.0, 1.0, poisson)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from lostmotion.analyses.gearbox.tables.bands import bands_facts, bands_sections, first_sentence, stiffness_band, with_band
 from lostmotion.analyses.gearbox.tables.cycloidal import cards_of_drawing, doubts_of_drawing, sections_of_drawing, verdict_of_drawing
 from lostmotion.analyses.gearbox.tables.loop import loop_section
 from lostmotion.analyses.gearbox.tables.stated import (
@@ -52,12 +53,14 @@ def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = ()) -> S
 def _of_figures(name: str, study: GearStudy, gearbox: StatedGearbox, notes: tuple[str, ...]) -> Sheet:
     units = units_of(gearbox)
     loop = () if study.loop is None or study.read is None else (loop_section(study.loop, study.read, study, units),)
+    bands = () if study.read is None else bands_sections(study.bands, study.read, units)
+    stiff = None if study.read is None else stiffness_band(study.bands, study.read, units)
     return Sheet(
         name=name,
         subject="gearbox",
-        verdict=verdict_of_figures(study, gearbox, units),
+        verdict=first_sentence(stiff) + verdict_of_figures(study, gearbox, units),
         cards=tuple(cards_of_figures(study, gearbox, units)),
-        sections=(stated_section(gearbox, units), *zones_sections(gearbox, units), *loop, *harmonics_sections(gearbox, units)),
+        sections=(stated_section(gearbox, units), *zones_sections(gearbox, units), *loop, *bands, *harmonics_sections(gearbox, units)),
         notes=(*notes, *doubts_of_figures(study, gearbox, units)),
         words=_WORDS,
         source=f"{units.what}: {load_text(study, units)}",
@@ -70,13 +73,14 @@ def _of_drawing(name: str, study: GearStudy, gearbox: CycloidalGearbox, drawn: D
     load = load_text(study, units)
     geometry, lobes, built, *others = sections_of_drawing(gearbox, drawn, study.count)
     loop = () if study.loop is None else (loop_section(study.loop, drawn.read, study, units),)
+    stiff = stiffness_band(study.bands, drawn.read, units)
     return Sheet(
         name=name,
         subject="gearbox",
         counts=f"{load}; {study.count} simulated gearboxes, seed {study.seed}",
-        verdict=verdict_of_drawing(gearbox, drawn, load, study.count),
-        cards=cards_of_drawing(gearbox, drawn, load),
-        sections=(geometry, lobes, built, *loop, *others),
+        verdict=first_sentence(stiff) + verdict_of_drawing(gearbox, drawn, load, study.count),
+        cards=tuple(with_band(card, stiff) for card in cards_of_drawing(gearbox, drawn, load)),
+        sections=(geometry, lobes, built, *loop, *bands_sections(study.bands, drawn.read, units), *others),
         notes=(*notes, *doubts_of_drawing(gearbox, drawn, study.torque or gearbox.rated_torque)),
         words=_WORDS,
         source=f"seed {study.seed}, {study.count} simulated gearboxes; torque: {load}. The same file, version, torque and seed give the same bytes.",
@@ -92,4 +96,5 @@ def _facts(name: str, study: GearStudy, units: Units) -> dict[str, Any]:
         "kind": gearbox.kind,
         "ratio": ratio and ratio.value,
         f"{units.what}_{units.torque.replace(' ', '')}": study.torque,
+        **bands_facts(study.bands),
     }
