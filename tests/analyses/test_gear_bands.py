@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.gearbox.bands import band
 from lostmotion.analyses.gearbox.gear import gear
 from lostmotion.analyses.gearbox.result import Gear
+from lostmotion.parts.bands import band, influence
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.reporting.sheet import ARCMIN, find_row
 
@@ -94,8 +94,8 @@ def test_shares_of_a_draw_add_up_to_one():
     found = bands(asked(eccentric={"bearing": "50 .. 100 N/µm"}, disc_bore_radius="20 .. 30 mm"))
     np.testing.assert_allclose(np.sum(list(found.member_shares.values()), axis=0), 1.0, rtol=1e-12)
     np.testing.assert_allclose(np.sum(list(found.members.values()), axis=0), found.read.wind_up, rtol=1e-9)
-    assert found.influence(found.read.wind_up).sum() == pytest.approx(1, abs=0.2)
-    assert found.influence(found.read.wind_up).argmax() == [each.key for each in found.unknown].index("frame")
+    assert influence(found.shares, found.read.wind_up).sum() == pytest.approx(1, abs=0.2)
+    assert influence(found.shares, found.read.wind_up).argmax() == [each.key for each in found.unknown].index("frame")
 
 
 def test_an_unknown_clearance_widens_the_play_and_no_stiffness():

@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 P = TypeVar("P", bound=Part)
 # Number of draws: the 5th and 95th percentile have three draws beyond them.
 DRAWS: Final = 64
+# Limits of a band: probabilities of a smaller value.
+BAND: Final = (0.05, 0.95)
+# Relative change of a result that is rounding.
+_ROUNDING: Final = 1e-9
 Path: TypeAlias = tuple[str, ...]
 
 
@@ -75,6 +79,27 @@ def latin_hypercube(unknown: tuple[UnknownValue, ...], draws: int = DRAWS, seed:
     """
     columns = [np.random.default_rng([seed, zlib.crc32(each.key.encode())]).permutation(draws) for each in unknown]
     return (np.array(columns, dtype=float).reshape(len(unknown), draws).T + 0.5) / draws
+
+
+def band(values: Floats) -> tuple[float, float]:
+    """Return the 5th and the 95th percentile of values (draw,); draws stand for equal intervals of probability, each for the middle of its own."""
+    low, high = np.quantile(values, BAND, method="hazen")
+    return float(low), float(high)
+
+
+def influence(shares: Floats, values: Floats) -> Floats:
+    """Return the share (value,) of the variance of a result (draw,) that each range explains alone: the squared correlation of ranks.
+
+    shares  (draw, value) where in its range each value is taken, as of `latin_hypercube`
+
+    Zero for a result that does not change beyond rounding.
+    """
+    if np.ptp(values) <= _ROUNDING * np.abs(values).max():
+        return np.zeros(shares.shape[1])
+    ranks = np.argsort(np.argsort(values, kind="stable")) / len(values)
+    ranks = ranks - ranks.mean()
+    own = shares - shares.mean(axis=0)
+    return np.asarray((own.T @ ranks) ** 2 / ((own**2).sum(axis=0) * (ranks @ ranks)))
 
 
 @dataclass(frozen=True, slots=True)

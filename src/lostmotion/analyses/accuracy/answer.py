@@ -11,6 +11,7 @@ from lostmotion.error_model.poses import POSE_LAWS
 from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
 from lostmotion.mechanism.load_causes import LinkBending, bending
 from lostmotion.mechanism.serial import tool_points
+from lostmotion.propagation.montecarlo.bands import bands
 from lostmotion.propagation.montecarlo.sensitivity import halving
 from lostmotion.propagation.montecarlo.waterfall import Waterfall, waterfall
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic, Pooled
+    from lostmotion.propagation.montecarlo.bands import Bands
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.propagation.montecarlo.stopping import Stopping
     from lostmotion.spatial import Floats
@@ -34,6 +36,7 @@ class Answer:
     sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
     budget: error budget over all poses, by kind of error too; budgets: the same at stated poses and in zones.
     zones: the errors in zones that were asked about, over poses of their own. threads: how many there were, for questions still to come.
+    bands: the same over values that are only known to lie in a range; None where all are known.
     """
 
     arm: Arm
@@ -55,6 +58,7 @@ class Answer:
     budgets: tuple[Budget, ...] = ()
     zones: tuple[FoundInZone, ...] = ()
     threads: int = 1
+    bands: Bands | None = None
 
     @property
     def places(self) -> tuple[Budget, ...]:
@@ -82,9 +86,10 @@ def answer(
     bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
     gains = halving(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
+    open_to = bands(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach, replicates=poses.replicates)
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
     tool = tool_points(arm, poses.q)
-    return Answer(arm, poses, seed, approach, sampled, tool, torques, worst, bent, space, gains, remedies, blame, threads=threads)
+    return Answer(arm, poses, seed, approach, sampled, tool, torques, worst, bent, space, gains, remedies, blame, threads=threads, bands=open_to)

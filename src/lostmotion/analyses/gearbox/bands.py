@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 G = TypeVar("G", bound=Part)
-# Limits of a band: probabilities of a smaller value.
-BAND: Final = (0.05, 0.95)
 # Share of the compliance in members that depend on a range, above which a stiffness is printed as its band.
 LARGE: Final = 0.2
 # Simulated gearboxes, at a few crank angles, for the change of the play: the same in every draw.
@@ -65,19 +63,6 @@ class GearBands:
         """Return the share of each member in the wind-up of its draw (draw,)."""
         whole = np.sum(list(self.members.values()), axis=0)
         return {name: each / whole for name, each in self.members.items()}
-
-    def influence(self, values: Floats) -> Floats:
-        """Return the share (value,) of the variance of a result (draw,) that each range explains alone: the squared correlation of ranks."""
-        ranks = np.argsort(np.argsort(values, kind="stable")) / len(values)
-        ranks = ranks - ranks.mean()
-        own = self.shares - self.shares.mean(axis=0)
-        return np.asarray((own.T @ ranks) ** 2 / ((own**2).sum(axis=0) * (ranks @ ranks)))
-
-
-def band(values: Floats) -> tuple[float, float]:
-    """Return the 5th and the 95th percentile of values (draw,); draws stand for equal intervals of probability, each for the middle of its own."""
-    low, high = np.quantile(values, BAND, method="hazen")
-    return float(low), float(high)
 
 
 def _varies(values: Floats) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from lostmotion.analyses.accuracy.tables.bands import bands_facts, bands_sections, bands_sentence, with_band
 from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
 from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
@@ -69,7 +70,7 @@ def sheet(answer: Answer) -> Sheet:
         subject="predicted accuracy",
         counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
         verdict=_verdict(found, answer, known),
-        cards=bounded_cards(_cards(found, answer), known, _ERRORS),
+        cards=bounded_cards([with_band(card, answer.bands, found) for card in _cards(found, answer)], known, _ERRORS),
         sections=(*found, *provenance_sections(known)),
         warnings=arm_warnings(answer.arm, answer.poses),
         notes=answer.arm.remarks,
@@ -85,6 +86,7 @@ def sheet(answer: Answer) -> Sheet:
             "visits": sampled.visits,
             "intervals": "95 %, counting robots and sets of poses; at a single pose, counting robots",
             **_zone_facts(answer),
+            **bands_facts(answer.bands),
             **provenance_facts(known),
         },
     )
@@ -93,10 +95,11 @@ def sheet(answer: Answer) -> Sheet:
 
 def sections(answer: Answer) -> list[Section]:
     """Return the sections of a study in reading order."""
+    errors = (error_section(answer), iso_section(answer))
     found = [
         workspace_section(answer.workspace),
-        error_section(answer),
-        iso_section(answer),
+        *errors,
+        *bands_sections(answer.bands, errors),
         *zone_sections(answer),
         levels_section(answer.budget),
         waterfall_section(answer.waterfall, _repeats(answer)),
@@ -217,6 +220,7 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
         figure = error.figures[0]
         within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
         sentences.append(error_sentence(within, known))
+    sentences += [sentence for sentence in (bands_sentence(answer.bands, found),) if sentence]
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts and parts[0].figures[1].value > 0:
         sentences.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.bands import LARGE, band
+from lostmotion.analyses.gearbox.bands import LARGE
+from lostmotion.parts.bands import band, influence
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated, several
 
 if TYPE_CHECKING:
@@ -36,9 +37,9 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
         if share.max() >= _SMALLEST:
             rows.append(Row(f"share of {name}", _figures(100 * bands.middle.get(name, 0.0) / whole, "%", 100 * share, drawn)))
     note = f"over {drawn}, without the scatter between gearboxes; middle: mean of the gearboxes with the middle of each range; shares: of the wind-up"
-    influence = bands.influence(wound)
+    explained = influence(bands.shares, wound)
     ranges = tuple(
-        Row(each.key, (Figure(100 * float(share), "%", samples=drawn),)) for each, share in zip(bands.unknown, influence.tolist(), strict=True)
+        Row(each.key, (Figure(100 * float(share), "%", samples=drawn),)) for each, share in zip(bands.unknown, explained.tolist(), strict=True)
     )
     of_ranges = "share of the variance of the wind-up that each range explains by itself; the largest is the first to measure"
     return (
