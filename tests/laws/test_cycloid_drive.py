@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
+from lostmotion.laws.cycloid.bodies import Body
 from lostmotion.laws.cycloid.contact import Flanks, output_pin_stiffness
 from lostmotion.laws.cycloid.drive import (
     Drive,
@@ -116,8 +117,8 @@ GIVEN = Drive(
     2,
     Eccentric(elements=14, element_stiffness=roller_stiffness(0.01), shaft=5e8),
     OutputPins(8, 0.04, 2e8),
-    1e-8,
-    1e-8,
+    Body("planet", 0.02, 210e9, 0.3),
+    Body("ring", 0.08, 210e9, 0.3),
 )
 
 
@@ -127,11 +128,13 @@ def test_softening_any_member_lowers_the_stiffness(factor, torque, which):
     """A softer spring in any member increases the wind-up of the drive."""
     eccentric, flanks, output = GIVEN.eccentric, GIVEN.flanks, GIVEN.output
     assert output is not None
+    assert GIVEN.disc_body is not None
+    assert GIVEN.ring_body is not None
     softer = (
         replace(GIVEN, flanks=replace(flanks, modulus=flanks.modulus / factor)),
         replace(GIVEN, flanks=replace(flanks, bending=flanks.bending * factor)),
-        replace(GIVEN, disc_body=GIVEN.disc_body * factor),
-        replace(GIVEN, ring_body=GIVEN.ring_body * factor),
+        replace(GIVEN, disc_body=replace(GIVEN.disc_body, young=GIVEN.disc_body.young / factor)),
+        replace(GIVEN, ring_body=replace(GIVEN.ring_body, young=GIVEN.ring_body.young / factor)),
         replace(GIVEN, eccentric=replace(eccentric, element_stiffness=eccentric.element_stiffness / factor)),
         replace(GIVEN, eccentric=replace(eccentric, shaft=eccentric.shaft / factor)),
         replace(GIVEN, output=replace(output, stiffness=output.stiffness / factor)),

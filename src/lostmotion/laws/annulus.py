@@ -154,7 +154,7 @@ def flexibility(
     angles, slants = np.atleast_1d(np.asarray(angles, dtype=float)), np.atleast_1d(np.asarray(slants, dtype=float))
     if angles.ndim != 1 or angles.shape != slants.shape:
         raise ValueError(f"each force needs its angle and its slant, not angles of shape {angles.shape} and slants of shape {slants.shape}")
-    half = np.broadcast_to(np.asarray(half_arcs, dtype=float), angles.shape)
+    half = np.atleast_1d(np.asarray(half_arcs, dtype=float))
     if not ((half > 0).all() and exponent > -0.75):  # noqa: PLR2004 - the energy of more concentrated loads is infinite
         raise ValueError("the arcs must be wider than zero, and the exponent of the load's shape above -0.75")
     top = max(8, math.ceil(_PER_ARC / float(half.min()))) if harmonics is None else harmonics
@@ -166,6 +166,7 @@ def flexibility(
     mirrored = 2 * ((modes * coupling) @ modes.conj().T).real
     # Beyond the last harmonic the compliance falls as 1/n and the mean square of the spectrum as n^-(2 exponent + 2).
     left = gamma(exponent + 1.5) ** 2 * (2 / half) ** (2 * exponent + 1) / (math.pi * half) * top ** (-2 * exponent - 2) / (2 * exponent + 2) * top
+    left = np.broadcast_to(left, angles.shape)
     same = same + np.diag(left * (direct[-1] + counter[-1]))
     mirrored = mirrored + np.diag(left * 2 * coupling[-1])
     force = np.exp(1j * slants)

@@ -34,6 +34,8 @@ _ATTEMPTS: Final = ((16, 5), (28, 10))
 _POINTS: Final = 3
 # Largest root-mean-square error of the boundary conditions, over that of the loads.
 _RESIDUAL: Final = 0.02
+# Added to the diagonal of the normal equations per unknown, with columns of unit length.
+_RIDGE: Final = 1e-15
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,23 +49,61 @@ class Holes:
 
 @dataclass(frozen=True, slots=True)
 class RimLoads:
-    """Forces that push on the rim.
+    """Places of forces that push on the rim.
 
-    force    (force,) N, zero or more
     angle    (force,) position from the line of centres, rad
     slant    (force,) inclination of the line of action from the radius, rad: the force points inwards, against the direction angle + slant
     half     half arc over which each is distributed as (1 - x^2)^exponent, rad
     """
 
-    force: Floats
     angle: Floats
     slant: Floats
     half: float
     exponent: float = ELLIPTIC
 
+    @property
+    def arm(self) -> Floats:
+        """Return the lever arm of each force about the centre (force,), over the radius of the rim."""
+        return -np.sin(self.slant)
 
-def wind_up_per_torque(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, bore: Bore, towards: Literal[-1, 1] = -1) -> Floats:
-    """Return the rotation of the rim per torque (line,), rad/(N m), against what takes the torque, by virtual work.
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """Response of a disc with holes to unit loads: work of load i in the displacements of load j, m/N, as a symmetric matrix.
+
+    The loads are the real and imaginary parts of each harmonic of the rim's traction, -terms to terms; then, for each line of centres, the forces of
+    the pins that balance a unit force times the radius of the rim: on the holes that are loaded where the rim's forces have a negative moment, as
+    under a positive torque of a stage, and on the others.
+    """
+
+    work: Floats
+    terms: int
+    lines: Floats
+    with_pins: bool
+
+    def loads(self, rim: RimLoads, line: int, side: int) -> Floats:
+        """Return the unit forces on the rim in terms of the unit loads (force, load), under a positive (0) or negative (1) torque of the stage."""
+        harmonics = _harmonics(rim, float(self.lines[line]), self.terms)
+        pins = np.zeros((len(rim.angle), len(self.work) - 2 * harmonics.shape[1]))
+        if self.with_pins:
+            pins[:, 2 * line + side] = rim.arm
+        return np.concatenate([harmonics.real, harmonics.imag, pins], axis=1)
+
+    def flexibility(self, rim: RimLoads) -> Floats:
+        """Return the displacements (m/N) along force i under a unit force j: (side, force, force), mean over the lines of centres.
+
+        Under a positive and a negative torque of the stage. Displacements are relative to a fixed bore, or else to the pins, such that these do no work.
+        """
+        out = np.zeros((2, len(rim.angle), len(rim.angle)))
+        for side in range(2):
+            for line in range(len(self.lines)):
+                loads = self.loads(rim, line, side)
+                out[side] += loads @ self.work @ loads.T / len(self.lines)
+        return np.asarray((out + out.transpose(0, 2, 1)) / 2)
+
+
+def response(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, bore: Bore, towards: Literal[-1, 1] = -1) -> Response:
+    """Return the response of a disc to forces on its rim, by virtual work.
 
     disc   loaded at its rim; its fixed radius is that of the bore
     holes  of the output pins; None for a solid disc
@@ -71,8 +111,8 @@ def wind_up_per_torque(disc: Annulus, holes: Holes | None, rim: RimLoads, lines:
     lines  (line,) angles of the line of centres, towards the disc's centre, from the first hole, rad
     bore   "fixed": bonded to a rigid hub, which takes the torque; "sliding": on a frictionless rigid hub, while half of the holes take the torque,
            each by a cosine pressure on half of its edge, with forces in proportion to the distance of the holes from the line of centres
-    towards  direction of the pins' push along the line of centres. A hole's centre is ahead of its pin's by the eccentricity, so the pin pushes
-             against the line (-1), and the loaded holes are those on the side of the loaded rim; 1 is the reverse
+    towards  direction of the pins' push along the line of centres. A hole's centre is ahead of its pin's by the eccentricity, so under a positive
+             torque the pin pushes against the line (-1), and the loaded holes are those on the side of the loaded rim; 1 is the reverse
 
     Raises ValueError for holes that overlap or cut an edge, and for a sliding bore without holes; DidNotConvergeError where the series do not resolve
     the webs.
@@ -82,15 +122,18 @@ def wind_up_per_torque(disc: Annulus, holes: Holes | None, rim: RimLoads, lines:
     elif bore == "sliding":
         raise ValueError("a disc on a sliding bore needs holes that take its torque")
     lines = np.atleast_1d(np.asarray(lines, dtype=float))
-    torque = -float((rim.force * np.sin(rim.slant)).sum()) * disc.loaded
     for terms, per_arc in _ATTEMPTS:
         edges = _edges(disc, holes, terms, max(24, math.ceil(per_arc / rim.half)))
-        pins = None if holes is None or bore == "fixed" else [pin_forces(holes, torque, float(line), towards) for line in lines]
-        loads = np.stack([_tractions(disc, holes, rim, float(line), edges, None if pins is None else pins[k]) for k, line in enumerate(lines)])
-        moved, error = _displacements(disc, edges, loads, bore)
+        loads = _unit_loads(disc, holes if bore == "sliding" else None, rim, lines, edges, towards)
+        moved, matrix, wanted = _conditions(disc, edges, loads, bore)
+        answer = _least_squares(matrix, wanted)
+        weights = np.concatenate([np.full(len(edge.points), 2 * math.pi * edge.radius / len(edge.points)) for edge in edges])
+        work = ((loads.conj() * weights) @ moved).real @ answer * disc.loaded * disc.width
+        found = Response(np.asarray(work), edges[0].terms, lines, bore == "sliding")
+        tried = [np.minimum(rim.arm, 0.0) @ found.loads(rim, line, 0) for line in range(len(lines))]
+        error = max(float(np.linalg.norm(matrix @ (answer @ each) - wanted @ each) / np.linalg.norm(wanted @ each)) for each in tried)
         if error < _RESIDUAL:
-            weights = np.concatenate([np.full(len(edge.points), 2 * math.pi * edge.radius / len(edge.points)) for edge in edges])
-            return np.asarray(((loads.conj() * moved).real @ weights) * disc.loaded * disc.width / torque**2)
+            return found
     raise DidNotConvergeError(f"the webs of this disc are too thin for its series: boundary conditions are off by {100 * error:.1f} %")
 
 
@@ -142,22 +185,31 @@ def _edges(disc: Annulus, holes: Holes | None, terms: int, rim_terms: int) -> li
     return [*out, edge(0j, disc.fixed / disc.loaded, max(terms, 4 * count), -1.0)]
 
 
-def _tractions(disc: Annulus, holes: Holes | None, rim: RimLoads, line: float, edges: list[_Edge], pins: Complexes | None) -> Complexes:
-    """Return the traction (point,), Pa, at the points of all edges."""
-    out = [_rim_traction(disc, rim, edges[0].points, edges[0].terms, line)]
-    if holes is not None and pins is not None:
-        out += [_hole_traction(disc, holes, force, edge) for force, edge in zip(pins, edges[1:-1], strict=True)]
-    else:
-        out += [np.zeros(len(edge.points), dtype=complex) for edge in edges[1:-1]]
-    return np.concatenate([*out, np.zeros(len(edges[-1].points), dtype=complex)])
-
-
-def _rim_traction(disc: Annulus, rim: RimLoads, points: Complexes, terms: int, line: float) -> Complexes:
-    """Return the traction (point,), Pa, of the loads on the rim, by its harmonics up to the number of terms."""
-    n = np.arange(-terms, terms + 1)
+def _unit_loads(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, edges: list[_Edge], towards: Literal[-1, 1]) -> Complexes:
+    """Return the tractions (load, point), Pa, of the unit loads at the points of all edges; those of the pins only with `holes`."""
+    points = edges[0].points
+    n = np.arange(-edges[0].terms, edges[0].terms + 1)
     shape = spectrum(np.abs(n) * rim.half, rim.exponent) / (2 * math.pi * disc.loaded * disc.width)
-    each = -(rim.force * np.exp(1j * rim.slant)) @ np.exp(-1j * (rim.angle[:, None] + line) * n)
-    return np.asarray(points * (np.exp(1j * np.angle(points)[:, None] * n) @ (each * shape)))
+    waves = shape[:, None] * points * np.exp(1j * n[:, None] * np.angle(points))
+    count = sum(len(edge.points) for edge in edges)
+    out = np.zeros((2 * len(waves) + (0 if holes is None else 2 * len(lines)), count), dtype=complex)
+    out[: len(waves), : len(points)], out[len(waves) : 2 * len(waves), : len(points)] = waves, 1j * waves
+    if holes is not None:
+        row = 2 * len(waves)
+        for line in lines:
+            for sign in (-1.0, 1.0):
+                pins = pin_forces(holes, sign * disc.loaded, float(line), towards)
+                tractions = [_hole_traction(disc, holes, force, edge) for force, edge in zip(pins, edges[1:-1], strict=True)]
+                on_holes = sign * np.concatenate(tractions)
+                out[row, len(points) : len(points) + len(on_holes)] = on_holes
+                row += 1
+    return out
+
+
+def _harmonics(rim: RimLoads, line: float, terms: int) -> Complexes:
+    """Return the harmonics -terms to terms (force, harmonic) of unit forces on the rim, without the shape of their distribution."""
+    n = np.arange(-terms, terms + 1)
+    return np.asarray(-np.exp(1j * rim.slant)[:, None] * np.exp(-1j * (rim.angle + line)[:, None] * n))
 
 
 def _hole_traction(disc: Annulus, holes: Holes, force: complex, edge: _Edge) -> Complexes:
@@ -169,10 +221,10 @@ def _hole_traction(disc: Annulus, holes: Holes, force: complex, edge: _Edge) -> 
     return 2 * abs(force) / (math.pi * holes.radius * disc.width) * half * outward
 
 
-def _displacements(disc: Annulus, edges: list[_Edge], loads: Complexes, bore: Bore) -> tuple[Complexes, float]:
-    """Return the displacements (line, point), m, of all edges under tractions (line, point), Pa; those at the bore are not used.
+def _conditions(disc: Annulus, edges: list[_Edge], loads: Complexes, bore: Bore) -> tuple[Complexes, Floats, Floats]:
+    """Return the displacement (point, unknown), m, of every unknown, and the boundary conditions under tractions (load, point), Pa.
 
-    Also returns the largest root-mean-square error of the boundary conditions, over that of the loads.
+    The conditions are a matrix (condition, unknown) and what is wanted (condition, load). Displacements at the bore are not used.
     """
     points, normals = (np.concatenate([getattr(edge, name) for edge in edges]) for name in ("points", "normals"))
     moved, pulled = _columns(disc.kolosov, points, normals, edges)
@@ -186,16 +238,17 @@ def _displacements(disc: Annulus, edges: list[_Edge], loads: Complexes, bore: Bo
     matrix = np.concatenate(rows)
     wanted = np.concatenate([loads[:, :on_bore].real, loads[:, :on_bore].imag, np.zeros((len(loads), 2 * (len(points) - on_bore)))], axis=1).T
     size = np.sqrt((matrix**2).sum(axis=0))
-    answer = _least_squares(matrix / size, wanted) / size[:, None]
-    error = np.sqrt(((matrix @ answer - wanted) ** 2).sum(axis=0) / (wanted**2).sum(axis=0))
     shear = disc.young / (2 + 2 * disc.nu)
-    return np.asarray((moved @ answer).T * disc.loaded / (2 * shear)), float(error.max())
+    return moved / size * (disc.loaded / (2 * shear)), matrix / size, wanted
 
 
 def _least_squares(matrix: Floats, wanted: Floats) -> Floats:
-    from scipy.linalg import lstsq
+    """Return the least-squares solution by the normal equations, with a ridge just above rounding; some terms are nearly dependent."""
+    from scipy.linalg import cho_factor, cho_solve
 
-    return np.asarray(lstsq(matrix, wanted, lapack_driver="gelsy", check_finite=False)[0])
+    square = matrix.T @ matrix
+    square[np.diag_indices_from(square)] += _RIDGE * len(square)
+    return np.asarray(cho_solve(cho_factor(square, overwrite_a=True, check_finite=False), matrix.T @ wanted, check_finite=False))
 
 
 def _columns(k: float, z: Complexes, normal: Complexes, edges: list[_Edge]) -> tuple[Complexes, Complexes]:

@@ -126,6 +126,7 @@ def load_sharing(
     gaps: Floats | float = 0.0,
     supports: Supports | None = None,
     *,
+    bodies: Floats | None = None,
     threads: int = 1,
 ) -> LoadSharing:
     """Return the forces on the lobes of one disc and its rotation, at all combinations of torques, crank angles and simulated gearboxes (draws).
@@ -133,6 +134,8 @@ def load_sharing(
     torque   (torque,) on one disc about the planet's centre, N m, of either sign; at zero torque the disc is free in its play, and the rotation is 0
     crank    (crank,) crank angles, rad
     gaps     along the normals, m, negative for interference; any shape that broadcasts to (crank, draw, N)
+    bodies   (side, crank, N, N) displacement of the bodies along contact i per force on contact j, m/N (`bodies.flexibility`), under forward and
+             backward torques, or one for both; None for rigid bodies
     threads  number of threads, on which the result does not depend
 
     The residual is below 1e-9 of the torque, usually 1e-12; otherwise the case is marked as not converged. That includes a torque below a millionth
@@ -140,6 +143,7 @@ def load_sharing(
     that are not positive.
     """
     from lostmotion.laws.cycloid import contact_kernel as kernel
+    from lostmotion.laws.cycloid import elastic_kernel
 
     supports = supports or Supports()
     torque, crank = np.atleast_1d(np.asarray(torque, dtype=float)), np.atleast_1d(np.asarray(crank, dtype=float))
@@ -163,14 +167,24 @@ def load_sharing(
     arm = arms(stage, theta) / stage.planet_pitch_radius
     thrust = 0.0 if math.isinf(supports.pin_circle) else 4 / (math.pi * supports.pin_circle)
     stiffness = np.ascontiguousarray(np.broadcast_to(bearing, draws))
-    given = (law, stage.planet_pitch_radius, thrust, torque, across, arm, soft, scale, largest, gap, stiffness, out, forces)
+    given = (law, stage.planet_pitch_radius, thrust, torque, across, arm, soft, scale, largest, gap, stiffness)
+    solve, given = (kernel.solve_cases, given) if bodies is None else (elastic_kernel.solve_cases, (*given, _checked(bodies, len(crank), stage.pins)))
     edges = np.linspace(0, cases, min(4 * threads, cases) + 1 if threads > 1 else 2).astype(int)
     if threads > 1:
         with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(lambda ends: kernel.solve_cases(ends[0], ends[1], *given), pairwise(edges)))
+            list(pool.map(lambda ends: solve(ends[0], ends[1], *given, out, forces), pairwise(edges)))
     else:
-        kernel.solve_cases(0, cases, *given)
+        solve(0, cases, *given, out, forces)
     return _named(flanks, radius, torque, output, out.reshape(*shape, -1), forces.reshape(*shape, -1))
+
+
+def _checked(bodies: Floats, cranks: int, pins: int) -> Floats:
+    """Return the compliance of the bodies (side, crank, N, N) for the kernel. Raises ValueError for another shape, or values that are not finite."""
+    if bodies.ndim != 4 or bodies.shape[0] not in {1, 2} or bodies.shape[1:] != (cranks, pins, pins):  # noqa: PLR2004 - forward and backward torques
+        raise ValueError(f"the compliance of the bodies has the shape {bodies.shape} instead of (1 or 2, {cranks}, {pins}, {pins})")
+    if not np.isfinite(bodies).all():
+        raise ValueError("the compliance of the bodies must be finite numbers")
+    return np.ascontiguousarray(np.broadcast_to(bodies, (2, *bodies.shape[1:])))
 
 
 def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, Floats]:

@@ -12,17 +12,20 @@ Source: K = 1/sum(1/K_i) with K_ecc = k (e z)^2 and K_pins = k_w Rw^2 n_w/4 afte
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.laws.cycloid.bodies import flexibility
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, Supports, load_sharing, output_pin_stiffness
 from lostmotion.laws.cycloid.geometry import Modification, Stage, first_contact_angle, gaps, pin_angles
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
 
 if TYPE_CHECKING:
+    from lostmotion.laws.cycloid.bodies import Body
     from lostmotion.spatial import Floats
 
 # Number of crank angles within one pitch over which the ripple is averaged.
@@ -99,7 +102,9 @@ class Drive:
     relief                profile modification
     discs                 number of discs, which share the torque equally
     output                output pins; None for crankshafts that carry the output
-    disc_body, ring_body  compliance of the bodies at the output, rad per N m on one disc; zero means rigid
+    disc_body, ring_body  None means rigid; otherwise the law of the flanks must be Johnson's, which defines the depth of the bodies
+
+    Raises ValueError for elastic bodies with another law.
     """
 
     stage: Stage
@@ -108,13 +113,24 @@ class Drive:
     discs: int = 1
     eccentric: Eccentric = field(default_factory=Eccentric)
     output: OutputPins | None = None
-    disc_body: float = 0.0
-    ring_body: float = 0.0
+    disc_body: Body | None = None
+    ring_body: Body | None = None
 
-    @property
-    def bodies(self) -> float:
-        """Return the compliance of disc and ring bodies, rad per N m on one disc."""
-        return self.disc_body + self.ring_body
+    def __post_init__(self) -> None:
+        """Refuse elastic bodies with another law than Johnson's."""
+        if (self.disc_body or self.ring_body) and self.flanks.law != "johnson":
+            raise ValueError(f"elastic bodies need Johnson's law of approach, which defines their depth, not {self.flanks.law!r}")
+
+    def bodies(self, crank: Floats) -> Floats | None:
+        """Return the displacement (side, crank, N, N) along contact i per force at contact j, m/N, of disc and ring; None where both are rigid."""
+        return _bodies(self, np.ascontiguousarray(crank, dtype=float).tobytes())
+
+
+@functools.lru_cache(maxsize=16)
+def _bodies(drive: Drive, crank: bytes) -> Floats | None:
+    parts = [each for each in (drive.disc_body, drive.ring_body) if each is not None]
+    found = [flexibility(drive.stage, each, drive.flanks.width, np.frombuffer(crank)) for each in parts]
+    return np.asarray(np.sum(found, axis=0)) if found else None
 
 
 def crank_force_per_torque(drive: Drive) -> float:
@@ -145,12 +161,13 @@ def crank_force(drive: Drive, torque: float) -> float:
     """
     force = abs(torque) * crank_force_per_torque(drive)
     crank = crank_angles_of_pitch(drive)
-    answer = load_sharing(drive.stage, drive.flanks, [torque], crank, nominal_gaps(drive, crank), _supports(drive, force, rigid=False)).checked()
+    supports = _supports(drive, force, rigid=False)
+    answer = load_sharing(drive.stage, drive.flanks, [torque], crank, nominal_gaps(drive, crank), supports, bodies=drive.bodies(crank)).checked()
     return float(answer.bearing_force.mean()) * crank_force_per_torque(drive) * drive.stage.planet_pitch_radius
 
 
 def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigid_eccentric: bool = False, threads: int = 1) -> LoadSharing:
-    """Return the load sharing of one disc with its bodies, under its torque.
+    """Return the load sharing of one disc under its torque, with the bodies of disc and ring.
 
     torque  N m on the disc, not zero
     crank   (crank,) crank angles, rad
@@ -160,7 +177,7 @@ def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigi
     """
     force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_force_per_torque(drive)
     supports = _supports(drive, force, rigid=rigid_eccentric)
-    return load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, threads=threads).checked()
+    return load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, bodies=drive.bodies(crank), threads=threads).checked()
 
 
 def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False) -> Floats:
@@ -188,14 +205,12 @@ def interferes(drive: Drive, crank: Floats, gap: Floats) -> np.ndarray[tuple[int
 
 
 def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
-    bearing, output = math.inf, 1 / drive.bodies if drive.bodies else math.inf
+    bearing = output = math.inf
     eccentric = drive.eccentric
     if not rigid:
-        each = eccentric.stiffness(force)
-        bearing = eccentric.cranks * each
+        bearing = eccentric.cranks * eccentric.stiffness(force)
         if math.isfinite(eccentric.circle):
-            soft = drive.bodies + 1 / (bearing * eccentric.circle**2)
-            output = 1 / soft if soft else math.inf
+            output = bearing * eccentric.circle**2
     return Supports(bearing, output, drive.output.circle if drive.output else math.inf)
 
 
@@ -218,30 +233,31 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     torque = np.asarray(torque, dtype=float)
     crank = crank_angles_of_pitch(drive)
     gap = nominal_gaps(drive, crank)
-    contacts_only = replace(drive, flanks=replace(drive.flanks, bending=0.0), disc_body=0.0, ring_body=0.0)
-    with_bending = replace(contacts_only, flanks=drive.flanks)
+    with_bending = replace(drive, disc_body=None, ring_body=None)
+    with_disc = replace(drive, ring_body=None)
+    contacts_only = replace(with_bending, flanks=replace(drive.flanks, bending=0.0))
     first = first_contact_angle(drive.stage, pin_angles(drive.stage, crank), gap[:, 0])
     interfering = interferes(drive, crank, gap)[:, 0]
 
-    def start(loaded: Drive, each: float, *, rigid: bool) -> float:
-        return float(np.where(interfering, rest_angle(loaded, crank, gap, each, rigid_eccentric=rigid)[:, 0], first).mean())
+    def wound(loaded: Drive, each: float, *, rigid: bool) -> float:
+        start = np.where(interfering, rest_angle(loaded, crank, gap, each, rigid_eccentric=rigid)[:, 0], first)
+        return float(loaded_disc(loaded, each, crank, gap, rigid_eccentric=rigid).rotation.mean() - start.mean())
 
     lobes = "planet pins" if drive.stage.has_planet_pins else "ring pins" if drive.stage.kind == "ring pins" else "ring lobes"
     out = {name: np.zeros_like(torque) for name in ("lobe contacts", lobes, "disc body", "ring body", "eccentric bearing", "eccentric shaft")}
     for k, each in enumerate(torque / drive.discs):
-        contact = float(loaded_disc(contacts_only, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(contacts_only, each, rigid=True)
-        bending = contact
-        if drive.flanks.bending:
-            bending = float(loaded_disc(with_bending, each, crank, gap, rigid_eccentric=True).rotation.mean()) - start(with_bending, each, rigid=True)
-        eccentric = float(loaded_disc(with_bending, each, crank, gap).rotation.mean()) - start(with_bending, each, rigid=False) - bending
+        contact = wound(contacts_only, each, rigid=True)
+        bending = wound(with_bending, each, rigid=True) if drive.flanks.bending else contact
+        supported = wound(with_bending, each, rigid=False)
+        on_disc = wound(with_disc, each, rigid=False) if drive.disc_body else supported
         out["lobe contacts"][k] = contact
         out[lobes][k] = bending - contact
         soft = 1 / drive.eccentric.bearing_stiffness(crank_force(with_bending, each))
         share = soft / (soft + 1 / drive.eccentric.shaft) if soft else 0.0
-        out["eccentric bearing"][k] = eccentric * share
-        out["eccentric shaft"][k] = eccentric * (1 - share)
-    out["disc body"] = drive.disc_body * torque / drive.discs
-    out["ring body"] = drive.ring_body * torque / drive.discs
+        out["eccentric bearing"][k] = (supported - bending) * share
+        out["eccentric shaft"][k] = (supported - bending) * (1 - share)
+        out["disc body"][k] = on_disc - supported
+        out["ring body"][k] = wound(drive, each, rigid=False) - on_disc if drive.ring_body else 0.0
     if drive.output is not None:
         out["output pins"] = output_pin_wind_up(drive, torque, 1 / drive.output.stiffness)
     return out

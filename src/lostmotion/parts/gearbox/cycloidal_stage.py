@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from lostmotion.errors import DidNotConvergeError, shown
 from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
 from lostmotion.laws.cycloid import drive
-from lostmotion.laws.cycloid.bodies import disc_body, disc_with_holes, ring_body, ring_reach
+from lostmotion.laws.cycloid.bodies import Body, flexibility, ring_reach
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.geometry import Modification, Stage
 from lostmotion.laws.cycloid.output_pins import Hole
@@ -26,9 +27,6 @@ from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True, band="uniform")]
 # A dimension of either sign.
@@ -174,9 +172,10 @@ class CycloidalStage(Sourced):
         if abs(holes.diameter - fitting) > _SAME_SIZE:
             why = f"holes of {holes.diameter * 1e3:.6g} mm, where pin, twice the eccentricity and clearance make {fitting * 1e3:.6g} mm"
             raise refuse(why, "holes that fit the pins with their clearance", f'diameter = "{fitting * 1e3:.6g} mm"')
-        if self.disc_bore_radius is not None:
+        body = self._disc_body
+        if body is not None:
             try:
-                _ = self._disc_body
+                flexibility(self.stage, body, self.width, np.zeros(1))
             except (ValueError, DidNotConvergeError) as error:
                 raise refuse(f"disc holes for which {error}", "holes with webs around them", 'holes = { diameter = "12.1 mm" }') from None
 
@@ -264,15 +263,12 @@ class CycloidalStage(Sourced):
         return 0.0
 
     @property
-    def _disc_body(self) -> float:
+    def _disc_body(self) -> Body | None:
         if self.disc_bore_radius is None:
-            return 0.0
+            return None
         material, pins = self.disc_material, self.output_pins
-        scale = material.young * self.width
-        if self.disc.holes is None or pins is None:
-            return _of_unit_modulus(disc_body, self.stage, self.disc_bore_radius, material.poisson) / scale
-        holes = Holes(pins.count, pins.circle_radius, self.disc.holes.diameter / 2)
-        return disc_with_holes(self.stage, self.disc_bore_radius, holes, 1.0, 1.0, material.poisson) / scale
+        holes = None if self.disc.holes is None or pins is None else Holes(pins.count, pins.circle_radius, self.disc.holes.diameter / 2)
+        return Body("planet", self.disc_bore_radius, material.young, material.poisson, holes)
 
     @functools.cached_property
     def shaft_springs(self) -> ShaftSprings | None:
@@ -336,15 +332,7 @@ class CycloidalStage(Sourced):
         return Hole(holes.diameter / 2, pins.outer_diameter / 2, self.width, disc.young, disc.poisson, touching.young, touching.poisson)
 
     @property
-    def _ring_body(self) -> float:
+    def _ring_body(self) -> Body | None:
         if self.ring_outer_radius is None:
-            return 0.0
-        material = self.ring_material
-        return _of_unit_modulus(ring_body, self.stage, self.ring_outer_radius, material.poisson) / (material.young * self.width)
-
-
-# Plane bodies are as compliant as modulus and width are small, so that one series serves all moduli and widths of a drawing.
-@functools.lru_cache(maxsize=64)
-def _of_unit_modulus(body: Callable[..., float], stage: Stage, radius: float, poisson: float) -> float:
-    """Return the rotation per torque of a body of unit modulus and width."""
-    return body(stage, radius, 1.0, 1.0, poisson)
+            return None
+        return Body("ring", self.ring_outer_radius, self.ring_material.young, self.ring_material.poisson)
