@@ -32,7 +32,9 @@ def scattered(seed: int, draws: int = 30, mean: float = 1e-6) -> np.ndarray:
     return np.random.default_rng(seed).normal(mean, 2e-6, (len(CRANK), draws, STAGE.pins))
 
 
-@pytest.mark.parametrize("flanks", [HERTZ, Flanks(0.01, STEEL, bending=2e-9), Flanks(0.01, STEEL, "palmgren"), Flanks(0.01, STEEL, "linear", 0.0, 2e8)])
+@pytest.mark.parametrize(
+    "flanks", [HERTZ, Flanks(0.01, STEEL, bending=2e-9), Flanks(0.01, STEEL, "palmgren"), Flanks(0.01, STEEL, "linear", 0.0, 2e8)]
+)
 @pytest.mark.parametrize("supports", [Supports(), Supports(3e8, 1e6, 0.03)])
 def test_rigid_bodies_share_the_load_as_without_any(flanks: Flanks, supports: Supports):
     """Without compliance the two solvers, of different unknowns, agree on rotation, forces, bearing force, stiffness and number of lobes."""
@@ -45,7 +47,7 @@ def test_rigid_bodies_share_the_load_as_without_any(flanks: Flanks, supports: Su
     np.testing.assert_allclose(ours.stiffness, rigid.stiffness, rtol=1e-6)
 
 
-def worst_violation(
+def worst_violation(  # noqa: PLR0913, PLR0917 - the arguments of the solver, and its result
     stage: Stage, flanks: Flanks, torque: np.ndarray, crank: np.ndarray, gap: np.ndarray, supports: Supports, bodies: np.ndarray, found: LoadSharing
 ) -> float:
     """Return the largest error in the equations of contacts and forces, over the largest approach or T/(e z), in NumPy and without the kernel."""
@@ -69,7 +71,9 @@ def worst_violation(
                 worst = max(worst, abs(force @ arm[j] - each) / abs(each))
                 scale = max(np.abs(pressed).max(), np.abs(moved).max(), np.abs(rigid).max())
                 worst = max(worst, np.abs(off[force > 0]).max(initial=0.0) / scale, off[force == 0].max(initial=0.0) / scale)
-                assert found.bearing_force[i, j, k] == pytest.approx(math.hypot(force @ n[j, :, 0] - push, force @ n[j, :, 1]), rel=1e-8, abs=1e-8 * unit)
+                assert found.bearing_force[i, j, k] == pytest.approx(
+                    math.hypot(force @ n[j, :, 0] - push, force @ n[j, :, 1]), rel=1e-8, abs=1e-8 * unit
+                )
     return worst
 
 
@@ -97,14 +101,18 @@ def test_a_backward_torque_is_the_mirrored_drive():
     """With the crank mirrored about pin 0, lobe -k carries under a backward torque what lobe k carries under a forward one, also with holes."""
     mirror = -np.arange(20) % 20
     body = Body("planet", 0.02, 210e9, 0.3, Holes(6, 0.033, 0.006))
-    ahead, behind = (load_sharing(STAGE, HERTZ, [t], [c], bodies=flexibility(STAGE, body, 0.01, np.array([c]))) for t, c in ((90.0, 0.1), (-90.0, -0.1)))
+    ahead, behind = (
+        load_sharing(STAGE, HERTZ, [t], [c], bodies=flexibility(STAGE, body, 0.01, np.array([c]))) for t, c in ((90.0, 0.1), (-90.0, -0.1))
+    )
     np.testing.assert_allclose(behind.forces[0, 0, 0][mirror], ahead.forces[0, 0, 0], rtol=1e-3, atol=0.1)
     assert float(behind.rotation[0, 0, 0]) == pytest.approx(-float(ahead.rotation[0, 0, 0]), rel=1e-4)
 
 
 def test_softer_bodies_turn_further_and_spread_the_load():
     """Each halving of the modulus of both bodies turns the output further; the largest force falls."""
-    found = [load_sharing(STAGE, HERTZ, [100.0], [0.1], bodies=factor * both_bodies(np.array([0.1]))).checked() for factor in (0.0, 0.5, 1.0, 2.0, 4.0)]
+    found = [
+        load_sharing(STAGE, HERTZ, [100.0], [0.1], bodies=factor * both_bodies(np.array([0.1]))).checked() for factor in (0.0, 0.5, 1.0, 2.0, 4.0)
+    ]
     assert (np.diff([float(each.rotation[0, 0, 0]) for each in found]) > 0).all()
     assert (np.diff([float(each.forces.max()) for each in found]) < 0).all()
 
@@ -138,7 +146,9 @@ def test_a_load_beyond_the_law_is_marked():
     assert np.isnan(found.forces).all()
 
 
-@pytest.mark.parametrize(("bodies", "why"), [(np.zeros((1, 2, 20, 20)), "shape"), (np.zeros((20, 20)), "shape"), (np.full((1, 1, 20, 20), np.nan), "finite")])
+@pytest.mark.parametrize(
+    ("bodies", "why"), [(np.zeros((1, 2, 20, 20)), "shape"), (np.zeros((20, 20)), "shape"), (np.full((1, 1, 20, 20), np.nan), "finite")]
+)
 def test_impossible_compliances_are_refused(bodies: np.ndarray, why: str):
     """A compliance of another shape, or with values that are not numbers."""
     with pytest.raises(ValueError, match=why):

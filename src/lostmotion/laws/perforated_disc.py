@@ -92,7 +92,7 @@ class Response:
     def flexibility(self, rim: RimLoads) -> Floats:
         """Return the displacements (m/N) along force i under a unit force j: (side, force, force), mean over the lines of centres.
 
-        Under a positive and a negative torque of the stage. Displacements are relative to a fixed bore, or else to the pins, such that these do no work.
+        Under a positive and a negative torque of the stage. Displacements are relative to a fixed bore, or else to the pins, which then do no work.
         """
         out = np.zeros((2, len(rim.angle), len(rim.angle)))
         for side in range(2):
@@ -140,7 +140,7 @@ def response(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, b
 def pin_forces(holes: Holes, torque: float, line: float, towards: Literal[-1, 1] = -1) -> Complexes:
     """Return the forces (hole,), N, of the pins on a disc as complex numbers in its plane; they balance a torque (N m) on its rim.
 
-    Arguments as `wind_up_per_torque`.
+    Arguments as `response`.
     """
     arm = np.sin(2 * math.pi * np.arange(holes.count) / holes.count - line)
     share = np.maximum(math.copysign(1.0, torque) * towards * arm, 0.0)  # a force along the line of centres has the moment -circle x arm

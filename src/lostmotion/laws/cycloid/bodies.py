@@ -71,8 +71,8 @@ def flexibility(stage: Stage, body: Body, width: float, crank: Floats) -> Floats
     width  of the body, m; with more than one disc the share of the ring's width per disc
     crank  (crank,) crank angles, rad
 
-    Under forward (0) and backward torques (1), which load different holes. This is the part that the approach by Johnson's law does not include. For a
-    concave flank that law includes too much, so the diagonal can be negative. With holes it is the mean of two positions of these: on the line of
+    Under forward (0) and backward torques (1), which load different holes. This is the part that the approach by Johnson's law does not include; for
+    a concave flank that law includes too much, so the diagonal can be negative. With holes it is the mean of two positions of these: on the line of
     centres and half a pitch away. Computed once per drawing and position of the lobes, for any modulus and width. Raises ValueError for a fixed edge
     that cuts the teeth or the seats of pins and for holes that overlap or cut an edge, DidNotConvergeError for very thin webs.
     """

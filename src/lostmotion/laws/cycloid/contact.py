@@ -1,10 +1,10 @@
 """Load sharing of a cycloidal stage: the force on each lobe, and the wind-up of the output.
 
-A rigid disc is supported by unilateral contacts (Hertz by a law of approach, in series with the bending of pin or lobe), by the eccentric's bearing
-and by the output. The unknowns are the displacements of the disc along the line of centres (x) and across it (y), and its rotation. The torque is
-that of one disc: half of the total for two discs, customarily 0.55. Valid for quasi-static load without friction. The bodies of disc and ring are not
-included. By finite elements of a solid steel stage they cause 31 % (Palmgren) to 42 % (Johnson) of its wind-up, while the shares of the lobes hardly
-change. `cycloid.bodies` adds them: together with Johnson's law the sum is 0.5 to 1.1 % above those finite elements.
+A disc is supported by unilateral contacts (Hertz by a law of approach, in series with the bending of pin or lobe), by the eccentric's bearing and by
+the output. The unknowns are the displacements of the disc along the line of centres (x) and across it (y), and its rotation. The torque is that of
+one disc: half of the total for two discs, customarily 0.55. Valid for quasi-static load without friction. The bodies of disc and ring are rigid, or
+elastic by their compliance at the contacts (`cycloid.bodies`). By finite elements of a solid steel stage rigid bodies leave out 31 % (Palmgren) to
+42 % (Johnson) of its wind-up.
 
 Source: M. Lehmann, TU München 1976; S. Malhotra, M. Parameswaran, Analysis of a cycloid speed reducer, Mech. Mach. Theory 18 (1983) 491 (closed
 forms); equilibrium with gaps as in J. Blanche, D. Yang, J. Mech. Transm. Autom. Des. 111 (1989) 337, with the bearing's compliance added.
@@ -118,7 +118,7 @@ class LoadSharing:
         return self
 
 
-def load_sharing(
+def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     stage: Stage,
     flanks: Flanks,
     torque: Floats | Sequence[float],
@@ -168,13 +168,20 @@ def load_sharing(
     thrust = 0.0 if math.isinf(supports.pin_circle) else 4 / (math.pi * supports.pin_circle)
     stiffness = np.ascontiguousarray(np.broadcast_to(bearing, draws))
     given = (law, stage.planet_pitch_radius, thrust, torque, across, arm, soft, scale, largest, gap, stiffness)
-    solve, given = (kernel.solve_cases, given) if bodies is None else (elastic_kernel.solve_cases, (*given, _checked(bodies, len(crank), stage.pins)))
+    flexible = None if bodies is None else _checked(bodies, len(crank), stage.pins)
+
+    def solve(first: int, last: int) -> None:
+        if flexible is None:
+            kernel.solve_cases(first, last, *given, out, forces)
+        else:
+            elastic_kernel.solve_cases(first, last, *given, flexible, out, forces)
+
     edges = np.linspace(0, cases, min(4 * threads, cases) + 1 if threads > 1 else 2).astype(int)
     if threads > 1:
         with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(lambda ends: solve(ends[0], ends[1], *given, out, forces), pairwise(edges)))
+            list(pool.map(lambda ends: solve(ends[0], ends[1]), pairwise(edges)))
     else:
-        solve(0, cases, *given, out, forces)
+        solve(0, cases)
     return _named(flanks, radius, torque, output, out.reshape(*shape, -1), forces.reshape(*shape, -1))
 
 

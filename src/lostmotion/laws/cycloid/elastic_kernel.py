@@ -1,4 +1,4 @@
-"""Kernel of the load sharing on elastic bodies: contacts and bodies solved together, case by case. Compiled once by Numba and cached; single-threaded.
+"""Kernel of the load sharing on elastic bodies: contacts and bodies together, case by case. Compiled once by Numba and cached; single-threaded.
 
 Unknown are the displacement x along the line of centres, v = y + r theta as in `contact_kernel`, and one number s per contact: its force where s is
 positive; otherwise s c is its separation, with a compliance c. At every contact the approach of the rigid wheels is that of the law of the contact
@@ -268,7 +268,7 @@ def solve_cases(
         k = stiffness[draw]
         g = gap[c % gap.shape[0], draw % gap.shape[1]]
         bodies = flexible[1 if side < 0.0 else 0, c]
-        x, v, error = _equilibrium(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], bodies, room, matrix, columns, loaded, sums)
+        _, v, error = _equilibrium(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], bodies, room, matrix, columns, loaded, sums)
         lobes, fx, fv, valid = 0, 0.0, 0.0, error <= TOLERANCE
         for i in range(pins):
             force = max(room[0, i], 0.0)
