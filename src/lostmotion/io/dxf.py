@@ -11,6 +11,7 @@ import numpy as np
 
 from lostmotion.errors import LostmotionError
 from lostmotion.laws.cycloid.outline import ring_outline, wheel_outline
+from lostmotion.parts.gearbox.cycloidal_temperature import relief_as_drawn
 
 if TYPE_CHECKING:
     from ezdxf.layouts import Modelspace
@@ -67,7 +68,7 @@ def _stage(space: Modelspace, part: CycloidalStage, prefix: str) -> float:
     """Draw the wheels of one stage; gives the largest chord error (m)."""
     stage = part.stage
     turns = -2 * math.pi / part.discs / (stage.pins if stage.has_planet_pins else stage.lobes) * np.arange(part.discs)
-    wheel = wheel_outline(stage, part.drive.relief, CHORD_ERROR)
+    wheel = wheel_outline(stage, relief_as_drawn(part), CHORD_ERROR)
     worst = wheel.chord_error
     if stage.has_planet_pins:
         _polyline(space, wheel, f"{prefix}RING", 0.0)

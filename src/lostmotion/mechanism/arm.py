@@ -113,12 +113,17 @@ class Arm(Part):
         return tuple(place.name for place in self.tree.places)
 
     @functools.cached_property
+    def _working_joints(self) -> tuple[Joint, ...]:
+        """Return the joints with their drawn gearboxes at the temperature of the arm."""
+        return tuple(joint.at_temperature(self.environment.rise) for joint in self.joints)
+
+    @functools.cached_property
     def parts(self) -> tuple[PlacedPart, ...]:
         """Return the parts with errors, each with its place, in the order of the places."""
         rise, varies = self.environment.rise, self.environment.temperature_varies
         no_motion = Motion(np.zeros(6), rise=rise, varies=varies)
         out = [PlacedPart(f"base {name}", "base", None, 0, source, no_motion) for name, source in self.base.sources.items()]
-        for k, (joint, (seat, moved, tip)) in enumerate(zip(self.joints, self.tree.joints, strict=True)):
+        for k, (joint, (seat, moved, tip)) in enumerate(zip(self._working_joints, self.tree.joints, strict=True)):
             owner, column = f"joints.{joint.name}", self.tree.places[moved].joint
             if joint.mounting is not None:
                 axis = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
@@ -169,7 +174,7 @@ class Arm(Part):
     def assumed_friction(self) -> dict[tuple[str, str], Friction]:
         """Return the friction (N m or N) of parts with play that do not state it, or not its scatter; keys are joint and part."""
         out = {}
-        for k, joint in enumerate(self.joints):
+        for k, joint in enumerate(self._working_joints):
             for name, source in joint.sources.items():
                 friction = source.play_friction(functools.partial(self.holding, k))
                 if friction is not None and (friction.reason or friction.scatter_assumed):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Generic, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Generic, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
@@ -21,7 +21,7 @@ from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.error_source import AngleAmount, ErrorSource, Grouped, LengthAmount, Mass, Part
 from lostmotion.parts.forms import Constant
 from lostmotion.parts.gearbox.gearbox import AmountT, HasPlay, PlayInLoop
-from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
+from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox, is_drawn
 from lostmotion.parts.link import Direction, ElasticLink, Frame, Link, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.provenance import Sourced
@@ -32,6 +32,7 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from lostmotion.parts.term import Motion, Term
     from lostmotion.spatial import Floats
+    from lostmotion.units import Toleranced
 
 GearboxT = TypeVar("GearboxT", bound=TurningGearbox | SlidingDrive)
 Bearing = Annotated[RollingPair | CrossedRoller | BallPair | RollerPair | CrossedRollerBearing, Field(discriminator="kind")]
@@ -156,6 +157,15 @@ class FixedJoint(_Joint):
         """Return no error sources: nothing moves."""
         return {}
 
+    @property
+    def drive_expands(self) -> bool | None:
+        """Return that no clearance of a gearbox follows the temperature."""
+        return False
+
+    def at_temperature(self, rise: Toleranced | None) -> Self:  # noqa: ARG002 - as for joints that move
+        """Return this joint, which has no gearbox."""
+        return self
+
 
 def _lead_of(part: Part) -> float | None:
     """Return the lead of a drive or encoder; None for kinds without that field."""
@@ -192,6 +202,18 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
         """Return the play of a gearbox within the control loop of an encoder on its output; empty without play."""
         with_play = gearbox.members.get("play") if isinstance(gearbox, Grouped) else gearbox
         return {"gearbox": PlayInLoop(with_play, dead_band)} if isinstance(with_play, HasPlay) and with_play.play.nominal else {}
+
+    @property
+    def drive_expands(self) -> bool | None:
+        """Return whether the clearances of a drawn gearbox follow the temperature; None where its materials state no expansion."""
+        if not is_drawn(self.gearbox):
+            return False
+        return None if self.gearbox.expansion_unknown else self.gearbox.follows_temperature
+
+    def at_temperature(self, rise: Toleranced | None) -> Self:
+        """Return this joint with its gearbox at the temperature rise of its arm, K; itself where that changes nothing."""
+        warm = self.gearbox.warmed(rise) if is_drawn(self.gearbox) else self.gearbox
+        return self if warm is self.gearbox else self.model_copy(update={"gearbox": warm})
 
     @property
     def corrected(self) -> bool:

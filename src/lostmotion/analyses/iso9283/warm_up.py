@@ -21,6 +21,7 @@ from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.parts.joint import Joint
     from lostmotion.spatial import Floats
 
 # Thermal expansion of structural aluminium alloys (EN 1999-1-1, 3.2.5), 1/K.
@@ -81,10 +82,18 @@ def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
 
 def _warmed(arm: Arm, warm_up: WarmUp) -> Arm:
     """Return the arm at its full temperature rise, all links with one expansion."""
-    joints = [joint.model_copy(update={"link": joint.link.model_copy(update={"expansion": warm_up.expansion})}) for joint in arm.joints]
+    joints = [
+        joint.model_copy(update={"link": joint.link.model_copy(update={"expansion": warm_up.expansion})} | _without_gearbox(joint))
+        for joint in arm.joints
+    ]
     # Built without its checks: a temperature rise may be larger than any temperature at which an arm works.
     environment = Environment.model_construct(temperature=Toleranced(DRAWING + warm_up.rise))
     return arm.model_copy(update={"joints": tuple(joints), "environment": environment})
+
+
+def _without_gearbox(joint: Joint) -> dict[str, None]:
+    """Return the change that removes the gearbox of a joint, whose clearances at the full rise are not needed."""
+    return {} if joint.type == "fixed" else {"gearbox": None}
 
 
 def drift(arm: Arm, q: Floats, barycentre: Floats, warm_up: WarmUp) -> Drift:

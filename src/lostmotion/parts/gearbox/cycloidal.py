@@ -6,14 +6,16 @@ import functools
 from typing import TYPE_CHECKING
 
 from lostmotion.laws.distributions import Normal
-from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
+from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing, CycloidalFirstStage
 from lostmotion.parts.gearbox.cycloidal_members import material_shares
 from lostmotion.parts.gearbox.cycloidal_model import Behaviour, behaviour
 from lostmotion.parts.gearbox.cycloidal_sources import Play, TransmissionError, WindUp
+from lostmotion.parts.gearbox.cycloidal_temperature import follows, growth_is_known
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
     from lostmotion.parts.error_source import ErrorSource
+    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
 
 
 class CycloidalGearbox(CycloidalDrawing):
@@ -39,6 +41,33 @@ class CycloidalGearbox(CycloidalDrawing):
     def members(self) -> dict[str, ErrorSource]:
         """Return the error sources by name: play, transmission error, friction, and every spring that is not rigid."""
         return sources(self, self.behaviour)
+
+    @property
+    def follows_temperature(self) -> bool:
+        """Return whether its clearances follow the temperature of its arm."""
+        return any(follows(stage) for stage in self._stages)
+
+    @property
+    def expansion_unknown(self) -> bool:
+        """Return whether parts that set its clearances state no expansion."""
+        return not all(growth_is_known(stage) for stage in self._stages)
+
+    @property
+    def _stages(self) -> tuple[CycloidalStage, ...]:
+        return (self, self.first_stage) if isinstance(self.first_stage, CycloidalFirstStage) else (self,)
+
+    def warmed(self, rise: Toleranced | None) -> CycloidalGearbox:
+        """Return this gearbox at the temperature rise of its arm, K; itself where that changes no clearance."""
+        return self if rise is None or not rise.nominal or not self.follows_temperature else _at_rise(self, rise.nominal)
+
+
+@functools.lru_cache(maxsize=64)
+def _at_rise(gearbox: CycloidalGearbox, rise: float) -> CycloidalGearbox:
+    first, warm = gearbox.first_stage, {"temperature_rise": rise}
+    changes: dict[str, object] = {**warm} if follows(gearbox) else {}
+    if isinstance(first, CycloidalFirstStage) and follows(first):
+        changes["first_stage"] = first.model_copy(update=warm)
+    return gearbox.model_copy(update=changes)
 
 
 def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSource]:

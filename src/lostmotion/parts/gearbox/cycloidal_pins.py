@@ -15,7 +15,9 @@ from lostmotion.units import Toleranced
 
 Fit = Literal["bonded", "pressed", "snug"]
 # Default material of discs, rings and pins, marked as assumed.
-STEEL = Material(young=210e9, poisson=0.3, density=7850.0, assumed=("young", "poisson", "density"), source="default, steel")
+STEEL = Material(
+    young=210e9, poisson=0.3, density=7850.0, expansion=12e-6, assumed=("young", "poisson", "density", "expansion"), source="default, steel"
+)
 _CLAMPED: Final = 'held = "ring", seat = { depth = "10 mm", material = "PETG", outer_diameter = "16 mm" }'
 # Number of output pins: three support the disc in every direction.
 PinCount = Annotated[int, Whole("", "8", low=3, high=100)]

@@ -14,7 +14,7 @@ from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_b
 from lostmotion.laws.cycloid import drive
 from lostmotion.laws.cycloid.bodies import Body, flexibility, ring_reach
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.geometry import Modification, Stage
+from lostmotion.laws.cycloid.geometry import Stage
 from lostmotion.laws.cycloid.output_pins import Hole
 from lostmotion.laws.cycloid.seat import compliance_beyond
 from lostmotion.laws.cycloid.tolerances import Scatter
@@ -23,6 +23,7 @@ from lostmotion.laws.rolling.radial import roller_stiffness
 from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus
 from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, Fit, OutputPins
 from lostmotion.parts.gearbox.cycloidal_shaft import BearingSeat, Eccentric, Named, Shaft, ShaftSprings
+from lostmotion.parts.gearbox.cycloidal_temperature import Heated, output_clearance_at_work, relief_at_work
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
@@ -62,7 +63,7 @@ class Friction(Sourced):
     output: Coefficient = 0.0
 
 
-class CycloidalStage(Sourced):
+class CycloidalStage(Heated):
     """One cycloidal stage from its drawing. Letters of the literature in brackets.
 
     form           "ring pins" (pins or rollers in the ring), "lobe arcs" and "lobe envelope" (no rolling bodies: lobes of one piece with the
@@ -137,6 +138,7 @@ class CycloidalStage(Sourced):
             raise refuse("bore_fit without the one bore of a central eccentric", "disc_bore_radius, with one crank", 'disc_bore_radius = "12 mm"')
         self._check_holes()
         self._check_shaft()
+        self.check_temperature()
         return self
 
     def _check_shaft(self) -> None:
@@ -214,7 +216,6 @@ class CycloidalStage(Sourced):
         """Return the arguments of the laws of the loaded stage."""
         disc, ring = self.disc_material, self.ring_material
         flanks = Flanks(self.width, equivalent_modulus(disc.young, disc.poisson, ring.young, ring.poisson), self.contact_law, self._lobe_bending)
-        made = Modification(self.relief.roller.nominal, self.relief.circle.nominal)
         eccentric = self.eccentric
         rollers = eccentric.rollers or 0
         springs = drive.Eccentric(
@@ -227,12 +228,11 @@ class CycloidalStage(Sourced):
         )
         pins = self.output_pins
         output = None if pins is None else drive.OutputPins(pins.count, pins.circle_radius, self._pin_stiffness)
-        return drive.Drive(self.stage, flanks, made, self.discs, springs, output, self._disc_body, self._ring_body)
+        return drive.Drive(self.stage, flanks, relief_at_work(self), self.discs, springs, output, self._disc_body, self._ring_body)
 
     @property
     def scatter(self) -> Scatter:
         """Return the tolerances of the dimensions over gearboxes."""
-        none = Toleranced(0.0)
         return Scatter(
             ring_radius=self.ring_radius,
             pin_radius=self.pin_radius,
@@ -241,7 +241,7 @@ class CycloidalStage(Sourced):
             circle=self.relief.circle,
             crank_clearance=self.eccentric.clearance,
             shaft_clearances=self._shaft_clearances,
-            output_clearance=self.output_pins.clearance if self.output_pins else none,
+            output_clearance=output_clearance_at_work(self) or Toleranced(0.0),
             output_position=self.output_pins.position if self.output_pins else 0.0,
             crank_position=self.eccentric.position,
             pin_position=self.pin_position,
