@@ -14,6 +14,7 @@ from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.parts.error_source import Friction
+from lostmotion.parts.gearbox import cycloidal_model
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal_model import GEARBOXES, LEVELS, LOST_MOTION, SEED, Behaviour, gearboxes, wind_up
 from lostmotion.parts.joint import RevoluteJoint
@@ -370,3 +371,15 @@ def test_a_larger_pin_circle_closes_what_a_larger_roller_opens():
     assert found[8e-6] - found[0.0] == pytest.approx(more, rel=0.05)
     assert found[0.0] - found[-8e-6] > more
     assert found[-8e-6] > 0
+
+
+def test_members_outside_the_contacts_cost_no_second_simulation():
+    """Drawings that differ only in their frame share their simulated gearboxes; one with other tolerances does not."""
+    stiff, soft = (drawing(frame=f"{each} N m/arcmin") for each in (800, 400))
+    load = np.array([10.0])
+    before = cycloidal_model._simulated.cache_info().misses
+    one, two = (gearboxes(each, load, 2, 4) for each in (stiff, soft))
+    assert cycloidal_model._simulated.cache_info().misses == before + 1
+    assert (one.play == two.play).all()
+    gearboxes(drawing(pin_position="2 µm"), load, 2, 4)
+    assert cycloidal_model._simulated.cache_info().misses == before + 2

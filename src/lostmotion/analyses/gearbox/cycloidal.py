@@ -15,7 +15,6 @@ from lostmotion.laws.cycloid.drive import crank_angles_of_pitch, crank_force, lo
 from lostmotion.laws.cycloid.geometry import pin_angles, pressure_angles
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.laws.cycloid.tolerances import sample as sample_within
-from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal_drawing import FIRST_STAGE
 from lostmotion.parts.gearbox.cycloidal_members import material_shares
@@ -24,6 +23,7 @@ from lostmotion.parts.gearbox.cycloidal_model import (
     distribute_wind_up,
     friction,
     gearboxes,
+    simulated,
     wind_up,
     wind_up_without_scatter,
 )
@@ -232,8 +232,7 @@ def _transmission(gearbox: CycloidalGearbox, loads: Floats, count: int, seed: in
 def _errors(stage: CycloidalStage, loads: Floats, count: int, seed: int) -> Floats:
     """Return the transmission error of the stage (load, angle, gearbox), rad, over a turn of its crank, without its mean and the highest harmonic."""
     angles = _PER_PIN * stage.pins
-    crank = 2 * math.pi * np.arange(angles) / angles
-    rotation = simulate(stage.drive, stage.scatter, loads, crank, count, seed).rotation
+    rotation = simulated(stage, loads, angles, count, seed).rotation
     harmonics = np.fft.rfft(-rotation, axis=1)
     harmonics[:, [0, -1]] = 0.0
     return np.asarray(np.fft.irfft(harmonics, angles, axis=1))

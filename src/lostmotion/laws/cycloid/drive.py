@@ -154,6 +154,7 @@ def play_per_crank_clearance(drive: Drive) -> float:
     return crank_force_per_torque(drive) * drive.eccentric.cranks
 
 
+@functools.lru_cache(maxsize=256)
 def crank_force(drive: Drive, torque: float) -> float:
     """Return the force (N) on the bearing of each crankshaft under a torque (N m) on one disc of the nominal stage, averaged over a pitch.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -20,7 +20,7 @@ from lostmotion.parts.gearbox.cycloidal_members import PIN_MEMBERS, stage_wind_u
 from lostmotion.parts.gearbox.cycloidal_sources import ErrorHarmonic, Loop
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.tolerances import SimulatedGearboxes
+    from lostmotion.laws.cycloid.tolerances import Scatter, SimulatedGearboxes
     from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.spatial import Floats
@@ -37,6 +37,8 @@ _MOST_HARMONICS: Final = 4
 _WITHOUT_SCATTER: Final = (*PIN_MEMBERS, "first stage", "frame", "input shaft")
 LOST_MOTION: Final = 0.03  # one of the torque levels
 _ANGLES: Final = 4
+# For the contacts of simulated gearboxes; figures do not depend on it.
+_THREADS: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,19 +115,34 @@ class Samples:
 def gearboxes(gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int, seed: int = SEED) -> Samples:
     """Return `count` simulated gearboxes of this drawing at torques (torque,) of either sign at the output, averaged over `angles` crank angles."""
     share, steps = _share(gearbox), abs(gearbox.steps)
-    crank = 2 * math.pi * np.arange(angles) / angles
     sign = np.sign(torque)[:, None]
-    main = simulate(gearbox.drive, gearbox.scatter, share * torque, crank, count, seed)
+    main = simulated(gearbox, share * torque, angles, count, seed)
     play, jammed = share * main.play, main.jammed
     turned = share * _beyond(main, sign)
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
-        before = simulate(first.drive, first.scatter, torque / steps, crank, count, seed + 1)
+        before = simulated(first, torque / steps, angles, count, seed + 1)
         play, jammed = play + before.play / steps, jammed | before.jammed
         turned = turned + _beyond(before, sign) / steps
     elif first is not None:
         play = play + sample_dimension(first.play, "first stage play", seed, count) / (first.sun_radius * abs(gearbox.ratio))
     return Samples(play, turned, float(jammed.mean()))
+
+
+def simulated(stage: CycloidalStage, torque: Floats, angles: int, count: int, seed: int) -> SimulatedGearboxes:
+    """Return `count` simulated stages under torques (torque,), N m on its discs, at evenly spaced crank angles of one turn.
+
+    They are computed once for all stages that differ only in the stiffness of output pins, frame and other members outside of the contacts.
+    """
+    output = stage.drive.output
+    contacts = stage.drive if output is None else replace(stage.drive, output=replace(output, stiffness=math.inf))
+    return _simulated(contacts, stage.scatter, np.ascontiguousarray(torque, dtype=float).tobytes(), angles, count, seed)
+
+
+@functools.lru_cache(maxsize=32)
+def _simulated(contacts: drive.Drive, scatter: Scatter, torque: bytes, angles: int, count: int, seed: int) -> SimulatedGearboxes:
+    crank = 2 * math.pi * np.arange(angles) / angles
+    return simulate(contacts, scatter, np.frombuffer(torque), crank, count, seed, threads=_THREADS)
 
 
 def _beyond(made: SimulatedGearboxes, sign: Floats) -> Floats:
@@ -203,8 +220,7 @@ def _harmonics(gearbox: CycloidalDrawing) -> tuple[tuple[ErrorHarmonic, ...], fl
 def _spectrum(stage: CycloidalStage, loads: Floats, seed: int) -> list[tuple[int, Floats]]:
     """Return the mean square (level,), rad^2, of each harmonic of the crank's turn, averaged over gearboxes."""
     angles = 3 * stage.pins
-    crank = 2 * math.pi * np.arange(angles) / angles
-    rotation = simulate(stage.drive, stage.scatter, loads, crank, _HARMONIC_GEARBOXES, seed).rotation
+    rotation = simulated(stage, loads, angles, _HARMONIC_GEARBOXES, seed).rotation
     power = 2 * (np.abs(np.fft.rfft(rotation, axis=1) / angles) ** 2).mean(axis=2)
     return [(k, power[:, k]) for k in range(1, power.shape[1])]
 
