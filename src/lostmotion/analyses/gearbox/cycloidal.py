@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.gearbox.bands import GearBands, Middle, bands_of_drawing
+from lostmotion.analyses.gearbox.envelope import both_branches
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, SampledCurve, readings
 from lostmotion.laws.cycloid.contact import efficiency
 from lostmotion.laws.cycloid.drive import crank_angles_of_pitch, crank_force, loaded_disc, nominal_gaps
@@ -30,6 +31,7 @@ from lostmotion.parts.gearbox.cycloidal_model import (
 from lostmotion.parts.gearbox.cycloidal_sources import interpolated
 
 if TYPE_CHECKING:
+    from lostmotion.analyses.gearbox.envelope import BothBranches
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.spatial import Floats
@@ -111,7 +113,7 @@ class Drawn:
 
     lobes for each share of the torque on a disc; play (gearbox,) rad; curve and read, with the scatter of the materials; jammed: number of jammed
     gearboxes; members: the mean wind-up (rad) by name, largest first; bands: the figures over draws of what the drawing leaves open, None where it
-    has no ranges.
+    has no ranges; branches, before: contacts of both branches of the stage at the output and of a first stage, None without envelope lobes.
     """
 
     lobes: tuple[Lobes, ...]
@@ -123,6 +125,8 @@ class Drawn:
     transmission: Transmission
     friction_curve: FrictionCurve | None
     bands: GearBands | None = None
+    branches: BothBranches | None = None
+    before: BothBranches | None = None
 
     @property
     def lost_motion(self) -> Floats:
@@ -160,6 +164,8 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         torque_lost = interpolated(loads, curve.torque, curve.friction)
         friction_curve = FrictionCurve(loads, torque_lost, efficiency(loads, torque_lost))
     shares = (0.5, CUSTOMARY_SHARE) if gearbox.discs == 2 else (1 / gearbox.discs,)  # noqa: PLR2004 - of a pair
+    first = gearbox.first_stage
+    before = None if first is None or first.kind != "cycloidal" else both_branches(first, torque / abs(gearbox.steps) / first.discs)
     return Drawn(
         lobes=tuple(_lobes(gearbox, torque, share) for share in shares),
         play=made.play,
@@ -170,6 +176,8 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         transmission=_transmission(gearbox, torque * np.array([LIGHT, 1.0]), min(MOST_SPECTRA, max(count, SHOWN)), seed),
         friction_curve=friction_curve,
         bands=bands_of_drawing(gearbox, Middle(asked, levels, as_drawn, own, curve, float(made.play.mean())), seed),
+        branches=both_branches(gearbox, shares[0] * disc_torque(gearbox, torque)),
+        before=before,
     )
 
 

@@ -42,6 +42,7 @@ class Flanks:
     law        of the approach: "johnson", "palmgren" or "linear"
     bending    compliance of pin or lobe in series, m/N; zero if rigid
     stiffness  of each contact, N/m; for the "linear" law only
+    branches   by how many times a second branch stiffens each contact (`cycloid.envelope`); bending remains
 
     Raises ValueError for impossible values.
     """
@@ -51,13 +52,14 @@ class Flanks:
     law: FlankLaw = "johnson"
     bending: float = 0.0
     stiffness: float = math.inf
+    branches: float = 1.0
 
     def __post_init__(self) -> None:
         """Refuse impossible values."""
         if self.law not in get_args(FlankLaw):
             raise ValueError(f"no law of approach is called {self.law!r}: choose 'johnson', 'palmgren' or 'linear'")
-        if not (self.width > 0 and self.modulus > 0 and self.bending >= 0 and self.stiffness > 0):
-            raise ValueError("the contact's width, modulus and stiffness must be positive, its bending zero or more")
+        if not (self.width > 0 and self.modulus > 0 and self.bending >= 0 and self.stiffness > 0 and self.branches > 0):
+            raise ValueError("the contact's width, modulus, stiffness and branches must be positive, its bending zero or more")
         if (self.law == "linear") != math.isfinite(self.stiffness):
             raise ValueError("the 'linear' law needs a finite contact stiffness, and no other law uses one")
 
@@ -200,10 +202,10 @@ def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, 
 
     one = np.ones_like(radius)
     if flanks.law == "linear":
-        return kernel.LINEAR, (1 / flanks.stiffness + flanks.bending) * one, 0 * one, np.inf * one
+        return kernel.LINEAR, (1 / (flanks.branches * flanks.stiffness) + flanks.bending) * one, 0 * one, np.inf * one
     if flanks.law == "palmgren":
-        return kernel.POWER, palmgren_factor(flanks.width) * one, flanks.bending * one, np.inf * one
-    soft = 1 / (math.pi * flanks.modulus * flanks.width)
+        return kernel.POWER, palmgren_factor(flanks.width) / flanks.branches * one, flanks.bending * one, np.inf * one
+    soft = 1 / (math.pi * flanks.modulus * flanks.width * flanks.branches)
     scale = np.log(johnson_scale(flanks.width, radius, flanks.modulus))
     # delta = soft F (ln B - ln F) + bending F: bending only shifts ln B
     return kernel.LOGARITHMIC, soft * one, scale + flanks.bending / soft, np.exp(scale - LEAST_LOGARITHM)

@@ -41,6 +41,10 @@ _FINE: Final = 10
 _COARSE: Final = 16
 _RING_POINTS: Final = 8001
 _STEPS: Final = 60
+# Share of the longest arm below which a contact on the line of centres only rounds to one that drives.
+_SHORT: Final = 1e-6
+# Elements that touch at this share of the largest wind-up are those of the first estimate.
+_EARLY: Final = 0.4
 _DEPTHS: Final = 400
 _ANGLES: Final = 6
 # Largest load per width, over E* and the radius of the lobes, at which the stiffening is computed.
@@ -155,7 +159,7 @@ def _solved(stage: Stage, flanks: Flanks, torque: float, crank: float, relief: M
     reach = contact_radius(stage, pin_angles(stage, np.array([crank]))[0])
     size = math.sqrt(4 * float((loads * reach).max()) / (math.pi * flanks.modulus)) / _FINE
     parts = _candidates(stage, flanks.modulus, crank, relief, depth, size, alone)
-    rotation = _equilibrium(parts, torque / flanks.width / size, 0.8 * alone)
+    rotation = _equilibrium(parts, torque / flanks.width / size)
     areas = np.concatenate([_areas(each) for each in parts]) * size * flanks.width
     return rotation, alone, max(float(each.pressure.max()) for each in parts), float(areas.max()), float(len(areas))
 
@@ -193,12 +197,15 @@ def _candidates(stage: Stage, modulus: float, crank: float, relief: Modification
         if not len(k):
             continue
         gap = _distance(stage, centre + turn * place[k], within) + relieved[k]
-        can = gap < arm[k] * bound
+        can = (gap < arm[k] * bound) & (arm[k] > _SHORT * stage.planet_pitch_radius)
         k, gap = k[can], gap[can]
         if not len(k):
             continue
         table = 2 / (math.pi * modulus) * np.diff(_integral((np.arange(k[-1] - k[0] + 2) - 0.5) * size, depth))
-        parts.append(_Flank(table[np.abs(k[:, None] - k)], arm[k], gap, gap < 0.4 * arm[k] * bound, np.zeros(len(k)), k))
+        parts.append(_Flank(table[np.abs(k[:, None] - k)], arm[k], gap, k >= 0, np.zeros(len(k)), k))
+    first = min(float((each.gap / each.arm).min()) for each in parts)
+    for each in parts:
+        each.touching = each.gap < each.arm * (first + _EARLY * (bound - first))
     return parts
 
 
@@ -236,7 +243,7 @@ def _ring(stage: Stage) -> tuple[KDTree, np.ndarray, np.ndarray, Floats]:
     return KDTree(np.stack([points.real, points.imag], axis=-1)), points, along / np.abs(along), bends
 
 
-def _equilibrium(parts: list[_Flank], torque: float, rotation: float) -> float:
+def _equilibrium(parts: list[_Flank], torque: float) -> float:
     """Return the rotation (rad) at which all pressures balance a torque per width and element (N/m), and write the pressures to the parts.
 
     An element with a negative pressure is released, one that overlaps is added, until neither exists. Raises DidNotConvergeError.
@@ -251,8 +258,9 @@ def _equilibrium(parts: list[_Flank], torque: float, rotation: float) -> float:
             stiff += float(each.arm[here] @ solved[:, 0])
             free += float(each.arm[here] @ solved[:, 1])
             pushed.append(solved)
-        if stiff > 0:
-            rotation = (torque + free) / stiff
+        if stiff <= 0:
+            break
+        rotation = (torque + free) / stiff
         changed = False
         for each, solved in zip(parts, pushed, strict=True):
             each.pressure[:] = 0.0
@@ -261,6 +269,6 @@ def _equilibrium(parts: list[_Flank], torque: float, rotation: float) -> float:
             touching = np.where(each.touching, each.pressure > 0, overlap > 0)
             changed = changed or bool((touching != each.touching).any())
             each.touching = touching
-        if not changed and stiff > 0:
+        if not changed:
             return rotation
-    raise DidNotConvergeError(f"no pressure along the flanks balances the torque after {_STEPS} steps")
+    raise DidNotConvergeError(f"no pressure along the flanks that balances the torque was found in {_STEPS} steps")

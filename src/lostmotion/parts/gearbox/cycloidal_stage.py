@@ -21,6 +21,7 @@ from lostmotion.laws.cycloid.tolerances import Scatter
 from lostmotion.laws.perforated_disc import Holes
 from lostmotion.laws.rolling.radial import roller_stiffness
 from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus
+from lostmotion.parts.gearbox.cycloidal_envelope import BranchMethod, branches, check_branches
 from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, Fit, OutputPins
 from lostmotion.parts.gearbox.cycloidal_shaft import BearingSeat, Eccentric, Named, Shaft, ShaftSprings
 from lostmotion.parts.gearbox.cycloidal_temperature import Heated, output_clearance_at_work, relief_at_work
@@ -76,6 +77,7 @@ class CycloidalStage(Heated):
     ring_outer_radius  outer radius of the elastic ring body with its lobes; default: a rigid ring, on which lobes bend
     pin_span       free length of a ring pin held at both ends; default: pins in full-length seats, which do not bend
                    (the model of the ring's body assumes such seats in either case)
+    envelope       how the second branch of envelope lobes stiffens the contacts: "rule" or "exact"; default: the rule in its range, exact outside
     disc           holes of the discs
     seats          of the bearings of the eccentric's shaft, by name
     """
@@ -94,6 +96,7 @@ class CycloidalStage(Heated):
     disc_material: Material = STEEL
     ring_material: Material = STEEL
     contact_law: Literal["johnson", "palmgren"] = "johnson"
+    envelope: BranchMethod | None = None
     disc_bore_radius: LengthPlus | None = None
     ring_outer_radius: LengthPlus | None = None
     pin_span: LengthPlus | None = None
@@ -136,6 +139,7 @@ class CycloidalStage(Heated):
             raise refuse(f'pin_span with form = "{self.form}"', "a span of pins in the ring", 'form = "ring pins"')
         if self.disc.bore_fit is not None and (self.disc_bore_radius is None or self.eccentric.cranks > 1):
             raise refuse("bore_fit without the one bore of a central eccentric", "disc_bore_radius, with one crank", 'disc_bore_radius = "12 mm"')
+        check_branches(stage, self.envelope)
         self._check_holes()
         self._check_shaft()
         self.check_temperature()
@@ -215,7 +219,8 @@ class CycloidalStage(Heated):
     def drive(self) -> drive.Drive:
         """Return the arguments of the laws of the loaded stage."""
         disc, ring = self.disc_material, self.ring_material
-        flanks = Flanks(self.width, equivalent_modulus(disc.young, disc.poisson, ring.young, ring.poisson), self.contact_law, self._lobe_bending)
+        modulus, both = equivalent_modulus(disc.young, disc.poisson, ring.young, ring.poisson), branches(self.stage, self.envelope)
+        flanks = Flanks(self.width, modulus, self.contact_law, self._lobe_bending, branches=both.stiffening if both else 1.0)
         eccentric = self.eccentric
         rollers = eccentric.rollers or 0
         springs = drive.Eccentric(

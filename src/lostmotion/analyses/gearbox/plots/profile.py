@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid.geometry import normals, planet_pose
+from lostmotion.laws.cycloid.envelope import second_contact_places
+from lostmotion.laws.cycloid.geometry import normals, pin_angles, planet_pose
 from lostmotion.laws.cycloid.outline import ring_outline, wheel_outline
 from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, RED, framed
@@ -40,7 +41,7 @@ def profile(study: GearStudy) -> go.Figure:
     stage, lobes = part.stage, drawn.lobes[0]
     loaded = np.flatnonzero(lobes.force > 0)
     traces = [_ring(part), *(_planet(part, disc) for disc in range(part.discs)), *_circles(part)]
-    traces += [_centres(stage), _normals(stage, lobes, loaded), _arrows(stage, lobes, loaded), _places(stage)]
+    traces += [*_contacts(stage), _centres(stage), _normals(stage, lobes, loaded), _arrows(stage, lobes, loaded), _places(stage)]
     figure = framed("Profile and forces on the ring", *[each for each in traces if each], height=700)
     figure.update_xaxes(title_text="x, along the line of centres [mm]", showgrid=False, constrain="domain")
     figure.update_yaxes(title_text="y [mm]", showgrid=False, scaleanchor="x", scaleratio=1)
@@ -139,6 +140,21 @@ def _touching(stage: Stage, lobes: Lobes) -> tuple[np.ndarray, np.ndarray]:
     normal = _complex(normals(stage, lobes.theta))
     middle, out = (stage.eccentricity, 1) if stage.has_planet_pins else (0.0, -1)
     return middle + stage.ring_radius * np.exp(1j * lobes.theta) + out * stage.pin_radius * normal, normal
+
+
+def _contacts(stage: Stage) -> list[go.Scatter]:
+    """Mark the contacts of both branches of an envelope ring."""
+    import plotly.graph_objects as go
+
+    if stage.kind != "lobe envelope":
+        return []
+    theta = pin_angles(stage, np.zeros(1))[0]
+    first = stage.ring_radius * np.exp(1j * theta) - stage.pin_radius * _complex(normals(stage, theta))
+    second = _complex(second_contact_places(stage, 0.0))
+    return [
+        go.Scatter(**_plane(places), mode="markers", name=name, marker={"color": GREEN, "size": 6, "symbol": symbol}, hoverinfo="name")
+        for places, name, symbol in ((first, "contacts, first branch", "circle"), (second, "contacts, second branch", "circle-open"))
+    ]
 
 
 def _normals(stage: Stage, lobes: Lobes, loaded: np.ndarray) -> go.Scatter | None:

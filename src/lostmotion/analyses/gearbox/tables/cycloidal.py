@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from lostmotion.analyses.gearbox.cycloidal import LIGHT
+from lostmotion.analyses.gearbox.tables.envelope import OVERSTATED, branches_sections
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
 from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius, valley_radius
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Card, Figure, Row, Section, as_stated, digits, length
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.gearbox.cycloidal import Drawn
+    from lostmotion.analyses.gearbox.cycloidal import Drawn, Lobes
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.spatial import Floats
@@ -34,7 +35,10 @@ _NEVER_TOUCHING: Final = 1e-12
 def sections_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> list[Section]:
     """Return the sections of the drawing: geometry, loads, manufactured samples, compliance, transmission error, friction where it is stated."""
     friction = [] if drawn.friction_curve is None else [_friction(drawn)]
-    return [_geometry(gearbox), _lobes(gearbox, drawn), _samples(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction]
+    first = gearbox.first_stage
+    both = branches_sections(gearbox, first if first is not None and first.kind == "cycloidal" else None, drawn)
+    lobes = _lobes(gearbox, drawn)
+    return [_geometry(gearbox), lobes, _samples(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction, *both]
 
 
 def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count: int) -> str:
@@ -65,9 +69,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
         Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
         Card("lost motion", str(_mean(drawn.lost_motion, "")), f"mean at ± {read.asked.small:.3g} N m; 95th percentile {lost}"),
         Card("wind-up", str(_mean(read.wind_up, "")), f"mean at {load}, beyond the play"),
-        Card(
-            "peak contact pressure", f"{hardest.largest_peak / 1e9:.3g} GPa", f"most heavily loaded lobe, {digits(hardest.largest_force)} N at {load}"
-        ),
+        _peak_card(drawn, hardest, load),
         Card("transmission error", str(_mean(span, "", "arcsec")), f"peak to peak at {load}, mean of {len(span)} gearboxes"),
     ]
     if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
@@ -75,6 +77,16 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
         stiff = _stiffness(read.slope, "", "upper" if gearbox.rigid else "")
         cards.insert(4, Card("stiffness", str(stiff), f"slope from {as_stated(low)} to {as_stated(high)} N m{at_most}"))
     return tuple(cards)
+
+
+def _peak_card(drawn: Drawn, hardest: Lobes, load: str) -> Card:
+    """Return the card of the peak pressure; of an envelope ring an upper limit, unless it is solved along the whole flank."""
+    solved = None if drawn.branches is None else drawn.branches.solved
+    if solved is not None:
+        return Card("peak contact pressure", f"{float(solved.peak.max()) / 1e9:.3g} GPa", f"along the whole flank at {load}")
+    found = Figure(hardest.largest_peak / 1e9, "GPa", bound="" if drawn.branches is None else "upper")
+    first = "" if drawn.branches is None else f"; by the first branch alone, {OVERSTATED} too large"
+    return Card("peak contact pressure", str(found), f"most heavily loaded lobe, {digits(hardest.largest_force)} N at {load}{first}")
 
 
 def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) -> tuple[str, ...]:
@@ -196,13 +208,14 @@ def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
         f"{digits(case.bearing)} N on each eccentric bearing"
         for case in cases
     )
+    alone = "" if drawn.branches is None else "; loads and pressures are those of the first branch alone"
     customary = "; equal discs take a share of 0.5, 0.55 the customary allowance" if len(cases) > 1 else ""
     note = (
         f"one of {gearbox.discs} discs, crank at zero, θ from the line of centres"
         if gearbox.discs > 1
         else "crank at zero, θ from the line of centres"
     )
-    return Section("lobes", "Load of the lobes", columns, tuple(rows), f"{note}; {cases_text}{customary}")
+    return Section("lobes", "Load of the lobes", columns, tuple(rows), f"{note}; {cases_text}{customary}{alone}")
 
 
 def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
