@@ -50,10 +50,10 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_contacts_on_elastic_bodies_turn_as_far_as_finite_elements(case: str):
-    """Every case agrees to 0.15 %, within the accuracy of the finite elements."""
+    """Every case agrees to 0.1 %, within the accuracy of the finite elements."""
     torque, crank, ring, gap, reference = CASES[case]
     over = float(solved(torque, crank, ring=ring, gap=gap).rotation[0, 0, 0]) / ARCMIN / reference - 1
-    assert over == pytest.approx(-0.0003 if ring else 0.00125, abs=0.0002)
+    assert over == pytest.approx(-0.0008 if ring else 0.0005, abs=0.0002)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -80,11 +80,11 @@ def test_contacts_on_elastic_bodies_by_an_independent_root_finder(case: str):
 
 
 def test_contacts_on_elastic_bodies_share_the_load_as_finite_elements_do():
-    """Lobes 1 to 9 to 1.1 %; lobe 0, which a rigid disc leaves without load, carries 34 N instead of 36.6 N. Largest pressures to 0.4 %."""
+    """Lobes 1 to 9 to 0.7 %; lobe 0, which a rigid disc leaves without load, carries 32 N instead of 36.6 N. Largest pressures to 0.4 %."""
     found = solved(100.0, 0.0, ring=True)
     forces = found.forces[0, 0, 0]
-    np.testing.assert_allclose(forces[1:10], FORCES[1:], rtol=0.011)
-    assert forces[0] == pytest.approx(34.1, abs=0.2)
+    np.testing.assert_allclose(forces[1:10], FORCES[1:], rtol=0.007)
+    assert forces[0] == pytest.approx(32.1, abs=0.2)
     assert (forces[11:] == 0).all()
     assert forces[10] < 1e-6
     assert float(found.pressures.max()) == pytest.approx(1115e6, rel=0.004)
@@ -110,3 +110,23 @@ def test_rotation_depends_on_the_torque_per_width():
     once = float(solved(100.0, 0.0, ring=True).rotation[0, 0, 0])
     for torque, flanks, bodies in ((200.0, Flanks(2 * WIDTH, modulus), wide), (100.0 / 7, Flanks(WIDTH, modulus / 7), soft)):
         assert float(load_sharing(STAGE, flanks, [torque], bodies=sum(bodies)).checked().rotation[0, 0, 0]) == pytest.approx(once, rel=1e-10)
+
+
+# R, Rr, e, hub (mm), N, crank angle, torque (N m) on 10 mm of width, rotation (arcmin): quadratic finite elements on the exact flank for the disc in
+# a rigid ring; forces as half-ellipses over a sixteenth or a twelfth of a lobe, Johnson's law for the rest (scikit-fem 12)
+DISCS = [
+    (34, 3.5, 1.5, 10.5, 14, 0.013, 204.75, 1.73604),
+    (34, 3.5, 1.5, 10.5, 14, 0.013, 40.95, 0.370977),
+    (50, 3, 1.2, 20, 20, 0.3, 342.0, 1.27597),
+    (64, 3, 1.3, 20, 40, 0.013, 1521.0, 2.09923),
+]
+
+
+@pytest.mark.parametrize("case", DISCS)
+def test_discs_of_other_stages(case: tuple[float, ...]):
+    """The exact flank by the method of fundamental solutions, and by finite elements: rotations to 0.1 %, up to K1 = 0.81."""
+    ring, pin, eccentricity, hub, pins, crank, torque, reference = case
+    stage = Stage(ring * 1e-3, pin * 1e-3, eccentricity * 1e-3, int(pins))
+    disc = flexibility(stage, Body("planet", hub * 1e-3, YOUNG, NU), WIDTH, np.array([crank]))
+    found = load_sharing(stage, Flanks(WIDTH, PLANE), [torque], [crank], bodies=disc).checked()
+    assert float(found.rotation[0, 0, 0]) / ARCMIN == pytest.approx(reference, rel=1e-3)

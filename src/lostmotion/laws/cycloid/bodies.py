@@ -1,12 +1,13 @@
 """Elastic bodies of a cycloidal stage, the disc on its hub and the ring in its housing: how far a force at one contact moves the others.
 
 `cycloid.contact` solves contacts and bodies together. The approach by Johnson's law includes each body down to the depth d = 2 Req exp((1 + nu')/2 -
-1) under the contact (1.5 Req for steel in plane strain; nu' = nu/(1 - nu), in plane stress nu). The rest of each body is modelled here as a plane
-annulus (`annulus`), fixed at the hub or in the housing and loaded along the lines of action of the contacts. Assumptions:
+1) under the contact (1.5 Req for steel in plane strain; nu' = nu/(1 - nu), in plane stress nu). The rest of each body is modelled here, plane, fixed
+at the hub or in the housing and loaded along the lines of action of the contacts. Assumptions:
 
-- Each force is moved along its line of action to the point where that line crosses the rim of the annulus, so its moment is exact.
-- A wavy rim (of the disc; of the ring with envelope lobes or planet pins) is replaced by a circle of its mean radius, because its lobes are low
-  compared with their length. A force is distributed there as a half-ellipse over +-w, a quarter of a lobe pitch: the width of one tooth.
+- A disc with lobes has its exact flank (`lobed_disc`). Other bodies are annuli: a force is moved along its line of action to the point where that
+  line crosses the rim, so its moment is exact.
+- The wavy rim of a ring with envelope lobes or around planet pins is replaced by a circle of its mean radius, because its lobes are low compared with
+  their length. A force is distributed there as a half-ellipse over +-w, a quarter of a lobe pitch: the width of one tooth.
 - At a wavy rim every part of the body is included once. In a half-plane under a point load, the path from the depth d to a far depth D contributes
   p/(pi E') 2 ln(D/d). A half-ellipse of load inclined by the slant s from the normal has the mean displacement p/(pi E') [2 ln(2 D/w) + 1/2 - (1 +
   nu') cos^2 s] relative to the same point. The real flank is normal to its force, the rim of the annulus is not, and Flamant's stresses depend on the
@@ -19,7 +20,7 @@ annulus (`annulus`), fixed at the hub or in the housing and loaded along the lin
   with the body of the ring.
 - Pins are treated as integral with the body around their half-round seats. A loose seat is a further contact and is not included.
 
-Holes for output pins make the disc softer by a third to twofold: a plane disc with its holes (`perforated_disc`) takes the place of its annulus.
+Holes for output pins make the disc softer by a third to twofold: what they add is computed on a round disc (`perforated_disc`).
 Compared with finite elements of a solid steel stage in the tests and in docs/theory/cycloid.md.
 """
 
@@ -27,14 +28,15 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from lostmotion.laws.annulus import CORNERED, ELLIPTIC, Annulus, Plane
 from lostmotion.laws.annulus import flexibility as edge_flexibility
 from lostmotion.laws.cycloid.geometry import contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.lobed_disc import contact_flexibility
 from lostmotion.laws.perforated_disc import RimLoads, response
 
 if TYPE_CHECKING:
@@ -43,6 +45,9 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 Part = Literal["planet", "ring"]
+
+# Smallest hub, over the radius of the rim, of a disc with its exact flank.
+_SMALLEST_HUB: Final = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,11 +96,19 @@ def _unit_flexibility(stage: Stage, part: Part, edge: float, nu: float, holes: H
     """Return `flexibility` for one crank angle, width and modulus one."""
     body = Annulus(_rim(stage, part), _fixed_radius(stage, part, edge), 1.0, 1.0, nu, plane)
     lines = _lines_of_action(stage, part, body, crank)
-    if holes is None:
-        whole = edge_flexibility(body, lines.rim.angle, lines.rim.slant, lines.rim.half, lines.rim.exponent)[None]
+    solid = _edge_flexibility(body, lines)
+    whole = solid if holes is None else _response(stage, body, holes).flexibility(lines.rim)
+    if part == "planet" and not stage.has_planet_pins:
+        # The flank matters only near itself: holes, and a hub smaller than that, change a disc with lobes as they change a round one.
+        hub = replace(body, fixed=max(edge, _SMALLEST_HUB * body.loaded))
+        whole = contact_flexibility(stage, hub, crank) + (whole - (solid if hub == body else _edge_flexibility(hub, lines)))
     else:
-        whole = _response(stage, body, holes).flexibility(lines.rim)
-    return np.asarray(np.broadcast_to(whole + np.diag(lines.rest), (2, stage.pins, stage.pins)))
+        whole = whole + np.diag(lines.rest)
+    return np.asarray(np.broadcast_to(whole, (2, stage.pins, stage.pins)))
+
+
+def _edge_flexibility(body: Annulus, lines: _LinesOfAction) -> Floats:
+    return edge_flexibility(body, lines.rim.angle, lines.rim.slant, lines.rim.half, lines.rim.exponent)
 
 
 @functools.lru_cache(maxsize=16)
