@@ -1,0 +1,265 @@
+"""Contact of planet and ring by finite elements: load sharing, pressures, rotation and stresses of a stage under torque.
+
+Each wheel is a plane elastic body with curved elements. Every contact is divided into intervals, and each interval is the side of one element on both
+wheels. The unknowns of a contact are the pressures at the ends of its intervals, linear between them. Gaps and lines of action are those of the true
+profile, not of the mesh. Linear solves under these pressures yield the compliance C of both wheels; the pressures p and the rotation theta then
+satisfy, for every torque T on a width b,
+
+    w = g + C p - l theta >= 0,  p >= 0,  w p = 0,  l p = T/b
+
+where g and l are gap and arm weighted with the hat functions of the pressures. The closed nodes are found by the primal-dual active set method,
+bordered by the row of the torque. The slip of the flanks on the pins and the square of the rotation enter the gaps to second order. Valid for small
+strain, without friction. The planet's fixed circle turns by theta about its own centre, which stays in place. In a planet with holes for output pins
+theta is the mean rotation of these, weighted with the pressure of the pins, and the bore slides on its rigid bearing.
+
+Source: M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2002) 865 (active set as a semismooth Newton method); K. Johnson, Contact Mechanics,
+1985, section 4.2 (half-width).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import DidNotConvergeError
+from lostmotion.laws.contact import equivalent_modulus
+from lostmotion.laws.cycloid.bodies import ring_reach
+from lostmotion.laws.cycloid.finite_elements.contours import contacts, pinned, toothed
+from lostmotion.laws.cycloid.finite_elements.equilibrium import System
+from lostmotion.laws.cycloid.finite_elements.wheel import MM, Blank, ElasticWheel, LoadedHole, check_installed, mesh_of
+from lostmotion.laws.cycloid.geometry import arms
+from lostmotion.laws.perforated_disc import pin_forces
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.laws.cycloid.bodies import Body
+    from lostmotion.laws.cycloid.finite_elements.contours import Contacts
+    from lostmotion.laws.cycloid.finite_elements.wheel import Field
+    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.perforated_disc import Holes
+    from lostmotion.spatial import Floats
+
+# Half-width of a contact that is meshed, over Hertz's; the factor by which it grows where pressure reaches its edge, and how often.
+_REACH: Final = 1.3
+_GROWTH: Final = 1.5
+_MOST_GROWTHS: Final = 5
+# Smallest load, over the largest, for which a contact is meshed.
+_LEAST_LOAD: Final = 0.3
+# Pitches past those with an arm at which contacts are meshed: the bodies deform, and may close them.
+_BEYOND: Final = 1.01
+# Thinnest web around a hole, over its radius.
+_THINNEST: Final = 0.02
+# Largest element of the coarser mesh, over the pitch.
+_COARSE: Final = 0.2
+# Order of convergence of the rotation at the inner corners between pins (measured: 1.5).
+_CONVERGENCE: Final = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A stage under torques (torque,), N m; SI units.
+
+    rotation   (torque,) of the planet against the ring, rad, from the unloaded position without gaps, extrapolated from two meshes
+    error      (torque,) difference of the rotation between the two meshes, rad
+    stiffness  (torque,) derivative of the torque by the rotation, N m/rad
+    forces     (torque, N) on each pin or lobe, N
+    peak       (torque, N) pressure at the middle of the contact, Pa: of the half-ellipse with the force and the second moment of the pressure found
+    half_width (torque, N) half of its axis, m
+    wheels     planet and, unless it is rigid, ring, on the finer mesh
+    pressures  (torque, node) Pa
+    """
+
+    torque: Floats
+    rotation: Floats
+    error: Floats
+    stiffness: Floats
+    forces: Floats
+    peak: Floats
+    half_width: Floats
+    wheels: tuple[ElasticWheel, ...]
+    pressures: Floats
+
+    def largest(self, k: int) -> tuple[float, float]:
+        """Return the largest von Mises stress (Pa) and equivalent strain in both wheels under torque k."""
+        found = [wheel.largest(self.pressures[k]) for wheel in self.wheels]
+        return max(each[0] for each in found), max(each[1] for each in found)
+
+    def fields(self, k: int) -> list[Field]:
+        """Return the fields of the wheels under torque k; the planet's displacement excludes the rotation of its fixed circle."""
+        return [wheel.field(self.pressures[k]) for wheel in self.wheels]
+
+
+def _silent(_what: str, _done: int, _of: int) -> None:
+    """Show no progress."""
+
+
+def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
+    stage: Stage,
+    planet: Body,
+    ring: Body | None,
+    width: float,
+    torques: Floats,
+    *,
+    crank: float = 0.0,
+    gaps: Floats | None = None,
+    order: int = 2,
+    intervals: int = 5,
+    progress: Callable[[str, int, int], None] = _silent,
+) -> Loaded:
+    """Return a stage under torques (torque,), N m above zero, by finite elements.
+
+    planet, ring  the wheels, with their stress states; the largest stresses are those of plane strain only. Without a ring its pins are rigid.
+                  Holes of the planet take its torque as in `perforated_disc`, the first of them at angle zero of the planet
+    width         of the contact, m
+    crank         crank angle, rad
+    gaps          (N,) at each pin or lobe, m, zero or more; default: none
+    order         of the elements
+    intervals     elements over the 2.6 half-widths that are meshed of each contact, on the coarser mesh; the finer one halves every element
+    progress      called with what is done, how much of it and of how much
+
+    Raises ValueError, before meshing, for a stage of another kind than pins or arcs, for wheels that are too thin and for interfering flanks,
+    LostmotionError without NGSolve, DidNotConvergeError where contacts would outgrow their lobes.
+    """
+    gap = np.zeros(stage.pins) if gaps is None else np.asarray(gaps, dtype=float)
+    _check(stage, planet, ring, gap, torques)
+    check_installed()
+    made = contacts(stage, crank)
+    arm = arms(stage, made.theta)
+    modulus = equivalent_modulus(planet.young, planet.nu, math.inf if ring is None else ring.young, 0.0 if ring is None else ring.nu)
+    share = np.maximum(arm / stage.planet_pitch_radius, _LEAST_LOAD)
+    load = 4 * float(np.max(torques)) / (stage.planet_pitch_radius * stage.pins * width)
+    half = _REACH * np.sqrt(4 * load * share * made.radius / (math.pi * modulus))
+    beyond = _BEYOND
+    for _ in range(_MOST_GROWTHS):
+        at = {k: _places(made, k, half[k], intervals) for k in _candidates(made, beyond)}
+        coarse, fine, system = _on_two_meshes(made, at, (planet, ring), (width, torques, gap), order, progress)
+        pressures = np.array([each for each, _, _ in fine])
+        at_edge, at_last = system.outgrown(pressures)
+        if not (at_edge.any() or at_last):
+            break
+        half[list(at)] *= np.where(at_edge, _GROWTH, 1.0)
+        beyond += at_last
+    else:
+        raise DidNotConvergeError("the contacts outgrow their lobes: take a smaller torque or a stiffer material")
+    turn, before = (np.array([each for _, each, _ in found]) for found in (fine, coarse))
+    forces, peak, half_width = system.by_lobe(pressures)
+    return Loaded(
+        torque=np.asarray(torques, dtype=float),
+        rotation=turn + (turn - before) / (2**_CONVERGENCE - 1),
+        error=np.abs(turn - before),
+        stiffness=np.array([width / slope for _, _, slope in fine]),
+        forces=forces * width * MM,
+        peak=peak * MM**2,
+        half_width=half_width / MM,
+        wheels=system.wheels,
+        pressures=pressures * MM**2,
+    )
+
+
+_Solved = list[tuple["Floats", float, float]]
+
+
+def _on_two_meshes(
+    made: Contacts,
+    at: dict[int, Floats],
+    bodies: tuple[Body, Body | None],
+    loads: tuple[float, Floats, Floats],
+    order: int,
+    progress: Callable[[str, int, int], None],
+) -> tuple[_Solved, _Solved, System]:
+    """Return pressures, rotation and its derivative for every torque on the coarser and the finer mesh, and the system of the finer one."""
+    width, torques, gap = loads
+    intervals = len(next(iter(at.values()))) - 1
+    coarse = _COARSE * 2 * math.pi * made.stage.ring_radius / made.stage.pins * 5 / intervals
+    blanks = _blanks(made, at, *bodies)
+    steps = 3 * len(blanks) + 1
+    meshes = []
+    for n, blank in enumerate(blanks):
+        progress("finite elements: meshing", n, steps)
+        meshes.append(mesh_of(blank, coarse))
+    found = []
+    for level in range(2):
+        wheels = []
+        for n, (blank, mesh) in enumerate(zip(blanks, meshes, strict=True)):
+            progress("finite elements: solving", (level + 1) * len(blanks) + n, steps)
+            if level:
+                mesh.Refine()
+            wheels.append(ElasticWheel(blank, made, at, mesh, order))
+        system = System(made, at, gap, tuple(wheels))
+        found.append([system.solve(float(torque) / width) for torque in torques])
+        at = {k: _halved(places) for k, places in at.items()}
+    return found[0], found[1], system
+
+
+def _candidates(made: Contacts, beyond: float) -> list[int]:
+    """Return the contacts with an arm, and those up to `beyond` pitches farther: bodies that deform may close them. In order of their angle."""
+    pitch = 2 * math.pi / made.stage.pins
+    past = (made.theta + beyond * pitch) % (2 * math.pi)
+    near = np.flatnonzero((past > 0) & (past < math.pi + 2 * beyond * pitch)) if beyond * pitch < math.pi / 2 else np.arange(made.stage.pins)
+    return [int(k) for k in near[np.argsort(past[near])]]
+
+
+def _check(stage: Stage, planet: Body, ring: Body | None, gap: Floats, torques: Floats) -> None:
+    """Raise ValueError for what cannot be meshed or loaded."""
+    if stage.kind == "lobe envelope":
+        raise ValueError("the ring is the envelope of the disc, whose second branch is not meshed: take 'lobe arcs'")
+    root = stage.ring_radius - stage.pin_radius + (0.0 if stage.has_planet_pins else -stage.eccentricity)
+    if not 0 < planet.edge < root:
+        raise ValueError(f"the hub's radius is {planet.edge * MM:g} mm, but teeth or pins reach in to {root * MM:.4g} mm: choose a smaller hub")
+    if planet.holes is not None:
+        _check_holes(planet, planet.holes, root)
+    if ring is not None and ring.edge <= (reach := ring_reach(stage)):
+        found = f"the ring's outer radius is {ring.edge * MM:g} mm"
+        raise ValueError(f"{found}, but its teeth or pins reach out to {reach * MM:.4g} mm: choose a larger one")
+    if gap.shape != (stage.pins,) or not np.isfinite(gap).all():
+        raise ValueError(f"gaps are needed for each of the {stage.pins} pins or lobes, not of shape {gap.shape}")
+    if gap.min() < 0:
+        k = int(gap.argmin())
+        raise ValueError(f"flanks interfere before they are loaded, at pin {k} by {-gap[k] * 1e6:.3g} µm: take clearances of zero or more")
+    if not (np.ndim(torques) == 1 and np.isfinite(torques).all() and np.min(torques) > 0):
+        raise ValueError("torques must be above zero")
+
+
+def _check_holes(planet: Body, holes: Holes, root: float) -> None:
+    """Raise ValueError for holes without webs around them."""
+    webs = {
+        "the bore": holes.circle - holes.radius - planet.edge,
+        "the teeth": root - holes.circle - holes.radius,
+        "each other": 2 * holes.circle * math.sin(math.pi / holes.count) - 2 * holes.radius,
+    }
+    for where, web in webs.items():
+        if web <= _THINNEST * holes.radius:
+            raise ValueError(f"holes of radius {holes.radius * MM:g} mm leave {web * MM:.3g} mm to {where}: take smaller holes")
+
+
+def _places(made: Contacts, k: int, half: float, intervals: int) -> Floats:
+    """Return the ends of the intervals of contact k (m), cut where the pin's free arc ends."""
+    against, along = (float(end[k]) for end in made.free_arc())
+    if half > max(against, along):
+        raise DidNotConvergeError("the contacts outgrow their lobes: take a smaller torque or a stiffer material")
+    return np.linspace(-min(half, against), min(half, along), intervals + 1)
+
+
+def _blanks(made: Contacts, at: dict[int, Floats], planet: Body, ring: Body | None) -> list[Blank]:
+    """Return the wheels before meshing."""
+    of_planet, of_ring = (pinned, toothed) if made.stage.has_planet_pins else (toothed, pinned)
+    holes = () if planet.holes is None else _loaded_holes(made, planet.holes)
+    out = [Blank(of_planet(made, at), planet, made.planet, holes)]
+    return out if ring is None else [*out, Blank(of_ring(made, at), ring, 0.0)]
+
+
+def _loaded_holes(made: Contacts, holes: Holes) -> tuple[LoadedHole, ...]:
+    """Return the holes with the forces of their pins that balance a unit torque of the contacts."""
+    turned = np.exp(1j * made.turn)
+    centres = made.planet + holes.circle * turned * np.exp(2j * math.pi * np.arange(holes.count) / holes.count)
+    forces = pin_forces(holes, -1.0, made.crank - made.turn) * turned  # the loaded contacts turn the planet clockwise
+    return tuple(LoadedHole(complex(centre), holes.radius, complex(force)) for centre, force in zip(centres, forces, strict=True))
+
+
+def _halved(places: Floats) -> Floats:
+    """Return the ends of intervals (m) of half the length."""
+    return np.sort(np.concatenate([places, (places[1:] + places[:-1]) / 2]))

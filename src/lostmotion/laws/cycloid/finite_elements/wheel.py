@@ -1,0 +1,339 @@
+"""An elastic wheel as a mesh of NGSolve: its displacements under pressure on the contacts, and its stresses.
+
+Lengths are in mm and stresses in MPa inside this file, because OpenCASCADE's tolerances are meant for lengths of about one.
+
+Source: J. Schöberl, C++11 implementation of finite elements in NGSolve, ASC report 30/2014, TU Wien.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.errors import DidNotConvergeError, LostmotionError
+
+if TYPE_CHECKING:
+    import scipy.sparse
+
+    from lostmotion.laws.cycloid.bodies import Body
+    from lostmotion.laws.cycloid.finite_elements.contours import Contacts, Edge
+    from lostmotion.spatial import Floats
+
+MM: Final = 1e3
+# Growth of the size of elements away from small ones.
+_GRADING: Final = 0.3
+# Stiffness of a bore that slides on its bearing, across and along its edge, in units of Young's modulus over its radius.
+_RIGID: Final = 1e5
+_LOOSE: Final = 1e-6
+# Points at which pressure is integrated over each interval of a contact.
+_GAUSS: Final = 5
+# Largest distance, m, of two places that are one; of a corner of the mesh from the end of an interval, as a share of it.
+_SAME_PLACE: Final = 1e-9
+_OFF: Final = 0.02
+
+
+def check_installed() -> None:
+    """Raise LostmotionError where NGSolve is not installed."""
+    if importlib.util.find_spec("ngsolve") is None:
+        raise LostmotionError("finite elements need NGSolve, which is not installed\n  pip install 'lostmotion[fem]'")
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedHole:
+    """A hole of the planet: centre and radius, m, and the force of its pin under a unit torque."""
+
+    centre: complex
+    radius: float
+    force: complex
+
+
+@dataclass(frozen=True, slots=True)
+class Blank:
+    """A wheel before meshing: closed outline with its teeth or pins, body, centre of its fixed circle (m), and holes that take the torque."""
+
+    outline: list[Edge]
+    body: Body
+    centre: complex
+    holes: tuple[LoadedHole, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Displacement and stress of a wheel on its triangles, for pictures.
+
+    points (point, 2), m; triangles (triangle, 3) point numbers; displacement (point, 2), m; von_mises (point,), Pa; strain (point,), equivalent
+    strain: von Mises stress over 3 G
+    """
+
+    points: Floats
+    triangles: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+    displacement: Floats
+    von_mises: Floats
+    strain: Floats
+
+
+class ElasticWheel:
+    """A meshed wheel, with its response to pressure on the contacts.
+
+    compliance (node, node), mm/MPa: mean gap that the pressure of one node opens at another, each weighted with its hat function
+    sliding    (contact, node), mm/MPa: mean displacement along the tangent of each contact
+    """
+
+    def __init__(self, blank: Blank, made: Contacts, at: dict[int, Floats], mesh: Any, order: int) -> None:  # noqa: ANN401
+        """Factorise the stiffness matrix and solve for the pressure of every node."""
+        import ngsolve as ng
+        import scipy.sparse
+
+        self._mesh = mesh
+        mesh.Curve(order)
+        young, nu, plane = blank.body.young / MM**2, blank.body.nu, blank.body.plane
+        self._mu = young / (2 + 2 * nu)
+        self._lambda = young * nu / ((1 + nu) * (1 - 2 * nu)) if plane == "strain" else young * nu / (1 - nu * nu)
+        self._across = nu if plane == "strain" else 0.0
+        self._space = space = ng.VectorH1(mesh, order=order, dirichlet="" if blank.holes else "fixed")
+        u, v = space.TnT()
+        form = ng.BilinearForm(space, symmetric=True)
+        form += (self._lambda * ng.div(u) * ng.div(v) + 2 * self._mu * ng.InnerProduct(ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v)))) * ng.dx
+        if blank.holes:
+            out, along = _directions(blank.centre)
+            stiff = young / (MM * blank.body.edge)
+            form += stiff * (_RIGID * (u * out) * (v * out) + _LOOSE * (u * along) * (v * along)) * ng.ds("fixed")
+        form.Assemble()
+        self._inverse = form.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky")
+        self._load, self._answer = form.mat.CreateColVector(), form.mat.CreateColVector()
+        self._normal, tangent = _tractions(made, at, mesh, order)
+        self._holes = _hole_loads(blank, space) if blank.holes else None
+        if self._holes is not None:  # the pins in the holes balance every load, to rounding
+            turning, pins = self._holes
+            self._normal, tangent = (scipy.sparse.csr_array(each - np.outer(each @ turning, pins)) for each in (self._normal, tangent))
+        self.compliance, self.sliding = self._responses(tangent, np.array(list(at.values())))
+        if not np.isfinite(self.compliance).all():
+            raise DidNotConvergeError("the stiffness matrix of a wheel is singular: a part of its mesh is not held")
+
+    def _responses(self, tangent: scipy.sparse.csr_array, places: Floats) -> tuple[Floats, Floats]:
+        """Return the compliance and the sliding; `places` (contact, node), m.
+
+        At another contact a pressure acts by its force and its moment alone, as far as the square of the contact's width over the distance is
+        negligible. So two solves per contact and one per node, with the pressure on this node of all contacts at once, are enough.
+        """
+        contacts, nodes = places.shape
+        far, slid = np.empty((2, contacts, contacts * nodes)), np.empty((2, contacts, contacts))
+        s = MM * places
+        for n in range(contacts):
+            for power in range(2):
+                pressure = np.zeros(places.shape)
+                pressure[n] = s[n] ** power
+                moved = self._displaced(pressure.ravel())
+                far[power, n], slid[power, n] = self._normal @ moved, tangent @ moved
+        # each hat as a + c s with the same force and moment
+        mass = np.array([_hat_products(each) for each in s])
+        sums = np.stack([mass.sum(axis=1), np.einsum("nij,ni->nj", mass, s)], axis=1)
+        of_line = np.stack([sums, np.einsum("npj,nj->npj", sums, s)], axis=1).sum(axis=-1)
+        share = np.linalg.solve(of_line, sums)
+        compliance = np.einsum("pmr,mpj->rmj", far, share)
+        sliding = np.einsum("pmr,mpj->rmj", slid, share)
+        blocks = compliance.reshape(contacts, nodes, contacts, nodes)
+        own = np.arange(contacts)
+        for node in range(nodes):
+            pressure = np.zeros(places.shape)
+            pressure[:, node] = 1.0
+            found = (self._normal @ self._displaced(pressure.ravel())).reshape(contacts, nodes)
+            others = blocks[:, :, :, node].sum(axis=2) - blocks[own, :, own, node]
+            blocks[own, :, own, node] = found - others
+        whole = blocks.reshape(contacts * nodes, contacts * nodes)
+        return (whole + whole.T) / 2, sliding.reshape(contacts, contacts * nodes)
+
+    def _displaced(self, pressure: Floats) -> Floats:
+        """Return the unknowns (mm) under nodal pressures (node,), MPa."""
+        self._load.FV().NumPy()[:] = self._normal.T @ pressure
+        self._answer.data = self._inverse * self._load
+        moved = np.asarray(self._answer.FV().NumPy().copy())
+        if self._holes is not None:
+            turning, pins = self._holes
+            moved -= float(pins @ moved) * turning
+        return moved
+
+    @property
+    def size(self) -> int:
+        """Return the number of elements."""
+        return int(self._mesh.ne)
+
+    def largest(self, pressure: Floats) -> tuple[float, float]:
+        """Return the largest von Mises stress (Pa) and equivalent strain under nodal pressures (node,), Pa."""
+        found = float(self._samples(pressure)[1].max())
+        return found * MM**2, found / (3 * self._mu)
+
+    def place_of_largest(self, pressure: Floats) -> complex:
+        """Return the place (m) of the largest von Mises stress."""
+        places, stress = self._samples(pressure)
+        return complex(places[int(stress.argmax())] @ np.array([1, 1j])) / MM
+
+    def _samples(self, pressure: Floats) -> tuple[Floats, Floats]:
+        """Return the integration points (point, 2), mm, and the von Mises stress there, MPa."""
+        import ngsolve as ng
+
+        points = self._mesh.MapToAllElements(ng.IntegrationRule(ng.TRIG, 2 * self._space.globalorder), ng.VOL)
+        places = ng.CoefficientFunction((ng.x, ng.y))(points)
+        return np.asarray(places), np.asarray(self._von_mises(pressure)[1](points)).ravel()
+
+    def field(self, pressure: Floats) -> Field:
+        """Return displacement and stress at the corners of the elements; stresses are means over the elements that meet there."""
+        import ngsolve as ng
+
+        displacement, stress = self._von_mises(pressure)
+        smooth = ng.GridFunction(ng.H1(self._mesh, order=1))
+        smooth.Set(stress)
+        points = np.array([vertex.point for vertex in self._mesh.vertices])
+        triangles = np.array([[vertex.nr for vertex in element.vertices] for element in self._mesh.Elements(ng.VOL)])
+        count = len(points)
+        half = self._space.ndof // 2
+        values = displacement.vec.FV().NumPy()
+        moved = np.stack([values[:count], values[half : half + count]], axis=-1)
+        of_vertices = smooth.vec.FV().NumPy()[:count].copy()
+        return Field(points / MM, triangles, moved / MM, of_vertices * MM**2, of_vertices / (3 * self._mu))
+
+    def _von_mises(self, pressure: Floats) -> tuple[Any, Any]:
+        import ngsolve as ng
+
+        displacement = ng.GridFunction(self._space)
+        displacement.vec.FV().NumPy()[:] = self._displaced(pressure / MM**2)
+        strain = ng.Sym(ng.Grad(displacement))
+        trace = strain[0, 0] + strain[1, 1]
+        x, y = (self._lambda * trace + 2 * self._mu * strain[k, k] for k in range(2))
+        z, shear = self._across * (x + y), 2 * self._mu * strain[0, 1]
+        return displacement, ng.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3 * shear**2)
+
+
+def mesh_of(blank: Blank, coarse: float) -> Any:  # noqa: ANN401 - NGSolve publishes no types
+    """Return the mesh of a wheel with elements up to the size `coarse` (m), and one element for each interval of a contact."""
+    import ngsolve as ng
+    from netgen.occ import ArcOfCircle, Circle, Dir, Face, OCCGeometry, Pnt, Segment, SplineInterpolation, Wire
+    from scipy.spatial import KDTree
+
+    def place(z: complex) -> Any:  # noqa: ANN401
+        return Pnt(MM * z.real, MM * z.imag, 0)
+
+    ng.ngsglobals.msg_level = 0
+    pieces = []
+    for edge in blank.outline:
+        points = [place(each) for each in edge.points]
+        if edge.straight:
+            pieces.append(Segment(points[0], points[-1]))
+        else:
+            pieces.append(ArcOfCircle(*points) if edge.arc else SplineInterpolation(points, tol=1e-9))
+
+    def disc(centre: complex, radius: float) -> Any:  # noqa: ANN401
+        return Face(Wire([Circle(place(centre), Dir(0, 0, 1), MM * radius)]))
+
+    fixed, toothed = disc(blank.centre, blank.body.edge), Face(Wire(pieces))
+    face = fixed - toothed if blank.body.part == "ring" else toothed - fixed
+    for hole in blank.holes:
+        face = face - disc(hole.centre, hole.radius)
+    circles = {"fixed": (blank.centre, blank.body.edge)} | {f"hole {k}": (hole.centre, hole.radius) for k, hole in enumerate(blank.holes)}
+    own = [edge for edge in blank.outline if edge.contact >= 0]
+    middles = KDTree(np.array([[z.real, z.imag] for z in (edge.points.mean() for edge in own)]) * MM)
+    hit = 0
+    for edge in face.edges:  # names that are set before a boolean are lost
+        ends = np.array([complex(end.x, end.y) for end in (edge.start, edge.end)]) / MM
+        off, near = middles.query([ends.mean().real * MM, ends.mean().imag * MM])
+        edge.name = next((name for name, (centre, radius) in circles.items() if np.abs(np.abs(ends - centre) - radius).max() < _SAME_PLACE), "free")
+        if edge.name == "free" and off < 0.1 * MM * abs(own[near].points[-1] - own[near].points[0]):
+            edge.name = f"contact {own[near].contact}"
+            hit += 1
+    if hit != len(own) or {edge.name for edge in face.edges} < circles.keys():
+        raise DidNotConvergeError(f"the outline has {hit} of {len(own)} pieces of contacts, or misses a circle")
+    return ng.Mesh(OCCGeometry(face, dim=2).GenerateMesh(maxh=MM * coarse, grading=_GRADING))
+
+
+def _directions(centre: complex) -> tuple[Any, Any]:
+    """Return the unit vectors away from a centre (m) and along the circles about it."""
+    import ngsolve as ng
+
+    x, y = ng.x - MM * centre.real, ng.y - MM * centre.imag
+    radius = ng.sqrt(x * x + y * y)
+    return ng.CoefficientFunction((x / radius, y / radius)), ng.CoefficientFunction((-y / radius, x / radius))
+
+
+def _hole_loads(blank: Blank, space: Any) -> tuple[Floats, Floats]:  # noqa: ANN401
+    """Return the unknowns of a unit rotation about the wheel's centre, and the loads of pins in the holes that resist it with a unit moment."""
+    import ngsolve as ng
+
+    rotation = ng.GridFunction(space)
+    rotation.Set(ng.CoefficientFunction((MM * blank.centre.imag - ng.y, ng.x - MM * blank.centre.real)))
+    load = ng.LinearForm(space)
+    for k, hole in enumerate(blank.holes):
+        if hole.force:
+            out = _directions(hole.centre)[0]
+            push = out * ng.CoefficientFunction((hole.force.real, hole.force.imag))
+            load += (ng.IfPos(push, push, 0.0) * out * space.TestFunction()) * ng.ds(f"hole {k}")
+    load.Assemble()
+    turning, pins = rotation.vec.FV().NumPy().copy(), load.vec.FV().NumPy().copy()
+    return turning, pins / float(pins @ turning)
+
+
+def gauss() -> tuple[Floats, Floats]:
+    """Return the points and weights by which quantities are integrated over an interval from 0 to 1."""
+    x, weight = np.polynomial.legendre.leggauss(_GAUSS)
+    return (x + 1) / 2, weight / 2
+
+
+def _hat_products(s: Floats) -> Floats:
+    """Return the integrals of the products of two hat functions on a grid s."""
+    step = np.diff(s)
+    out = np.diag(np.concatenate([step, [0.0]]) + np.concatenate([[0.0], step])) / 3
+    inner = np.arange(len(step))
+    out[inner, inner + 1] = out[inner + 1, inner] = step / 6
+    return out
+
+
+def _tractions(made: Contacts, at: dict[int, Floats], mesh: Any, order: int) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:  # noqa: ANN401
+    """Return the nodal forces of a unit pressure at each node (node, unknown), and those of the mean tangential displacement (contact, unknown)."""
+    import ngsolve as ng
+
+    scalar = ng.H1(mesh, order=order)
+    half = scalar.ndof
+    nodes = len(next(iter(at.values())))
+    row = {k: n for n, k in enumerate(at)}
+    entries: tuple[list[tuple[int, Any, Floats]], ...] = [], []
+    vertices = np.array([vertex.point for vertex in mesh.vertices]) @ np.array([1, 1j]) / MM
+    x, weight = gauss()
+    names = mesh.GetBoundaries()
+    hit = set()
+    for element in mesh.Elements(ng.BND):
+        name = names[element.index]
+        if not name.startswith("contact"):
+            continue
+        k = int(name.split()[1])
+        here, there = made.along(k, vertices[[vertex.nr for vertex in element.vertices]])
+        low = int(np.abs(at[k] - min(here, there)).argmin())
+        step = at[k][low + 1] - at[k][low]
+        if max(abs(min(here, there) - at[k][low]), abs(max(here, there) - at[k][low + 1])) > _OFF * step:
+            raise DidNotConvergeError(f"the mesh divides contact {k} otherwise than its pressure")
+        hit.add((k, low))
+        number = ng.ElementId(ng.BND, element.nr)
+        unknowns, shape = np.array(scalar.GetDofNrs(number)), scalar.GetFE(number)
+        for at_x, w in zip(x, weight, strict=True):
+            s = at[k][low] + at_x * step
+            values = w * step * MM * np.asarray(shape.CalcShape((s - there) / (here - there), 0, 0)).ravel()
+            outwards = made.towards[k] * np.exp(1j * s / made.stage.pin_radius)
+            along = 1j * outwards / (MM * (at[k][-1] - at[k][0]))
+            for axis, (out, turned) in enumerate(((outwards.real, along.real), (outwards.imag, along.imag))):
+                for node, hat in ((low, 1 - at_x), (low + 1, at_x)):
+                    entries[0].append((row[k] * nodes + node, unknowns + axis * half, hat * out * values))
+                entries[1].append((row[k], unknowns + axis * half, turned * values))
+    if len(hit) != len(at) * (nodes - 1):
+        raise DidNotConvergeError(f"the mesh has {len(hit)} of the {len(at) * (nodes - 1)} intervals of the contacts")
+    normal, tangent = (_sparse(each, (count, 2 * half)) for each, count in zip(entries, (len(at) * nodes, len(at)), strict=True))
+    return normal, tangent
+
+
+def _sparse(entries: list[tuple[int, Any, Floats]], shape: tuple[int, int]) -> scipy.sparse.csr_array:
+    """Return a matrix of entries by row, columns and values; those of one place add."""
+    import scipy.sparse
+
+    rows = np.repeat([row for row, _, _ in entries], [len(values) for _, _, values in entries])
+    columns, values = (np.concatenate([entry[k] for entry in entries]) for k in (1, 2))
+    return scipy.sparse.csr_array((values, (rows, columns)), shape=shape)
