@@ -148,9 +148,13 @@ def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(ar
             # Draws of the last motion alone belong to the joint; any other draw belongs to its part.
             of = None if term.sided and term.robot is closing is None else owner
             by_draw[of, term.robot, term.visit, closing] += term.scale * term.form.screw(condition) * share
-        for screw in by_draw.values():
-            spread += np.einsum("ip,jp->pij", screw, screw)
         to_tool = carry(arm.tree, at, place)
+        for (_, *draws), screw in by_draw.items():
+            drawn_by = [draw for draw in draws if draw is not None]
+            if len(drawn_by) == 1 and getattr(drawn_by[0], "shared", ""):  # clearances that follow the temperature of all places
+                shared += np.einsum("pij,jp->pi", to_tool, screw)
+            else:
+                spread += np.einsum("ip,jp->pij", screw, screw)
         mean += np.einsum("pij,jp->pi", to_tool, local)
         covariance += to_tool @ spread @ to_tool.transpose(0, 2, 1)
         shared += to_tool @ record.shared

@@ -246,3 +246,16 @@ def test_a_bearing_beyond_its_law_at_temperature_is_refused():
     Arm.model_validate({"name": "bench", "joints": [joint]})
     with pytest.raises(ValidationError, match="at the temperature of the arm"):
         Arm.model_validate({"name": "cold", "joints": [joint], "environment": {"temperature": "-20 °C"}})
+
+
+def test_the_clearance_of_a_warm_bearing_changes_by_its_expansions():
+    """Per kelvin a tight aluminium housing gives 80 % of 10.5e-6/K x 110 mm, less what seats flatten; a loose one, and one all of steel, nothing."""
+    kept = 110 / (110 + 3)
+    tight = RollerPair(**OF_NU212, housing_interference="60 µm", housing_expansion=23e-6)
+    found = [tight.clearance_per_kelvin(Toleranced(rise, 10.0)) for rise in (0.0, 20.0, 35.0, 80.0)]
+    assert found[:3] == [pytest.approx(0.8 * 10.5e-6 * 0.11 * kept, rel=1e-9)] * 3
+    assert found[3] == 0
+    assert RollerPair(**OF_NU212, shaft_interference="20 µm").clearance_per_kelvin(Toleranced(20.0, 10.0)) == 0
+    own = RollerPair(**OF_NU212, housing_interference="60 µm", housing_expansion=23e-6, temperature_rise="5 K")
+    assert own.clearance_per_kelvin(Toleranced(20.0, 10.0)) == 0
+    assert tight.clearance_per_kelvin(Toleranced(20.0)) == 0

@@ -109,11 +109,10 @@ def temperature_remarks(joints: Sequence[Joint], environment: Environment) -> tu
     varies = environment.temperature_varies
     differs = f" (± {rise.tolerance:.3g} K from {varies} to {varies})" if rise.tolerance else ""
     fitted = ", ".join(joint.name for joint in joints if joint.type != "fixed" and joint.bearing is not None and joint.bearing.has_fits)
-    clearances = (
-        f"; clearance of the bearings of {fitted} by the expansion of shaft and housing (steel unless stated), without the ±" if fitted else ""
-    )
+    clearances = f"; clearance of the bearings of {fitted} by the expansion of shaft and housing (steel unless stated)" if fitted else ""
     meshing = ", ".join(joint.name for joint in joints if joint.drive_expands)
-    clearances += f"; clearances of the gearboxes of {meshing} by the expansion of disc, pins and ring, without the ±" if meshing else ""
+    clearances += f"; clearances of the gearboxes of {meshing} by the expansion of disc, pins and ring" if meshing else ""
+    clearances += "; open clearances without the ±" if clearances and rise.tolerance and varies == "visit" else ""
     silent = ", ".join(joint.name for joint in joints if joint.drive_expands is None)
     without += f"gearboxes of {silent} (expansion not stated), " if silent else ""
     counted = (

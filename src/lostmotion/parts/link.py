@@ -18,7 +18,7 @@ from lostmotion.parts.material import Material
 from lostmotion.parts.profile import Section, beam_of, section_error
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.section import Rod, refuse_section
-from lostmotion.parts.standard_terms import ENVIRONMENT, limit_terms, parameter, varying
+from lostmotion.parts.standard_terms import ENVIRONMENT, VARIATION, limit_terms, parameter, varying
 from lostmotion.parts.term import Motion, Parameter, Term
 from lostmotion.spatial import pose_of, skew
 from lostmotion.units import Toleranced
@@ -243,7 +243,7 @@ class ElasticLink(ErrorSource):
         if rise.nominal:
             form = Linear(np.zeros((6, 6)), per_kelvin=per_kelvin)
             out.append(Term("thermal expansion", "thermal expansion", form, parameter=sized))
-        return out + varying("temperature variation", Constant(per_kelvin), rise, motion, sized, shared=ENVIRONMENT)
+        return out + varying(VARIATION, Constant(per_kelvin), rise, motion, sized, shared=ENVIRONMENT)
 
     def _thermal_bending(self, motion: Motion) -> list[Term]:
         """Return the bending by the stated temperature difference across the link."""

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 PHASES: Final[dict[Literal["sine", "cosine"], Law]] = {"sine": Cosine(), "cosine": Sine()}
 # Owner of the draw of the arm's temperature.
 ENVIRONMENT: Final = "environment"
+# Cause of what the ± of the arm's temperature moves.
+VARIATION: Final = "temperature variation"
 # Cause of the periodic error of any reducer.
 TRANSMISSION_ERROR: Final = "transmission error"
 
@@ -51,17 +53,36 @@ def limit_terms(  # noqa: PLR0913 - what a term is made of
     return [*out, Term(name, cause, form, limit / law.stated, robot, visited, parameter=sized, exponent=exponent)]
 
 
-def varying(name: str, form: Form, stated: Toleranced, motion: Motion, sized: Parameter, *, shared: str = "") -> list[Term]:
+def varying(  # noqa: PLR0913 - what a term is made of
+    name: str, form: Form, stated: Toleranced, motion: Motion, sized: Parameter, *, shared: str = "", per_kelvin: float = 1.0, cause: str = ""
+) -> list[Term]:
     """Return the term of how far a temperature differs from its nominal value, from robot to robot or from visit to visit; none without a ±.
 
-    shared  owner of the draw where all parts of the arm have one temperature
+    shared      owner of the draw where all parts of the arm have one temperature
+    per_kelvin  what the form's screw is multiplied by, per kelvin
+    cause       kind of error; default: `name`
     """
     if not stated.tolerance:
         return []
     law = of_tolerance(stated.law)
     draw = Draw("temperature" if shared else name, law, shared)
     robot, visit = (None, draw) if motion.varies == "visit" else (draw, None)
-    return [Term(name, name, form, stated.tolerance / law.stated, robot, visit, parameter=sized)]
+    return [Term(name, cause or name, form, per_kelvin * stated.tolerance / law.stated, robot, visit, parameter=sized)]
+
+
+def free_play_variation(seat: Seat, ends: Sequence[End], per_kelvin: float, motion: Motion, sized: Parameter) -> list[Term]:
+    """Return the terms of how much wider a play is at the temperature of a robot, where the load leaves it open; none for visits.
+
+    A play at the temperature of a visit, with a side drawn at the same visit, would be a product of two draws per visit: it is neglected.
+
+    per_kelvin  change of the half width of the play, rad or m per kelvin
+    """
+    stated = motion.rise
+    if stated is None or not stated.tolerance or motion.varies == "visit":
+        return []
+    law = of_tolerance(stated.law)
+    robot, size = Draw("temperature", law, ENVIRONMENT), per_kelvin * stated.tolerance / law.stated
+    return [Term(f"free {end.name} {VARIATION}", VARIATION, HeldPlay(seat, "free", end.direction), size, robot, end.draw, sized) for end in ends]
 
 
 def harmonic_terms(
@@ -156,6 +177,16 @@ def backlash_terms(motion: Motion, stated: Toleranced, friction: Toleranced) -> 
         return []
     seat, ends = Seat(motion.twist[None], friction), [End("backlash", motion.twist, LAST_MOTION)]
     return play_terms("backlash", stated, seat, ends, "amount", parameter("play", stated.nominal, motion.unit))
+
+
+def backlash_variation(motion: Motion, friction: Toleranced, per_kelvin: float) -> list[Term]:
+    """Return the terms of a backlash that changes by `per_kelvin` (rad/K) within the ± of the arm's temperature; arguments as `backlash_terms`."""
+    if motion.rise is None:
+        return []
+    seat, sized = Seat(motion.twist[None], friction), Parameter("thermal expansion")
+    held = HeldPlay(seat, "held")
+    out = varying(f"backlash {VARIATION}", held, motion.rise, motion, sized, shared=ENVIRONMENT, per_kelvin=per_kelvin / 2, cause=VARIATION)
+    return out + free_play_variation(seat, [End("backlash", motion.twist, LAST_MOTION)], per_kelvin / 2, motion, sized)
 
 
 def loop_term(form: Form, half: float, sized: Parameter) -> Term:

@@ -100,8 +100,9 @@ class ErrorCache:
         out[BIAS] = groups.pop((None, None, None), 0.0)
         # The sign of the last motion is one draw for all parts of a joint: what depends on it alone adds up over the parts before it is squared.
         out[_LAST_MOTION] = groups.pop((None, LAST_MOTION, None), 0.0)
-        # So is the temperature, for all parts of the arm.
-        for draws in [draws for draws in groups if any(draw is not None and draw.shared for draw in draws[:2])]:
+        # So is the temperature, for all parts of the arm, where it is the only draw.
+        alone = [draws for draws in groups if draws.count(None) == len(draws) - 1]
+        for draws in [draws for draws in alone if any(draw is not None and draw.shared for draw in draws[:2])]:
             out[_TEMPERATURE] += groups.pop(draws)
         for drawn in groups.values():
             _add_square(out, drawn)

@@ -113,10 +113,22 @@ class MountedBearing(Sourced):
 
     def warmed(self, rise: Toleranced | None) -> Self:
         """Return this bearing at the temperature rise of its arm, K; itself where it states its own, or where all is of steel."""
-        all_steel = self.shaft_expansion == self.housing_expansion == STEEL_EXPANSION
-        if rise is None or not rise.nominal or all_steel or self.temperature_rise is not None:
+        if rise is None or not rise.nominal or not self._follows_temperature:
             return self
         return self.model_copy(update={"temperature_rise": rise.nominal})
+
+    def clearance_per_kelvin(self, rise: Toleranced | None) -> float:
+        """Return the change of the working clearance per kelvin within the ± of the temperature rise of its arm, m/K; zero without a ±."""
+        if rise is None or not rise.tolerance or not self._follows_temperature:
+            return 0.0
+        hot, cold = (self.model_copy(update={"temperature_rise": rise.nominal + sign * rise.tolerance}).working.nominal for sign in (1, -1))
+        return (hot - cold) / (2 * rise.tolerance)
+
+    @property
+    def _follows_temperature(self) -> bool:
+        """Return whether its fits change with the temperature of its arm: not all is of steel, and it states no temperature of its own."""
+        all_steel = self.shaft_expansion == self.housing_expansion == STEEL_EXPANSION
+        return not all_steel and self.temperature_rise is None
 
     def _warm(self, shaft: Floats, housing: Floats, heating: Floats) -> tuple[Floats, Floats, Floats]:
         """Return interferences and heating of the inner ring at the temperature rise of the unit."""

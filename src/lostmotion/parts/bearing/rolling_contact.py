@@ -17,7 +17,7 @@ from lostmotion.parts.error_source import ErrorSource, Friction, FrictionForce, 
 from lostmotion.parts.load_table import LoadTable, ShaftOnRows
 from lostmotion.parts.play import Seat
 from lostmotion.parts.provenance import with_friction
-from lostmotion.parts.standard_terms import circle, free_terms
+from lostmotion.parts.standard_terms import ENVIRONMENT, VARIATION, circle, free_play_variation, free_terms, varying
 from lostmotion.parts.term import Draw, Holding, Motion, Parameter, Term
 from lostmotion.units import Toleranced
 
@@ -118,16 +118,16 @@ class DrawnBearing(MountedBearing, ErrorSource):
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return the shift of the shaft in the clearance under load, its free play, elastic deflection, scatter over bearings, and runout."""
-        return self.warmed(motion.rise)._terms(motion)  # noqa: SLF001 - of the same class
+        return self.warmed(motion.rise)._terms(motion, self.clearance_per_kelvin(motion.rise))  # noqa: SLF001 - of the same class
 
-    def _terms(self, motion: Motion) -> list[Term]:
+    def _terms(self, motion: Motion, per_kelvin: float) -> list[Term]:
         axis, out = motion.axis, []
         along, names = np.concatenate([np.zeros(3), axis]), [name for name, _ in SIDES]
         streams = [f"{name} amount" if self.bearings > 1 else "amount" for name in names]
         robots = [Draw(stream, of_tolerance(self.working.law)) for stream in streams]
         spread = self.working.tolerance / robots[0].law.bound
-        shaft = self._shaft(motion, along)
-        play, clearance, stiffness = self.working.nominal, Parameter("clearance"), Parameter("stiffness")
+        shaft = self._shaft(motion, along, varies=bool(per_kelvin))
+        play, clearance, stiffness, expansion = self.working.nominal, Parameter("clearance"), Parameter("stiffness"), Parameter("thermal expansion")
         for k, (name, seat, robot) in enumerate(zip(names, shaft.seats, robots, strict=False)):
             out.append(Term(f"{name} deflection", "deflection", LoadTable(shaft, "deflects", k), parameter=stiffness, exponent=-1))
             if play > 0:
@@ -135,6 +135,8 @@ class DrawnBearing(MountedBearing, ErrorSource):
                 out.append(Term(f"{name} clearance side held by load", "clearance", held, parameter=clearance))
                 ends = circle(f"{name} clearance", f"{name} clearance position", seat.way, axis)
                 out += free_terms("clearance", seat, ends, play / 2, spread / 2, robot, clearance)
+                if per_kelvin:
+                    out += free_play_variation(seat, ends, per_kelvin / 2, motion, expansion)
         rows = {stream: tuple(k for k in (0, 1) if streams[k] == stream) for stream in streams}
         if shaft.axial:
             out += self._along(shaft, along)
@@ -146,13 +148,17 @@ class DrawnBearing(MountedBearing, ErrorSource):
                 # The axial load is shared by all bearings.
                 size = spread / len(rows) if side == "axial" else spread
                 out.append(Term(name, "clearance", LoadTable(shaft, "grows", k), size, robot, parameter=clearance, effect=robot.stream))
+        if per_kelvin and motion.rise is not None:
+            for k, side in enumerate((*names, "axial")[: 3 if shaft.axial else 2]):
+                form, name = LoadTable(shaft, "grows", k), f"{side} {VARIATION}"
+                out += varying(name, form, motion.rise, motion, expansion, shared=ENVIRONMENT, per_kelvin=per_kelvin, cause=VARIATION)
         return out + (runout_terms(axis, self.radial_runout, self.axial_runout) if motion.turning else [])
 
-    def _shaft(self, motion: Motion, along: Floats) -> ShaftOnRows:
+    def _shaft(self, motion: Motion, along: Floats, *, varies: bool) -> ShaftOnRows:
         rows, friction = self.rows, self.play_friction(motion.holding)
         closing = Toleranced(0.0) if friction is None else friction.load
         behind, ahead = (Seat(per_shift(motion.axis, side, rows.span), closing, min(rows.span, 1.0), f"{name} friction") for name, side in SIDES)
-        wider = self.table(self.working.nominal + _STEP) if self.working.tolerance else None
+        wider = self.table(self.working.nominal + _STEP) if self.working.tolerance or varies else None
         seats = behind, ahead, Seat(along[None], closing, stream="axial friction")
         return ShaftOnRows(seats, motion.turning and rows.axial, self.table(self.working.nominal), wider, _STEP)
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import PrivateAttr
 
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing, CycloidalFirstStage
 from lostmotion.parts.gearbox.cycloidal_members import material_shares
-from lostmotion.parts.gearbox.cycloidal_model import Behaviour, behaviour
+from lostmotion.parts.gearbox.cycloidal_model import ANGLES, GEARBOXES, Behaviour, behaviour, gearboxes
 from lostmotion.parts.gearbox.cycloidal_sources import Play, TransmissionError, WindUp
 from lostmotion.parts.gearbox.cycloidal_temperature import follows, growth_is_known
 from lostmotion.units import Toleranced
@@ -32,6 +36,9 @@ class CycloidalGearbox(CycloidalDrawing):
     mass, inertia    of the gearbox, and at its input, as for `Gearbox`
     """
 
+    # the drawing of a gearbox that an arm takes to its temperature
+    _drawn: CycloidalGearbox | None = PrivateAttr(None)
+
     @functools.cached_property
     def behaviour(self) -> Behaviour:
         """Return the behaviour of gearboxes of this drawing, computed once per drawing."""
@@ -40,7 +47,17 @@ class CycloidalGearbox(CycloidalDrawing):
     @functools.cached_property
     def members(self) -> dict[str, ErrorSource]:
         """Return the error sources by name: play, transmission error, friction, and every spring that is not rigid."""
-        return sources(self, self.behaviour)
+        out, drawn = sources(self, self.behaviour), self._drawn or self
+        play = out.get("play")
+        if isinstance(play, Play) and drawn.follows_temperature:
+            out["play"] = replace(play, per_kelvin=drawn.play_per_kelvin)
+        return out
+
+    def play_per_kelvin(self, rise: Toleranced) -> float:
+        """Return the change of the mean play per kelvin within the ± of the temperature rise of its arm, rad/K."""
+        ends = (self.warmed(Toleranced(rise.nominal + sign * rise.tolerance)) for sign in (1, -1))
+        hot, cold = (gearboxes(each, np.empty(0), ANGLES, GEARBOXES).play.mean() for each in ends)
+        return float(hot - cold) / (2 * rise.tolerance)
 
     @property
     def follows_temperature(self) -> bool:
@@ -67,7 +84,9 @@ def _at_rise(gearbox: CycloidalGearbox, rise: float) -> CycloidalGearbox:
     changes: dict[str, object] = {**warm} if follows(gearbox) else {}
     if isinstance(first, CycloidalFirstStage) and follows(first):
         changes["first_stage"] = first.model_copy(update=warm)
-    return gearbox.model_copy(update=changes)
+    out = gearbox.model_copy(update=changes)
+    out._drawn = gearbox  # noqa: SLF001 - of the same class
+    return out
 
 
 def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSource]:

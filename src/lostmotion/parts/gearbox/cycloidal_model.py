@@ -36,7 +36,7 @@ _MOST_HARMONICS: Final = 4
 # Members that are springs without scatter over gearboxes.
 _WITHOUT_SCATTER: Final = (*PIN_MEMBERS, "first stage", "frame", "input shaft")
 LOST_MOTION: Final = 0.03  # one of the torque levels
-_ANGLES: Final = 4
+ANGLES: Final = 4
 # For the contacts of simulated gearboxes; figures do not depend on it.
 _THREADS: Final = 4
 
@@ -78,7 +78,7 @@ def behaviour(gearbox: CycloidalDrawing) -> Behaviour:
     """Return the behaviour of gearboxes of this drawing. Raises DidNotConvergeError where the contact law finds no equilibrium."""
     rated = gearbox.rated_torque
     torque = rated * np.array(LEVELS)
-    made = gearboxes(gearbox, np.array([-LOST_MOTION * rated, *torque]), _ANGLES, GEARBOXES)
+    made = gearboxes(gearbox, np.array([-LOST_MOTION * rated, *torque]), ANGLES, GEARBOXES)
     small = LEVELS.index(LOST_MOTION)
     both_ways = made.wind_up[1 + small] - made.wind_up[0]
     drawn = wind_up(gearbox, torque)

@@ -11,7 +11,7 @@ from lostmotion.laws.distributions import Normal
 from lostmotion.laws.gears import friction_loop
 from lostmotion.parts.error_source import ErrorSource, Friction
 from lostmotion.parts.forms import Curve, Harmonic, Spring
-from lostmotion.parts.standard_terms import PHASES, TRANSMISSION_ERROR, backlash_terms, loop_term, spring_terms
+from lostmotion.parts.standard_terms import PHASES, TRANSMISSION_ERROR, backlash_terms, backlash_variation, loop_term, spring_terms
 from lostmotion.parts.term import Draw, Parameter, Term
 
 if TYPE_CHECKING:
@@ -51,10 +51,14 @@ class WindUp(ErrorSource):
 
 @dataclass(frozen=True, slots=True)
 class Play(ErrorSource):
-    """Free play with scatter, closed by a load above `friction` (N m)."""
+    """Free play with scatter, closed by a load above `friction` (N m).
+
+    per_kelvin  returns its change (rad/K) within the ± of a temperature rise of the arm; None where it does not follow that
+    """
 
     play: Toleranced
     friction: Friction
+    per_kelvin: Callable[[Toleranced], float] | None = None
 
     def play_friction(self, holding: Callable[[], Holding]) -> Friction:  # noqa: ARG002 - a drawn gearbox is rated
         """Return the stated friction, or else the assumed one."""
@@ -62,7 +66,10 @@ class Play(ErrorSource):
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return the play on the side where the load or the last motion leaves the output."""
-        return backlash_terms(motion, self.play, self.friction.load)
+        out = backlash_terms(motion, self.play, self.friction.load)
+        if self.per_kelvin is None or motion.rise is None or not motion.rise.tolerance:
+            return out
+        return out + backlash_variation(motion, self.friction.load, self.per_kelvin(motion.rise))
 
 
 @dataclass(frozen=True, slots=True)
