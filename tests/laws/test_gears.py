@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from lostmotion.laws.gears import (
     duplex_take_up,
     friction_angle,
+    friction_loop,
     planetary_ratio,
     play_from_lost_motion,
     strain_wave_ratio,
@@ -197,3 +198,53 @@ def test_a_shifted_duplex_worm_removes_play():
     radius = ratio * mean / (2 * math.pi)  # the pitch circle of the wheel moves by one lead per turn of the worm
     assert duplex_take_up(shift, (left, right), ratio) == pytest.approx(thicker / radius, rel=1e-12)
     assert duplex_take_up(shift, (right, left), ratio) == duplex_take_up(shift, (left, right), ratio)
+
+
+def soft_start(torque: np.ndarray) -> np.ndarray:
+    """Return a spring that starts soft, w = 4 mrad (T/24)^0.6 + T/1500 rad, odd in the torque."""
+    return np.asarray(np.sign(torque) * 4e-3 * (np.abs(torque) / 24) ** 0.6 + torque / 1500)
+
+
+LEVELS = np.array([0.0, 10.0, 40.0])
+
+
+@pytest.mark.parametrize(
+    ("constant", "share", "half_widths"),
+    [(2.5, 0.0, (2.6963e-3, 2.2969e-3, 1.9979e-3)), (0.5, 0.15, (8.2434e-4, 8.6902e-4, 1.87658e-3))],
+)
+def test_half_width_of_a_friction_loop(constant, share, half_widths):
+    """Friction F0 + m |T_e| in series with a spring: published half-widths at 0, 3 and 12 N m, to the digits printed."""
+    rising, falling = friction_loop(soft_start, np.array([0.0, 3.0, 12.0]), LEVELS, constant + share * LEVELS)
+    np.testing.assert_allclose((falling - rising) / 2, half_widths, rtol=3e-5)
+
+
+@pytest.mark.parametrize(("constant", "share"), [(2.5, 0.0), (0.5, 0.15), (1.0, 0.3)])
+def test_a_friction_loop_is_that_of_a_slider_that_sticks_and_slips(constant, share):
+    """A slider between load and spring, stepped through a cycle of ± 24 N m: it moves where the load differs from the spring by more than F."""
+    steps = np.linspace(0.0, 24.0, 20_001)
+    path = np.concatenate([steps, steps[::-1], -steps, -steps[::-1], steps])
+    held, carried = 0.0, np.empty_like(path)
+    for k, load in enumerate(path):
+        # the spring's torque stays unless the friction at a torque nearer to the load can no longer hold the difference
+        forward = (load - constant) / (1 + share) if load > constant else (load - constant) / (1 - share)
+        backward = (load + constant) / (1 - share) if load > -constant else (load + constant) / (1 + share)
+        held = min(max(held, forward), backward)
+        carried[k] = held
+    sampled = np.linspace(-20.0, 20.0, 41)
+    # the torque that the spring carries, in place of its angle
+    rising, falling = friction_loop(lambda torque: torque, sampled, LEVELS, constant + share * LEVELS)
+    way_back = slice(len(steps), 3 * len(steps))
+    down, up = path[way_back][::-1], path[3 * len(steps) :]
+    fell, rose = (np.interp(sampled, *each) for each in ((down, carried[way_back][::-1]), (up, carried[3 * len(steps) :])))
+    # after a reversal the spring stays until the load has changed by the friction of both directions
+    most = (24 - constant) / (1 + share)
+    np.testing.assert_allclose(fell, np.minimum(falling, most), rtol=0, atol=1e-3)
+    np.testing.assert_allclose(rose, np.maximum(rising, -most), rtol=0, atol=1e-3)
+
+
+def test_friction_as_large_as_the_torque_holds_the_springs():
+    """A self-locking drive, m of 1 or more, does not unwind: while the torque falls its springs keep the torque of the last level."""
+    rising, falling = friction_loop(soft_start, np.array([0.0, 5.0, 100.0]), LEVELS, 1.0 + 1.5 * LEVELS)
+    np.testing.assert_allclose(rising[1:], soft_start(np.array([4.0, 99.0]) / 2.5))
+    assert np.isfinite(falling).all()
+    assert (falling >= rising).all()

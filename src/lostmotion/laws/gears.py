@@ -8,7 +8,7 @@ of the output, negative for opposite directions.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -37,17 +37,36 @@ def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] 
     return np.asarray(np.sign(torque) * angle)
 
 
-def friction_loop(spring: Callable[[Floats], Floats], torque: Floats, friction: Floats) -> tuple[Floats, Floats]:
+def friction_loop(spring: Callable[[Floats], Floats], torque: Floats, levels: Floats, friction: Floats) -> tuple[Floats, Floats]:
     """Return the branches of the hysteresis loop at torques (any shape, N m): angles (rad) as the torque rises, and as it falls.
 
-    spring    odd, increasing spring curve w: angles (rad) under torques (N m)
-    friction  F, N m, zero or more, of the shape of `torque`
+    spring    odd, increasing spring curve w behind the friction: angles (rad) under torques (N m)
+    levels    (level,) N m, from zero on: the torque that the springs carry
+    friction  (level,) N m, F at these levels, zero or more; linear between the levels and beyond
 
-    While the torque rises, friction carries F of it and the spring T - F, so the angle is w(T - F). While the torque falls, the spring carries T + F.
-    The half-width of the loop is [w(T + F) - w(T - F)]/2: w(F) without torque, and at most w(|T| + F). Where the spring is softest at zero torque, F
-    times its compliance there would be too large. Valid for friction that does not depend on the path of the output.
+    The input is held, and friction acts between the load and the springs. While the torque T rises, the springs carry the T_e of T_e + F(|T_e|) = T,
+    while it falls that of T_e - F(|T_e|) = T. Of F0 + m |T_e| these are (T - F0)/(1 + m) and (T + F0)/(1 - m), with m of the other sign where T_e
+    is below zero. Without load the half-width is w(F0/(1 - m)), larger than F0 times the compliance there where the spring starts soft. Springs
+    between the load and the friction carry T and have no loop. Friction of the torque carried or more holds the springs at the last level.
     """
-    return spring(torque - friction), spring(torque + friction)
+    return spring(torque_behind_friction(torque, levels, friction, 1)), spring(torque_behind_friction(torque, levels, friction, -1))
+
+
+def torque_behind_friction(torque: Floats, levels: Floats, friction: Floats, direction: Literal[1, -1]) -> Floats:
+    """Return the torque T_e (N m) that springs carry behind friction while the torque (any shape, N m) rises, `direction` 1, or falls, -1.
+
+    Other arguments as `friction_loop`.
+    """
+    carried = np.concatenate([-levels[:0:-1], levels])
+    forward = np.maximum.accumulate(levels + direction * friction)
+    backward = np.minimum.accumulate(direction * friction - levels)
+    applied = np.concatenate([backward[:0:-1], forward])
+    out = np.interp(torque, applied, carried)
+    slope = direction * (friction[-1] - friction[-2]) / (levels[-1] - levels[-2])
+    for end, beyond, growth in ((-1, np.maximum(torque - applied[-1], 0.0), 1 + slope), (0, np.minimum(torque - applied[0], 0.0), 1 - slope)):
+        if growth > 0:
+            out = np.where(beyond != 0, carried[end] + beyond / growth, out)
+    return np.asarray(out)
 
 
 def play_from_lost_motion(lost_motion: float, small_torque: float, stiffness: Sequence[float], limits: Sequence[float] = ()) -> float:

@@ -6,7 +6,7 @@ middle of each range is added to the mean of the manufactured samples. So a band
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
@@ -115,7 +115,7 @@ def bands_of_drawing(gearbox: CycloidalGearbox, middle: Middle, seed: int) -> Ge
     mean = middle.curve.angle.mean(axis=1)
     steps = np.concatenate([np.zeros((1, len(shares))), shift])
     every = np.stack([np.interp(middle.curve.torque, np.concatenate([[0.0], levels]), each) for each in steps.T], axis=1)
-    curve = SampledCurve(middle.curve.torque, mean[:, None] + every, middle.curve.friction)
+    curve = replace(middle.curve, angle=mean[:, None] + every)
     return GearBands(
         unknown=unknown,
         shares=shares,

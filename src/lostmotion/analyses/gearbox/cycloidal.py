@@ -24,6 +24,7 @@ from lostmotion.parts.gearbox.cycloidal_model import (
     distribute_wind_up,
     friction,
     gearboxes,
+    load_side,
     simulated,
     wind_up,
     wind_up_without_scatter,
@@ -153,6 +154,7 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         np.concatenate([start, levels]),
         np.concatenate([np.zeros((1, count)), angle]),
         np.concatenate([start + gearbox.friction_in_loop, friction_torque]),
+        np.concatenate([start, load_side(gearbox, as_drawn)]),
     )
     at = int(np.searchsorted(levels, torque))
     own = (flanks + softer).mean(axis=1)

@@ -52,26 +52,32 @@ class StatedCurve:
 class SampledCurve:
     """The curves of manufactured samples: `angle` (level, sample) rad and `friction` (level,) N m at `torque` (level,) N m, from zero on.
 
-    Linear between the levels, extrapolated linearly beyond the last.
+    load_side (level,) rad: the part of the angle in springs between the load and the friction; default: none. Linear between the levels, extrapolated
+    linearly beyond the last.
     """
 
     torque: Floats
     angle: Floats
     friction: Floats
+    load_side: Floats | None = None
 
     def elastic_angle(self, torque: Floats) -> Floats:
         """Return the wind-up (torque, sample), rad."""
+        return self._odd(self.angle, torque)
+
+    def branches(self, torque: Floats) -> tuple[Floats, Floats]:
+        """Return the angles (torque, sample), rad, with the springs behind the friction under less torque as it rises, and more as it falls."""
+        behind = self.angle if self.load_side is None else self.angle - self.load_side[:, None]
+        branches = friction_loop(lambda carried: self._odd(behind, carried), torque, self.torque, self.friction)
+        before = 0.0 if self.load_side is None else self._odd(self.load_side[:, None], torque)
+        return branches[0] + before, branches[1] + before
+
+    def _odd(self, angle: Floats, torque: Floats) -> Floats:
+        """Return a curve (level, sample), odd in the torque, at torques (torque,): (torque, sample)."""
         size = np.abs(torque)
         at = np.clip(np.searchsorted(self.torque, size, side="right"), 1, len(self.torque) - 1)
         share = (size - self.torque[at - 1]) / (self.torque[at] - self.torque[at - 1])
-        return np.asarray(np.sign(torque)[:, None] * (self.angle[at - 1] + share[:, None] * (self.angle[at] - self.angle[at - 1])))
-
-    def branches(self, torque: Floats) -> tuple[Floats, Floats]:
-        """Return the angles (torque, sample), rad: w(T - F) as the torque rises, w(T + F) as it falls."""
-        size = np.abs(torque)
-        slope = (self.friction[-1] - self.friction[-2]) / (self.torque[-1] - self.torque[-2])
-        rubs = np.interp(size, self.torque, self.friction) + np.maximum(size - self.torque[-1], 0.0) * slope
-        return friction_loop(self.elastic_angle, torque, rubs)
+        return np.asarray(np.sign(torque)[:, None] * (angle[at - 1] + share[:, None] * (angle[at] - angle[at - 1])))
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,7 +48,8 @@ class Behaviour:
     torque (level,) from zero on; wind_up (level,) of each member that is not rigid, beyond the play, averaged over gearboxes;
     scatter (level,) standard deviation over gearboxes of the total wind-up; play and lost_motion (gearbox,), the latter between + and - 3 % of
     the rated torque; harmonic_torque (level of the harmonics,) with `harmonics`; neglected_share: share of the transmission error's mean square in
-    smaller harmonics, by which the retained ones are scaled up; friction (level,) N m; jammed: share of the gearboxes in which flanks interfere.
+    smaller harmonics, by which the retained ones are scaled up; friction (level,) N m, load_side (level,) rad, the wind-up of the springs between
+    the load and the friction; jammed: share of the gearboxes in which flanks interfere.
     """
 
     torque: Floats
@@ -60,6 +61,7 @@ class Behaviour:
     harmonics: tuple[ErrorHarmonic, ...]
     neglected_share: float
     friction: Floats
+    load_side: Floats
     jammed: float
 
     @property
@@ -70,7 +72,7 @@ class Behaviour:
     @property
     def loop(self) -> Loop:
         """Return the hysteresis of the whole gearbox."""
-        return Loop(self.torque, self.total, self.friction)
+        return Loop(self.torque, self.total - self.load_side, self.friction)
 
 
 @functools.lru_cache(maxsize=64)
@@ -96,6 +98,7 @@ def behaviour(gearbox: CycloidalDrawing) -> Behaviour:
         harmonics=harmonics,
         neglected_share=neglected,
         friction=np.concatenate([start, friction(gearbox, torque)]) + gearbox.friction_in_loop,
+        load_side=np.concatenate([start, load_side(gearbox, members)]),
         jammed=made.jammed,
     )
 
@@ -223,6 +226,16 @@ def _spectrum(stage: CycloidalStage, loads: Floats, seed: int) -> list[tuple[int
     rotation = simulated(stage, loads, angles, _HARMONIC_GEARBOXES, seed).rotation
     power = 2 * (np.abs(np.fft.rfft(rotation, axis=1) / angles) ** 2).mean(axis=2)
     return [(k, power[:, k]) for k in range(1, power.shape[1])]
+
+
+def load_side(gearbox: CycloidalDrawing, members: dict[str, Floats]) -> Floats:
+    """Return the part of the members' wind-up (torque,), rad, in springs between the load and the friction, which carry all of the load.
+
+    These are housing and output shaft, and where the flanks rub the output pins that carry the output. Friction without load counts there as well;
+    it acts before the pins, whose part of its loop is neglected.
+    """
+    names = ["frame", *(PIN_MEMBERS if gearbox.friction is not None and gearbox.fixed == "ring" else ())]
+    return np.asarray(np.sum([members.get(name, 0.0 * members["lobe contacts"]) for name in names], axis=0))
 
 
 def friction(gearbox: CycloidalDrawing, torque: Floats) -> Floats:

@@ -93,7 +93,7 @@ class TransmissionError(ErrorSource):
 
 @dataclass(frozen=True, slots=True)
 class Loop(ErrorSource):
-    """Hysteresis of a spring with `angle` (level,), rad, at torques (level,), under friction (level,), N m."""
+    """Hysteresis of a spring with `angle` (level,), rad, behind friction (level,), N m, at torques (level,) that the spring carries."""
 
     torque: Floats
     angle: Floats
@@ -101,8 +101,7 @@ class Loop(ErrorSource):
 
     def branches(self, load: Floats) -> tuple[Floats, Floats]:
         """Return the angles (rad) of the output under rising and falling loads (any shape, N m) of either sign."""
-        rubs = interpolated(np.abs(load), self.torque, self.friction)
-        return friction_loop(lambda torque: interpolated_odd(torque, self.torque, self.angle), load, rubs)
+        return friction_loop(lambda torque: interpolated_odd(torque, self.torque, self.angle), load, self.torque, self.friction)
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return half the width of the hysteresis loop, to either side."""
@@ -112,23 +111,11 @@ class Loop(ErrorSource):
     def half_width(self) -> Curve:
         """Return half the width (rad) of the loop over the size of the load, N m.
 
-        Exact: spring and friction are piecewise linear, so that the width is too, with a knot wherever the load, or the load plus or minus friction,
-        equals a level.
+        Exact: spring and friction are piecewise linear, so that the width is too, with a knot wherever the spring carries a level in either branch.
         """
-        low, rubs = self.torque, self.friction
-        steps = np.diff(low)
-        slope = np.append(np.diff(rubs) / steps, (rubs[-1] - rubs[-2]) / steps[-1])
-        high = np.append(low[1:], np.inf)
-        knots = [low]
-        for sign in (1.0, -1.0):
-            # load + sign x friction = level, solved on each segment of the friction's curve
-            growth = 1 + sign * slope
-            start = low + sign * rubs
-            for level in (*-low, *low):
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    load = low + (level - start) / growth
-                knots.append(load[(load >= low) & (load < high)])
-        load = np.unique(np.concatenate(knots))
+        carried, friction = np.concatenate([-self.torque, self.torque]), np.concatenate([self.friction, self.friction])
+        knots = np.concatenate([[0.0], carried + friction, carried - friction])
+        load = np.unique(knots[knots >= 0])
         load = np.append(load, 2 * load[-1])
         rising, falling = self.branches(load)
         return Curve.through(load, (falling - rising) / 2)
