@@ -16,8 +16,8 @@ at the hub or in the housing and loaded along the lines of action of the contact
 - A lobe or pin on the rim is part of a round bar: a force through its centre compresses it, down to the centre, by p/(pi E') [2 ln(4 Rr/a) - 1]
   (Johnson, section 5.6). The law of the contact uses Req instead of Rr, so 2 ln(Rr/Req) p/(pi E') is added. The root of the lobe then loads the rim
   over its whole width, +-Rr, with the stress of a square inner corner at its ends (`CORNERED`). The force passes through the centre of the root, so
-  no moment bends the lobe, and its shear is included above. `contact.lobe_compliance` includes the same lobe: `Flanks.bending` must be zero together
-  with the body of the ring.
+  no moment bends the lobe, and its shear is included above. Plain arcs whose roots lie outside the circle of their centres have a stem, a cantilever.
+  `contact.lobe_compliance` includes the same lobe: `Flanks.bending` must be zero together with the body of the ring.
 - Pins are treated as integral with the body around their half-round seats. A loose seat is a further contact and is not included.
 
 Holes for output pins make the disc softer by a third to twofold: what they add is computed on a round disc (`perforated_disc`).
@@ -123,9 +123,9 @@ def _pinned(stage: Stage, part: Part) -> bool:
 
 
 def _rim(stage: Stage, part: Part) -> float:
-    """Return the radius (m) of the loaded edge of the annulus: the pin circle, or the mean of tips and valleys of a wavy rim."""
+    """Return the radius (m) of the loaded edge of the annulus: pin circle, roots of lobes outside it, or the mean of tips and valleys."""
     if _pinned(stage, part):
-        return stage.ring_radius
+        return max(stage.ring_radius, stage.tip_radius + stage.eccentricity) if stage.kind == "lobe arcs" else stage.ring_radius
     if part == "ring" and not stage.has_planet_pins:
         return stage.ring_radius - stage.pin_radius + stage.eccentricity  # crests at R - Rr, roots 2 e farther out
     return stage.ring_radius + (stage.pin_radius if stage.has_planet_pins else -stage.pin_radius)
@@ -164,7 +164,20 @@ def _lines_of_action(stage: Stage, part: Part, body: Annulus, crank: float) -> _
         half, shape = math.pi / (2 * lobes), ELLIPTIC
         share = half * body.loaded / (4 * reach * np.exp(-0.75 + (1 + body.plane_nu) / 2 * np.sin(slant) ** 2))
     rest = 2 * np.log(share) / (math.pi * body.plane_modulus * body.width)
+    if pinned:
+        rest = rest + _stem(stage, body, np.angle(along / pin))
     return _LinesOfAction(RimLoads(np.angle(place), slant, half, shape), rest)
+
+
+def _stem(stage: Stage, body: Annulus, lean: Floats) -> Floats:
+    """Return the deflection per force (m/N) of a lobe's stem between its centre and its root, as a cantilever; zero where it has none.
+
+    lean  (N,) of the force from the lobe's axis, rad
+    """
+    height, root = max(body.loaded - stage.ring_radius, 0.0), 2 * stage.pin_radius
+    shear = body.young / (2 + 2 * body.nu)
+    across = 4 * height**3 / (body.plane_modulus * root**3) + 6 * height / (5 * shear * root)
+    return np.asarray((np.cos(lean) ** 2 * height / (body.plane_modulus * root) + np.sin(lean) ** 2 * across) / body.width)
 
 
 def ring_reach(stage: Stage) -> float:
