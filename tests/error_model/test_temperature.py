@@ -144,13 +144,13 @@ def test_what_expands_is_stated_in_the_remarks():
     arm = lostmotion.read(Z_ARM)
     hot = in_heat(arm, "35 °C ± 5 K")
     assert "temperature +15 K (± 5 K from robot to robot)" in hot.remarks[-1]
-    assert "links of O, A, B, roll; not counted: expansion of base" in hot.remarks[-1]
+    assert "links of O, A, B, roll. Not counted: expansion of base" in hot.remarks[-1]
     assumed = {value.key for value in states(hot).assumed}
     assert {"expansion", "reference_temperature"} <= assumed
     assert not {"expansion", "reference_temperature"} & {value.key for value in states(arm).assumed}
     joint = {"name": "A", "type": "revolute", "limits": (-1, 1), "link": {"length": 1.0}}
     rigid = Arm.model_validate({"name": "rigid", "joints": [joint], "environment": {"temperature": "35 °C"}})
-    assert "links of no joint; not counted: expansion of links of A (expansion not stated), base" in rigid.remarks[-1]
+    assert "links of no joint. Not counted: expansion of links of A (expansion not stated), base" in rigid.remarks[-1]
 
 
 def test_an_arm_that_only_expands_is_described():

@@ -112,10 +112,10 @@ def temperature_remarks(joints: Sequence[Joint], environment: Environment) -> tu
     clearances = f"; clearance of the bearings of {fitted} by the expansion of shaft and housing (steel unless stated)" if fitted else ""
     meshing = ", ".join(joint.name for joint in joints if joint.drive_expands)
     clearances += f"; clearances of the gearboxes of {meshing} by the expansion of disc, pins and ring" if meshing else ""
-    clearances += "; open clearances without the ±" if clearances and rise.tolerance and varies == "visit" else ""
+    clearances += "; the ± changes no open clearance" if clearances and rise.tolerance and varies == "visit" else ""
     silent = ", ".join(joint.name for joint in joints if joint.drive_expands is None)
     without += f"gearboxes of {silent} (expansion not stated), " if silent else ""
     counted = (
         f"temperature {rise.nominal:+.3g} K{differs} from the reference temperature: expansion of the links of {expand or 'no joint'}{clearances}"
     )
-    return (f"{counted}; not counted: expansion of {without}base, joint offsets, tool, other gearboxes and bearings, and softer materials",)
+    return (f"{counted}. Not counted: expansion of {without}base, joint offsets, tool, other gearboxes and bearings; change of moduli",)
