@@ -12,10 +12,12 @@ from pydantic import ValidationError
 from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io.dxf import profile_dxf
+from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.cycloidal_temperature import note_on_temperature
 from lostmotion.parts.term import Motion
 from lostmotion.units import Toleranced
 from tests.parts.test_cycloidal import DRAWING, drawing
@@ -227,3 +229,21 @@ def test_a_drawing_for_the_workshop_is_cold():
     """The profile that is written for manufacture is that of the drawing, whatever the temperature at work."""
     cold, warm = (drawing(**SMALL, ring_expansion="23e-6 1/K", temperature_rise=f"{rise} K") for rise in (0, 60))
     assert profile_dxf(warm, "x") == profile_dxf(cold, "x")
+
+
+def test_the_sheet_of_a_warm_drive_names_its_reliefs(tmp_path):
+    """The sheet of one gearbox states the reliefs at work beside those of the drawing; taken from an arm, a drive has the temperature of that arm."""
+    warm = drawing(**SMALL, ring_expansion="23e-6 1/K", temperature_rise="30 K")
+    assert note_on_temperature(drawing(**SMALL)) == ()
+    assert (
+        "+30 K from the drawing: relief of the roller 30 µm, as drawn 30 µm and of the circle 19.9 µm, as drawn 10 µm" in note_on_temperature(warm)[0]
+    )
+    path = tmp_path / "arm.toml"
+    path.write_text(
+        'name = "x"\n[environment]\ntemperature = "50 °C"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-1 rad", "1 rad"]\n'
+        'link = { length = "1 m" }\n[joints.gearbox]\nkind = "cycloidal"\nrated_torque = "400 N m"\npins = 40\nring_radius = "64 mm"\n'
+        'pin_radius = "3 mm"\neccentricity = "1.3 mm"\nwidth = "12 mm"\ndiscs = 2\nrelief = { roller = "10 µm" }\nring_expansion = "23e-6 1/K"\n',
+        encoding="utf-8",
+    )
+    part = read_gearbox(path, "A").part
+    assert part.temperature_rise == pytest.approx(30.0)

@@ -28,6 +28,7 @@ from lostmotion.io.toml import read_toml
 from lostmotion.mechanism.arm import LONGEST_NAME
 from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 from lostmotion.parts.bearing.single import OF_PAIRS, PAIRS, single
+from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.parts.joint import FixedJoint
 from lostmotion.parts.provenance import value_keys
 
@@ -100,7 +101,7 @@ def _of_joint(arm: Arm, file: str, joint: str | None, kind: Kind) -> OnePart[Any
         raise refuse_argument("joint", f"'{joint}', which has no {kind}", names, **example)
     if kind in found.assumed:  # the joint says that all of it is assumed
         part = part.model_copy(update={"assumed": tuple(key for key in value_keys(type(part)) if key in part.model_fields_set)})
-    if is_drawn_bearing(part):
+    if is_drawn_bearing(part) or is_drawn(part):
         part = part.warmed(arm.environment.rise)
     return OnePart(cut(f"{arm.name}, {kind} of joint {joint}", LONGEST_NAME), part, _notes_on(arm, part))
 

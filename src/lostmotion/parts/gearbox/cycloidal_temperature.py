@@ -72,6 +72,19 @@ def relief_at_work(stage: CycloidalStage) -> Modification:
     )
 
 
+def note_on_temperature(stage: CycloidalStage) -> tuple[str, ...]:
+    """Return the remark on the reliefs of a stage at its temperature rise, beside those of the drawing; none without a rise."""
+    if not stage.temperature_rise:
+        return ()
+    made, work = relief_as_drawn(stage), relief_at_work(stage)
+    changes = [
+        f"{name} {now * 1e6:.3g} µm, as drawn {before * 1e6:.3g} µm"
+        for name, now, before in (("roller", work.roller, made.roller), ("circle", work.circle, made.circle))
+    ]
+    of = f"{stage.temperature_rise:+.3g} K from the drawing: relief of the {' and of the '.join(changes)}"
+    return (f"clearances at {of}; the profile for manufacture is as drawn",)
+
+
 def output_clearance_at_work(stage: CycloidalStage) -> Toleranced | None:
     """Return the diametral clearance of the output pins at the stage's temperature rise, at least zero; None without output pins.
 

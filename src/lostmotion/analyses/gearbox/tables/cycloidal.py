@@ -12,6 +12,7 @@ from lostmotion.analyses.gearbox.tables.envelope import OVERSTATED, branches_sec
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
 from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius, valley_radius
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
+from lostmotion.parts.gearbox.cycloidal_temperature import note_on_temperature
 from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Card, Figure, Row, Section, as_stated, digits, length
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def _peak_card(drawn: Drawn, hardest: Lobes, load: str) -> Card:
 
 def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) -> tuple[str, ...]:
     """Return the warnings of the sheet."""
-    notes = []
+    notes = [*note_on_temperature(gearbox)]
     if gearbox.rigid:
         notes.append(
             f"not specified and assumed rigid: {gearbox.assumed_rigid}; a real gearbox winds up more, so that every stiffness here is an upper limit"
