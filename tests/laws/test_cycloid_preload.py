@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
+from lostmotion.laws.cycloid.bodies import Body
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, Eccentric, rest_angle, wind_up_by_member
 from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, normals, pin_angles
@@ -23,6 +24,7 @@ STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 # A case computed by two methods: linear contacts of 2e5 N/mm, a bearing of 3e5 N/mm for each disc.
 CASE = Drive(Stage(0.0775, 0.004, 0.0015, 40), Flanks(0.02, 1e11, "linear", stiffness=2e8), discs=2, eccentric=Eccentric(bearing=3e8))
 DRIVE = Drive(Stage(0.064, 0.003, 0.0013, 40), Flanks(0.0125, STEEL), Modification(), 2, Eccentric(bearing=4e8))
+ELASTIC = replace(DRIVE, disc_body=Body("planet", 0.02, 210e9, 0.3), ring_body=Body("ring", 0.08, 210e9, 0.3))
 CRANK = np.array([0.1])
 
 
@@ -74,10 +76,11 @@ def test_the_pair_is_at_the_minimum_of_its_energy(seed, torque):
     form=st.floats(0, 5e-6),
     clearance=st.floats(0, 6e-6),
     seed=st.integers(0, 2**31),
+    elastic=st.booleans(),
 )
-def test_no_gearbox_winds_up_backwards(relief, form, clearance, seed):
-    """For any flanks, clearance and interference, the output turns in the direction of its torque, and further under a larger torque."""
-    drive = replace(DRIVE, relief=Modification(roller=relief))
+def test_no_gearbox_winds_up_backwards(relief, form, clearance, seed, elastic):
+    """For any flanks, bodies, clearance and interference, the output turns in the direction of its torque, and further under a larger torque."""
+    drive = replace(ELASTIC if elastic else DRIVE, relief=Modification(roller=relief))
     scatter = Scatter(pin_radius=Toleranced(0.003, 2e-6), flank_form=form, crank_clearance=Toleranced(clearance))
     torque = np.array([-200.0, -20.0, -2.0, 2.0, 20.0, 80.0, 200.0])
     found = simulate(drive, scatter, torque, np.array([0.0, 1.0]), 8, seed)
@@ -107,6 +110,14 @@ def test_play_and_wind_up_are_continuous_into_interference():
         found = simulate(replace(DRIVE, relief=Modification(roller=relief)), Scatter(flank_form=3e-6), torque, crank, 40, 3)
         lost.append((found.rotation[1] - found.rotation[0]).mean(axis=0))
     assert np.abs(lost[0] - lost[1]).max() < 3 * 4e-8 / DRIVE.stage.planet_pitch_radius
+
+
+def test_every_member_of_an_interfering_drive_winds_up_forwards():
+    """With elastic bodies and interference, contacts, bearing, disc and ring each turn the output along the torque, and more under more."""
+    members = wind_up_by_member(replace(ELASTIC, relief=Modification(roller=-2e-6)), np.array([20.0, 100.0, 400.0]))
+    for name in ("lobe contacts", "eccentric bearing", "disc body", "ring body"):
+        assert (members[name] > 0).all()
+        assert (np.diff(members[name]) > 0).all()
 
 
 def test_interfering_nominal_flanks_wind_up_less():
