@@ -190,12 +190,12 @@ def _unit_loads(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats
     points = edges[0].points
     n = np.arange(-edges[0].terms, edges[0].terms + 1)
     shape = spectrum(np.abs(n) * rim.half, rim.exponent) / (2 * math.pi * disc.loaded * disc.width)
-    waves = shape[:, None] * points * np.exp(1j * n[:, None] * np.angle(points))
+    harmonics = shape[:, None] * points * np.exp(1j * n[:, None] * np.angle(points))
     count = sum(len(edge.points) for edge in edges)
-    out = np.zeros((2 * len(waves) + (0 if holes is None else 2 * len(lines)), count), dtype=complex)
-    out[: len(waves), : len(points)], out[len(waves) : 2 * len(waves), : len(points)] = waves, 1j * waves
+    out = np.zeros((2 * len(harmonics) + (0 if holes is None else 2 * len(lines)), count), dtype=complex)
+    out[: len(harmonics), : len(points)], out[len(harmonics) : 2 * len(harmonics), : len(points)] = harmonics, 1j * harmonics
     if holes is not None:
-        row = 2 * len(waves)
+        row = 2 * len(harmonics)
         for line in lines:
             for sign in (-1.0, 1.0):
                 pins = pin_forces(holes, sign * disc.loaded, float(line), towards)

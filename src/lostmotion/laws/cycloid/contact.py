@@ -3,7 +3,7 @@
 A disc is supported by unilateral contacts (Hertz by a law of approach, in series with the bending of pin or lobe), by the eccentric's bearing and by
 the output. The unknowns are the displacements of the disc along the line of centres (x) and across it (y), and its rotation. The torque is that of
 one disc: half of the total for two discs, customarily 0.55. Valid for quasi-static load without friction. The bodies of disc and ring are rigid, or
-elastic by their compliance at the contacts (`cycloid.bodies`). By finite elements of a solid steel stage rigid bodies leave out 31 % (Palmgren) to
+elastic by their compliance at the contacts (`cycloid.bodies`). By finite elements of a solid steel stage rigid bodies neglect 31 % (Palmgren) to
 42 % (Johnson) of its wind-up.
 
 Source: M. Lehmann, TU München 1976; S. Malhotra, M. Parameswaran, Analysis of a cycloid speed reducer, Mech. Mach. Theory 18 (1983) 491 (closed

@@ -45,7 +45,7 @@ _MOST: Final = 1000
 _PER_WALL: Final = 4
 # Unit of length over the radius of the rim; logarithms of a unit circle would make the equations singular.
 _UNIT: Final = 3.0
-# Singular values below this share of the largest are left out, with columns of unit length: nearly dependent forces stay small.
+# Singular values below this share of the largest are omitted, with columns of unit length: nearly dependent forces stay small.
 _RANK: Final = 1e-11
 # Difference between a displacement and its reciprocal one, over the largest displacement: below which no more forces are tried, and largest one.
 _GOAL: Final = 1e-3
@@ -125,9 +125,9 @@ def _prepared(stage: Stage, hub: float, kolosov: float, density: int) -> tuple[_
     # a hub of any size must neither move nor turn
     held = np.full(len(lobe.points) - lobe.rim, (stage.ring_radius / hub) ** 2)
     weight = np.repeat(np.concatenate([np.abs(np.gradient(lobe.points[: lobe.rim])), held]), 2)
-    waves = np.fft.rfft(block.reshape(count, 2 * len(lobe.points), 2 * len(lobe.forces)), axis=0) * weight[:, None]
-    size = np.sqrt((np.abs(waves) ** 2).sum(axis=1))[:, None]
-    inverse = np.linalg.pinv(waves / size, rcond=_RANK)
+    harmonics = np.fft.rfft(block.reshape(count, 2 * len(lobe.points), 2 * len(lobe.forces)), axis=0) * weight[:, None]
+    size = np.sqrt((np.abs(harmonics) ** 2).sum(axis=1))[:, None]
+    inverse = np.linalg.pinv(harmonics / size, rcond=_RANK)
 
     def solve(wanted: Complexes) -> Complexes:
         rows = np.stack([wanted.real, wanted.imag], axis=2).reshape(count, len(weight), -1)
