@@ -339,13 +339,13 @@ def test_a_large_torque_is_printed_without_a_power_of_ten(tmp_path):
     assert not re.search(r"\d[eE][+-]?\d", " ".join([sheet.verdict, *rows, *(card.number + card.quiet for card in sheet.cards)]))
 
 
-def test_torsion_of_an_rv_is_read_as_its_maker_does(tmp_path):
+def test_displacement_of_an_rv_is_read_as_its_maker_does(tmp_path):
     """RV-42N at 60 N m: half its lost motion and (60 - 12.36)/113 beyond, 0.92', from the middle of the play; the wind-up alone is 0.531'."""
     (tmp_path / "rv.toml").write_text('gearbox = "RV-42N"')
     found = lostmotion.gear(tmp_path / "rv.toml", torque="60 N m")
-    assert figure(found, "loop", "torsion at 60 N m").value == pytest.approx(1 / 2 + (60 - 12.36) / 113, abs=1e-9)
+    assert figure(found, "loop", "displacement at 60 N m").value == pytest.approx(1 / 2 + (60 - 12.36) / 113, abs=1e-9)
     # its maker prints the lost motion and the hysteresis as upper limits
-    assert str(figure(found, "loop", "torsion at 60 N m")) == "≤ 0.922 arcmin"
+    assert str(figure(found, "loop", "displacement at 60 N m")) == "≤ 0.922 arcmin"
     for section, label in (("stated", "lost motion"), ("loop", "play"), ("loop", "friction's loop alone"), ("loop", "whole loop at zero torque")):
         assert figure(found, section, label).bound == "upper"
     assert figure(found, "loop", "wind-up at 60 N m").bound == ""
@@ -363,7 +363,56 @@ def test_secant_slope_and_lost_motion_of_a_known_curve():
     assert found.secant[0] == pytest.approx(1200.0, abs=0.05)
     assert found.slope[0] == pytest.approx(1281.9, abs=0.05)
     assert found.lost_motion[0] == pytest.approx(11.936e-3, abs=1e-6)
-    assert found.torsion[0] == pytest.approx(0.005 + 0.02)
+    assert found.displacement[0] == pytest.approx(0.005 + 0.02)
+
+
+@pytest.mark.parametrize(
+    ("definition", "with_friction", "without"),
+    [("slope", 1255.4, 1281.9), ("b/a", 1197.1, 1223.2), ("secant", 1172.6, 1200.0), ("tangent", 1277.1, 1304.3)],
+)
+def test_stiffness_as_makers_define_it(definition, with_friction, without):
+    """The same curve, rated 24 N m with friction 0.5 N m + 0.15 T_e: each definition on the middle of the loop, to the digits published."""
+    torque = np.concatenate([[0.0], np.geomspace(1e-5, 40.0, 20_000)])
+    angle = (4e-3 * (torque / 24) ** 0.6 + torque / 1500)[:, None]
+    asked = Definitions(24.0, 0.03 * 24, (12.0, 24.0), definition)
+    for friction, expected, lost in ((0.5 + 0.15 * torque, with_friction, 12.043e-3), (0 * torque, without, 11.936e-3)):
+        found = readings(SampledCurve(torque, angle, friction), np.array([0.01]), asked)
+        assert found.stiffness is not None
+        assert found.lost_motion is not None
+        assert found.stiffness[0] == pytest.approx(expected, abs=0.06)
+        assert found.lost_motion[0] == pytest.approx(lost, abs=6e-7)
+        assert found.wind_up[0] == pytest.approx(0.02)
+    assert readings(SampledCurve(torque, angle, 0.5 + 0.15 * torque), np.array([0.01]), asked).width[0] == pytest.approx(11.649e-3, abs=6e-7)
+
+
+def test_springs_before_the_friction_have_no_loop():
+    """Half of a spring on the load's side of the friction halves the loop, and leaves the wind-up."""
+    torque = np.linspace(0.0, 40.0, 401)
+    angle = (torque / 1000)[:, None]
+    whole, half = (
+        readings(SampledCurve(torque, angle, 2.0 + 0.1 * torque, share * torque / 1000), np.zeros(1), Definitions(24.0)) for share in (0.0, 0.5)
+    )
+    assert half.friction_width[0] == pytest.approx(whole.friction_width[0] / 2)
+    assert half.friction_under_load[0] == pytest.approx(whole.friction_under_load[0] / 2)
+    assert half.wind_up[0] == whole.wind_up[0]
+
+
+def test_the_definition_of_the_stiffness_is_printed_beside_it(tmp_path):
+    """On the card, in the table of samples and in result.json; b/a needs the torque of a lost motion."""
+    for definition, text in (
+        ("tangent", "tangent at 400 N m"),
+        ("b/a", "b/a of the hysteresis curve from 12.36 to 400 N m"),
+        ("secant", "secant from the middle"),
+    ):
+        found = lostmotion.gear(EXAMPLES / "rv-like.toml", gearboxes=20, torque="400 N m", stiffness_definition=definition)
+        assert next(card for card in found.sheet.cards if card.title == "stiffness").quiet.startswith(text)
+        assert find_row(found.sheet.sections, "built", "stiffness: mean").note.startswith(text)
+        assert found.sheet.facts["stiffness_definition"] == definition
+        assert figure(found, "built", "stiffness: mean").value == pytest.approx(figure(found, "loop", f"stiffness, {definition}").value)
+    path = tmp_path / "stated.toml"
+    path.write_text(STATED["no torque"])
+    with pytest.raises(InputError, match="stiffness_definition"):
+        lostmotion.gear(path, torque="20 N m", stiffness_definition="b/a")
 
 
 def test_lost_motion_is_never_read_at_a_share_of_the_torque_asked_for(tmp_path):
@@ -400,14 +449,14 @@ def test_mistaken_definitions_are_one_message_and_a_slope_may_start_at_zero(tmp_
 
 
 def test_stated_scatter_sets_limits(tmp_path):
-    """Stiffness ± 20 %, play 1' ± 0.3': wind-up 2' ± 0.4', torsion within the root of both squares."""
+    """Stiffness ± 20 %, play 1' ± 0.3': wind-up 2' ± 0.4', displacement within the root of both squares."""
     (tmp_path / "x.toml").write_text(
         '[gearbox]\nratio = 100\nrated_torque = "20 N m"\nstiffness = "10 N m/arcmin"\nstiffness_scatter = "20 %"\nbacklash = "1 arcmin ± 0.3 arcmin"'
     )
     found = lostmotion.gear(tmp_path / "x.toml")
-    wound, torsion = (figure(found, "loop", f"{name} at 20 N m") for name in ("wind-up", "torsion"))
+    wound, displacement = (figure(found, "loop", f"{name} at 20 N m") for name in ("wind-up", "displacement"))
     assert (wound.low, wound.high) == pytest.approx((1.6, 2.4))
-    assert torsion.high - torsion.value == pytest.approx(math.hypot(0.15, 0.4))
+    assert displacement.high - displacement.value == pytest.approx(math.hypot(0.15, 0.4))
     assert wound.ends == "stated limits"
 
 

@@ -69,7 +69,7 @@ def test_a_range_that_shrinks_to_nothing_has_the_nominal_figures():
     """Limits a millionth apart leave every figure where a single value has it, and the band is as narrow."""
     known, nearly = asked(frame="20 N m/arcmin"), asked(frame="19.99999 .. 20.00001 N m/arcmin")
     assert known.bands is None
-    for name in ("wind_up", "torsion", "secant", "slope", "lost_motion"):
+    for name in ("wind_up", "displacement", "secant", "slope", "lost_motion"):
         value = float(getattr(known.read, name).mean())
         assert float(getattr(nearly.read, name).mean()) == pytest.approx(value, rel=1e-6)
         assert band(getattr(bands(nearly).read, name)) == (pytest.approx(value, rel=2e-3), pytest.approx(value, rel=2e-3))

@@ -93,8 +93,7 @@ def bands_of_drawing(gearbox: CycloidalGearbox, middle: Middle, seed: int) -> Ge
     if not unknown:
         return None
     asked = middle.asked
-    needed = [asked.torque, *([] if asked.small is None else [asked.small]), *(each for each in asked.slope or () if each)]
-    at = np.flatnonzero(np.isin(middle.torque, needed))
+    at = np.flatnonzero(np.isin(middle.torque, asked.levels))
     levels = middle.torque[at]
     as_drawn = {name: each[at] for name, each in middle.as_drawn.items()}
     own = _own(as_drawn)
@@ -134,7 +133,7 @@ def bands_of_figures(gearbox: StatedGearbox, asked: Definitions, seed: int) -> G
     angles: list[Floats] = []
     play: list[float] = []
     # two torques close together would lose digits: the curve is sampled where its readings need it
-    torque = np.unique([0.0, *gearbox.zone_torques, asked.torque, asked.torque / 2, asked.small or 0.0, *(asked.slope or ())])
+    torque = np.unique([0.0, *gearbox.zone_torques, asked.torque / 2, *asked.levels])
     torque = np.append(torque, 2 * torque[-1])
     for known in _draws(gearbox, unknown, shares):
         angles.append(StatedCurve(known.zones, known.zone_torques, 0.0).elastic_angle(torque)[:, 0])

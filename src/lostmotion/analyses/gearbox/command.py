@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from lostmotion.analyses.arguments import JointArgument, ReadyArgument, SeedArgument, path_of
 from lostmotion.analyses.quantities import Amount, amount
@@ -95,6 +95,10 @@ def gear(
         "tuple[Amount, Amount] | None",
         Argument("Torques between which the stiffness is a slope. Default: '50 %' '100 %' of the rated one.", _slope, metavar="TORQUE", together=2),
     ] = None,
+    stiffness_definition: Annotated[
+        Literal["slope", "b/a", "secant", "tangent"],
+        Argument("Definition of the stiffness: 'slope' over the slope range, 'b/a' from the lost motion's torque to the load, 'secant', 'tangent'."),
+    ] = "slope",
     gearboxes: Annotated[int, Argument("How many manufactured samples of a drawing are simulated.", least=2)] = 1000,
     seed: SeedArgument = 1,
     dxf: Annotated[
@@ -119,5 +123,5 @@ def gear(
     if asked.dxf is not None:
         refuse_drawing(one.part)
     asked.ready()
-    found = study(one.part, asked.torque, asked.gearboxes, asked.seed, asked.lost_motion_torque, asked.slope_range)
+    found = study(one.part, asked.torque, asked.gearboxes, asked.seed, asked.lost_motion_torque, asked.slope_range, asked.stiffness_definition)
     return Gear(**vars(found), name=one.name, notes=one.notes, dxf=asked.dxf)

@@ -140,7 +140,7 @@ class Drawn:
 def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) -> Drawn:
     """Return the results of manufactured samples of a drawing at these torques. Raises DidNotConvergeError where the contacts cannot carry one."""
     torque, rated = asked.torque, gearbox.rated_torque
-    needed = [torque, *(LIGHT * torque,), *(() if asked.small is None else (asked.small,)), *(each for each in asked.slope or () if each)]
+    needed = [LIGHT * torque, *asked.levels]
     levels = np.unique([*needed, *(level * rated for level in LEVELS if level * rated < max(needed))])
     made = gearboxes(gearbox, np.concatenate([-levels[::-1], levels]), _ANGLES, count, seed)
     # the curve of a sample is the mean of both directions, as in a measured loop

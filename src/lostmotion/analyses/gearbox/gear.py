@@ -16,7 +16,7 @@ from lostmotion.parts.gearbox.cycloidal_model import LOST_MOTION
 from lostmotion.parts.gearbox.kinds import is_drawn, is_gearbox
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.gearbox.readings import Curve
+    from lostmotion.analyses.gearbox.readings import Curve, StiffnessDefinition
     from lostmotion.parts.error_source import ErrorSource
     from lostmotion.parts.gearbox.kinds import AnyGearbox
     from lostmotion.spatial import Floats
@@ -96,12 +96,14 @@ def gear(
     seed: int = 1,
     lost_motion_torque: float | None = None,
     slope_range: tuple[float, float] | None = None,
+    stiffness_definition: StiffnessDefinition = "slope",
 ) -> GearStudy:
     """Study a gearbox under a torque (N m; its rated one unless stated), on this many manufactured samples of a drawing.
 
     `lost_motion_torque` N m at which the lost motion is read; default: the stated share, or 3 %, of the rated torque.
     `slope_range` N m between which the slope of the curve is taken; default: 50 to 100 % of the rated torque. Raises InputError for torques not above
-    zero, a slope range that does not rise, a count out of range, a seed below zero; DidNotConvergeError where the contacts cannot carry the load.
+    zero, a slope range that does not rise, a definition of the stiffness without its torques, a count out of range, a seed below zero;
+    DidNotConvergeError where the contacts cannot carry the load.
     """
     if not is_gearbox(gearbox):
         raise refuse_argument("gearbox", type(gearbox).__name__, "a gearbox that a joint can have")
@@ -114,15 +116,10 @@ def gear(
         raise refuse_argument("gearboxes", gearboxes, f"from 2 to {MOST_GEARBOXES}: one has no scatter", gearboxes=1000)
     if seed < 0:
         raise refuse_argument("seed", seed, "a whole number, zero or more", seed=1)
-    chosen, rated = gearbox.rated_torque if torque is None else torque, gearbox.rated_torque
+    chosen = gearbox.rated_torque if torque is None else torque
     if chosen is None:
         return GearStudy(gearbox, None, gearboxes, seed, None, None, None)
-    share = LOST_MOTION if is_drawn(gearbox) else gearbox.lost_motion_torque
-    asked = Definitions(
-        float(chosen),
-        lost_motion_torque or (share * rated if rated is not None else None),
-        slope_range or ((SLOPE[0] * rated, SLOPE[1] * rated) if rated is not None else None),
-    )
+    asked = _definitions(gearbox, float(chosen), lost_motion_torque, slope_range, stiffness_definition)
     if not is_drawn(gearbox):
         curve = StatedCurve(gearbox.zones, gearbox.zone_torques, gearbox.hysteresis or 0.0)
         read = readings(curve, np.array([gearbox.play.nominal]), asked)
@@ -146,6 +143,24 @@ def gear(
         ) from error
     loop = _loop(inside.curve, float(inside.play.mean()), gearbox.friction_at_rest.load.nominal, inside.read)
     return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside, inside.bands)
+
+
+def _definitions(
+    gearbox: AnyGearbox, torque: float, small: float | None, slope: tuple[float, float] | None, stiffness: StiffnessDefinition
+) -> Definitions:
+    """Return the torques asked for or by default. Raises InputError for a definition of the stiffness whose torques are not known."""
+    rated = gearbox.rated_torque
+    share = LOST_MOTION if is_drawn(gearbox) else gearbox.lost_motion_torque
+    asked = Definitions(
+        torque,
+        small or (share * rated if rated is not None else None),
+        slope or ((SLOPE[0] * rated, SLOPE[1] * rated) if rated is not None else None),
+        stiffness,
+    )
+    if stiffness == "b/a" and asked.span is None:
+        expected = "'slope', 'secant' or 'tangent', or a torque of the lost motion below that of the load"
+        raise refuse_argument("stiffness_definition", "'b/a'", expected, stiffness_definition="secant")
+    return asked
 
 
 def _loop(curve: Curve, play: float, rest: float, read: Readings) -> Loop | None:

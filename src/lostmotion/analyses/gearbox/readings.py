@@ -1,14 +1,15 @@
-"""Data-sheet figures read from the torque-angle curve: torsion, stiffness, lost motion and hysteresis, for each manufactured sample.
+"""Data-sheet figures read from the torque-angle curve: wind-up, stiffness, lost motion and hysteresis, for each manufactured sample.
 
-Definitions: Nabtesco, RV series, data sheets (lost motion between the middles of the loop at ±3 % of the rated torque; torsion from the middle of the
-play); Harmonic Drive at ±4 %; slope between 50 and 100 % of the rated torque as most makers of planetary gearboxes state it. A gearbox by stated
-figures counts as one sample.
+Stiffness and lost motion are read on the middle of the loop. Lost motion: Nabtesco, RV series, data sheets (at ±3 % of the rated torque); Harmonic
+Drive at ±4 %. Stiffness, by `StiffnessDefinition`: the slope between 50 and 100 % of the rated torque as most makers of planetary gearboxes state it;
+b/a of Nabtesco's hysteresis curve, of which the torques are drawn rather than written and are here those of the lost motion and of the load; secant
+from the middle of the play; tangent. A gearbox by stated figures counts as one sample.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 import numpy as np
 
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.spatial import Floats
+
+StiffnessDefinition = Literal["slope", "b/a", "secant", "tangent"]
+# The tangent is a slope between this share of the torque below and above it.
+_TANGENT: Final = 0.02
 
 
 class Curve(Protocol):
@@ -82,27 +87,46 @@ class SampledCurve:
 
 @dataclass(frozen=True, slots=True)
 class Definitions:
-    """Torques (N m) at which the data-sheet figures are read: `torque` of the torsion, `small` of the lost motion, `slope` (two) of the stiffness."""
+    """Torques (N m) at which the data-sheet figures are read, and the definition of the stiffness.
+
+    torque of the wind-up, small of the lost motion, slope (two) of the stiffness as a slope; None where they are not known
+    """
 
     torque: float
     small: float | None = None
     slope: tuple[float, float] | None = None
+    stiffness: StiffnessDefinition = "slope"
+
+    @property
+    def span(self) -> tuple[float, float] | None:
+        """Return the torques between which the stiffness is read on the middle of the loop; None where they are not known."""
+        if self.stiffness == "b/a":
+            return None if self.small is None or self.small >= self.torque else (self.small, self.torque)
+        if self.stiffness == "tangent":
+            return (1 - _TANGENT) * self.torque, (1 + _TANGENT) * self.torque
+        return self.slope if self.stiffness == "slope" else (0.0, self.torque)
+
+    @property
+    def levels(self) -> list[float]:
+        """Return every torque above zero that is read."""
+        return [each for each in (self.torque, self.small, *(self.slope or ()), *(self.span or ())) if each]
 
 
 @dataclass(frozen=True, slots=True)
 class Readings:
     """Readings, each (sample,): angles in rad, stiffness in N m/rad (sliding drives: m and N/m), rigid: infinite.
 
-    wind_up at the torque, beyond the play; torsion from the middle of the play to there; secant torque over wind-up; slope between two torques, on
-    the middle of the loop; lost_motion between the middles of the loop at ± the small torque; friction_width and width of the loop at zero torque,
-    without and with the play; friction_under_load at half the torque.
+    wind_up (torsion) at the torque, beyond the play; displacement from the middle of the play to there, half the play more; secant from zero to the
+    torque, slope between two torques, and stiffness by the definition asked for, on the middle of the loop; lost_motion between the middles of the
+    loop at ± the small torque; friction_width and width of the loop at zero torque, without and with the play; friction_under_load at half of it.
     """
 
     asked: Definitions
     wind_up: Floats
-    torsion: Floats
+    displacement: Floats
     secant: Floats
     slope: Floats | None
+    stiffness: Floats | None
     lost_motion: Floats | None
     friction_width: Floats
     width: Floats
@@ -114,19 +138,17 @@ def readings(curve: Curve, play: Floats, asked: Definitions) -> Readings:
     angle = curve.elastic_angle(np.array([asked.torque]))[0]
     rising, falling = curve.branches(np.array([0.0, asked.torque / 2]))
     loop, loaded = falling - rising
-    lost = slope = None
-    if asked.small is not None:
-        lost = play + 2 * _middle(curve, asked.small)
-    if asked.slope is not None:
-        low, high = asked.slope
-        slope = _over(high - low, _middle(curve, high) - _middle(curve, low))
-    return Readings(asked, angle, play / 2 + angle, _over(asked.torque, angle), slope, lost, loop, play + loop, loaded)
+    lost = None if asked.small is None else play + 2 * _middle(curve, asked.small)
+    slope, stiffness = (None if each is None else _between(curve, *each) for each in (asked.slope, asked.span))
+    return Readings(asked, angle, play / 2 + angle, _between(curve, 0.0, asked.torque), slope, stiffness, lost, loop, play + loop, loaded)
+
+
+def _between(curve: Curve, low: float, high: float) -> Floats:
+    """Return the slope of the middle of the loop between two torques (N m); infinite where it does not turn."""
+    angle = _middle(curve, high) - _middle(curve, low)
+    return np.asarray(np.where(angle > 0, (high - low) / np.where(angle > 0, angle, 1.0), np.inf))
 
 
 def _middle(curve: Curve, torque: float) -> Floats:
     rising, falling = curve.branches(np.array([torque]))
     return np.asarray((rising + falling)[0] / 2)
-
-
-def _over(torque: float, angle: Floats) -> Floats:
-    return np.asarray(np.where(angle > 0, torque / np.where(angle > 0, angle, 1.0), np.inf))

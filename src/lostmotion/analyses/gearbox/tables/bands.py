@@ -53,9 +53,9 @@ def _rows(bands: GearBands, read: Readings, units: Units, drawn: str) -> Iterato
     angle, stiff = (units.angle, units.angle_factor), (units.stiffness, units.stiffness_factor)
     for label, name, (unit, factor), note in (
         ("stiffness, slope", "slope", stiff, ""),
-        ("stiffness, secant", "secant", stiff, f"{torque} over the wind-up there"),
+        ("stiffness, secant", "secant", stiff, f"from the middle of the play to {torque}"),
         (f"wind-up at {torque}", "wind_up", angle, "beyond the play"),
-        (f"torsion at {torque}", "torsion", angle, "from the middle of the play"),
+        (f"displacement at {torque}", "displacement", angle, "from the middle of the play"),
         ("lost motion", "lost_motion", angle, ""),
     ):
         middle, values = getattr(read, name), getattr(bands.read, name)
@@ -69,13 +69,13 @@ def _figures(middle: float, unit: str, values: Floats, samples: str) -> tuple[Fi
 
 
 def stiffness_band(bands: GearBands | None, read: Readings, units: Units) -> tuple[Figure, Figure, Figure] | None:
-    """Return the stiffness as slope, or else as secant, with the limits of its band: 5th percentile, middle, 95th percentile.
+    """Return the stiffness by its definition, or else as secant, with the limits of its band: 5th percentile, middle, 95th percentile.
 
     None where no more than a fifth of the compliance depends on ranges.
     """
     if bands is None or bands.unknown_share <= LARGE:
         return None
-    middle, values = (read.slope, bands.read.slope) if read.slope is not None else (read.secant, bands.read.secant)
+    middle, values = (read.stiffness, bands.read.stiffness) if read.stiffness is not None else (read.secant, bands.read.secant)
     if values is None or not (np.isfinite(values).all() and np.isfinite(middle).all()):
         return None
     return _figures(float(middle.mean()) * units.stiffness_factor, units.stiffness, values * units.stiffness_factor, "")

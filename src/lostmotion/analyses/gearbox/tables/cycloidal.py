@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from lostmotion.analyses.gearbox.cycloidal import LIGHT
+from lostmotion.analyses.gearbox.tables.definition import definition_text
 from lostmotion.analyses.gearbox.tables.envelope import OVERSTATED, branches_sections
+from lostmotion.analyses.gearbox.tables.units import TURNING
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
 from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius, valley_radius
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
@@ -73,10 +75,9 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
         _peak_card(drawn, hardest, load),
         Card("transmission error", str(_mean(span, "", "arcsec")), f"peak to peak at {load}, mean of {len(span)} gearboxes"),
     ]
-    if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
-        low, high = read.asked.slope
-        stiff = _stiffness(read.slope, "", "upper" if gearbox.rigid else "")
-        cards.insert(4, Card("stiffness", str(stiff), f"slope from {as_stated(low)} to {as_stated(high)} N m{at_most}"))
+    if read.stiffness is not None and np.isfinite(read.stiffness).all():
+        stiff = _stiffness(read.stiffness, "", "upper" if gearbox.rigid else "")
+        cards.insert(4, Card("stiffness", str(stiff), f"{definition_text(read.asked, TURNING)}{at_most}"))
     return tuple(cards)
 
 
@@ -227,9 +228,8 @@ def _samples(drawn: Drawn, count: int) -> Section:
     counted, read = f"{count} simulated gearboxes", drawn.read
     quantities = [("play", drawn.play, "arcmin", 1 / ARCMIN, ""), ("lost motion", drawn.lost_motion, "arcmin", 1 / ARCMIN, "")]
     quantities.append(("wind-up", read.wind_up, "arcmin", 1 / ARCMIN, f"at {as_stated(read.asked.torque)} N m, beyond the play"))
-    if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
-        low, high = read.asked.slope
-        quantities.append(("stiffness", read.slope, "N m/arcmin", ARCMIN, f"slope from {as_stated(low)} to {as_stated(high)} N m"))
+    if read.stiffness is not None and np.isfinite(read.stiffness).all():
+        quantities.append(("stiffness", read.stiffness, "N m/arcmin", ARCMIN, definition_text(read.asked, TURNING)))
     rows = []
     for name, values, unit, factor, note in quantities:
         rows.append(Row(f"{name}: mean", (over_samples(values, unit, factor, counted),), note))
@@ -262,7 +262,7 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
         for name, angle in drawn.members.items()
     ]
     if whole:
-        mean = float(drawn.read.secant.mean()) * ARCMIN
+        mean = float((torque / drawn.read.wind_up).mean()) * ARCMIN
         together = _angle(float(drawn.read.wind_up.mean()), counted), Figure(100.0, "%", samples=counted), Figure(mean, "N m/arcmin", samples=counted)
         rows.append(Row("all together", together))
     rigid = f"not specified and assumed rigid: {gearbox.assumed_rigid}" if gearbox.rigid else "every member is specified"

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 _WORDS: Final = (
     ("play", "free rotation of the output. A load above friction holds it on one side."),
     ("lost motion", "rotation of the output between the middles of the loop at a small torque in both directions: play and elastic wind-up."),
-    ("wind-up", "rotation of the output under the torque with the input held, beyond the play."),
-    ("torsion", "the same from the middle of the play: half the play and the wind-up."),
-    ("secant, slope", "stiffness as torque over wind-up, and as the slope of the torque-angle curve between two torques. Makers state either."),
+    ("wind-up", "torsion of the gearbox: rotation of the output under the torque with the input held, beyond the play."),
+    ("displacement", "the same from the middle of the play: half the play and the wind-up."),
+    ("secant, slope", "stiffness on the middle of the loop, from zero to the torque and between two torques. Makers state either, or others."),
     ("friction's loop", "hysteresis: with friction the angle of the output differs between rising and falling torque. Play is added to it."),
     ("transmission error", "deviation of the output from the nominal ratio over a turn."),
 )
@@ -96,5 +96,6 @@ def _facts(name: str, study: GearStudy, units: Units) -> dict[str, Any]:
         "kind": gearbox.kind,
         "ratio": ratio and ratio.value,
         f"{units.what}_{units.torque.replace(' ', '')}": study.torque,
+        "stiffness_definition": study.read and study.read.asked.stiffness,
         **bands_facts(study.bands),
     }

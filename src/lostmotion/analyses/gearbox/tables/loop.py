@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lostmotion.analyses.gearbox.tables.cycloidal import over_samples
+from lostmotion.analyses.gearbox.tables.definition import definition_text
 from lostmotion.analyses.gearbox.tables.stated import (
     OF_LOOP,
     OF_PLAY,
     at_most,
+    displacement_figure,
     friction_note,
     lost_motion_figure,
     play_figure,
-    torsion_figure,
     wind_up_figure,
 )
 from lostmotion.analyses.gearbox.tables.units import STATED
@@ -53,18 +54,21 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
 
 
 def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row]:
-    """Yield the rows of torsion and stiffness, each with its definition."""
+    """Yield the rows of displacement, wind-up and stiffness, each with its definition."""
     units, torque = show.units, f"{as_stated(read.asked.torque)} {show.units.torque}"
     if study.wind_up:
-        yield Row(f"torsion at {torque}", (show.torsion(read),), "from the middle of the play: half the play and the wind-up")
+        yield Row(f"displacement at {torque}", (show.displacement(read),), "from the middle of the play: half the play and the wind-up")
         yield Row(f"wind-up at {torque}", (show.wind_up(read),), "in both directions, beyond the play")
-        yield Row("stiffness, secant", (show.stiffness(read.secant),), f"{torque} over the wind-up there")
+        yield Row("stiffness, secant", (show.stiffness(read.secant),), f"from the middle of the play to {torque}, on the middle of the loop")
     if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
         low, high = read.asked.slope
         rated = study.gearbox.rated_torque
         share = "" if rated is None else f", {100 * low / rated:.3g} to {100 * high / rated:.3g} % of the rated {units.what}"
         between = f"{as_stated(low)} to {as_stated(high)}"
         yield Row("stiffness, slope", (show.stiffness(read.slope),), f"from {between} {units.torque}{share}, on the middle of the loop")
+    if read.asked.stiffness in {"b/a", "tangent"} and read.stiffness is not None and np.isfinite(read.stiffness).all():
+        note = f"{definition_text(read.asked, units)}, on the middle of the loop"
+        yield Row(f"stiffness, {read.asked.stiffness}", (show.stiffness(read.stiffness),), note)
 
 
 class _Shown:
@@ -104,10 +108,10 @@ class _Shown:
             return wind_up_figure(self._stated, float(read.wind_up[0]), self.units)
         return self.angle(read.wind_up, "lower" if self._bounded else "")
 
-    def torsion(self, read: Readings) -> Figure:
-        return (
-            torsion_figure(self._stated, read, self.units) if self._stated is not None else self.angle(read.torsion, "lower" if self._bounded else "")
-        )
+    def displacement(self, read: Readings) -> Figure:
+        if self._stated is not None:
+            return displacement_figure(self._stated, read, self.units)
+        return self.angle(read.displacement, "lower" if self._bounded else "")
 
     def lost_motion(self, read: Readings) -> Figure:
         if self._stated is not None:

@@ -59,8 +59,8 @@ def verdict_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -
     if study.read is not None and study.read.lost_motion is not None:
         sentences.append(f"Lost motion {lost_motion_figure(gearbox, study.read, units)} at ± {study.read.asked.small:.4g} {units.torque}.")
     if study.wind_up and study.read is not None:
-        wound, torsion = wind_up_figure(gearbox, study.wind_up, units), torsion_figure(gearbox, study.read, units)
-        sentences.append(f"Under {load_text(study, units)} the output is {torsion} from the middle of its play; {wound} of that is wind-up.")
+        wound, displacement = wind_up_figure(gearbox, study.wind_up, units), displacement_figure(gearbox, study.read, units)
+        sentences.append(f"Under {load_text(study, units)} the output is {displacement} from the middle of its play; {wound} of that is wind-up.")
     return " ".join(sentences)
 
 
@@ -78,7 +78,7 @@ def _of_catalogue(gearbox: StatedGearbox) -> bool:
 
 
 def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]:
-    """Return the main figures: ratio, play, lost motion, torsion and wind-up."""
+    """Return the main figures: ratio, play, lost motion, displacement and wind-up."""
     ratio, read = ratio_figure(gearbox), study.read
     cards = [] if ratio is None else [Card("ratio", str(ratio), "turns of the input per turn of the output")]
     cards.append(Card("play", str(play_figure(gearbox, units)), "" if _states_play(gearbox) else "none is stated"))
@@ -86,7 +86,7 @@ def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> 
         cards.append(Card("lost motion", str(lost_motion_figure(gearbox, read, units)), f"at ± {read.asked.small:.4g} {units.torque}"))
     if study.wind_up and read is not None:
         load = load_text(study, units)
-        cards.append(Card("torsion", str(torsion_figure(gearbox, read, units)), f"from the middle of the play at {load}"))
+        cards.append(Card("displacement", str(displacement_figure(gearbox, read, units)), f"from the middle of the play at {load}"))
         cards.append(Card("wind-up", str(wind_up_figure(gearbox, study.wind_up, units)), f"at {load}, beyond the play"))
     return cards
 
@@ -108,9 +108,9 @@ def lost_motion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> 
     return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
 
 
-def torsion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
-    """Return the torsion with its limits: those of half the play and of the wind-up, independent of each other."""
-    value = float(read.torsion[0])
+def displacement_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
+    """Return the displacement from the middle of the play with its limits: those of half the play and of the wind-up, independent of each other."""
+    value = float(read.displacement[0])
     tolerance = math.hypot(gearbox.play.tolerance / 2, gearbox.stiffness_scatter * float(read.wind_up[0]))
     return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
 
