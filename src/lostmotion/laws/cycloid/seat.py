@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
@@ -22,13 +23,15 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.annulus import Annulus, edge_compliance
 
 if TYPE_CHECKING:
+    from lostmotion.laws.annulus import Plane
     from lostmotion.spatial import Floats
 
 Fit = Literal["bonded", "pressed", "snug"]
 
 # Points around half of the bore, and harmonics of the pressure. The snug fit is accurate to 0.1 %.
 _POINTS: Final = 600
-_ITERATIONS: Final = 200
+# Fewest points that resolve a pressure.
+_FEWEST: Final = 4
 # Outer radius over bore radius from which on the fits differ by constants.
 _LARGE: Final = 5.0
 
@@ -87,35 +90,64 @@ def pin_in_bore(bore: Annulus, force: float, clearance: float) -> tuple[float, f
     """
     if not (force > 0 and clearance >= 0):
         raise ValueError("a pin in a bore needs a force above zero and a clearance of zero or more")
-    cosine, kernel = _radial_kernel(bore)
-    weights = 2 * bore.loaded * bore.width * math.pi / _POINTS * cosine
-    gap = clearance * (1 - cosine)
-    scale = float(np.abs(np.diag(kernel)).max())  # makes all unknowns lengths, so that units cannot spoil the solution
-    active = cosine > 0
-    for _ in range(_ITERATIONS):
-        chosen = np.flatnonzero(active)
-        matrix = np.zeros((len(chosen) + 1, len(chosen) + 1))
-        matrix[:-1, :-1], matrix[:-1, -1], matrix[-1, :-1] = kernel[np.ix_(chosen, chosen)], -cosine[chosen], weights[chosen]
-        matrix[:-1, :-1] /= scale
-        answer = np.linalg.solve(matrix, np.append(-gap[chosen], force * scale))
-        pressure, shift = np.zeros(_POINTS), float(answer[-1])
-        pressure[chosen] = answer[:-1] / scale
-        opening = kernel @ pressure - shift * cosine + gap
-        keep = np.where(active, pressure > 0, opening < -1e-12 * abs(shift))
-        if (keep == active).all():
-            if len(chosen) < 4:  # noqa: PLR2004 - too few points to resolve the pressure
-                break
-            return shift, math.pi * len(chosen) / _POINTS
-        active = keep
-    raise DidNotConvergeError("no contact of the pin in its bore was found: it is too narrow for this model")
+    solved = _contact_of_pin(bore.fixed / bore.loaded, bore.nu, bore.plane)
+    stiff = bore.young * bore.width
+    if not clearance:
+        return force / stiff * solved.snug, math.pi * solved.points / _POINTS
+    load = force / (stiff * clearance)
+    if load < solved.force[_FEWEST - 1]:
+        raise DidNotConvergeError("the contact of the pin in its bore is too narrow for this model")
+    if load >= solved.force[-1]:
+        # all points of the snug pin's contact are loaded: from here on linear
+        shift = solved.shift[-1] + (load - solved.force[-1]) * solved.snug
+    else:
+        shift = float(np.interp(load, solved.force, solved.shift))
+    return clearance * shift, math.pi * int(np.searchsorted(solved.force, load)) / _POINTS
+
+
+@dataclass(frozen=True, slots=True)
+class _Contact:
+    """Contact of a rigid pin in a bore of unit radius, width and modulus.
+
+    force, shift  (point,) with unit clearance, as the pressure of one more point begins: between them the contact is linear
+    snug          shift per force without clearance, with `points` in contact
+    """
+
+    force: Floats
+    shift: Floats
+    snug: float
+    points: int
+
+
+@functools.lru_cache(maxsize=64)
+def _contact_of_pin(ratio: float, nu: float, plane: Plane) -> _Contact:
+    """Return the contact of a pin in a bore by the ratio of its outer radius to that of the bore, for all loads.
+
+    Where n points are in contact, their pressures are s x - g y with K x = cos, K y = 1 - cos, for the shift s and the clearance g. One Cholesky
+    decomposition K = L L' serves every n, because that of a leading block is the leading block of L. With z = L^-1 cos and v = L^-1 (1 - cos) the
+    last pressure begins at s/g = v_n/z_n, and the force is proportional to s sum(z^2) - g sum(z v). A snug pin has contact as long as z_n > 0.
+    """
+    from scipy.linalg import solve_triangular
+
+    cosine, kernel = _radial_kernel(Annulus(1.0, ratio, 1.0, 1.0, nu, plane))
+    front = int(np.count_nonzero(cosine > 0))
+    lower = np.linalg.cholesky(kernel[:front, :front])
+    both = solve_triangular(lower, np.stack([cosine[:front], 1 - cosine[:front]], axis=1), lower=True)
+    z, v = both[:, 0], both[:, 1]
+    points = int(np.argmax(z <= 0)) if (z <= 0).any() else front
+    z, v = z[:points], v[:points]
+    weight = 2 * math.pi / _POINTS
+    shift = v / z
+    force = weight * (shift * np.cumsum(z**2) - np.cumsum(z * v))
+    return _Contact(force, shift, 1 / (weight * float(z @ z)), points)
 
 
 def cosine_pressure_compliance(bore: Annulus) -> float:
     """Return the displacement per force (m/N) of half of a bore under a cosine pressure on it: the mean weighted by the pressure, along the force."""
-    cosine, kernel = _radial_kernel(bore)
+    cosine, kernel = _radial_kernel(Annulus(1.0, bore.fixed / bore.loaded, 1.0, 1.0, bore.nu, bore.plane))
     pressure = np.maximum(cosine, 0.0)
-    area = 2 * bore.loaded * bore.width * math.pi / _POINTS
-    return float(pressure @ kernel @ pressure) * area / float(area * pressure @ cosine) ** 2
+    area = 2 * math.pi / _POINTS
+    return float(pressure @ kernel @ pressure) * area / float(area * pressure @ cosine) ** 2 / (bore.young * bore.width)
 
 
 @functools.lru_cache(maxsize=32)
