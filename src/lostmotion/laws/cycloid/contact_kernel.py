@@ -46,15 +46,15 @@ def _push(law, delta, soft, scale):
             edge = np.exp(scale - _LOWEST)
             stiff = 1.0 / (soft * (_LOWEST - 1.0))
             return edge + (delta - soft * edge * _LOWEST) * stiff, stiff
-        log_height = np.log(height)
-        u = max(height + log_height * (1.0 + 1.0 / height), _LOWEST)
-        for _ in range(6):
-            new = max(u * (np.log(u) + height - 1.0) / (u - 1.0), 1.5)
-            done = abs(new - u) < 1e-8 * u  # the remaining error is its square
-            u = new
-            if done:
-                break
-        return delta / (soft * u), 1.0 / (soft * (u - 1.0))
+        # u = start + correction: ln u within 1.1e-3 by a rational fit for u from 2 to 70, then Newton's step with four terms of its series
+        top = 2.65481 + height * (-1.66045 + height * (-1.60255 - height * 0.0377124))
+        u = height + top / (1.0 + height * (-2.64817 + height * (-0.521448 - height * 0.0061659)))
+        slope = 1.0 / (u - 1.0)
+        t = (np.log(u) + height - u) * slope
+        s = t * slope
+        u *= 1.0 + t * (1.0 - 0.5 * s + s * s * (0.5 - 0.625 * s) + t * s * (1.0 / 3.0 - 0.25 * t - 5.0 / 6.0 * s))
+        both = 1.0 / (soft * u * (u - 1.0))
+        return delta * (u - 1.0) * both, u * both
     force = (delta / soft) ** (1.0 / _POWER)
     if scale > 0.0:
         force = 0.5 * min(force, delta / scale)
@@ -70,12 +70,13 @@ def _push(law, delta, soft, scale):
 
 
 @_jit
-def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):
-    """Write the sums over all contacts at x, v to `sums`: F n_x, F a, F, k n_x^2, k n_x a, k a^2."""
+def _balance(law, x, v, side, across, arm, gap, soft, scale, sums, forces):
+    """Write the forces at x, v, and their sums over all contacts to `sums`: F n_x, F a, F, k n_x^2, k n_x a, k a^2."""
     fx = fv = total = kxx = kxv = kvv = 0.0
     for i in range(arm.shape[0]):
         a = side * arm[i]
         delta = across[i] * x + a * v - gap[i]
+        force = 0.0
         if delta > 0.0:
             force, stiff = _push(law, delta, soft[i], scale[i])
             n = across[i]
@@ -85,6 +86,7 @@ def _balance(law, x, v, side, across, arm, gap, soft, scale, sums):
             kxx += stiff * n * n
             kxv += stiff * n * a
             kvv += stiff * a * a
+        forces[i] = force
     sums[0], sums[1], sums[2], sums[3], sums[4], sums[5] = fx, fv, total, kxx, kxv, kvv
 
 
@@ -112,24 +114,24 @@ def _start(law, pull, x, side, across, arm, gap, soft, scale):
 
 
 @_jit
-def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums):
-    """Return x and v at which the contacts balance the pull (T/r, positive) and the push along the line of centres, and the residual."""
+def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums, forces):
+    """Return v at which the contacts balance the pull (T/r, positive) and the push along the line of centres, and the residual."""
     x, v = 0.0, 0.0
     rigid = not np.isfinite(stiffness)
     spring = 0.0 if rigid else stiffness
     if pull > 0.0:
         v = _start(law, pull, x, side, across, arm, gap, soft, scale)
-    _balance(law, x, v, side, across, arm, gap, soft, scale, sums)
+    _balance(law, x, v, side, across, arm, gap, soft, scale, sums, forces)
     unit = pull if pull > 0.0 else sums[2] + abs(push)
     if unit == 0.0:
-        return x, v, 0.0
+        return v, 0.0
     best = np.inf
     for _ in range(_STEPS):
         rx = 0.0 if rigid else push - spring * x - sums[0]
         rv = pull - sums[1]
         error = max(abs(rx), abs(rv)) / unit
         if error <= _GOAL or (error <= _STALLED and error >= 0.5 * best) or error * unit <= _ROUNDING * sums[2]:
-            return x, v, error
+            return v, error
         best = min(best, error)
         kxx, kxv, kvv = sums[3] + spring, sums[4], sums[5]
         if rigid:
@@ -146,7 +148,7 @@ def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale
         share = tried = 1.0
         for _ in range(_HALVINGS):
             tried = share
-            _balance(law, x + share * dx, v + share * dv, side, across, arm, gap, soft, scale, sums)
+            _balance(law, x + share * dx, v + share * dv, side, across, arm, gap, soft, scale, sums, forces)
             there = (0.0 if rigid else (push - spring * (x + share * dx) - sums[0]) * dx) + (pull - sums[1]) * dv
             if there >= -0.5 * abs(slope):
                 break
@@ -154,7 +156,7 @@ def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale
         x += tried * dx
         v += tried * dv
     rx = 0.0 if rigid else push - spring * x - sums[0]
-    return x, v, max(abs(rx), abs(pull - sums[1])) / unit
+    return v, max(abs(rx), abs(pull - sums[1])) / unit
 
 
 @_jit
@@ -187,26 +189,19 @@ def solve_cases(
         push = -thrust * abs(moment)
         k = stiffness[draw]
         g = gap[c % gap.shape[0], draw % gap.shape[1]]
-        x, v, error = _equilibrium(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], sums)
-        lobes, fx, fv, valid = 0, 0.0, 0.0, error <= TOLERANCE
+        v, error = _equilibrium(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], sums, forces[case])
+        lobes, valid = 0, error <= TOLERANCE
         for i in range(arm.shape[1]):
-            a = side * arm[c, i]
-            delta = across[c, i] * x + a * v - g[i]
-            force = 0.0
-            if delta > 0.0:
-                force, _ = _push(law, delta, soft[c, i], scale[c, i])
-                lobes += force > _TOUCH * pull
-                valid = valid and force <= largest[c, i]
-            forces[case, i] = force
-            fx += force * across[c, i]
-            fv += force * a
+            force = forces[case, i]
+            lobes += force > _TOUCH * pull
+            valid = valid and force <= largest[c, i]
         # d(theta)/d(torque): compliance of the contacts to push and pull, plus that of the bearing, over r
         kxx, kxv, kvv = sums[3] + k, sums[4], sums[5]
         soft_v = (kxx + kxv * thrust * radius) / (kxx * kvv - kxv * kxv) + 1.0 / k if np.isfinite(k) else 1.0 / kvv
         y = -pull / k
         out[case, ROTATION] = side * (v - y) / radius
         out[case, SOFTNESS] = soft_v / (radius * radius)
-        out[case, BEARING] = np.sqrt((fx - push) ** 2 + fv * fv)
+        out[case, BEARING] = np.sqrt((sums[0] - push) ** 2 + sums[1] * sums[1])
         out[case, RESIDUAL] = error
         out[case, LOADED] = lobes
         if not valid:
