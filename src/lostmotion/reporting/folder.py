@@ -23,7 +23,7 @@ _SWAP: Final = 2
 # So much of a folder's name goes into the names of those that stand beside it for a moment.
 _LONGEST_BESIDE: Final = 60
 # Whatever a report is about, its folder holds some of these and nothing else.
-FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", "sized.toml")
+FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", "planet.vtu", "ring.vtu", "sized.toml")
 
 
 def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool = False) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from lostmotion.analyses.arguments import JointArgument, ReadyArgument, SeedArgument, path_of
+from lostmotion.analyses.arguments import JointArgument, ProgressArgument, ReadyArgument, SeedArgument, path_of
 from lostmotion.analyses.quantities import Amount, amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import refuse_argument
@@ -105,6 +105,8 @@ def gear(
         "str | Path | None",
         Argument("DXF file that the report writes the profiles to as well (cycloidal; needs ezdxf).", path_of, metavar="DXF"),
     ] = None,
+    fem: Annotated[bool, Argument("Also solve the contact by finite elements: rotation, pressure, stresses (cycloidal; needs ngsolve).")] = False,
+    progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Gear:
     """Study one gearbox: play and lost motion, stiffness and compliance by member, hysteresis, lobe loads, transmission error, profile.
@@ -122,6 +124,15 @@ def gear(
     one = asked.part
     if asked.dxf is not None:
         refuse_drawing(one.part)
+    if asked.fem:
+        from lostmotion.analyses.gearbox.finite_elements import check_fem
+
+        check_fem(one.part)
     asked.ready()
     found = study(one.part, asked.torque, asked.gearboxes, asked.seed, asked.lost_motion_torque, asked.slope_range, asked.stiffness_definition)
-    return Gear(**vars(found), name=one.name, notes=one.notes, dxf=asked.dxf)
+    by_elements = None
+    if asked.fem and found.torque is not None:
+        from lostmotion.analyses.gearbox.finite_elements import check_fem, finite_elements
+
+        by_elements = finite_elements(check_fem(one.part), found.torque, progress)
+    return Gear(**vars(found), name=one.name, notes=one.notes, dxf=asked.dxf, fem=by_elements)

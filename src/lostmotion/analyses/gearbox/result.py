@@ -13,32 +13,37 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from pathlib import Path
 
+    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
 
 
 @dataclass(frozen=True, repr=False)
 class Gear(GearStudy, Result):
-    """One gearbox: every attribute of `GearStudy`; `dxf` is an additional file for the profiles."""
+    """One gearbox: every attribute of `GearStudy`; `dxf` is an additional file for the profiles, `fem` the finite elements if asked for."""
 
     name: str = "gearbox"
     notes: tuple[str, ...] = ()
     dxf: Path | None = None
+    fem: FiniteElements | None = None
 
     @property
     def sheet(self) -> Sheet:
         """Return the sheet with every figure."""
+        from lostmotion.analyses.gearbox.tables.finite_elements import fem_sections
         from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
 
         sheet = gearbox_sheet(self.name, self, self.notes)
+        sheet = replace(sheet, sections=(*sheet.sections, *fem_sections(self.fem)))
         return replace(sheet, drawing="the profiles of disc and ring in mm") if self._drawn else sheet
 
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
+        from lostmotion.analyses.gearbox.plots.finite_elements import fem_plots
         from lostmotion.analyses.gearbox.plots.gearbox import gearbox_plots
 
-        return gearbox_plots(self)
+        return [*gearbox_plots(self), *fem_plots(self.fem)]
 
     @property
     def _drawn(self) -> bool:
@@ -47,8 +52,14 @@ class Gear(GearStudy, Result):
         return self.drawn is not None and can_draw()
 
     def files(self) -> dict[str, bytes]:
-        """Return the profile of a cycloidal gearbox as profile.dxf where ezdxf is installed."""
-        return {"profile.dxf": self.drawing()} if self._drawn else {}
+        """Return the profile of a cycloidal gearbox as profile.dxf where ezdxf is installed, and the fields of the finite elements as VTU files."""
+        from lostmotion.io.vtu import vtu
+
+        out = {"profile.dxf": self.drawing()} if self._drawn else {}
+        for name, each in zip(("planet.vtu", "ring.vtu"), self.fem.fields if self.fem else (), strict=False):
+            fields = {"displacement_m": each.displacement, "von_mises_Pa": each.von_mises, "equivalent_strain": each.strain}
+            out[name] = vtu(each.points, each.triangles, fields)
+        return out
 
     def report(self, out: str | Path, *, force: bool = False) -> Path:
         """Write report.html, result.json and, for a cycloidal gearbox with ezdxf installed, profile.dxf into the folder `out`.
@@ -73,6 +84,8 @@ class Gear(GearStudy, Result):
             yield f"Drawing: {self.dxf or folder / 'profile.dxf'} (mm, chords within {CHORD_ERROR * 1e6:g} µm of the profile)"
         elif self.drawn is not None:
             yield "Drawing: none, ezdxf is not installed: pip install 'lostmotion[dxf]'"
+        if self.fem is not None:
+            yield f"Finite elements: {folder / 'planet.vtu'} and ring.vtu unless the ring is rigid (for ParaView; lengths in m, stresses in Pa)"
 
     def drawing(self) -> bytes:
         """Return the profiles as a DXF drawing; raises InputError for a gearbox by stated figures, LostmotionError where ezdxf is not installed."""

@@ -80,11 +80,6 @@ class Contacts:
     planet: complex
     turn: float
 
-    @property
-    def push(self) -> int:
-        """Return the sense, +1 or -1, in which the planet is pushed along `towards`."""
-        return -1 if self.stage.has_planet_pins else 1
-
     def along(self, k: int, points: Points) -> Floats:
         """Return the distance (m) along pin k, from its point of contact, of each point's foot; it rises with the angle about the pin's centre."""
         return np.asarray(np.angle((points - self.pin[k]) / self.towards[k]) * self.stage.pin_radius)

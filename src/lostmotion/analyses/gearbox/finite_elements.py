@@ -1,0 +1,116 @@
+"""One disc of a cycloidal gearbox by finite elements: rotation, loads and stresses over the torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.analyses.gearbox.cycloidal import disc_torque
+from lostmotion.errors import refuse_argument
+from lostmotion.laws.cycloid.drive import nominal_gaps
+from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
+from lostmotion.laws.cycloid.finite_elements.wheel import check_installed
+from lostmotion.laws.cycloid.geometry import arms, pin_angles
+from lostmotion.parts.gearbox.kinds import is_drawn
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.laws.annulus import Plane
+    from lostmotion.laws.cycloid.finite_elements.stage import Loaded
+    from lostmotion.laws.cycloid.finite_elements.wheel import Field
+    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.spatial import Floats
+
+# Torques, as shares of the largest.
+_LEVELS: Final = (0.1, 0.25, 0.5, 1.0)
+
+
+@dataclass(frozen=True)
+class FiniteElements:
+    """The stage at the output by finite elements, its crank at zero, each disc with the same share of the torque; angles at the output.
+
+    torque    (torque,) N m at the output
+    rotation  (2, torque) rad, beyond the play: in plane strain and in plane stress
+    error     (torque,) rad, difference between two meshes
+    stiffness (torque,) N m/rad, derivative of the torque by the rotation, plane strain
+    stress    (torque,) largest von Mises stress, Pa; strain (torque,) largest equivalent strain: von Mises stress over 3 G. Plane strain
+    loaded    the disc under its share of the torque, plane strain; stage as meshed
+    fields    displacement and stress of the wheels under the largest torque; turn: rotation of the disc there, rad
+    first_branch_only  an envelope ring was replaced by plain arcs, the first of its two branches
+    """
+
+    torque: Floats
+    rotation: Floats
+    error: Floats
+    stiffness: Floats
+    stress: Floats
+    strain: Floats
+    loaded: Loaded
+    stage: Stage
+    fields: list[Field]
+    turn: float
+    first_branch_only: bool
+
+
+def check_fem(gearbox: object) -> CycloidalGearbox:
+    """Return a gearbox whose drawing can be meshed. Raises InputError for another, LostmotionError without NGSolve."""
+    if not is_drawn(gearbox):
+        found = f"a gearbox of kind '{getattr(gearbox, 'kind', type(gearbox).__name__)}'"
+        raise refuse_argument("fem", found, "a gearbox with a drawing, of kind 'cycloidal'")
+    drawn: Any = gearbox
+    if drawn.disc_bore_radius is None:
+        raise refuse_argument("fem", "a drawing without disc_bore_radius", 'the inner radius of the disc, such as disc_bore_radius = "20 mm"')
+    check_installed()
+    return drawn  # type: ignore[no-any-return]
+
+
+def finite_elements(gearbox: CycloidalGearbox, torque: float, progress: Callable[[str, int, int], None] | None = None) -> FiniteElements:
+    """Return the stage at the output under torques up to `torque` (N m at the output) by finite elements.
+
+    Raises InputError for a drawing that cannot be meshed, DidNotConvergeError where the contacts outgrow their lobes.
+    """
+    drive = check_fem(gearbox).drive
+    stage, body = drive.stage, drive.disc_body
+    if body is None:
+        raise ValueError("a rigid disc")  # check_fem refuses it
+    if stage.kind == "lobe envelope":
+        stage = replace(stage, kind="lobe arcs")
+    per_output = disc_torque(gearbox, 1.0)
+    torques = torque * np.array(_LEVELS)
+    gaps = nominal_gaps(drive, np.zeros(1))[0, 0]
+    arm = arms(stage, pin_angles(stage, np.zeros(1))[0])
+    reaching = arm > 0.1 * stage.planet_pitch_radius
+    play = float((gaps[reaching] / arm[reaching]).min())
+    found: list[Loaded] = []
+    planes: tuple[Plane, ...] = ("strain", "stress")
+    for number, plane in enumerate(planes):
+        disc = replace(body, plane=plane)
+        ring = drive.ring_body and replace(drive.ring_body, plane=plane)
+
+        def shown(what: str, done: int, of: int, number: int = number) -> None:
+            if progress is not None:
+                progress(what, number * of + done, 2 * of)
+
+        try:
+            found.append(loaded_stage(stage, disc, ring, gearbox.width, per_output / drive.discs * torques, gaps=gaps, progress=shown))
+        except ValueError as error:
+            raise refuse_argument("fem", f"a stage of which {error}", "a drawing that can be meshed") from error
+    loaded = found[0]
+    largest = np.array([loaded.largest(k) for k in range(len(torques))])
+    return FiniteElements(
+        torque=torques,
+        rotation=np.array([per_output * (each.rotation - play) for each in found]),
+        error=per_output * loaded.error,
+        stiffness=loaded.stiffness * drive.discs / per_output**2,
+        stress=largest[:, 0],
+        strain=largest[:, 1],
+        loaded=loaded,
+        stage=stage,
+        fields=loaded.fields(len(torques) - 1),
+        turn=float(loaded.rotation[-1]),
+        first_branch_only=drive.stage.kind == "lobe envelope",
+    )

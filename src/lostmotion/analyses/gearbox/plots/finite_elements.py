@@ -1,0 +1,189 @@
+"""Pictures of a stage by finite elements: stress and strain of both wheels, their deformed outline, the most loaded contact, angles over torque."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.laws.cycloid.finite_elements.contours import contacts
+from lostmotion.reporting.plot import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed
+from lostmotion.reporting.sheet import ARCMIN
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
+    from lostmotion.laws.cycloid.finite_elements.wheel import Field
+    from lostmotion.spatial import Floats
+
+_MM: Final = 1e3
+# Pixels along each side of a picture.
+_WHOLE: Final = 300
+_ZOOM: Final = 160
+# Share of the pixels below the end of the colours of the whole stage: contacts exceed it.
+_SHOWN: Final = 0.995
+# Half a side of the zoom, in half-widths of the contact.
+_AROUND: Final = 4.0
+# Largest displacement as drawn, and the spacing of outlines, as shares of the stage's radius.
+_DRAWN: Final = 0.04
+_SPACING: Final = 4e-3
+# Pixels on the side of a triangle belong to it.
+_EDGE: Final = 1e-9
+
+
+def fem_plots(found: FiniteElements | None) -> list[Plot]:
+    """Return the pictures of the finite elements; none without them."""
+    if found is None:
+        return []
+    stress, strain = [each.von_mises / 1e6 for each in found.fields], [1e6 * each.strain for each in found.fields]
+    return [
+        Plot("fem-stress", "fem", whole(found, stress, "Von Mises stress", "MPa"), "Von Mises stress of disc and ring, with the deformed outline."),
+        Plot(
+            "fem-strain", "fem", whole(found, strain, "Equivalent strain", "µm/m"), "Equivalent strain of disc and ring, with the deformed outline."
+        ),
+        Plot("fem-contact", "fem-lobes", contact(found, stress), "Von Mises stress around the contact with the largest pressure."),
+        Plot("fem-angle", "fem", angles(found), "Rotation over torque, with the equivalent strain read as an angle."),
+    ]
+
+
+def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> go.Figure:
+    """Draw a field of both wheels, with undeformed and deformed outlines."""
+    import plotly.graph_objects as go
+
+    radius = max(float(np.abs(each.points).max()) for each in found.fields)
+    picture = np.fmax.reduce([raster(f, v, -radius, -radius, radius, _WHOLE) for f, v in zip(found.fields, values, strict=True)])
+    top = float(np.nanquantile(picture, _SHOWN))
+    moved = [_moved(found, k) for k in range(len(found.fields))]
+    scale = _nice(_DRAWN * radius / max(float(np.abs(each).max()) for each in moved))
+    traces = [_picture(picture, -radius, -radius, radius, top, f"{unit}; contacts reach {_largest(values):.3g}")]
+    for line, factor, label in (
+        ({"color": "#999999", "width": 0.8}, 0.0, "unloaded"),
+        ({"color": INK, "width": 1.2}, scale, f"loaded, displacements x {scale:g}"),
+    ):
+        parts = [_outline(each, each.points + factor * by, _SPACING * radius) for each, by in zip(found.fields, moved, strict=True)]
+        x, y = np.concatenate(parts).T * _MM
+        traces.append(go.Scatter(x=np.round(x, 3), y=np.round(y, 3), mode="lines", line=line, name=label, hoverinfo="skip"))
+    figure = framed(f"{name}, {found.torque[-1]:.4g} N m", *traces, height=640)
+    return _square(figure)
+
+
+def contact(found: FiniteElements, stress: list[Floats]) -> go.Figure:
+    """Draw the stress around the contact with the largest pressure."""
+    made = contacts(found.stage, 0.0)
+    k = int(found.loaded.peak[-1].argmax())
+    at = made.pin[k] + found.stage.pin_radius * made.towards[k]
+    half = _AROUND * float(found.loaded.half_width[-1, k])
+    pictures = [raster(f, v, at.real - half, at.imag - half, at.real + half, _ZOOM) for f, v in zip(found.fields, stress, strict=True)]
+    picture = np.fmax.reduce(pictures)
+    traces = [_picture(picture, at.real - half, at.imag - half, at.real + half, float(np.nanmax(picture)), "MPa")]
+    title = f"Von Mises stress at θ = {math.degrees(made.theta[k]):.1f}°"
+    return _square(framed(title, *traces, height=520))
+
+
+def angles(found: FiniteElements) -> go.Figure:
+    """Draw the rotation over the torque, and the equivalent strain as an angle."""
+    import plotly.graph_objects as go
+
+    figure = framed("Rotation, and strain read as an angle", height=340)
+    for name, values, line in (
+        ("rotation, plane strain", found.rotation[0], {"color": BLUE, "width": 2}),
+        ("rotation, plane stress", found.rotation[1], {"color": ORANGE, "width": 2}),
+        ("largest equivalent strain as an angle, the paper's conversion", found.strain, {"color": RED, "width": 1.5, "dash": "dash"}),
+    ):
+        hover = f"{name}<br>%{{x:.4~g}} N m: %{{y:.3~g}} arcmin<extra></extra>"
+        figure.add_trace(go.Scatter(x=found.torque, y=values / ARCMIN, name=name, mode="lines+markers", line=line, hovertemplate=hover))
+    figure.update_xaxes(title_text="torque at the output [N m]", rangemode="tozero")
+    figure.update_yaxes(title_text="angle [arcmin]", rangemode="tozero")
+    figure.update_layout(legend=LEGEND, margin_t=110)
+    return figure
+
+
+def raster(field: Field, values: Floats, left: float, low: float, right: float, pixels: int) -> Floats:
+    """Return a field (point,) on a square of pixels (row, column), NaN outside of the body; peaks between pixels are kept as their pixel's value."""
+    step = (right - left) / pixels
+    at = (field.points - [left, low]) / step - 0.5
+    out = np.full((pixels, pixels), np.nan)
+    corners = at[field.triangles]
+    inside = (corners.max(axis=1) >= 0).all(axis=1) & (corners.min(axis=1) <= pixels - 1).all(axis=1)
+    for triangle, corner in zip(field.triangles[inside], corners[inside], strict=True):
+        (x0, y0), (x1, y1) = np.maximum(np.ceil(corner.min(axis=0)), 0).astype(int), np.minimum(np.floor(corner.max(axis=0)), pixels - 1).astype(int)
+        if x1 < x0 or y1 < y0:
+            continue
+        y, x = np.mgrid[y0 : y1 + 1, x0 : x1 + 1]
+        a, b, c = corner
+        area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        second = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / area
+        third = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area
+        within = (second >= -_EDGE) & (third >= -_EDGE) & (second + third <= 1 + _EDGE)
+        first, of_second, of_third = values[triangle]
+        out[y[within], x[within]] = (first + second * (of_second - first) + third * (of_third - first))[within]
+    column, row = np.round(at).astype(int).T
+    seen = (column >= 0) & (column < pixels) & (row >= 0) & (row < pixels)
+    np.fmax.at(out, (row[seen], column[seen]), values[seen])
+    return out
+
+
+def _moved(found: FiniteElements, k: int) -> Floats:
+    """Return the displacement of a wheel's points, m, with the rotation of the disc."""
+    field = found.fields[k]
+    if k:
+        return field.displacement
+    made = contacts(found.stage, 0.0)
+    # counter-clockwise, against the loaded contacts
+    away = field.points @ np.array([1, 1j]) - made.planet
+    turned = 1j * found.turn * away
+    return np.asarray(field.displacement + np.stack([turned.real, turned.imag], axis=-1))
+
+
+def _outline(field: Field, points: Floats, spacing: float) -> Floats:
+    """Return the closed boundaries of a mesh, with points no closer than `spacing`, as lines (point, 2) with gaps of NaN."""
+    sides = np.concatenate([field.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))])
+    _, first, times = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    after = dict(sides[first[times == 1]].tolist())
+    lines = []
+    while after:
+        start, here = after.popitem()
+        line = [points[start]]
+        while here != start:
+            if float(np.abs(points[here] - line[-1]).max()) > spacing:
+                line.append(points[here])
+            here = after.pop(here)
+        lines += [*line, line[0], np.full(2, np.nan)]
+    return np.array(lines)
+
+
+def _picture(values: Floats, left: float, low: float, right: float, top: float, unit: str) -> Any:  # noqa: ANN401 - plotly publishes no types
+    import plotly.graph_objects as go
+
+    step = (right - left) / len(values)
+    return go.Heatmap(
+        z=values.astype(np.float32),
+        x0=_MM * (left + step / 2),
+        dx=_MM * step,
+        y0=_MM * (low + step / 2),
+        dy=_MM * step,
+        zmin=0,
+        zmax=top,
+        colorscale="Viridis",
+        colorbar={"title": {"text": unit, "side": "right"}, "thickness": 14, "outlinewidth": 0},
+        hovertemplate=f"%{{x:.4~g}}, %{{y:.4~g}} mm: %{{z:.3~g}} {unit.split(';', maxsplit=1)[0]}<extra></extra>",
+    )
+
+
+def _square(figure: go.Figure) -> go.Figure:
+    figure.update_xaxes(title_text="x [mm]", showgrid=False, constrain="domain")
+    figure.update_yaxes(title_text="y [mm]", showgrid=False, scaleanchor="x", scaleratio=1, constrain="domain")
+    figure.update_layout(legend=LEGEND, margin_t=80)
+    return figure
+
+
+def _largest(values: list[Floats]) -> float:
+    return max(float(each.max()) for each in values)
+
+
+def _nice(factor: float) -> float:
+    """Return the largest of 1, 2, 5, 10 ... that is not above a factor."""
+    power = 10.0 ** math.floor(math.log10(factor))
+    return power * max(step for step in (1, 2, 5) if step * power <= factor)

@@ -1,0 +1,73 @@
+"""Figures of a stage by finite elements."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.laws.cycloid.geometry import pin_angles
+from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, as_stated
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
+
+_COLUMNS: Final = (
+    "rotation, plane strain",
+    "rotation, plane stress",
+    "stiffness",
+    "peak pressure",
+    "largest von Mises stress",
+    "equivalent strain",
+    "strain as an angle, the paper's conversion",
+)
+_SOURCE: Final = "finite elements of the stage as drawn"
+
+
+def fem_sections(found: FiniteElements | None) -> tuple[Section, ...]:
+    """Return the sections of the finite elements: figures over the torque, and the loads of the lobes; none without them."""
+    if found is None:
+        return ()
+    rows = [Row(f"{as_stated(float(torque))} N m", _figures(found, k)) for k, torque in enumerate(found.torque)]
+    off = 100 * float(found.error[-1] / found.rotation[0, -1])
+    branch = "; of the envelope ring the first branch alone is meshed, as plain arcs: the true ring is stiffer" if found.first_branch_only else ""
+    note = (
+        "stage at the output, crank at zero, equal discs, rotation beyond the play, at the output; the true disc lies between plane strain and plane "
+        "stress, stresses are those of plane strain; without bearings, output pins and frame; at the largest torque two meshes differ by "
+        f"{off:.2g} % in rotation, below it by more. A strain is no rotation: the last column is the conversion of S. Strutynskyi and R. Semenchuk "
+        f"(2021), for comparison{branch}"
+    )
+    theta = pin_angles(found.stage, np.zeros(1))[0]
+    loads = [
+        Row(
+            f"θ = {math.degrees(theta[k]):.1f}°",
+            (
+                Figure(float(found.loaded.forces[-1, k]), "N", samples=_SOURCE),
+                Figure(float(found.loaded.peak[-1, k]) / 1e9, "GPa", samples=_SOURCE),
+                Figure(float(found.loaded.half_width[-1, k]) * 1e6, "µm", samples=_SOURCE),
+            ),
+        )
+        for k in sorted(np.flatnonzero(found.loaded.forces[-1] > 0), key=lambda k: theta[k])
+    ]
+    per_disc = f"one disc, under its share of {as_stated(float(found.torque[-1]))} N m, plane strain"
+    return (
+        Section("fem", "Finite elements", _COLUMNS, tuple(rows), note),
+        Section("fem-lobes", "Load of the lobes by finite elements", ("load", "peak pressure", "half-width"), tuple(loads), per_disc),
+    )
+
+
+def _figures(found: FiniteElements, k: int) -> tuple[Figure, ...]:
+    strain = float(found.strain[k])
+    return tuple(
+        Figure(value, unit, samples=_SOURCE)
+        for value, unit in (
+            (float(found.rotation[0, k]) / ARCMIN, "arcmin"),
+            (float(found.rotation[1, k]) / ARCMIN, "arcmin"),
+            (float(found.stiffness[k]) * ARCMIN, "N m/arcmin"),
+            (float(found.loaded.peak[k].max()) / 1e9, "GPa"),
+            (float(found.stress[k]) / 1e6, "MPa"),
+            (strain, "1"),
+            (strain / ARCMIN, "arcmin"),
+        )
+    )

@@ -1,0 +1,93 @@
+"""A gearbox by finite elements: its tables, pictures and files, and what cannot be meshed."""
+
+from __future__ import annotations
+
+import base64
+import importlib.util
+import math
+import struct
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.errors import InputError, LostmotionError
+from lostmotion.io.vtu import vtu
+
+EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"
+
+
+def arrays_of(content: bytes) -> tuple[int, int, dict[str, np.ndarray]]:
+    """Return the numbers of points and cells of a VTU file, and its arrays by name."""
+    piece = ET.fromstring(content).find("UnstructuredGrid/Piece")  # noqa: S314 - our own file
+    out = {}
+    for array in piece.iter("DataArray"):
+        data = base64.b64decode(array.text)
+        (length,) = struct.unpack("<I", data[:4])
+        assert length == len(data) - 4
+        kind = {"Float32": "<f4", "Int32": "<i4", "UInt8": "u1"}[array.get("type")]
+        out[array.get("Name")] = np.frombuffer(data[4:], kind).reshape(-1, int(array.get("NumberOfComponents", "1")))
+    return int(piece.get("NumberOfPoints")), int(piece.get("NumberOfCells")), out
+
+
+def check(content: bytes) -> dict[str, np.ndarray]:
+    """Check that a VTU file holds triangles of its own points, and return its arrays."""
+    points, cells, arrays = arrays_of(content)
+    assert (arrays["types"] == 5).all()
+    np.testing.assert_array_equal(arrays["offsets"][:, 0], 3 * np.arange(1, cells + 1))
+    assert len(arrays["connectivity"]) == 3 * cells
+    assert arrays["connectivity"].min() == 0
+    assert arrays["connectivity"].max() == points - 1
+    assert all(len(arrays[name]) == points for name in arrays if name not in {"connectivity", "offsets", "types"})
+    return arrays
+
+
+def test_two_triangles_are_read_back_from_their_file():
+    """A VTU file contains points, triangles, scalars and vectors."""
+    points = np.array([[0.0, 0], [1, 0], [0, 1], [1, 1]])
+    arrays = check(vtu(points, np.array([[0, 1, 2], [1, 3, 2]]), {"heat": points[:, 0], "shift": points}))
+    np.testing.assert_array_equal(arrays["points"], np.column_stack([points, np.zeros(4)]))
+    np.testing.assert_array_equal(arrays["connectivity"][:, 0], [0, 1, 2, 1, 3, 2])
+    np.testing.assert_array_equal(arrays["shift"][:, :2], points)
+    np.testing.assert_array_equal(arrays["heat"][:, 0], points[:, 0])
+
+
+def test_finite_elements_without_ngsolve_name_the_extra(monkeypatch):
+    """Without NGSolve the message says how to install it, before anything is computed."""
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "ngsolve" else found(name))
+    with pytest.raises(LostmotionError, match=r"pip install 'lostmotion\[fem\]'"):
+        lostmotion.gear(EXAMPLES / "printed.toml", fem=True)
+
+
+def test_gearboxes_without_a_meshable_drawing_are_refused(tmp_path):
+    """Gearboxes by stated figures and discs without an inner radius cannot be meshed."""
+    stated = tmp_path / "stated.toml"
+    stated.write_text('[gearbox]\nstiffness = "50 N m/arcmin"\n')
+    with pytest.raises(InputError, match="a gearbox with a drawing"):
+        lostmotion.gear(stated, fem=True, torque="100 N m")
+    solid = tmp_path / "solid.toml"
+    lines = (EXAMPLES / "printed.toml").read_text("utf-8").replace('"disc_bore_radius",', "").splitlines()
+    solid.write_text("\n".join(line for line in lines if not line.startswith("disc_bore_radius")))
+    with pytest.raises(InputError, match="disc_bore_radius"):
+        lostmotion.gear(solid, fem=True)
+
+
+@pytest.mark.slow
+def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_conversion(tmp_path):
+    """The report has four pictures and two VTU files; the paper's angle is the strain in arcmin, several times the rotation."""
+    gear = lostmotion.gear(EXAMPLES / "printed.toml", fem=True, gearboxes=2)
+    section = next(each for each in gear.result()["sections"] if each["key"] == "fem")
+    for row in section["rows"]:
+        strain_rotation, stress_rotation, _, _, _, strain, angle = (figure["value"] for figure in row["figures"])
+        assert angle == pytest.approx(strain / (math.pi / 10800), rel=0.01)
+        assert strain_rotation < stress_rotation < angle
+    folder = gear.report(tmp_path / "report")
+    page = (folder / "report.html").read_text("utf-8")
+    assert all(f'data-plot="{key}"' in page for key in ("fem-stress", "fem-strain", "fem-contact", "fem-angle"))
+    for name in ("planet.vtu", "ring.vtu"):
+        arrays = check((folder / name).read_bytes())
+        assert 0 < arrays["von_mises_Pa"].max() <= 1.2 * gear.fem.stress[-1]
+    assert gear.fem.loaded.forces[-1].sum() > 0
