@@ -102,7 +102,8 @@ def bands_of_drawing(gearbox: CycloidalGearbox, middle: Middle, seed: int) -> Ge
     shift, play = np.zeros((len(levels), len(shares))), np.zeros(len(shares))
     before = _play(gearbox)
     last = int(np.searchsorted(levels, asked.torque))
-    for k, known in enumerate(_draws(gearbox, unknown, shares)):
+    # all are built before one is computed, so that an impossible drawing is refused at once
+    for k, known in enumerate([*_draws(gearbox, unknown, shares)]):
         drawn = wind_up(known, levels)
         more = _own(drawn) - own
         # flanks that interfere wind up less than as drawn, in proportion; others as drawn and a little more
