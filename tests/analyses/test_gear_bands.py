@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.gearbox.bands import GearBands
 
-# Rigid but for its contacts, which are far stiffer than its frame.
+# Declared rigid besides its contacts and bodies, which are far stiffer than its frame.
+RIGID = ["output pins", "eccentric bearing", "eccentric shaft", "input shaft", "seat of the eccentric bearing"]
 DRAWING: dict[str, Any] = {
     "kind": "cycloidal",
     "rated_torque": "200 N m",
@@ -30,6 +31,7 @@ DRAWING: dict[str, Any] = {
     "width": "12 mm",
     "relief": {"roller": "4 µm"},
     "frame": "10 .. 40 N m/arcmin",
+    "rigid": RIGID,
 }
 SPRING = 40 / ARCMIN
 STATED = '[gearbox]\nkind = "catalogue"\nratio = 100\nrated_torque = "50 N m"\nbacklash = "1 arcmin"\nstiffness = "{}"\n'
@@ -90,7 +92,8 @@ def _offset(wound: Any) -> float:
 
 def test_shares_of_a_draw_add_up_to_one():
     """In each draw the members' shares of the wind-up add up to one, and their wind-ups to that of the draw."""
-    found = bands(asked(eccentric={"bearing": "50 .. 100 N/µm"}, width="11 .. 13 mm"))
+    rigid = [name for name in RIGID if name != "eccentric bearing"]
+    found = bands(asked(eccentric={"bearing": "50 .. 100 N/µm"}, width="11 .. 13 mm", rigid=rigid))
     np.testing.assert_allclose(np.sum(list(found.member_shares.values()), axis=0), 1.0, rtol=1e-12)
     np.testing.assert_allclose(np.sum(list(found.members.values()), axis=0), found.read.wind_up, rtol=1e-9)
     assert influence(found.shares, found.read.wind_up).sum() == pytest.approx(1, abs=0.2)
@@ -100,7 +103,7 @@ def test_shares_of_a_draw_add_up_to_one():
 def test_an_unknown_clearance_widens_the_play_and_no_stiffness():
     """A clearance in a range moves play and lost motion by its share of the radius, and leaves the wind-up alone."""
     pins = {"count": 8, "circle_radius": "40 mm", "clearance": "10 .. 30 µm"}
-    found = bands(asked(frame="20 N m/arcmin", output_pins=pins))
+    found = bands(asked(frame="20 N m/arcmin", output_pins=pins, rigid=[*RIGID, "disc body"]))
     low, high = band(found.read.lost_motion)
     assert high - low == pytest.approx(0.9 * 20e-6 / 40e-3, rel=1e-6)
     assert np.ptp(found.read.wind_up) == pytest.approx(0, abs=1e-12)
@@ -137,7 +140,7 @@ def test_result_json_has_bands_by_name():
 
 def test_order_of_keys_and_units_change_nothing():
     """A drawing with its keys in another order and its ranges in other units has the same bands."""
-    changes = {"width": "11 .. 13 mm", "eccentric": {"bearing": "50 .. 100 N/µm"}}
+    changes = {"width": "11 .. 13 mm", "eccentric": {"bearing": "50 .. 100 N/µm"}, "rigid": []}
     first = asked(**changes)
     turned = dict(reversed({**DRAWING, **changes, "width": "1.1 .. 1.3 cm", "eccentric": {"bearing": "50e6 N/m .. 0.1 N/nm"}}.items()))
     second = of_table(turned)
@@ -161,3 +164,19 @@ def test_an_impossible_drawing_within_the_ranges_is_refused():
     """A flank that is undercut somewhere in its range is one clear message."""
     with pytest.raises(lostmotion.InputError, match=r"ranges that allow a pin radius of .* undercuts the flank"):
         asked(eccentricity="1.0 .. 1.5 mm")
+
+
+def test_what_a_drawing_leaves_open_has_a_band_too():
+    """A frame that is not stated has 0.05 to 1 times the compliance of the computed members: log-uniform, and 100 % of what is unknown."""
+    table = {key: value for key, value in DRAWING.items() if key != "frame"}
+    found = of_table(table)
+    (frame,) = bands(found).unknown
+    assert frame.key == "unstated.frame"
+    computed = sum(each for name, each in bands(found).middle.items() if name != "frame (bounded)")
+    low, high = band(bands(found).members["frame (bounded)"])
+    assert low == pytest.approx(0.05 * 20**0.05 * computed, rel=0.02)
+    assert high == pytest.approx(0.05 * 20**0.95 * computed, rel=0.02)
+    assert bands(found).unknown_share == pytest.approx(math.sqrt(0.05) / (1 + math.sqrt(0.05)), rel=0.02)
+    known = of_table({**table, "unstated": {"frame": 2.0}})
+    assert known.bands is None
+    assert known.drawn.members["frame (bounded)"] == pytest.approx(2 * found.drawn.members["frame (bounded)"], rel=1e-9)

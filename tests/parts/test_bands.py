@@ -40,6 +40,7 @@ width = "8 mm"
 disc_material = "onyx"
 ring_material = "other"
 frame = "5 .. 20 N m/arcmin"
+rigid = ["output pins", "eccentric bearing", "seat of the eccentric bearing"]
 [[joints]]
 name = "A"
 type = "revolute"
@@ -71,7 +72,7 @@ def test_a_batch_of_material_has_one_modulus():
 
 def test_materials_of_two_names_are_two_batches():
     """Materials of the same range under two names have a value each; so have two dimensions of one range."""
-    seat = {"material": PLASTIC, "width": "5 mm", "diameter": "26 mm", "outer_diameter": "40 .. 60 mm"}
+    seat = {"material": PLASTIC, "width": "5 mm", "diameter": "26 mm", "outer_diameter": "40 .. 60 mm", "fit": "pressed"}
     shaft = deepcopy(DRAWING["eccentric"])
     shaft["shaft"]["supports"][1]["seat"] = "cover"
     gearbox = drawing(disc_material=PRINTED, ring_material={**PRINTED, "name": "PLA"}, seats={"housing": seat, "cover": seat}, eccentric=shaft)
@@ -105,7 +106,7 @@ def test_the_middle_of_a_range_is_its_value():
 
 def test_an_impossible_drawing_within_a_range_is_named():
     """A bore that within its range reaches the teeth is refused, with the values that do it."""
-    gearbox = drawing(disc={}, output_pins=None, disc_bore_radius="20 .. 32 mm")
+    gearbox = drawing(disc={"bore_fit": "pressed"}, output_pins=None, disc_bore_radius="20 .. 32 mm", rigid=["output pins"])
     with pytest.raises(InputError, match=r"ranges that allow a bore of radius 31 mm.* \(with disc_bore_radius = 0.031, in SI\)"):
         with_values(gearbox, {"disc_bore_radius": 31e-3})
 
@@ -130,6 +131,7 @@ def test_an_arm_shares_the_ranges_of_shared_parts(tmp_path: Path):
     assert [each.key for each in found] == [
         "joints.A.gearbox.frame",
         "joints.A.gearbox.ring_radius",
+        "joints.A.gearbox.unstated.eccentric shaft",
         "joints.A.link.section.diameter",
         "materials.onyx.young",
         "materials.other.young",

@@ -1,4 +1,4 @@
-"""The cycloidal gearbox from its drawing: what it makes of the laws, what it lists as rigid, what it refuses."""
+"""The cycloidal gearbox from its drawing: what it makes of the laws, what it bounds, what it refuses."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from lostmotion.parts.error_source import Friction
 from lostmotion.parts.gearbox import cycloidal_model
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal_model import GEARBOXES, LEVELS, LOST_MOTION, SEED, Behaviour, gearboxes, wind_up
+from lostmotion.parts.gearbox.cycloidal_names import BOUNDED
+from lostmotion.parts.gearbox.cycloidal_states import bounds, unknowns
 from lostmotion.parts.joint import RevoluteJoint
 from tests.parts.conditions import ARCMIN, condition, terms_at
 
@@ -73,32 +75,62 @@ def example(name: str) -> CycloidalGearbox:
 
 
 @pytest.mark.parametrize("name", SPRINGS)
-def test_every_spring_is_given_or_listed_as_rigid_and_softening_it_softens_the_gearbox(name):
-    """Not specified: in the list, with no wind-up. Stated: not in the list, with a wind-up of its own name. Softer: the whole winds up more."""
+def test_every_spring_has_a_line_and_softening_it_softens_the_gearbox(name):
+    """Not specified: bounded or assumed, never rigid in silence. Stated: not bounded, with a wind-up of its own. Softer: the whole winds up more."""
     plain, (stiff, soft) = drawing(), SPRINGS[name]
     torque = np.array([40.0, 400.0])
     stated, softer = drawing(**stiff), drawing(**{**stiff, **soft})
-    if stiff:
-        assert name in plain.rigid or (name == "first stage" and plain.first_stage is None)
-        assert not wind_up(plain, torque).get(name, np.zeros(2)).any()
-        assert (sum(wind_up(stated, torque).values()) > sum(wind_up(plain, torque).values())).all()
-    assert name not in stated.rigid
+    if stiff and name != "first stage":
+        assert plain.states[name].kind in ("bounded", "assumed")
+        line = f"{name}{BOUNDED}" if name in plain.bounded else name
+        assert (wind_up(plain, torque)[line] > 0).all() or name == "ring pins"  # in seats along their full length
+    assert name not in stated.bounded
+    assert stated.states[name].kind in ("stated", "computed")
     assert (wind_up(stated, torque)[name] > 0).all()
     assert (sum(wind_up(softer, torque).values()) > sum(wind_up(stated, torque).values())).all()
-    silent = [member for member, angle in wind_up(stated, torque).items() if not angle.any()]
-    assert set(silent) <= set(stated.rigid)
 
 
-def test_the_list_of_rigid_members_is_whole():
-    """A drawing that states no spring lists every one that it could state, its first stage's too."""
+def test_the_list_of_bounded_members_is_whole():
+    """A drawing that states no spring bounds every one that cannot be computed, its first stage's too; cranks that carry the output need no pins."""
     first = {"kind": "cycloidal", "pins": 12, "ring_radius": "32 mm", "pin_radius": "4 mm", "eccentricity": "1.6 mm", "width": "8 mm"}
-    stage = {"ring pins", "disc body", "ring body", "eccentric bearing", "eccentric shaft", "output pins"}
-    assert set(drawing(first_stage=first).rigid) == {*stage, *(f"first stage, {name}" for name in stage), "frame", "input shaft"}
-    said = drawing(first_stage=first).assumed_rigid.split(", ")
-    assert len(set(said)) == len(said)  # each once, with the stage that it is of
-    assert "output pins of the first stage" in said
-    assert "output pins" not in drawing(eccentric={"cranks": 2, "circle_radius": "36 mm"}).rigid  # there are none
-    assert "first stage" in drawing(first_stage={"kind": "planetary", "sun_teeth": 16, "planet_teeth": 32, "module": "1.25 mm"}).rigid
+    stage = {"eccentric bearing", "eccentric shaft", "output pins"}
+    silent = drawing(first_stage=first)
+    assert set(silent.bounded) == {*stage, *(f"first stage, {name}" for name in stage), "frame", "input shaft"}
+    assert {name for name, state in silent.states.items() if state.kind == "assumed"} >= {"disc body", "ring body", "ring pins"}
+    listed = silent.not_specified.split(", ")
+    assert len(set(listed)) == len(listed)  # each once, with the stage that it is of
+    assert "output pins of the first stage" in listed
+    assert drawing(eccentric={"cranks": 2, "circle_radius": "36 mm"}).states["output pins"].kind == "absent"
+    planetary = drawing(first_stage={"kind": "planetary", "sun_teeth": 16, "planet_teeth": 32, "module": "1.25 mm"})
+    assert "first stage" in planetary.bounded
+    assert set(bounds(planetary)) == set(planetary.bounded)
+
+
+def test_a_bounded_member_is_compared_with_the_computed_ones():
+    """0.05 to 1 times all of them together: the geometric mean in the tables; members before the eccentric at most a hundredth at a ratio of 15."""
+    torque = np.array([40.0, 400.0])
+    found = wind_up(drawing(), torque)
+    computed = sum(angle for name, angle in found.items() if not name.endswith(BOUNDED))
+    np.testing.assert_allclose(found[f"frame{BOUNDED}"], math.sqrt(0.05) * computed, rtol=1e-12)
+    assert bounds(drawing())["input shaft"] == pytest.approx((0.05 * 0.01 * (15 / 39) ** 2, 0.01 * (15 / 39) ** 2))
+    frame = next(each for each in unknowns(drawing()) if each.name == "frame")
+    assert (frame.factor.low, frame.factor.high) == pytest.approx((math.sqrt(0.05), 1 / math.sqrt(0.05)))
+    assert frame.shares == {f"frame{BOUNDED}": 1.0}
+
+
+def test_members_declared_rigid_are_ideal():
+    """They have no line, and the state says that they are declared so; an unknown name is refused."""
+    torque = np.array([40.0, 400.0])
+    names = ("frame", "input shaft", "disc body", "ring body", "eccentric bearing", "eccentric shaft", "output pins")
+    rigid = drawing(rigid=names)
+    assert all(str(rigid.states[name]) == "ideal: declared rigid" for name in names)
+    assert rigid.bounded == ()
+    assert {name for name, angle in wind_up(rigid, torque).items() if angle.any()} == {"lobe contacts"}
+    stated = {"eccentric": {"bearing": "300 N/µm", "shaft": "300 N/µm"}, "frame": "900 N m/arcmin"}
+    same = wind_up(drawing(**stated, rigid=names), torque)
+    np.testing.assert_allclose(sum(same.values()), sum(wind_up(rigid, torque).values()), rtol=1e-12)
+    with pytest.raises(ValidationError, match="'frane' in rigid"):
+        drawing(rigid=["frane"])
 
 
 def test_ratios():
@@ -318,7 +350,8 @@ def test_harmonics_of_two_stages_at_one_frequency_add_up():
 def test_lost_motion_is_what_a_test_bench_would_read(relief, jams):
     """The way between the middles at +3 % and -3 % of the rated torque, solved for; where flanks interfere there is less of it."""
     stated = {"relief": {"roller": relief}, "pin_position": "1.5 µm", "flank_form": "2 µm"}
-    gearbox = drawing(**stated, eccentric={"shaft": "300 N/µm"}, frame="500 N m/arcmin")
+    rigid = ("output pins", "input shaft", "eccentric bearing")
+    gearbox = drawing(**stated, eccentric={"shaft": "300 N/µm"}, frame="500 N m/arcmin", rigid=rigid)
     found = gearbox.behaviour
     assert (found.jammed > 0.02) == jams
     small = LOST_MOTION * 400
@@ -356,7 +389,7 @@ def test_two_preloaded_discs_wind_up_forwards():
 def test_a_ring_of_one_piece_with_its_lobes_needs_room_for_no_pins(form, radius):
     """Roots lie at R - Rr + 2 e = 63.6 mm: a ring beyond them holds, though pins of 3 mm on 64 mm would reach out to 67 mm."""
     thin = drawing(form=form, ring_outer_radius=radius)
-    assert "ring body" not in thin.rigid
+    assert thin.states["ring body"].kind == "computed"
     thick = drawing(form=form, ring_outer_radius="75 mm")
     torque = np.array([40.0, 400.0])
     assert np.isfinite(wind_up(thin, torque)["ring body"]).all()

@@ -56,7 +56,7 @@ def test_the_sheet_names_the_method(asked, more, method):
 
 def test_the_peak_pressure_along_the_flank_is_below_that_of_the_first_branch():
     """By the 12 to 28 % that the sheet states where it has the first branch alone."""
-    study = gear(drawing(envelope="exact"), gearboxes=2).drawn
+    study = gear(drawing(envelope="exact", rigid=["disc body", "ring body"]), gearboxes=2).drawn
     assert study is not None
     assert study.branches is not None
     assert study.branches.solved is not None

@@ -111,7 +111,7 @@ class DrawnGearbox(ErrorSource):
         torque = np.array([0.0, 1.0, 10.0, 100.0])
         harmonics = (ErrorHarmonic(39.0, s * np.array([1e-5, 2e-5, 3e-5])), ErrorHarmonic(78.0, s * np.array([3e-6, 2e-6, 1e-6])))
         self.sources = (
-            WindUp(torque, s * 1e-6 * torque**0.9, s * np.array([0.0, 1e-7, 1e-6, 2e-6]), 0.2),
+            WindUp(torque, s * 1e-6 * torque**0.9, s * np.array([0.0, 1e-7, 1e-6, 2e-6]), (("onyx", 0.15), ("steel", 0.05))),
             TransmissionError(torque[1:], harmonics),
             Play(Toleranced(s * 2e-4, s * 1e-4), Friction.of_load(3.0)),
             Loop(torque, s * 1e-6 * torque, 0.1 * torque),

@@ -20,7 +20,7 @@ _MOST_KEYS: Final = 6
 
 
 def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], gearboxes_without_mass: Sequence[str]) -> tuple[str, ...]:
-    """Return remarks on encoders on the output, rigid members, gearboxes without a rating, assumed friction and gearbox masses, a text each.
+    """Return remarks on encoders on the output, bounded members, gearboxes without a rating, assumed friction and gearbox masses, a text each.
 
     moving                  the moving joints
     assumed                 friction (N m or N) of which the size or the scatter is assumed because none is stated, by names of joint and part
@@ -28,7 +28,7 @@ def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], gear
     """
     return (
         *_corrected(moving),
-        *_rigid_members(moving),
+        *_bounded_members(moving),
         *_unrated(moving),
         *_assumed_frictions(moving, assumed),
         *_masses(moving, gearboxes_without_mass),
@@ -47,12 +47,14 @@ def _corrected(moving: Moving) -> tuple[str, ...]:
     return (f"encoder on the output of {corrected}: {effect}",) if corrected else ()
 
 
-def _rigid_members(moving: Moving) -> tuple[str, ...]:
+def _bounded_members(moving: Moving) -> tuple[str, ...]:
     unspecified: dict[str, list[str]] = {}
     for joint in moving:
-        if joint.gearbox is not None and joint.gearbox.assumed_rigid:
-            unspecified.setdefault(joint.gearbox.assumed_rigid, []).append(joint.name)
-    return tuple(f"gearbox of {', '.join(joints)}: not specified and assumed rigid: {rigid}" for rigid, joints in unspecified.items())
+        if joint.gearbox is not None and joint.gearbox.not_specified:
+            unspecified.setdefault(joint.gearbox.not_specified, []).append(joint.name)
+    return tuple(
+        f"gearbox of {', '.join(joints)}: not specified and bounded by the other members: {members}" for members, joints in unspecified.items()
+    )
 
 
 def _unrated(moving: Moving) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Final, Self
+from typing import Annotated, Any, ClassVar, Final, Self
 
 from pydantic import Field, model_validator
 
@@ -45,3 +45,18 @@ class Material(Sourced):
     def shear(self) -> float:
         """Return the shear modulus, as stated or isotropic."""
         return self.young / (2 * (1 + self.poisson)) if self.shear_modulus is None else self.shear_modulus
+
+
+def with_material(part: Any, old: Material, new: Material) -> Any:  # noqa: ANN401 - a part, or a list, tuple or mapping of parts, of any class
+    """Return a part with another material in every place of one that is equal to `old`."""
+    if isinstance(part, Material):
+        return new if part == old else part
+    if isinstance(part, list | tuple):
+        return type(part)(with_material(each, old, new) for each in part)
+    if isinstance(part, dict):
+        return {key: with_material(each, old, new) for key, each in part.items()}
+    if not isinstance(part, Sourced):
+        return part
+    values = {name: getattr(part, name) for name in type(part).model_fields}
+    changed = {name: after for name, before in values.items() if (after := with_material(before, old, new)) != before}
+    return part.model_copy(update=changed) if changed else part

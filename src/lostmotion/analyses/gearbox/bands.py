@@ -6,6 +6,7 @@ middle of each range is added to the mean of the manufactured samples. So a band
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -155,4 +156,9 @@ def _own(members: dict[str, Floats]) -> Floats:
 
 
 def _play(gearbox: CycloidalGearbox) -> float:
+    return _play_of(gearbox.middle)
+
+
+@functools.lru_cache(maxsize=8)
+def _play_of(gearbox: CycloidalGearbox) -> float:
     return float(gearboxes(gearbox, np.zeros(0), _ANGLES, _GEARBOXES).play.mean())

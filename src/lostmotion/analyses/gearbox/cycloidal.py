@@ -17,8 +17,7 @@ from lostmotion.laws.cycloid.geometry import pin_angles, pressure_angles
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.laws.cycloid.tolerances import sample as sample_within
 from lostmotion.laws.distributions import Normal
-from lostmotion.parts.gearbox.cycloidal_drawing import FIRST_STAGE
-from lostmotion.parts.gearbox.cycloidal_members import material_shares
+from lostmotion.parts.gearbox.cycloidal_materials import material_shares
 from lostmotion.parts.gearbox.cycloidal_model import (
     LEVELS,
     distribute_wind_up,
@@ -186,13 +185,11 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
 def _of_materials(gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count: int, seed: int) -> Floats:
     """Return the scatter of the wind-up (level, gearbox), rad, due to the moduli: normal distributions with three sigma at the stated scatter."""
     out = np.zeros((len(next(iter(as_drawn.values()))), count))
-    stages = [("", gearbox), *([(FIRST_STAGE, gearbox.first_stage)] if gearbox.first_stage and gearbox.first_stage.kind == "cycloidal" else [])]
-    for prefix, stage in stages:
-        for each in material_shares(stage):
-            off = 1 / (1 + sample_within(each.material.scatter, Normal(), f"{prefix}{each.name}", seed, (count,))) - 1
-            for name, share in each.shares.items():
-                if f"{prefix}{name}" in as_drawn:
-                    out += share * as_drawn[f"{prefix}{name}"][:, None] * off
+    for each in material_shares(gearbox):
+        off = 1 / (1 + sample_within(each.material.scatter, Normal(), each.name, seed, (count,))) - 1
+        for name, share in each.shares.items():
+            if name in as_drawn:
+                out += share * as_drawn[name][:, None] * off
     return out
 
 

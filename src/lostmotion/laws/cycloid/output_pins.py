@@ -7,6 +7,7 @@ torque. Compared with three-dimensional finite elements of bonded seats the comp
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
@@ -19,6 +20,7 @@ from lostmotion.laws.supported_beam import Foundation, Piece, Support, Supported
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.seat import Fit
+    from lostmotion.spatial import Floats
 
 Held = Literal["one end", "ring", "both flanges"]
 
@@ -109,12 +111,21 @@ class HeldPin:
         With a floating ring and a share s of loaded pins, the ring shifts by s times its shift if all were loaded: the compliance is linear in s,
         from that of a pin with a fixed ring (s = 0) to that with a free one (s = 1).
         """
+        return _compliance(self, loaded_share)
+
+    def parts(self, *, floating: bool) -> Floats:
+        """Return the displacement per force (part,), m/N, of a pin at the discs due to itself, then its seats, with a fixed or a floating ring."""
         near = self.flange.depth if self.flange else 0.0
         load = (near + self.load[0], near + min(self.load[1], self.free))
-        parts = respond(self._beam(floating=False), [load]).by_part[:, 0, 0]
-        if self.held == "ring":
-            parts = (1 - loaded_share) * parts + loaded_share * respond(self._beam(floating=True), [load]).by_part[:, 0, 0]
-        return float(parts[0]), float(parts[1:].sum())
+        return respond(self._beam(floating=floating), [load]).by_part[:, 0, 0]
+
+
+@functools.lru_cache(maxsize=256)
+def _compliance(pin: HeldPin, loaded_share: float) -> tuple[float, float]:
+    parts = pin.parts(floating=False)
+    if pin.held == "ring":
+        parts = (1 - loaded_share) * parts + loaded_share * pin.parts(floating=True)
+    return float(parts[0]), float(parts[1:].sum())
 
 
 def needle_compliance(force: float, rollers: int, length: float) -> float:

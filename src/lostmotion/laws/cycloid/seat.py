@@ -33,9 +33,10 @@ _POINTS: Final = 600
 # Fewest points that resolve a pressure.
 _FEWEST: Final = 4
 # Outer radius over bore radius from which on the fits differ by constants.
-_LARGE: Final = 5.0
+LARGE: Final = 5.0
 
 
+@functools.lru_cache(maxsize=256)
 def seat_compliance(bore: Annulus, fit: Fit) -> float:
     """Return the shift of a rigid pin per force (m/N) in the bore of this annulus, loaded at the bore and fixed at its outer radius.
 
@@ -65,7 +66,7 @@ def compliance_beyond(bore_radius: float, width: float, young: float, nu: float,
     The difference is local: 0.10/(E b) from bonded to pressed, about 0.36/(E b) from pressed to snug. Negative for a stiffer fit. Plane strain; sizes
     in m, Young's modulus in Pa.
     """
-    body = Annulus(bore_radius, _LARGE * bore_radius, width, young, nu)
+    body = Annulus(bore_radius, LARGE * bore_radius, width, young, nu)
     return seat_compliance(body, fit) - seat_compliance(body, included)
 
 

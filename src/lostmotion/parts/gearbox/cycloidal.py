@@ -11,8 +11,9 @@ from pydantic import PrivateAttr
 
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing, CycloidalFirstStage
-from lostmotion.parts.gearbox.cycloidal_members import material_shares
+from lostmotion.parts.gearbox.cycloidal_materials import material_shares
 from lostmotion.parts.gearbox.cycloidal_model import ANGLES, GEARBOXES, Behaviour, behaviour, gearboxes
+from lostmotion.parts.gearbox.cycloidal_names import CONTACTS
 from lostmotion.parts.gearbox.cycloidal_sources import Play, TransmissionError, WindUp
 from lostmotion.parts.gearbox.cycloidal_temperature import follows, growth_is_known
 from lostmotion.units import Toleranced
@@ -28,11 +29,13 @@ class CycloidalGearbox(CycloidalDrawing):
     rated_torque     at the output; the wind-up is computed up to 2.5 times this torque, and extrapolated linearly beyond
     fixed            "ring" (the disc, or its carrier, is the output) or "carrier" (the ring is)
     first_stage      planetary (RV) or cycloidal; default: the input turns the eccentric
-    frame            torsional stiffness of housing and output shaft, at the output
-    input_shaft      torsional stiffness at the input
+    frame            torsional stiffness of housing and output shaft, at the output; or a table of its screws and of the housing as a tube
+    input_shaft      torsional stiffness at the input; default: that of the eccentric's shaft up to its first disc, where its sections are stated
+    rigid            names of members declared rigid; others that the drawing does not describe are bounded
     friction_torque  at the output without load (seals, preload), included in the hysteresis. Under a load below it the play stays open; default:
                      1 % of the rated torque for the play, and none in the hysteresis. ± is its scatter over gearboxes, of the play alone;
                      default: ±50 %
+    unstated         factors on the compliance of what the drawing leaves open, by name: each is a range unless stated
     mass, inertia    of the gearbox, and at its input, as for `Gearbox`
     """
 
@@ -101,14 +104,15 @@ def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSourc
         # a normal distribution of the same mean and deviation, truncated at zero play
         limit = min(float(found.play.std()) * Normal().bound, play)
         out["play"] = Play(Toleranced(play, limit), gearbox.friction_at_rest)
-    scatters: dict[str, float] = {}
+    materials: dict[str, list[tuple[str, float]]] = {}
     for each in material_shares(gearbox):
         for name, share in each.shares.items():
-            scatters[name] = scatters.get(name, 0.0) + share * each.material.scatter
+            if each.material.scatter:
+                materials.setdefault(name, []).append((each.name, share * each.material.scatter))
     for name, angle in found.wind_up.items():
         if angle.any():
-            scatter = found.scatter if name == "lobe contacts" else None
-            out[name] = WindUp(found.torque, angle, scatter, scatters.get(name, 0.0))
+            scatter = found.scatter if name == CONTACTS else None
+            out[name] = WindUp(found.torque, angle, scatter, tuple(materials.get(name, ())))
     if found.harmonics:
         out["transmission error"] = TransmissionError(found.harmonic_torque, found.harmonics)
     if found.friction.any():

@@ -1,13 +1,16 @@
-"""Drawing of a cycloidal gearbox: one stage or two, every dimension with its tolerance, every spring stated or listed as rigid."""
+"""Drawing of a cycloidal gearbox: one stage or two, every dimension with its tolerance, every spring stated, computed or bounded."""
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from lostmotion.errors import shown
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
+from lostmotion.laws.cycloid.shaft import twist
 from lostmotion.parts.error_source import (
     OF_RATED,
     RATED_SHARE,
@@ -21,17 +24,22 @@ from lostmotion.parts.error_source import (
     LinearStiffness,
     Mass,
 )
+from lostmotion.parts.gearbox.cycloidal_frame import Frame  # noqa: TC001 - read by pydantic
+from lostmotion.parts.gearbox.cycloidal_names import FIRST_STAGE, FRAME, OUTSIDE, STAGE_MEMBERS
+from lostmotion.parts.gearbox.cycloidal_seats import Named  # noqa: TC001 - read by pydantic
+from lostmotion.parts.gearbox.cycloidal_shaft import Shaft
 from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+from lostmotion.parts.gearbox.cycloidal_states import MemberState, Unknown, member_states, unknowns
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.provenance import Sourced, with_friction
 from lostmotion.units import Quantity, Toleranced
 
 Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
+# Of a compliance, over its middle.
+Factor = Annotated[float, Quantity("", "1.5", above=0, high=1000, band="log-uniform")]
 Teeth = Annotated[int, Whole("", "16", low=6, high=1000)]
-# Prefix of the names of a cycloidal first stage's members.
-FIRST_STAGE: Final = "first stage, "
 # What some members include beyond their names.
-_MEMBERS: Final = {"eccentric shaft": "eccentric shaft with its bearings and seats", "frame": "frame (housing and output shaft)"}
+_INCLUDED: Final = {"eccentric shaft": "eccentric shaft with its bearings and seats", "frame": "frame (housing and output shaft)"}
 # Pressure angle of the involute flanks.
 _PRESSURE_ANGLE = math.radians(20)
 
@@ -79,16 +87,29 @@ class CycloidalDrawing(CycloidalStage):
     """What the drawing of a cycloidal gearbox states; `CycloidalGearbox` lists its fields."""
 
     by_drawing: ClassVar[bool] = True
+    may_be_rigid: ClassVar[tuple[str, ...]] = (*STAGE_MEMBERS, *OUTSIDE)
     kind: Literal["cycloidal"] = "cycloidal"
     model: Annotated[Line, Field(max_length=80)] = ""
     rated_torque: Torque
     fixed: Literal["ring", "carrier"] = "ring"
     first_stage: Annotated[PlanetaryFirstStage | CycloidalFirstStage, Field(discriminator="kind")] | None = None
-    frame: AngularStiffness | None = None
+    frame: AngularStiffness | Frame | None = None
     input_shaft: AngularStiffness | None = None
     friction_torque: FrictionTorque | None = None
     mass: Mass | None = None
     inertia: Inertia | None = None
+    unstated: Annotated[dict[Named, Factor], Field(max_length=100)] = Field(default={})
+
+    @model_validator(mode="after")
+    def _leaves_open(self) -> Self:
+        names = [each.name for each in self.unknowns]
+        strange = [name for name in self.unstated if name not in names]
+        if strange:
+            expected = f"what this drawing leaves open: {', '.join(names) or 'nothing'}"
+            raise refuse(f"{shown(strange[0])} in unstated", expected, f'unstated = {{ "{names[0] if names else FRAME}" = 1.5 }}')
+        filled = {each.name: self.unstated.get(each.name, each.factor) for each in self.unknowns}
+        object.__setattr__(self, "unstated", filled)
+        return self
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Self:
@@ -123,16 +144,38 @@ class CycloidalDrawing(CycloidalStage):
         return with_friction(super().assumptions, "friction_torque", self.friction_at_rest)
 
     @property
-    def rigid(self) -> tuple[str, ...]:
-        """Return the members whose stiffness the drawing does not specify; they are assumed rigid."""
-        out = [*self.rigid_in_stage]
-        first = self.first_stage
-        if isinstance(first, PlanetaryFirstStage) and first.mesh_stiffness is None:
-            out.append("first stage")
-        elif isinstance(first, CycloidalFirstStage):
-            out += [f"{FIRST_STAGE}{name}" for name in first.rigid_in_stage]
-        out += [name for name, stated in (("frame", self.frame), ("input shaft", self.input_shaft)) if stated is None]
-        return tuple(out)
+    def design_force(self) -> float:
+        """Return the force (N) on a disc's bearing under the rated torque."""
+        share = 1.0 if self.fixed == "ring" else self.stage.planet_pitch_radius / self.stage.ring_pitch_radius
+        return share * self.rated_torque / (self.discs * self.eccentric.cranks * self.stage.planet_pitch_radius)
+
+    @property
+    def input_twist(self) -> float | None:
+        """Return the rotation of the input per torque on it (rad/(N m)) by the eccentric's shaft up to its first disc; None where it is not known."""
+        shaft = self.eccentric.shaft
+        if self.first_stage is not None or not isinstance(shaft, Shaft):
+            return None
+        return twist(shaft.stretches, 0.0, min(shaft.disc_at))
+
+    @functools.cached_property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Return what the drawing does not state, each with its effect on the members."""
+        return unknowns(self)
+
+    @functools.cached_property
+    def middle(self) -> Self:
+        """Return the drawing with the middle of everything that it does not state."""
+        return self.model_copy(update={"unstated": {}})
+
+    @functools.cached_property
+    def states(self) -> dict[str, MemberState]:
+        """Return what is known of each member, by name."""
+        return member_states(self)
+
+    @property
+    def bounded(self) -> tuple[str, ...]:
+        """Return the members that the drawing does not describe, of which the compliance is bounded."""
+        return tuple(name for name, state in self.states.items() if state.kind == "bounded")
 
     @property
     def states_ratio(self) -> bool:
@@ -140,11 +183,11 @@ class CycloidalDrawing(CycloidalStage):
         return True
 
     @property
-    def assumed_rigid(self) -> str:
-        """Return the members assumed rigid as text, each with what it includes and its stage."""
+    def not_specified(self) -> str:
+        """Return the bounded members as text, each with what it includes and its stage."""
         return ", ".join(
-            f"{_MEMBERS.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"
-            for name in self.rigid
+            f"{_INCLUDED.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"
+            for name in self.bounded
         )
 
     @property

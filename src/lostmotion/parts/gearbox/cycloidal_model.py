@@ -15,9 +15,21 @@ import numpy as np
 
 from lostmotion.laws.cycloid import contact, drive
 from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
-from lostmotion.parts.gearbox.cycloidal_drawing import FIRST_STAGE
-from lostmotion.parts.gearbox.cycloidal_members import PIN_MEMBERS, stage_wind_up
+from lostmotion.parts.gearbox.cycloidal_frame import Frame
+from lostmotion.parts.gearbox.cycloidal_members import stage_wind_up
+from lostmotion.parts.gearbox.cycloidal_names import (
+    BOUNDED,
+    CONTACTS,
+    FIRST,
+    FIRST_STAGE,
+    FRAME,
+    FRAME_SCREWS,
+    INPUT,
+    PIN_MEMBERS,
+    is_without_scatter,
+)
 from lostmotion.parts.gearbox.cycloidal_sources import ErrorHarmonic, Loop
+from lostmotion.parts.gearbox.cycloidal_states import bounds, scaled
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.tolerances import Scatter, SimulatedGearboxes
@@ -33,8 +45,6 @@ _HARMONIC_LEVELS: Final = (0.1, 1.0)
 # Fewer gearboxes for the spectrum, which needs many crank angles.
 _HARMONIC_GEARBOXES: Final = 48
 _MOST_HARMONICS: Final = 4
-# Members that are springs without scatter over gearboxes.
-_WITHOUT_SCATTER: Final = (*PIN_MEMBERS, "first stage", "frame", "input shaft")
 LOST_MOTION: Final = 0.03  # one of the torque levels
 ANGLES: Final = 4
 # For the contacts of simulated gearboxes; figures do not depend on it.
@@ -75,9 +85,20 @@ class Behaviour:
         return Loop(self.torque, self.total - self.load_side, self.friction)
 
 
-@functools.lru_cache(maxsize=64)
 def behaviour(gearbox: CycloidalDrawing) -> Behaviour:
-    """Return the behaviour of gearboxes of this drawing. Raises DidNotConvergeError where the contact law finds no equilibrium."""
+    """Return the behaviour of gearboxes of this drawing. Raises DidNotConvergeError where the contact law finds no equilibrium.
+
+    What the drawing does not state scales the wind-up of its members; the scatter over gearboxes is that with the middle of it.
+    """
+    middle = _behaviour(gearbox.middle)
+    wind_up = scaled(gearbox, middle.wind_up)
+    more = sum(wind_up.values()) - middle.total
+    lost_motion = middle.lost_motion + 2 * more[1 + LEVELS.index(LOST_MOTION)]
+    return replace(middle, wind_up=wind_up, lost_motion=lost_motion, load_side=load_side(gearbox, wind_up))
+
+
+@functools.lru_cache(maxsize=64)
+def _behaviour(gearbox: CycloidalDrawing) -> Behaviour:
     rated = gearbox.rated_torque
     torque = rated * np.array(LEVELS)
     made = gearboxes(gearbox, np.array([-LOST_MOTION * rated, *torque]), ANGLES, GEARBOXES)
@@ -129,6 +150,8 @@ def gearboxes(gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int
         turned = turned + _beyond(before, sign) / steps
     elif first is not None:
         play = play + sample_dimension(first.play, "first stage play", seed, count) / (first.sun_radius * abs(gearbox.ratio))
+    if isinstance(gearbox.frame, Frame) and gearbox.frame.screws is not None and FRAME_SCREWS not in gearbox.rigid:
+        play = play + gearbox.frame.screws.play
     return Samples(play, turned, float(jammed.mean()))
 
 
@@ -155,13 +178,28 @@ def _beyond(made: SimulatedGearboxes, sign: Floats) -> Floats:
 
 
 def wind_up(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
-    """Return the nominal wind-up (rad) of each member under torques (torque,) above zero at the output, beyond the play."""
+    """Return the nominal wind-up (rad) of each member under torques (torque,) above zero at the output, beyond the play.
+
+    Bounded members have names of their own (`BOUNDED`).
+    """
+    return scaled(gearbox, _with_middles(gearbox.middle, tuple(torque.tolist())))
+
+
+@functools.lru_cache(maxsize=64)
+def _with_middles(gearbox: CycloidalDrawing, torques: tuple[float, ...]) -> dict[str, Floats]:
+    """Return the wind-up with the middle of all that the drawing does not state: of a bounded member the geometric mean of its bounds."""
+    torque = np.array(torques)
     share, steps = _share(gearbox), abs(gearbox.steps)
     out = {name: share * angle for name, angle in stage_wind_up(gearbox, share * torque).items()}
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
         out |= {f"{FIRST_STAGE}{name}": angle / steps for name, angle in stage_wind_up(first, torque / steps).items()}
-    return out | _outside(gearbox, torque)
+    out |= _outside(gearbox, torque)
+    computed = np.sum(list(out.values()), axis=0)
+    of_first = np.sum([angle for name, angle in out.items() if name.startswith(FIRST_STAGE)], axis=0)
+    for name, (low, high) in bounds(gearbox).items():
+        out[f"{name}{BOUNDED}"] = math.sqrt(low * high) * (of_first if name.startswith(FIRST_STAGE) else computed)
+    return out
 
 
 def distribute_wind_up(as_drawn: dict[str, Floats], found: Floats) -> dict[str, Floats]:
@@ -172,24 +210,31 @@ def distribute_wind_up(as_drawn: dict[str, Floats], found: Floats) -> dict[str, 
     """
     own = sum(as_drawn.values()) - wind_up_without_scatter(as_drawn)
     share = np.where(found < own, found / np.where(own > 0, own, 1.0), 1.0)
-    out = {name: angle if name.removeprefix(FIRST_STAGE) in _WITHOUT_SCATTER else share * angle for name, angle in as_drawn.items()}
+    out = {name: angle if is_without_scatter(name) else share * angle for name, angle in as_drawn.items()}
     return out | {"lobe contacts": out["lobe contacts"] + np.maximum(found - own, 0.0)}
 
 
 def wind_up_without_scatter(members: dict[str, Floats]) -> Floats:
     """Return the part of the members' wind-up (torque,) without scatter, which `gearboxes` does not include."""
-    return np.asarray(np.sum([angle for name, angle in members.items() if name.removeprefix(FIRST_STAGE) in _WITHOUT_SCATTER], axis=0))
+    return np.asarray(np.sum([angle for name, angle in members.items() if is_without_scatter(name)], axis=0))
 
 
 def _outside(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
     """Return the wind-up of the members outside the cycloidal stages."""
-    first = gearbox.first_stage
+    first, frame = gearbox.first_stage, gearbox.frame
     out = {}
     if first is not None and first.kind == "planetary":
-        out["first stage"] = torque * first.compliance / gearbox.ratio**2
-    out["frame"] = torque / (gearbox.frame or math.inf)
-    out["input shaft"] = torque / ((gearbox.input_shaft or math.inf) * gearbox.ratio**2)
-    return out
+        out[FIRST] = torque * first.compliance / gearbox.ratio**2
+    if isinstance(frame, Frame):
+        if frame.tube is not None:
+            out[FRAME] = torque / frame.tube.stiffness
+        if frame.screws is not None:
+            out[FRAME_SCREWS] = frame.screws.wind_up(torque)
+    elif frame is not None:
+        out[FRAME] = torque / frame
+    soft = 1 / gearbox.input_shaft if gearbox.input_shaft is not None else gearbox.input_twist or 0.0
+    out[INPUT] = torque * soft / gearbox.ratio**2
+    return {name: angle for name, angle in out.items() if name not in gearbox.rigid}
 
 
 def _share(gearbox: CycloidalDrawing) -> float:
@@ -234,8 +279,9 @@ def load_side(gearbox: CycloidalDrawing, members: dict[str, Floats]) -> Floats:
     These are housing and output shaft, and where the flanks rub the output pins that carry the output. Friction without load counts there as well;
     it acts before the pins, whose part of its loop is neglected.
     """
-    names = ["frame", *(PIN_MEMBERS if gearbox.friction is not None and gearbox.fixed == "ring" else ())]
-    return np.asarray(np.sum([members.get(name, 0.0 * members["lobe contacts"]) for name in names], axis=0))
+    names = [FRAME, FRAME_SCREWS, *(PIN_MEMBERS if gearbox.friction is not None and gearbox.fixed == "ring" else ())]
+    none = np.zeros_like(members[CONTACTS])
+    return np.asarray(np.sum([none, *(angle for name, angle in members.items() if name.removesuffix(BOUNDED) in names)], axis=0))
 
 
 def friction(gearbox: CycloidalDrawing, torque: Floats) -> Floats:

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Final, Literal, Self
 
 from pydantic import model_validator
 
 from lostmotion.laws.cycloid import output_pins as laws
 from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.gearbox.cycloidal_names import PINS, SEATS
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import DEFAULT, Sourced
 from lostmotion.units import Toleranced
 
 Fit = Literal["bonded", "pressed", "snug"]
+# Between these lies a fit that is not stated.
+EXTREME_FITS: Final[tuple[Fit, Fit]] = ("bonded", "snug")
+UNKNOWN_FIT: Final = f"{DEFAULT}, between bonded and snug"
 # Default material of discs, rings and pins, marked as assumed.
 STEEL = Material(
     young=210e9, poisson=0.3, density=7850.0, expansion=12e-6, assumed=("young", "poisson", "density", "expansion"), source="default, steel"
@@ -29,24 +34,23 @@ class PinSeat(Sourced):
     depth           along the pin
     outer_diameter  of the material around the pin; material farther away counts as rigid
     fit             "bonded" (glued, moulded in), "pressed" or "snug" (without preload: the contact opens behind the pin, and the pin can tilt);
-                    default: pressed
+                    default: between bonded and snug, the geometric mean of their compliances
     """
 
     depth: LengthPlus
     material: Material
     outer_diameter: LengthPlus
-    fit: Fit = "pressed"
+    fit: Fit | None = None
 
     @property
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, with the default fit."""
         out = super().assumptions
-        return out if "fit" in self.model_fields_set else {**out, "fit": f"{DEFAULT}, pressed; bonded is stiffer, snug is softer"}
+        return out if self.fit is not None else {**out, "fit": UNKNOWN_FIT}
 
-    @property
-    def law(self) -> laws.PinSeat:
-        """Return the argument of the law."""
-        return laws.PinSeat(self.depth, self.outer_diameter / 2, self.material.young, self.material.poisson, self.fit)
+    def law(self, fit: Fit) -> laws.PinSeat:
+        """Return the argument of the law, with this fit where none is stated."""
+        return laws.PinSeat(self.depth, self.outer_diameter / 2, self.material.young, self.material.poisson, self.fit or fit)
 
 
 class Sleeve(Sourced):
@@ -73,7 +77,7 @@ class OutputPins(Sourced):
     held                    at "one end", the default; by the flange and a "ring" that ties the pins and turns freely; or by "both flanges", which
                             turn together
     span                    free length of a pin between its two seats; default: twice the free length
-    seat, far_seat          in the flange, and in the ring or second flange (default: the same); unspecified: assumed rigid
+    seat, far_seat          in the flange, and in the ring or second flange (default: the same); unspecified: bounded
     sleeve                  around each pin; default: the pin itself touches the hole
     """
 
@@ -94,7 +98,7 @@ class OutputPins(Sourced):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if (self.diameter is None) != (self.free_length is None) or (self.diameter is not None and self.stiffness is not None):
-            expected = "diameter with free_length, or stiffness, or neither (rigid)"
+            expected = "diameter with free_length, or stiffness, or neither (bounded)"
             raise refuse("an incomplete or doubly stated stiffness of the output pins", expected, 'diameter = "12 mm", free_length = "14 mm"')
         detailed = [name for name in ("material", "held", "span", "seat", "far_seat", "sleeve") if name in self.model_fields_set]
         if detailed and self.diameter is None:
@@ -149,17 +153,27 @@ class OutputPins(Sourced):
             return self._load[1]
         return self.span if self.span is not None else 2 * (self.free_length or 0.0)
 
-    def compliance(self, discs: int) -> tuple[float, float]:
+    @property
+    def unknown_fit(self) -> bool:
+        """Return whether the fit of a seat is not stated."""
+        return any(each is not None and each.fit is None for each in (self.seat, self.far_seat))
+
+    def compliance(self, discs: int, fit: Fit | None = None, *, rigid: tuple[str, ...] = ()) -> tuple[float, float]:
         """Return the compliance (m/N) of one pin at the discs, and that of its seats; zeros where it is not specified by its diameter.
 
-        With one of `discs`, half of the pins carry load; with more, all of them.
+        With one of `discs`, half of the pins carry load; with more, all of them. `fit` replaces those that are not stated; without it the result is
+        the geometric mean of a bonded and a snug one. `rigid` are members declared rigid.
         """
         if self.diameter is None:
             return 0.0, 0.0
+        if fit is None and self.unknown_fit:
+            stiff, soft = (self.compliance(discs, each, rigid=rigid) for each in EXTREME_FITS)
+            return math.sqrt(stiff[0] * soft[0]), math.sqrt(stiff[1] * soft[1])
         far = self.far_seat or self.seat
-        flange, ring = (None if seat is None else seat.law for seat in (self.seat, far))
+        flange, ring = (None if seat is None or SEATS in rigid else seat.law(fit or "pressed") for seat in (self.seat, far))
         pin = laws.HeldPin(self.diameter, self.pin_material.young, self.pin_material.poisson, self._free, self._load, flange, ring, self.held)
-        return pin.compliance(min(discs, 2) / 2)
+        of_pin, of_seats = pin.compliance(min(discs, 2) / 2)
+        return (0.0 if PINS in rigid else of_pin), of_seats
 
 
 class DiscHoles(Sourced):
@@ -173,9 +187,9 @@ class DiscHoles(Sourced):
 class Disc(Sourced):
     """Details of the discs.
 
-    holes     for the output pins: the body of the disc is then a plane disc with its holes, which take the torque; without them it is solid
+    holes     for the output pins; default: as wide as a pin or its sleeve, twice the eccentricity and the clearance
     bore_fit  of the eccentric's bearing in the bore: "bonded", "pressed", or "snug" (without preload: the contact opens behind the bearing); default:
-              as the model of the disc's body has it, pressed with holes and bonded without
+              between pressed and snug
     """
 
     holes: DiscHoles | None = None

@@ -5,59 +5,32 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from dataclasses import dataclass
-from typing import Annotated, Self
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from lostmotion.laws.annulus import Annulus, Plane
 from lostmotion.laws.cycloid import shaft as laws
-from lostmotion.laws.cycloid.seat import seat_compliance
+from lostmotion.laws.rolling.by_size import stiffness_of_size
 from lostmotion.laws.supported_beam import Support, SupportedBeam
-from lostmotion.parts.error_source import AngularStiffness, ClearanceDim, LengthAmount, LengthPlus, Line, LinearStiffness
-from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Fit
+from lostmotion.parts.error_source import AngularStiffness, ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.gearbox.cycloidal_names import SHAFT_BEARINGS, SHAFT_SEATS
+from lostmotion.parts.gearbox.cycloidal_pins import STEEL
+from lostmotion.parts.gearbox.cycloidal_seats import BearingSeat, BearingSize, Named
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import DEFAULT, Sourced
 from lostmotion.units import Toleranced
 
-Named = Annotated[Line, Field(max_length=80)]
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
 
+    from lostmotion.laws.supported_beam import Piece
+    from lostmotion.spatial import Floats
 
-class BearingSeat(Sourced):
-    """The seat of a bearing in a plate or housing.
-
-    diameter        of the bore; outer_diameter of the material around it: material farther away counts as rigid
-    width           of the bearing's ring
-    fit             "bonded" (glued, moulded in), "pressed", or "snug" (without preload: the contact opens behind the bearing); default: pressed
-    """
-
-    material: Material
-    diameter: LengthPlus
-    outer_diameter: LengthPlus
-    width: LengthPlus
-    fit: Fit = "pressed"
-
-    @model_validator(mode="after")
-    def _encloses(self) -> Self:
-        if self.outer_diameter <= self.diameter:
-            why = f"an outer_diameter of {self.outer_diameter * 1e3:g} mm around a bore of {self.diameter * 1e3:g} mm"
-            raise refuse(why, "material around the bore", f'outer_diameter = "{2e3 * self.diameter:.3g} mm"')
-        return self
-
-    @property
-    def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, with the default fit."""
-        out = super().assumptions
-        return out if "fit" in self.model_fields_set else {**out, "fit": f"{DEFAULT}, pressed; bonded is stiffer, snug is softer"}
-
-    @functools.cached_property
-    def compliance(self) -> float:
-        """Return the shift of the bearing per force (m/N): plane strain for a seat wider than its bore, else plane stress."""
-        plane: Plane = "strain" if self.width > self.diameter else "stress"
-        body = Annulus(self.diameter / 2, self.outer_diameter / 2, self.width, self.material.young, self.material.poisson, plane)
-        return seat_compliance(body, self.fit)
+# Smallest force on a support that its bearing by size is taken at, as a share of a disc's force.
+_LEAST_REACTION: Final = 0.01
 
 
 class ShaftSection(Sourced):
@@ -96,17 +69,43 @@ class ShaftSupport(Sourced):
     """A bearing that supports the shaft.
 
     at         its place along the shaft
-    bearing    its radial stiffness; unspecified: assumed rigid
+    bearing    its radial stiffness, or the bore and outside_diameter of a ball bearing; unspecified: bounded
     tilt       its stiffness against tilting, for wide or paired bearings; default: none, as of a deep groove ball bearing
-    seat       the name of its seat under `seats`; unspecified: assumed rigid
+    seat       the name of its seat under `seats`; unspecified: bounded
     clearance  diametral working clearance
     """
 
     at: LengthAmount
-    bearing: LinearStiffness | None = None
+    bearing: LinearStiffness | BearingSize | None = None
     tilt: AngularStiffness | None = None
     seat: Named | None = None
     clearance: ClearanceDim = Toleranced(0.0)
+
+
+class ShaftScrews(Sourced):
+    """Screws along the whole shaft, evenly spaced on a circle off its axis.
+
+    offset    radius of their circle
+    tight     true: screws and body bend as a sandwich; false: the screws are loose in their holes; default: between the two
+    material  default: steel
+    """
+
+    count: Annotated[int, Whole("", "2", low=2, high=50)]
+    diameter: LengthPlus
+    offset: LengthPlus
+    tight: bool | None = None
+    material: Material = STEEL
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason."""
+        out = super().assumptions
+        return out if self.tight is not None else {**out, "tight": f"{DEFAULT}, between loose and tight"}
+
+    @property
+    def law(self) -> laws.Screws:
+        """Return the argument of the law."""
+        return laws.Screws(self.count, self.diameter, self.offset, self.material.young, self.material.poisson)
 
 
 class Shaft(Sourced):
@@ -115,11 +114,13 @@ class Shaft(Sourced):
     supports  its bearings
     disc_at   the place of each disc
     sections  its sections, from the driven end on
+    screws    along the whole shaft, off its axis
     """
 
     supports: Annotated[tuple[ShaftSupport, ...], Field(min_length=1, max_length=8)]
     disc_at: Annotated[tuple[LengthAmount, ...], Field(min_length=1, max_length=4)]
     sections: Annotated[tuple[ShaftSection, ...], Field(min_length=1, max_length=40)]
+    screws: ShaftScrews | None = None
 
     @model_validator(mode="after")
     def _is_held(self) -> Self:
@@ -137,40 +138,104 @@ class Shaft(Sourced):
 
     @property
     def stretches(self) -> tuple[laws.Stretch, ...]:
-        """Return the sections as arguments of the law."""
+        """Return the sections as arguments of the law. Raises ValueError for screws that do not lie within one layer of each."""
         starts = [0.0, *(each.to for each in self.sections)]
+        screws = None if self.screws is None else self.screws.law
         return tuple(
-            laws.Stretch(start, each.to, tuple(layer for layer, _ in each.layers)) for start, each in zip(starts, self.sections, strict=False)
+            laws.Stretch(start, each.to, tuple(layer for layer, _ in each.layers), screws) for start, each in zip(starts, self.sections, strict=False)
         )
 
-    def response(self, seats: dict[str, BearingSeat], width: float, phases: tuple[float, ...], eccentricity: float) -> ShaftSprings:
-        """Return the compliance by member, with forces spread over `width` (m) at each disc of these phases (rad)."""
+    @functools.lru_cache(maxsize=64)  # noqa: B019 - equal shafts of many drawings have the same response
+    def response(self, case: ShaftCase) -> ShaftSprings:
+        """Return the compliance by member: for screws that are not stated as tight or loose, the geometric mean of both.
+
+        Raises ValueError for a shaft that its supports do not hold, and for screws that do not lie within one layer.
+        """
+        if self.screws is None:
+            return self._response(case, ((0.0, False),))
+        choices = (True, False) if self.screws.tight is None else (self.screws.tight,)
+        variants = [self._response(case, [(each, tight) for each in self.screws.law.directions]) for tight in choices]
+        stiff, soft = variants[0], variants[-1]
+        if stiff is soft:
+            return stiff
+        both = (np.sqrt(one * two) for one, two in zip(stiff.arrays(), soft.arrays(), strict=True))
+        mean = ShaftSprings.of(both, case.names, soft.reactions)
+        return replace(mean, spread=(stiff.shaft, soft.shaft))
+
+    def _response(self, case: ShaftCase, ways: Sequence[tuple[float, bool]]) -> ShaftSprings:
+        """Return the mean response to bending in these directions (rad), each with screws tight or loose."""
         stretches = self.stretches
-        springs = []
-        for each in self.supports:
-            soft = self._bearing(each) + self._seat(each, seats)
-            springs.append(Support(each.at, 1 / soft if soft else math.inf, each.tilt or 0.0))
-        beam = SupportedBeam(tuple(each.piece for each in stretches), tuple(springs))
         end = stretches[-1].end
-        loads = [(max(place - width / 2, 0.0), min(place + width / 2, end)) for place in self.disc_at]
-        found = laws.shaft_compliance(beam, stretches, loads, np.array(phases), eccentricity)
-        of_supports = found.by_part[len(stretches) :]
-        bearings, of_seats = 0.0, dict.fromkeys(seats, 0.0)
-        for each, part in zip(self.supports, of_supports.tolist(), strict=True):
-            bearing, seat = self._bearing(each), self._seat(each, seats)
-            share = seat / (bearing + seat) if seat else 0.0
-            bearings += part * (1 - share)
-            if each.seat is not None:
-                of_seats[each.seat] += part * share
-        return ShaftSprings(tuple(found.by_part[: len(stretches)].tolist()), found.twist, bearings, of_seats, tuple(found.reactions.tolist()))
+        loads = [(max(place - case.width / 2, 0.0), min(place + case.width / 2, end)) for place in self.disc_at]
+        soft = [(self._bearing(each, None, case), self._seat(each, case)) for each in self.supports]
+        out = []
+        for direction, tight in ways:
+            pieces = tuple(each.piece_with_screws(direction, tight=tight) for each in stretches)
+
+            def respond(soft: Sequence[tuple[float, float]], pieces: tuple[Piece, ...] = pieces) -> laws.ShaftCompliance:
+                springs = (
+                    Support(each.at, 1 / sum(both) if sum(both) else math.inf, each.tilt or 0.0)
+                    for each, both in zip(self.supports, soft, strict=True)
+                )
+                return laws.shaft_compliance(SupportedBeam(pieces, tuple(springs)), stretches, loads, np.array(case.phases), case.eccentricity)
+
+            found = respond(soft)
+            if any(isinstance(each.bearing, BearingSize) for each in self.supports):
+                # a bearing by its size stiffens with its load
+                forces = case.force * found.reactions
+                soft = [(self._bearing(each, float(force), case), seat) for each, force, (_, seat) in zip(self.supports, forces, soft, strict=True)]
+                found = respond(soft)
+            out.append(found)
+        by_part = np.mean([each.by_part for each in out], axis=0)
+        of_supports = by_part[len(stretches) :]
+        share = np.array([seat / (bearing + seat) if seat else 0.0 for bearing, seat in soft])
+        of_seats = np.array(
+            [sum(part for part, at in zip(of_supports * share, self.supports, strict=True) if at.seat == name) for name in case.names]
+        )
+        parts = by_part[: len(stretches)], np.array([out[0].twist]), np.array([float(of_supports @ (1 - share))]), of_seats
+        return ShaftSprings.of(parts, case.names, tuple(np.mean([each.reactions for each in out], axis=0).tolist()))
 
     @staticmethod
-    def _bearing(support: ShaftSupport) -> float:
-        return 1 / support.bearing if support.bearing is not None else 0.0
+    def _bearing(support: ShaftSupport, force: float | None, case: ShaftCase) -> float:
+        """Return the compliance (m/N) of a bearing, one by its size under a force (N): without a force it is not known yet, and rigid."""
+        bearing = support.bearing
+        if bearing is None or SHAFT_BEARINGS in case.rigid:
+            return 0.0
+        if not isinstance(bearing, BearingSize):
+            return 1 / bearing
+        if force is None:
+            return 0.0
+        # a bearing that carries next to nothing hardly matters
+        return 1 / stiffness_of_size(bearing.bore, bearing.outside_diameter, max(force, _LEAST_REACTION * case.force))
 
     @staticmethod
-    def _seat(support: ShaftSupport, seats: dict[str, BearingSeat]) -> float:
-        return seats[support.seat].compliance if support.seat is not None else 0.0
+    def _seat(support: ShaftSupport, case: ShaftCase) -> float:
+        return dict(case.seats)[support.seat].compliance if support.seat is not None and SHAFT_SEATS not in case.rigid else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ShaftCase:
+    """What loads and holds a shaft.
+
+    seats         by name
+    width         over which the force of each disc is spread, m
+    phases        of the discs, rad
+    eccentricity  m
+    force         of each disc, N, at which bearings by their size are taken
+    rigid         members declared rigid
+    """
+
+    seats: tuple[tuple[str, BearingSeat], ...]
+    width: float
+    phases: tuple[float, ...]
+    eccentricity: float
+    force: float
+    rigid: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the seats."""
+        return tuple(name for name, _ in self.seats)
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +243,7 @@ class ShaftSprings:
     """Displacement of a disc per force on every disc (m/N) by member: sections, torsion between discs, bearings, seats by name.
 
     reactions  force on each support per force on every disc
+    spread     smallest and largest part of the shaft itself, for screws of which it is not stated whether they are tight; else zeros
     """
 
     sections: tuple[float, ...]
@@ -185,6 +251,17 @@ class ShaftSprings:
     bearings: float
     seats: dict[str, float]
     reactions: tuple[float, ...]
+    spread: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, parts: Iterable[Floats], seats: Iterable[str], reactions: tuple[float, ...]) -> ShaftSprings:
+        """Return the springs from arrays of sections, torsion, bearings and seats."""
+        sections, twist, bearings, of_seats = parts
+        return cls(tuple(sections.tolist()), float(twist[0]), float(bearings[0]), dict(zip(seats, of_seats.tolist(), strict=True)), reactions)
+
+    def arrays(self) -> tuple[Floats, ...]:
+        """Return sections, torsion, bearings and seats as arrays."""
+        return np.array(self.sections), np.array([self.twist]), np.array([self.bearings]), np.array(list(self.seats.values()))
 
     @property
     def shaft(self) -> float:
@@ -203,7 +280,10 @@ class Eccentric(Sourced):
     clearance       diametral working clearance of each bearing
     position        ± position of each disc's bore, in both directions: relative to the flank and, with several crankshafts, relative to these
     rollers, roller_length   its rolling elements, or:
-    bearing         its radial stiffness
+    bearing         its radial stiffness, or the bore and outside_diameter of a ball bearing
+    cup             thickness of the drawn cup of its needle bearing, which bends in the bore of the disc; default: a rigid outer ring
+    offset          of a disc's mid-plane from that of its bearing: the disc tilts, if the bearing resists it
+    tilt            its stiffness against tilting; default: that of its rollers
     shaft           stiffness of the shaft with its seats, at one disc; or a table of its sections, bearings and seats
     cranks, circle_radius    several crankshafts that carry the output, as in an RV reducer; default: one central eccentric
     """
@@ -212,7 +292,10 @@ class Eccentric(Sourced):
     position: LengthAmount = 0.0
     rollers: Annotated[int, Whole("", "16", low=3, high=200)] | None = None
     roller_length: LengthPlus | None = None
-    bearing: LinearStiffness | None = None
+    bearing: LinearStiffness | BearingSize | None = None
+    cup: LengthPlus | None = None
+    offset: LengthAmount = 0.0
+    tilt: AngularStiffness | None = None
     shaft: LinearStiffness | Shaft | None = None
     cranks: Annotated[int, Whole("", "2", low=1, high=8)] = 1
     circle_radius: LengthPlus | None = None
@@ -220,8 +303,13 @@ class Eccentric(Sourced):
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if (self.rollers is None) != (self.roller_length is None) or (self.rollers is not None and self.bearing is not None):
-            expected = "rollers with roller_length, or the stiffness as bearing, or neither (rigid)"
+            expected = "rollers with roller_length, or a bearing by its stiffness or size, or neither (bounded)"
             raise refuse("an incomplete or doubly stated bearing of the eccentric", expected, 'rollers = 16, roller_length = "10 mm"')
+        if self.cup is not None and (self.rollers is None or self.cranks > 1):
+            raise refuse("a cup without the rollers of one central eccentric", "a needle bearing in a cup", 'rollers = 16, roller_length = "10 mm"')
+        if self.offset and self.tilt is None and self.rollers is None:
+            expected = "a bearing that resists tilting: rollers with roller_length, or its tilt stiffness (otherwise the flanks carry the disc)"
+            raise refuse("an offset of the discs from bearings that do not resist tilting", expected, 'tilt = "500 N m/rad"')
         if (self.cranks > 1) != (self.circle_radius is not None):
             raise refuse(
                 f"{self.cranks} crank{'s' if self.cranks > 1 else ''} {'with' if self.circle_radius else 'without'} circle_radius",

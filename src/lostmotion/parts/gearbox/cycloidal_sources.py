@@ -32,17 +32,23 @@ class ErrorHarmonic:
 
 @dataclass(frozen=True, slots=True)
 class WindUp(ErrorSource):
-    """One member's wind-up (level,) at torques (level,), its standard deviation over gearboxes, and the ± scatter of its material, as a share."""
+    """One member's wind-up (level,) at torques (level,), and its standard deviation over gearboxes.
+
+    materials  name of each material that it follows, and the ± scatter of the wind-up with it, as a share: one draw per material
+    """
 
     torque: Floats
     angle: Floats
     scatter: Floats | None = None
-    material: float = 0.0
+    materials: tuple[tuple[str, float], ...] = ()
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return the wind-up, its scatter over gearboxes, and that of the material."""
-        sized = Parameter("stiffness")
-        out = spring_terms(motion.twist, Curve.through(self.torque, self.angle), self.material, sized, "material scatter", "material")
+        """Return the wind-up, its scatter over gearboxes, and that of the materials, which members and gearboxes of the same batch share."""
+        sized, curve = Parameter("stiffness"), Curve.through(self.torque, self.angle)
+        out = spring_terms(motion.twist, curve, 0.0, sized, "", "")
+        for k, (material, share) in enumerate(self.materials):
+            name, draw = f"material scatter {k + 1}" if k else "material scatter", Draw("scatter", Normal(), material)
+            out.append(Term(name, "material scatter", Spring(motion.twist, curve), share / Normal().bound, draw, parameter=sized, exponent=-1))
         if self.scatter is not None and self.scatter.any():
             form = Spring(motion.twist, Curve.through(self.torque, self.scatter))
             out.append(Term("wind-up scatter", "wind-up scatter", form, robot=Draw("wind-up", Normal()), parameter=sized, exponent=-1))

@@ -1,145 +1,57 @@
-"""One cycloidal stage from its drawing, with tolerances: validation, and the arguments of the laws."""
+"""The springs of one cycloidal stage from its drawing, and the arguments of the laws."""
 
 from __future__ import annotations
 
 import functools
 import math
-from typing import Annotated, Final, Literal, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from lostmotion.errors import DidNotConvergeError, shown
+from lostmotion.laws.annulus import Annulus
 from lostmotion.laws.contact import equivalent_modulus, lobe_compliance, round_bar_compliance
 from lostmotion.laws.cycloid import drive
-from lostmotion.laws.cycloid.bodies import Body, flexibility, ring_reach
+from lostmotion.laws.cycloid.bodies import Body, flexibility
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.geometry import Stage
-from lostmotion.laws.cycloid.output_pins import Hole
-from lostmotion.laws.cycloid.seat import compliance_beyond
+from lostmotion.laws.cycloid.cup import cup_in_bore
+from lostmotion.laws.cycloid.output_pins import Hole, needle_compliance
+from lostmotion.laws.cycloid.seat import LARGE, compliance_beyond, seat_compliance
 from lostmotion.laws.cycloid.tolerances import Scatter
 from lostmotion.laws.perforated_disc import Holes
-from lostmotion.laws.rolling.radial import roller_stiffness
-from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus
-from lostmotion.parts.gearbox.cycloidal_envelope import BranchMethod, branches, check_branches
-from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, Fit, OutputPins
-from lostmotion.parts.gearbox.cycloidal_shaft import BearingSeat, Eccentric, Named, Shaft, ShaftSprings
-from lostmotion.parts.gearbox.cycloidal_temperature import Heated, output_clearance_at_work, relief_at_work
-from lostmotion.parts.gearbox.gearbox import Whole, refuse
-from lostmotion.parts.link import Material
-from lostmotion.parts.provenance import Sourced
-from lostmotion.units import Quantity, Toleranced
+from lostmotion.laws.rolling.by_size import balls_of_size, stiffness_of_size
+from lostmotion.laws.rolling.radial import BALL_EXPONENT, ROLLER_EXPONENT, roller_stiffness
+from lostmotion.parts.gearbox.cycloidal_dimensions import StageDimensions
+from lostmotion.parts.gearbox.cycloidal_envelope import branches
+from lostmotion.parts.gearbox.cycloidal_names import BEARING, BORE, DISC_BODY, HOLES, PINS, RING_BODY, RING_LOBES, RING_PINS, SHAFT, TILT
+from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Fit, OutputPins
+from lostmotion.parts.gearbox.cycloidal_shaft import Shaft, ShaftCase, ShaftSprings
+from lostmotion.parts.gearbox.cycloidal_temperature import output_clearance_at_work, relief_at_work
+from lostmotion.parts.gearbox.gearbox import refuse
+from lostmotion.parts.material import Material, with_material
+from lostmotion.units import Toleranced
 
-SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toleranced=True, band="uniform")]
-# A dimension of either sign.
-EitherSign = Annotated[Toleranced, Quantity("m", "-3 µm ± 1 µm", toleranced=True, band="uniform")]
-Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
+if TYPE_CHECKING:
+    from lostmotion.parts.gearbox.cycloidal_seats import BearingSeat
+
 # Largest difference, m, between a stated size and that which follows from others.
 _SAME_SIZE: Final = 1e-6
 _LOBES = ("lobe arcs", "lobe envelope")
+# Compliance of a member that the drawing only bounds, over that of all computed members together; and of a bearing in a bore of unknown fit, over
+# that of a snug one.
+BOUNDS: Final = (0.05, 1.0)
+# Wind-up of a disc with holes of unknown size over that of a solid one.
+HOLES_OF_UNKNOWN_SIZE: Final = (2.0, 5.0)
+# Force, N, for springs that stiffen with their load, in a stage without a rated torque of its own.
+FORCE_WITHOUT_RATING: Final = 100.0
 
 
-class Relief(Sourced):
-    """Profile modification of the disc, beyond the profile that fits without play: see `laws.cycloid.Modification`.
-
-    roller   by how much the generating roller is larger than the pin
-    circle   by how much the generating pin circle is smaller than the real one; below zero: larger, which closes the gaps of `roller`
-    """
-
-    roller: ClearanceDim = Toleranced(0.0)
-    circle: EitherSign = Toleranced(0.0)
-
-
-class Friction(Sourced):
-    """Coulomb coefficients; default: no friction.
-
-    flank    between disc and pins or lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
-    bearing  of the eccentric, at bearing_radius; about 0.002 with rolling elements
-    output   of the output pins in their holes
-    """
-
-    flank: Coefficient = 0.0
-    bearing: Coefficient = 0.0
-    bearing_radius: LengthAmount = 0.0
-    output: Coefficient = 0.0
-
-
-class CycloidalStage(Heated):
-    """One cycloidal stage from its drawing. Letters of the literature in brackets.
-
-    form           "ring pins" (pins or rollers in the ring), "lobe arcs" and "lobe envelope" (no rolling bodies: lobes of one piece with the
-                   ring), or "planet pins" (pins on the planet, lobes in the ring)
-    pins           number of pins or lobes of the ring (N), or of pins of the planet
-    ring_radius    of the circle of pin centres (R); ± over gearboxes, as for pin_radius (Rr) and eccentricity (e)
-    pin_position   ± position of each pin or lobe, radially and tangentially; pin_size ± of its radius; flank_form ± of each disc's flank
-    width          of one disc; discs: their number
-    disc_bore_radius   inner radius of the elastic disc body; default: a rigid disc
-    ring_outer_radius  outer radius of the elastic ring body with its lobes; default: a rigid ring, on which lobes bend
-    pin_span       free length of a ring pin held at both ends; default: pins in full-length seats, which do not bend
-                   (the model of the ring's body assumes such seats in either case)
-    envelope       how the second branch of envelope lobes stiffens the contacts: "rule" or "exact"; default: the rule in its range, exact outside
-    disc           holes of the discs
-    seats          of the bearings of the eccentric's shaft, by name
-    """
-
-    form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
-    pins: Annotated[int, Whole("", "40", low=3, high=1000)]
-    ring_radius: SizeDim
-    pin_radius: SizeDim
-    eccentricity: SizeDim
-    width: LengthPlus
-    discs: Annotated[int, Whole("", "2", low=1, high=4)] = 1
-    relief: Relief = Relief()
-    pin_position: LengthAmount = 0.0
-    pin_size: LengthAmount = 0.0
-    flank_form: LengthAmount = 0.0
-    disc_material: Material = STEEL
-    ring_material: Material = STEEL
-    contact_law: Literal["johnson", "palmgren"] = "johnson"
-    envelope: BranchMethod | None = None
-    disc_bore_radius: LengthPlus | None = None
-    ring_outer_radius: LengthPlus | None = None
-    pin_span: LengthPlus | None = None
-    eccentric: Eccentric = Eccentric()
-    output_pins: OutputPins | None = None
-    disc: Disc = Disc()
-    seats: Annotated[dict[Named, BearingSeat], Field(max_length=16)] = Field(default={})
-    friction: Friction | None = None
+class CycloidalStage(StageDimensions):
+    """One cycloidal stage from its drawing, with the compliance of its members."""
 
     @model_validator(mode="after")
-    def _can_be_built(self) -> Self:
-        try:
-            stage = self.stage
-        except ValueError as error:
-            why = str(error).removeprefix("this cycloidal stage cannot exist: ")
-            example = 'pins = 40, ring_radius = "77.5 mm", pin_radius = "4 mm", eccentricity = "1.5 mm"'
-            raise refuse(why, "a possible stage", example) from None
-        root = stage.tip_radius - 2 * stage.eccentricity
-        if self.disc_bore_radius is not None and self.disc_bore_radius >= root:
-            why = f"a bore of radius {self.disc_bore_radius * 1e3:g} mm in a disc with a root radius of {root * 1e3:.4g} mm"
-            raise refuse(why, "a bore inside the root circle", f'disc_bore_radius = "{root * 500:.3g} mm"')
-        if self.ring_outer_radius is not None and self.ring_outer_radius <= ring_reach(stage):
-            outside = ring_reach(stage) * 1e3
-            reaching = "pins that reach" if self.form == "ring pins" else "lobes with roots"
-            why = f"a ring of outer radius {self.ring_outer_radius * 1e3:g} mm around {reaching} out to {outside:.4g} mm"
-            raise refuse(why, "a ring around its pins or lobes", f'ring_outer_radius = "{1.2 * outside:.3g} mm"')
-        made = self.relief.circle.nominal * (1 if stage.has_planet_pins else -1)
-        if stage.eccentricity * stage.pins >= stage.ring_radius + made:
-            why = f"a relief of {self.relief.circle.nominal * 1e3:g} mm on the pin circle, with which the profile loops"
-            raise refuse(why, "a smaller circle", 'relief = { roller = "4 µm", circle = "-2 µm" }')
-        if self.output_pins is not None and self.eccentric.cranks > 1:
-            expected = "output pins behind one eccentric, or crankshafts, which carry the output themselves"
-            raise refuse("both output pins and several cranks", expected, 'eccentric = { cranks = 3, circle_radius = "36 mm" }')
-        if self.contact_law != "johnson" and (self.disc_bore_radius is not None or self.ring_outer_radius is not None):
-            # the compliance of the bodies is defined by the depth to which Johnson's law includes them
-            raise refuse(
-                f'bodies of disc or ring beside contact_law = "{self.contact_law}"', "Johnson's law of contact with them", 'contact_law = "johnson"'
-            )
-        if self.pin_span is not None and self.form != "ring pins":
-            raise refuse(f'pin_span with form = "{self.form}"', "a span of pins in the ring", 'form = "ring pins"')
-        if self.disc.bore_fit is not None and (self.disc_bore_radius is None or self.eccentric.cranks > 1):
-            raise refuse("bore_fit without the one bore of a central eccentric", "disc_bore_radius, with one crank", 'disc_bore_radius = "12 mm"')
-        check_branches(stage, self.envelope)
+    def _members_can_be_built(self) -> Self:
         self._check_holes()
         self._check_shaft()
         self.check_temperature()
@@ -161,59 +73,42 @@ class CycloidalStage(Heated):
         try:
             _ = self.shaft_springs
         except ValueError as error:
-            raise refuse(f"a shaft for which {error}", "a shaft that its supports hold", 'supports = [{ at = "0 mm" }, { at = "43 mm" }]') from None
+            example = 'supports = [{ at = "0 mm" }, { at = "43 mm" }], screws = { count = 2, diameter = "4 mm", offset = "3.5 mm" }'
+            raise refuse(f"a shaft for which {error}", "a shaft that its supports hold, with screws inside its sections", example) from None
 
     def _check_holes(self) -> None:
         holes, pins = self.disc.holes, self.output_pins
-        if holes is None:
-            return
-        if pins is None or pins.outer_diameter is None:
+        if holes is not None and (pins is None or pins.outer_diameter is None):
             raise refuse(
                 "disc holes without output pins of a stated diameter", "output pins for the holes", 'diameter = "12 mm", free_length = "14 mm"'
             )
-        differing = [name for name in ("count", "circle_radius") if getattr(holes, name) not in (None, getattr(pins, name))]
-        if differing:
-            raise refuse(f"holes with another {' and '.join(differing)} than the output pins", "the same, or only the diameter", 'diameter = "12 mm"')
-        fitting = pins.outer_diameter + 2 * self.eccentricity.nominal + pins.clearance.nominal
-        if abs(holes.diameter - fitting) > _SAME_SIZE:
-            why = f"holes of {holes.diameter * 1e3:.6g} mm, where pin, twice the eccentricity and clearance make {fitting * 1e3:.6g} mm"
-            raise refuse(why, "holes that fit the pins with their clearance", f'diameter = "{fitting * 1e3:.6g} mm"')
-        body = self._disc_body
-        if body is not None:
-            try:
+        if holes is not None and pins is not None and pins.outer_diameter is not None:
+            differing = [name for name in ("count", "circle_radius") if getattr(holes, name) not in (None, getattr(pins, name))]
+            if differing:
+                why = f"holes with another {' and '.join(differing)} than the output pins"
+                raise refuse(why, "the same, or only the diameter", 'diameter = "12 mm"')
+            fitting = pins.outer_diameter + 2 * self.eccentricity.nominal + self.pin_clearance.nominal
+            if abs(holes.diameter - fitting) > _SAME_SIZE:
+                why = f"holes of {holes.diameter * 1e3:.6g} mm, where pin, twice the eccentricity and clearance make {fitting * 1e3:.6g} mm"
+                raise refuse(why, "holes that fit the pins with their clearance", f'diameter = "{fitting * 1e3:.6g} mm"')
+        if self.hole_diameter is None or pins is None:
+            return
+        try:
+            body = self._disc_body
+            if body is not None and holes is not None:  # holes that follow from the pins are not worth the full solution while a file is read
                 flexibility(self.stage, body, self.width, np.zeros(1))
-            except (ValueError, DidNotConvergeError) as error:
-                raise refuse(f"disc holes for which {error}", "holes with webs around them", 'holes = { diameter = "12.1 mm" }') from None
+        except (ValueError, DidNotConvergeError) as error:
+            found = f"disc holes of {self.hole_diameter * 1e3:.4g} mm for which {error}"
+            raise refuse(found, "holes with webs around them", 'holes = { diameter = "12.1 mm" }') from None
 
-    def __hash__(self) -> int:
-        """Return a hash of all fields except the seats, which are a mapping; equal stages have the same."""
-        return hash(tuple(getattr(self, name) for name in type(self).model_fields if name != "seats"))
-
-    @functools.cached_property
-    def stage(self) -> Stage:
-        """Return the geometry."""
-        return Stage(self.ring_radius.nominal, self.pin_radius.nominal, self.eccentricity.nominal, self.pins, self.form)
-
-    @property
-    def rigid_in_stage(self) -> tuple[str, ...]:
-        """Return the members whose stiffness the drawing does not specify; they are assumed rigid."""
-        eccentric, pins = self.eccentric, self.output_pins
-        supports = eccentric.shaft.supports if isinstance(eccentric.shaft, Shaft) else ()
-        specified = {
-            "ring pins": self.pin_span is not None or self.form != "ring pins",
-            "planet pins": self.form != "planet pins",
-            "disc body": self.disc_bore_radius is not None,
-            "ring body": self.ring_outer_radius is not None,
-            "eccentric bearing": eccentric.bearing is not None or eccentric.rollers is not None,
-            "eccentric shaft": eccentric.shaft is not None,
-            "bearings of the eccentric shaft": all(each.bearing is not None for each in supports),
-            "seats of the eccentric shaft": all(each.seat is not None for each in supports),
-            "output pins": eccentric.cranks > 1 or (pins is not None and (pins.stiffness is not None or pins.diameter is not None)),
-            # a stated stiffness includes them
-            "seats of the output pins": pins is None or pins.diameter is None or pins.seat is not None,
-            "holes of the output pins": pins is None or pins.diameter is None or self.disc.holes is not None,
-        }
-        return tuple(name for name, stated in specified.items() if not stated)
+    def _holes(self, pins: OutputPins, diameter: float) -> Holes:
+        """Return the holes of a disc for the output pins. Raises ValueError for holes that overlap, or cut the bore or the teeth."""
+        root = self.stage.tip_radius - 2 * self.stage.eccentricity
+        if not self.bore_radius + diameter / 2 < pins.circle_radius < root - diameter / 2:
+            raise ValueError(f"there is no room between a bore of {2e3 * self.bore_radius:.4g} mm and a root circle of {2e3 * root:.4g} mm")
+        if pins.circle_radius * math.sin(math.pi / pins.count) <= diameter / 2:
+            raise ValueError("there is no room between neighbours")
+        return Holes(pins.count, pins.circle_radius, diameter / 2)
 
     @functools.cached_property
     def drive(self) -> drive.Drive:
@@ -222,12 +117,10 @@ class CycloidalStage(Heated):
         modulus, both = equivalent_modulus(disc.young, disc.poisson, ring.young, ring.poisson), branches(self.stage, self.envelope)
         flanks = Flanks(self.width, modulus, self.contact_law, self._lobe_bending, branches=both.stiffening if both else 1.0)
         eccentric = self.eccentric
-        rollers = eccentric.rollers or 0
+        soft = self.shaft_compliance + self.bore_compliance
         springs = drive.Eccentric(
-            bearing=eccentric.bearing or math.inf,
-            elements=rollers,
-            element_stiffness=roller_stiffness(eccentric.roller_length) if eccentric.roller_length else math.inf,
-            shaft=self._shaft_stiffness,
+            **self._bearing,
+            shaft=1 / soft if soft else math.inf,
             cranks=eccentric.cranks,
             circle=eccentric.circle_radius or math.inf,
         )
@@ -258,9 +151,9 @@ class CycloidalStage(Heated):
     def _lobe_bending(self) -> float:
         """Return the bending compliance of a pin or lobe (m/N); zero for pins in full-length seats."""
         material = self.ring_material
-        if self.pin_span is not None:
+        if self.pin_span is not None and RING_PINS not in self.rigid:
             return round_bar_compliance(self.pin_span, 2 * self.pin_radius.nominal, material.young, material.poisson)
-        if self.form in _LOBES and self.ring_outer_radius is None:  # the ring's body includes its lobes
+        if self.form in _LOBES and not self._ring_body and RING_LOBES not in self.rigid:  # the ring's body includes its lobes
             # From the root, reached by the disc's tips, to the crest; the forces act at half this height; thickness: that of the arc at its root.
             height, rr = 2 * self.eccentricity.nominal, self.pin_radius.nominal
             root = 2 * rr if height >= rr else 2 * math.sqrt(rr**2 - (rr - height) ** 2)
@@ -268,31 +161,100 @@ class CycloidalStage(Heated):
         return 0.0
 
     @property
+    def _bearing(self) -> dict[str, Any]:
+        """Return the bearing of the eccentric as arguments of the law; with rollers that carry a disc off their middle, it includes the tilt."""
+        eccentric = self.eccentric
+        if BEARING in self.rigid or (eccentric.bearing is None and eccentric.rollers is None):
+            return {}
+        if isinstance(eccentric.bearing, float):
+            return {"bearing": eccentric.bearing / (1 + self.tilt_share)}
+        if eccentric.bearing is not None:
+            size = eccentric.bearing
+            number, each = balls_of_size(size.bore, size.outside_diameter)
+            exponent = BALL_EXPONENT
+        else:
+            number, each, exponent = eccentric.rollers or 0, roller_stiffness(eccentric.roller_length or 0.0), ROLLER_EXPONENT
+        return {"elements": number, "element_stiffness": each / (1 + self.tilt_share) ** exponent, "exponent": exponent}
+
+    @property
+    def tilt_share(self) -> float:
+        """Return the shift of a disc due to its tilt, over that of its bearing, for a disc off the middle of its bearing by u.
+
+        12 u^2/b^2 for rollers of a length b, which resist the tilt with k b^2/12; else u^2 k over the stated tilting stiffness.
+        """
+        eccentric = self.eccentric
+        if not eccentric.offset or TILT in self.rigid:
+            return 0.0
+        if eccentric.tilt is None:
+            return 12 * (eccentric.offset / (eccentric.roller_length or math.inf)) ** 2
+        return eccentric.offset**2 * self._bearing_stiffness / eccentric.tilt
+
+    @property
+    def _bearing_stiffness(self) -> float:
+        """Return the stiffness (N/m) of an eccentric bearing under the force at which bearings by their size are taken."""
+        eccentric = self.eccentric
+        if isinstance(eccentric.bearing, float):
+            return eccentric.bearing
+        if eccentric.bearing is not None:
+            return stiffness_of_size(eccentric.bearing.bore, eccentric.bearing.outside_diameter, self.design_force)
+        if eccentric.rollers is None or eccentric.roller_length is None:
+            return 0.0
+        return 1 / needle_compliance(self.design_force, eccentric.rollers, eccentric.roller_length)
+
+    @property
+    def design_force(self) -> float:
+        """Return the force (N) on a disc's bearing at which springs that stiffen with their load are taken as linear."""
+        return FORCE_WITHOUT_RATING
+
+    @functools.cached_property
     def _disc_body(self) -> Body | None:
-        if self.disc_bore_radius is None:
+        material, pins, hole = self.disc_material, self.output_pins, self.hole_diameter
+        if not self.elastic_bodies or DISC_BODY in self.rigid:
             return None
-        material, pins = self.disc_material, self.output_pins
-        holes = None if self.disc.holes is None or pins is None else Holes(pins.count, pins.circle_radius, self.disc.holes.diameter / 2)
-        return Body("planet", self.disc_bore_radius, material.young, material.poisson, holes)
+        if pins is None or hole is None:
+            # holes of unknown size soften a solid disc by a usual factor
+            softer = 1.0 if pins is None else math.sqrt(math.prod(HOLES_OF_UNKNOWN_SIZE))
+            return Body("planet", self.bore_radius, material.young / softer, material.poisson)
+        return Body("planet", self.bore_radius, material.young, material.poisson, self._holes(pins, hole))
 
     @functools.cached_property
     def shaft_springs(self) -> ShaftSprings | None:
         """Return the compliance of the eccentric's shaft by member; None where its dimensions are not stated."""
-        shaft = self.eccentric.shaft
-        if not isinstance(shaft, Shaft):
+        return self._response(self.eccentric.shaft, self.seats)
+
+    def _response(self, shaft: object, seats: dict[str, BearingSeat]) -> ShaftSprings | None:
+        if not isinstance(shaft, Shaft) or SHAFT in self.rigid:
             return None
         phases = tuple(2 * math.pi * k / self.discs for k in range(self.discs))
-        return shaft.response(self.seats, self.eccentric.roller_length or 0.0, phases, self.eccentricity.nominal)
+        width, force = self.eccentric.roller_length or 0.0, self.design_force
+        return shaft.response(ShaftCase(tuple(seats.items()), width, phases, self.eccentricity.nominal, force, self.rigid))
+
+    def shaft_springs_with(self, old: Material, new: Material) -> ShaftSprings | None:
+        """Return the compliance of the eccentric's shaft with another material in the place of one."""
+        shaft = self.eccentric.shaft
+        return self._response(with_material(shaft, old, new), with_material(self.seats, old, new)) if isinstance(shaft, Shaft) else None
 
     @functools.cached_property
     def bore_compliance(self) -> float:
         """Return the shift of the eccentric's bearing in the disc's bore per force (m/N), beyond that in the disc's body."""
-        fit, radius, material = self.disc.bore_fit, self.disc_bore_radius, self.disc_material
-        if fit is None or radius is None:
+        if self.eccentric.cranks > 1 or BORE in self.rigid or not self._disc_body:
             return 0.0
-        included: Fit = "bonded" if self.disc.holes is None else "pressed"
+        fit, radius, material = self.disc.bore_fit, self.bore_radius, self.disc_material
+        included: Fit = "bonded" if self.hole_diameter is None else "pressed"
+        if self.eccentric.cup is not None:
+            return self._cup_compliance(self.eccentric.cup, included)
         # a disc bonded to its bearing with holes is a little stiffer than modelled
-        return max(compliance_beyond(radius, self.width, material.young, material.poisson, fit, included), 0.0)
+        more = max(compliance_beyond(radius, self.width, material.young, material.poisson, fit or "snug", included), 0.0)
+        return more if fit is not None else more * math.sqrt(math.prod(BOUNDS))
+
+    def _cup_compliance(self, thickness: float, included: Fit) -> float:
+        """Return the shift per force (m/N) that a soft bore and a thin cup in it add to a needle bearing, beyond that in the disc's body."""
+        material, eccentric, force = self.disc_material, self.eccentric, self.design_force
+        around = LARGE * self.bore_radius
+        bore = Annulus(self.bore_radius, around, self.width, material.young, material.poisson)
+        each = roller_stiffness(eccentric.roller_length or 0.0)
+        shift, _ = cup_in_bore(bore, thickness, eccentric.rollers or 0, each, ROLLER_EXPONENT, force)
+        return max(shift / force - 1 / self._bearing_stiffness - seat_compliance(bore, included), 0.0)
 
     @property
     def shaft_compliance(self) -> float:
@@ -300,15 +262,7 @@ class CycloidalStage(Heated):
         shaft, springs = self.eccentric.shaft, self.shaft_springs
         if springs is not None:
             return springs.total
-        return 0.0 if shaft is None or isinstance(shaft, Shaft) else 1 / shaft
-
-    @property
-    def _shaft_stiffness(self) -> float:
-        shaft = self.eccentric.shaft
-        if not self.bore_compliance and isinstance(shaft, float):
-            return shaft
-        soft = self.shaft_compliance + self.bore_compliance
-        return 1 / soft if soft else math.inf
+        return 1 / shaft if isinstance(shaft, float) and SHAFT not in self.rigid else 0.0
 
     @property
     def _shaft_clearances(self) -> tuple[tuple[float, Toleranced], ...]:
@@ -323,21 +277,21 @@ class CycloidalStage(Heated):
         """Return the stiffness (N/m) of an output pin at the discs: stated, or of the pin with its seats."""
         pins = self.output_pins
         if pins is None or pins.stiffness is not None:
-            return math.inf if pins is None or pins.stiffness is None else pins.stiffness
-        soft = sum(pins.compliance(self.discs))
+            return math.inf if pins is None or pins.stiffness is None or PINS in self.rigid else pins.stiffness
+        soft = sum(pins.compliance(self.discs, rigid=self.rigid))
         return 1 / soft if soft else math.inf
 
     @property
     def hole(self) -> Hole | None:
-        """Return the contact of an output pin in its hole; None where the drawing does not state the holes."""
-        pins, holes, disc = self.output_pins, self.disc.holes, self.disc_material
-        if pins is None or holes is None or pins.outer_diameter is None:
+        """Return the contact of an output pin in its hole; None where the drawing does not state the diameter of the pins."""
+        pins, diameter, disc = self.output_pins, self.hole_diameter, self.disc_material
+        if pins is None or diameter is None or pins.outer_diameter is None or HOLES in self.rigid:
             return None
         touching = STEEL if pins.sleeve is not None else pins.pin_material
-        return Hole(holes.diameter / 2, pins.outer_diameter / 2, self.width, disc.young, disc.poisson, touching.young, touching.poisson)
+        return Hole(diameter / 2, pins.outer_diameter / 2, self.width, disc.young, disc.poisson, touching.young, touching.poisson)
 
-    @property
+    @functools.cached_property
     def _ring_body(self) -> Body | None:
-        if self.ring_outer_radius is None:
+        if not self.elastic_bodies or RING_BODY in self.rigid:
             return None
-        return Body("ring", self.ring_outer_radius, self.ring_material.young, self.ring_material.poisson)
+        return Body("ring", self.outer_radius, self.ring_material.young, self.ring_material.poisson)

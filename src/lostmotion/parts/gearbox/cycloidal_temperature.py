@@ -95,9 +95,9 @@ def output_clearance_at_work(stage: CycloidalStage) -> Toleranced | None:
         return None
     touching = _touching(pins)
     if pins.outer_diameter is None or disc is None or touching.expansion is None or not stage.temperature_rise:
-        return pins.clearance
+        return stage.pin_clearance
     gained = pins.outer_diameter * (disc - touching.expansion) * stage.temperature_rise
-    return replace(pins.clearance, nominal=max(pins.clearance.nominal + gained, 0.0))
+    return replace(stage.pin_clearance, nominal=max(stage.pin_clearance.nominal + gained, 0.0))
 
 
 def follows(stage: CycloidalStage) -> bool:

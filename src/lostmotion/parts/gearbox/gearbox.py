@@ -245,8 +245,8 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
         return True
 
     @property
-    def assumed_rigid(self) -> str:
-        """Return the members without a specified stiffness, assumed rigid: none, because the stated stiffness includes all."""
+    def not_specified(self) -> str:
+        """Return the members that are not described and therefore bounded: none, because the stated stiffness includes all."""
         return ""
 
     @property

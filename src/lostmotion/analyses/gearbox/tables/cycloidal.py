@@ -14,6 +14,8 @@ from lostmotion.analyses.gearbox.tables.units import TURNING
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
 from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius, valley_radius
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
+from lostmotion.parts.gearbox.cycloidal_names import BOUNDED
+from lostmotion.parts.gearbox.cycloidal_stage import BOUNDS
 from lostmotion.parts.gearbox.cycloidal_temperature import note_on_temperature
 from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Card, Figure, Row, Section, as_stated, digits, length
 
@@ -52,10 +54,11 @@ def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count
     if drawn.members:
         name, angle = next(iter(drawn.members.items()))
         share = 100 * angle / float(drawn.read.wind_up.mean())
-        at_least = "at least " if gearbox.rigid else ""
-        out.append(f"Under {load} the output winds up by {at_least}{wound} beyond its play, {share:.0f} % of it through the {name}.")
+        out.append(f"Under {load} the output winds up by {wound} beyond its play, {share:.0f} % of it through the {name}.")
+    if gearbox.bounded:
+        out.append(f"Not specified and only bounded, {_bounded_share(drawn):.0f} % of it: {gearbox.not_specified}.")
     if gearbox.rigid:
-        out.append(f"At most this stiff: not specified are {gearbox.assumed_rigid}.")
+        out.append(f"At most this stiff: declared rigid are {', '.join(gearbox.rigid)}.")
     if drawn.jammed:
         out.append(f"{100 * drawn.jammed / count:.3g} % of the gearboxes jam.")
     return " ".join(out)
@@ -66,7 +69,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
     read, hardest = drawn.read, drawn.lobes[0]
     free, lost = (_quantile(each, 0.95, "") for each in (drawn.play, drawn.lost_motion))
     span = drawn.transmission.peak_to_peak[-1]
-    at_most = "; not all members are specified" if gearbox.rigid else ""
+    bounded = f"; {_bounded_share(drawn):.0f} % of the wind-up only bounded" if gearbox.bounded else ""
     cards = [
         Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
         Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
@@ -77,7 +80,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
     ]
     if read.stiffness is not None and np.isfinite(read.stiffness).all():
         stiff = _stiffness(read.stiffness, "", "upper" if gearbox.rigid else "")
-        cards.insert(4, Card("stiffness", str(stiff), f"{definition_text(read.asked, TURNING)}{at_most}"))
+        cards.insert(4, Card("stiffness", str(stiff), f"{definition_text(read.asked, TURNING)}{bounded}"))
     return tuple(cards)
 
 
@@ -94,10 +97,14 @@ def _peak_card(drawn: Drawn, hardest: Lobes, load: str) -> Card:
 def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) -> tuple[str, ...]:
     """Return the warnings of the sheet."""
     notes = [*note_on_temperature(gearbox)]
-    if gearbox.rigid:
+    if gearbox.bounded:
+        low, high = BOUNDS
         notes.append(
-            f"not specified and assumed rigid: {gearbox.assumed_rigid}; a real gearbox winds up more, so that every stiffness here is an upper limit"
+            f"not specified: {gearbox.not_specified}; each is a line of its own, with the geometric mean of its bounds: {low:g} to {high:g} times "
+            "all computed members; before the eccentric at most 1 % of them at a ratio of 15, less at larger ones"
         )
+    if gearbox.rigid:
+        notes.append(f"declared rigid: {', '.join(gearbox.rigid)}; a real gearbox winds up more, so that every stiffness here is an upper limit")
     if drawn.jammed:
         notes.append("gearboxes that jam have flanks that interfere without torque; their wind-up is relative to their position at rest")
     if drawn.friction_curve is not None and drawn.friction_curve.friction[-1] > _LARGE_FRICTION * drawn.friction_curve.loads[-1]:
@@ -105,6 +112,12 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
     if torque <= gearbox.friction_at_rest.load.nominal:
         notes.append(f"{as_stated(torque)} N m do not overcome the friction: no hysteresis is shown")
     return tuple(notes)
+
+
+def _bounded_share(drawn: Drawn) -> float:
+    """Return the share (%) of the wind-up that is due to bounded members."""
+    bounded = sum(angle for name, angle in drawn.members.items() if name.endswith(BOUNDED))
+    return 100 * bounded / sum(drawn.members.values())
 
 
 def _angle(value: float, samples: str) -> Figure:
@@ -258,6 +271,7 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
                 Figure(100 * angle / whole, "%", samples=counted),
                 Figure(torque / angle * ARCMIN, "N m/arcmin", samples=counted),
             ),
+            str(gearbox.states.get(name.removesuffix(BOUNDED), "")),
         )
         for name, angle in drawn.members.items()
     ]
@@ -265,9 +279,14 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
         mean = float((torque / drawn.read.wind_up).mean()) * ARCMIN
         together = _angle(float(drawn.read.wind_up.mean()), counted), Figure(100.0, "%", samples=counted), Figure(mean, "N m/arcmin", samples=counted)
         rows.append(Row("all together", together))
-    rigid = f"not specified and assumed rigid: {gearbox.assumed_rigid}" if gearbox.rigid else "every member is specified"
-    note = f"under {as_stated(torque)} N m at the output, beyond the play; stiffness: torque over wind-up; {rigid}"
+    kinds = {"ideal": "declared rigid", "absent": "absent"}
+    others = [f"{words}: {', '.join(each)}" for kind, words in kinds.items() if (each := _of_kind(gearbox, kind))]
+    note = "; ".join([f"under {as_stated(torque)} N m at the output, beyond the play; stiffness: torque over wind-up", *others])
     return Section("members", "Compliance by member", ("wind-up", "share", "stiffness"), tuple(rows), note)
+
+
+def _of_kind(gearbox: CycloidalGearbox, kind: str) -> list[str]:
+    return [name for name, state in gearbox.states.items() if state.kind == kind]
 
 
 def _transmission(drawn: Drawn) -> Section:

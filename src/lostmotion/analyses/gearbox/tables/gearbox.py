@@ -85,7 +85,12 @@ def _of_drawing(name: str, study: GearStudy, gearbox: CycloidalGearbox, drawn: D
         words=_WORDS,
         source=f"seed {study.seed}, {study.count} simulated gearboxes; torque: {load}. The same file, version, torque and seed give the same bytes.",
         seed=study.seed,
-        facts={**_facts(name, study, units), "seed": study.seed, "built": study.count, "taken_as_rigid": list(gearbox.rigid)},
+        facts={
+            **_facts(name, study, units),
+            "seed": study.seed,
+            "built": study.count,
+            "member_states": {name: str(state) for name, state in gearbox.states.items()},
+        },
     )
 
 

@@ -74,14 +74,14 @@ def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row
 class _Shown:
     """Conversion of readings to figures: the mean of manufactured samples with its interval, or a stated value with its limits.
 
-    Where members are not specified, wind-up is a lower and stiffness an upper limit.
+    Where members are declared rigid, wind-up is a lower and stiffness an upper limit.
     """
 
     def __init__(self, study: GearStudy, units: Units) -> None:
         self.units = units
         self._drawn = study.drawn
         self._stated = None if is_drawn(study.gearbox) else study.gearbox
-        self._bounded = is_drawn(study.gearbox) and bool(study.gearbox.rigid)
+        self._at_most_as_stiff = is_drawn(study.gearbox) and bool(study.gearbox.rigid)
         self.samples = STATED if self._stated is not None else f"{study.count} simulated gearboxes"
 
     @property
@@ -98,7 +98,7 @@ class _Shown:
     def stiffness(self, values: Floats) -> Figure:
         factor, unit = self.units.stiffness_factor, self.units.stiffness
         if self._stated is None:
-            return over_samples(values, unit, factor, self.samples, "upper" if self._bounded else "")
+            return over_samples(values, unit, factor, self.samples, "upper" if self._at_most_as_stiff else "")
         value, share = float(values[0]) * factor, self._stated.stiffness_scatter
         ends = (value / (1 + share), value / (1 - share)) if 0 < share < 1 else (math.nan, math.nan)
         return Figure(value, unit, *ends, STATED, "stated limits")
@@ -106,12 +106,12 @@ class _Shown:
     def wind_up(self, read: Readings) -> Figure:
         if self._stated is not None:
             return wind_up_figure(self._stated, float(read.wind_up[0]), self.units)
-        return self.angle(read.wind_up, "lower" if self._bounded else "")
+        return self.angle(read.wind_up, "lower" if self._at_most_as_stiff else "")
 
     def displacement(self, read: Readings) -> Figure:
         if self._stated is not None:
             return displacement_figure(self._stated, read, self.units)
-        return self.angle(read.displacement, "lower" if self._bounded else "")
+        return self.angle(read.displacement, "lower" if self._at_most_as_stiff else "")
 
     def lost_motion(self, read: Readings) -> Figure:
         if self._stated is not None:
