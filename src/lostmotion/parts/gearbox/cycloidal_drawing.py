@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Annotated, ClassVar, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -33,6 +33,9 @@ from lostmotion.parts.gearbox.cycloidal_states import MemberState, Unknown, memb
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.provenance import Sourced, with_friction
 from lostmotion.units import Quantity, Toleranced
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 Torque = Annotated[float, Quantity("N m", "412 N m", above=0)]
 # Of a compliance, over its middle.
@@ -107,9 +110,20 @@ class CycloidalDrawing(CycloidalStage):
         if strange:
             expected = f"what this drawing leaves open: {', '.join(names) or 'nothing'}"
             raise refuse(f"{shown(strange[0])} in unstated", expected, f'unstated = {{ "{names[0] if names else FRAME}" = 1.5 }}')
-        filled = {each.name: self.unstated.get(each.name, each.factor) for each in self.unknowns}
-        object.__setattr__(self, "unstated", filled)
+        object.__setattr__(self, "unstated", self.left_open)
         return self
+
+    @property
+    def left_open(self) -> dict[str, float]:
+        """Return a factor for whatever the drawing leaves open: a range, unless it is stated."""
+        return {each.name: self.unstated.get(each.name, each.factor) for each in self.unknowns}
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with other values, which may leave other things open."""
+        out = super().model_copy(update=update, deep=deep)
+        if update and "unstated" not in update:
+            object.__setattr__(out, "unstated", out.left_open)
+        return out
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Self:
