@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lostmotion.laws.beam import round_section
@@ -94,6 +94,7 @@ def test_a_floating_foundation_transmits_no_force():
     assert free.flexibility[0, 0] > held.flexibility[0, 0]
 
 
+@settings(deadline=None)
 @given(st.integers(0, 4), st.floats(0.1, 0.95), st.booleans())
 def test_softening_any_part_softens_the_beam(part, factor, floating):
     """By the compliance of that part alone to first order, and never less than before; the parts' contributions add up and none is negative."""
