@@ -39,7 +39,7 @@ class _Share:
 
 def _plain(section: Plain, material: Material) -> _Share:
     values = section.values(material.poisson)
-    compliance = beam.compliance_per_length(material.young, material.shear, values)
+    compliance = beam.compliance_per_length(material.modulus, material.shear, values)
     return _Share(material, compliance, values.area * material.density, _strain(material, section.height))
 
 

@@ -7,12 +7,13 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+from lostmotion.band import limits_of
 from lostmotion.catalogue import data_file, materials
 from lostmotion.catalogue.clearances import tables
 from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, gearbox_models, gearboxes, mark_of, source_in_words
 from lostmotion.catalogue.search import Criteria, SearchResult, search, searchable_figures
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
-from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, Sheet
+from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, Sheet, as_stated
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -159,13 +160,19 @@ def _material_section() -> Section:
 
 def _of_material(material: Material) -> tuple[Figure, ...]:
     return (
-        Figure(material.young * 1e-9, "GPa", stated=True),
+        _of_range(material.young, 1e-9, "GPa"),
         Figure(material.shear * 1e-9, "GPa", stated=True),
-        Figure(material.poisson, "", stated=True),
-        Figure(material.density, "kg/m^3", stated=True),
+        _of_range(material.poisson, 1.0, ""),
+        _of_range(material.density, 1.0, "kg/m^3"),
         Figure(material.scatter * 100, "%", stated=True),
         Figure(math.nan if material.expansion is None else material.expansion * 1e6, "µm/m/K", stated=True),
     )
+
+
+def _of_range(value: float, factor: float, unit: str) -> Figure:
+    """Return a value as stated, or as the range in which it lies."""
+    low, high = (as_stated(end * factor) for end in limits_of(value))
+    return Figure(value * factor, unit, stated=True, words="" if low == high else f"{low} .. {high} {unit}".strip())
 
 
 def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[GearboxRow]) -> Sheet:

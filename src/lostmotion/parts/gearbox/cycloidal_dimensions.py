@@ -14,6 +14,7 @@ from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus
 from lostmotion.parts.gearbox.cycloidal_envelope import BranchMethod, check_branches
 from lostmotion.parts.gearbox.cycloidal_names import FRAME, STAGE_MEMBERS
 from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, OutputPins
+from lostmotion.parts.gearbox.cycloidal_process import Process, reasons, tolerances_by_process
 from lostmotion.parts.gearbox.cycloidal_seats import BearingSeat, BearingSize, Named
 from lostmotion.parts.gearbox.cycloidal_shaft import Eccentric
 from lostmotion.parts.gearbox.cycloidal_temperature import Heated
@@ -75,6 +76,7 @@ class StageDimensions(Heated):
     disc           holes of the discs
     seats          of the bearings of the eccentric's shaft, by name
     rigid          names of members declared rigid, as the results list them
+    process        that makes disc and ring: its tolerances count where none are stated ("IT7", "ISO 2768 m", "FFF")
     """
 
     form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
@@ -101,6 +103,7 @@ class StageDimensions(Heated):
     seats: Annotated[dict[Named, BearingSeat], Field(max_length=16)] = Field(default={})
     friction: Friction | None = None
     rigid: Annotated[tuple[Named, ...], Field(max_length=40)] = ()
+    process: Process | None = None
     # Names that `rigid` may list.
     may_be_rigid: ClassVar[tuple[str, ...]] = STAGE_MEMBERS
 
@@ -153,6 +156,24 @@ class StageDimensions(Heated):
             near = nearest(strange[0], self.may_be_rigid)
             raise refuse(f"{shown(strange[0])} in rigid", f"names of members: {', '.join(self.may_be_rigid)}", f'rigid = ["{near or FRAME}"]')
         return self
+
+    @model_validator(mode="after")
+    def _process_makes_its_sizes(self) -> Self:
+        try:
+            _ = self.process_tolerances
+        except ValueError as error:
+            raise refuse(str(error), "a process with tolerances for these sizes", 'process = "IT7"') from None
+        return self
+
+    @property
+    def process_tolerances(self) -> dict[str, float]:
+        """Return the tolerances (m) that the process sets where the drawing states none, by key."""
+        return {} if self.process is None else tolerances_by_process(self.process, self)
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the tolerances of the process."""
+        return {**super().assumptions, **({} if self.process is None else reasons(self.process, self.process_tolerances))}
 
     def __hash__(self) -> int:
         """Return a hash of all fields except mappings; equal stages have the same."""

@@ -54,7 +54,7 @@ class FrameScrews(Sourced):
         """Return the torsional stiffness (N m/rad) of the circle once it slips."""
         diameter = laws.nominal_diameter(self.size)
         depth = self.depth or 2 * diameter
-        seat = PinSeat(depth, diameter / 2 + depth, self.material.young, self.material.poisson, "snug")
+        seat = PinSeat(depth, diameter / 2 + depth, self.material.plate_modulus, self.material.poisson, "snug")
         each = laws.screw_stiffness(self.size, STEEL.young, STEEL.poisson, seat)
         return laws.circle_stiffness(self.count, self.circle_radius, each)
 
@@ -92,7 +92,7 @@ class FrameTube(Sourced):
     @property
     def stiffness(self) -> float:
         """Return the torsional stiffness, N m/rad."""
-        return laws.tube_stiffness(self.radius, self.wall, self.length, self.material.shear)
+        return laws.tube_stiffness(self.radius, self.wall, self.length, self.material.shear * self.material.infill)
 
 
 class Frame(Sourced):

@@ -67,7 +67,7 @@ def _name_of(material: Material) -> str:
 def _of_stage(stage: CycloidalStage) -> list[tuple[Material, dict[str, float]]]:
     """Return the materials of a stage with the members that they make elastic."""
     disc, ring = stage.disc_material, stage.ring_material
-    soft = [(1 - each.poisson**2) / each.young for each in (disc, ring)]
+    soft = [(1 - each.poisson**2) / each.modulus for each in (disc, ring)]
     of_disc = soft[0] / sum(soft)
     out: list[tuple[Material, dict[str, float]]] = [
         (disc, {CONTACTS: of_disc, DISC_BODY: 1.0, HOLES: 1.0, BORE: 1.0}),

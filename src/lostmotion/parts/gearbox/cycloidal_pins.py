@@ -50,7 +50,7 @@ class PinSeat(Sourced):
 
     def law(self, fit: Fit) -> laws.PinSeat:
         """Return the argument of the law, with this fit where none is stated."""
-        return laws.PinSeat(self.depth, self.outer_diameter / 2, self.material.young, self.material.poisson, self.fit or fit)
+        return laws.PinSeat(self.depth, self.outer_diameter / 2, self.material.plate_modulus, self.material.poisson, self.fit or fit)
 
 
 class Sleeve(Sourced):
@@ -171,7 +171,9 @@ class OutputPins(Sourced):
             return math.sqrt(stiff[0] * soft[0]), math.sqrt(stiff[1] * soft[1])
         far = self.far_seat or self.seat
         flange, ring = (None if seat is None or SEATS in rigid else seat.law(fit or "pressed") for seat in (self.seat, far))
-        pin = laws.HeldPin(self.diameter, self.pin_material.young, self.pin_material.poisson, self._free, self._load, flange, ring, self.held)
+        pin = laws.HeldPin(
+            self.diameter, self.pin_material.standing_modulus, self.pin_material.poisson, self._free, self._load, flange, ring, self.held
+        )
         of_pin, of_seats = pin.compliance(min(discs, 2) / 2)
         return (0.0 if PINS in rigid else of_pin), of_seats
 

@@ -54,7 +54,7 @@ class BearingSeat(Sourced):
         Plane strain for a seat wider than its bore, else plane stress.
         """
         plane: Plane = "strain" if self.width > self.diameter else "stress"
-        body = Annulus(self.diameter / 2, self.outer_diameter / 2, self.width, self.material.young, self.material.poisson, plane)
+        body = Annulus(self.diameter / 2, self.outer_diameter / 2, self.width, self.material.plate_modulus, self.material.poisson, plane)
         low, high = (seat_compliance(body, self.fit or each) for each in EXTREME_FITS)
         return low, high
 

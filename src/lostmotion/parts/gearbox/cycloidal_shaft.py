@@ -59,9 +59,9 @@ class ShaftSection(Sourced):
     @property
     def layers(self) -> tuple[tuple[laws.Layer, Material], ...]:
         """Return the layers of the section, each with its material."""
-        out = [(laws.Layer(self.diameter, self.bore, self.material.young, self.material.poisson), self.material)]
+        out = [(laws.Layer(self.diameter, self.bore, self.material.standing_modulus, self.material.poisson), self.material)]
         if self.core is not None:
-            out.append((laws.Layer(self.bore, 0.0, self.core.young, self.core.poisson), self.core))
+            out.append((laws.Layer(self.bore, 0.0, self.core.standing_modulus, self.core.poisson), self.core))
         return tuple(out)
 
 
@@ -105,7 +105,7 @@ class ShaftScrews(Sourced):
     @property
     def law(self) -> laws.Screws:
         """Return the argument of the law."""
-        return laws.Screws(self.count, self.diameter, self.offset, self.material.young, self.material.poisson)
+        return laws.Screws(self.count, self.diameter, self.offset, self.material.modulus, self.material.poisson)
 
 
 class Shaft(Sourced):

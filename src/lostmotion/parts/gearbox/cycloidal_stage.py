@@ -26,6 +26,7 @@ from lostmotion.parts.gearbox.cycloidal_dimensions import StageDimensions
 from lostmotion.parts.gearbox.cycloidal_envelope import branches
 from lostmotion.parts.gearbox.cycloidal_names import BEARING, BORE, DISC_BODY, HOLES, PINS, RING_BODY, RING_LOBES, RING_PINS, SHAFT, TILT
 from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Fit, OutputPins
+from lostmotion.parts.gearbox.cycloidal_process import with_process
 from lostmotion.parts.gearbox.cycloidal_shaft import Shaft, ShaftCase, ShaftSprings
 from lostmotion.parts.gearbox.cycloidal_temperature import output_clearance_at_work, relief_at_work
 from lostmotion.parts.gearbox.gearbox import refuse
@@ -114,7 +115,7 @@ class CycloidalStage(StageDimensions):
     def drive(self) -> drive.Drive:
         """Return the arguments of the laws of the loaded stage."""
         disc, ring = self.disc_material, self.ring_material
-        modulus, both = equivalent_modulus(disc.young, disc.poisson, ring.young, ring.poisson), branches(self.stage, self.envelope)
+        modulus, both = equivalent_modulus(disc.modulus, disc.poisson, ring.modulus, ring.poisson), branches(self.stage, self.envelope)
         flanks = Flanks(self.width, modulus, self.contact_law, self._lobe_bending, branches=both.stiffening if both else 1.0)
         eccentric = self.eccentric
         soft = self.shaft_compliance + self.bore_compliance
@@ -131,7 +132,7 @@ class CycloidalStage(StageDimensions):
     @property
     def scatter(self) -> Scatter:
         """Return the tolerances of the dimensions over gearboxes."""
-        return Scatter(
+        stated = Scatter(
             ring_radius=self.ring_radius,
             pin_radius=self.pin_radius,
             eccentricity=self.eccentricity,
@@ -146,18 +147,19 @@ class CycloidalStage(StageDimensions):
             pin_size=self.pin_size,
             flank_form=self.flank_form,
         )
+        return with_process(stated, self.process_tolerances)
 
     @property
     def _lobe_bending(self) -> float:
         """Return the bending compliance of a pin or lobe (m/N); zero for pins in full-length seats."""
         material = self.ring_material
         if self.pin_span is not None and RING_PINS not in self.rigid:
-            return round_bar_compliance(self.pin_span, 2 * self.pin_radius.nominal, material.young, material.poisson)
+            return round_bar_compliance(self.pin_span, 2 * self.pin_radius.nominal, material.modulus, material.poisson)
         if self.form in _LOBES and not self._ring_body and RING_LOBES not in self.rigid:  # the ring's body includes its lobes
             # From the root, reached by the disc's tips, to the crest; the forces act at half this height; thickness: that of the arc at its root.
             height, rr = 2 * self.eccentricity.nominal, self.pin_radius.nominal
             root = 2 * rr if height >= rr else 2 * math.sqrt(rr**2 - (rr - height) ** 2)
-            return lobe_compliance(height / 2, root, self.width, material.young, material.poisson)
+            return lobe_compliance(height / 2, root, self.width, material.modulus, material.poisson)
         return 0.0
 
     @property
@@ -214,8 +216,8 @@ class CycloidalStage(StageDimensions):
         if pins is None or hole is None:
             # holes of unknown size soften a solid disc by a usual factor
             softer = 1.0 if pins is None else math.sqrt(math.prod(HOLES_OF_UNKNOWN_SIZE))
-            return Body("planet", self.bore_radius, material.young / softer, material.poisson)
-        return Body("planet", self.bore_radius, material.young, material.poisson, self._holes(pins, hole))
+            return Body("planet", self.bore_radius, material.plate_modulus / softer, material.poisson)
+        return Body("planet", self.bore_radius, material.plate_modulus, material.poisson, self._holes(pins, hole))
 
     @functools.cached_property
     def shaft_springs(self) -> ShaftSprings | None:
@@ -244,14 +246,14 @@ class CycloidalStage(StageDimensions):
         if self.eccentric.cup is not None:
             return self._cup_compliance(self.eccentric.cup, included)
         # a disc bonded to its bearing with holes is a little stiffer than modelled
-        more = max(compliance_beyond(radius, self.width, material.young, material.poisson, fit or "snug", included), 0.0)
+        more = max(compliance_beyond(radius, self.width, material.plate_modulus, material.poisson, fit or "snug", included), 0.0)
         return more if fit is not None else more * math.sqrt(math.prod(BOUNDS))
 
     def _cup_compliance(self, thickness: float, included: Fit) -> float:
         """Return the shift per force (m/N) that a soft bore and a thin cup in it add to a needle bearing, beyond that in the disc's body."""
         material, eccentric, force = self.disc_material, self.eccentric, self.design_force
         around = LARGE * self.bore_radius
-        bore = Annulus(self.bore_radius, around, self.width, material.young, material.poisson)
+        bore = Annulus(self.bore_radius, around, self.width, material.plate_modulus, material.poisson)
         each = roller_stiffness(eccentric.roller_length or 0.0)
         shift, _ = cup_in_bore(bore, thickness, eccentric.rollers or 0, each, ROLLER_EXPONENT, force)
         return max(shift / force - 1 / self._bearing_stiffness - seat_compliance(bore, included), 0.0)
@@ -288,10 +290,10 @@ class CycloidalStage(StageDimensions):
         if pins is None or diameter is None or pins.outer_diameter is None or HOLES in self.rigid:
             return None
         touching = STEEL if pins.sleeve is not None else pins.pin_material
-        return Hole(diameter / 2, pins.outer_diameter / 2, self.width, disc.young, disc.poisson, touching.young, touching.poisson)
+        return Hole(diameter / 2, pins.outer_diameter / 2, self.width, disc.modulus, disc.poisson, touching.modulus, touching.poisson)
 
     @functools.cached_property
     def _ring_body(self) -> Body | None:
         if not self.elastic_bodies or RING_BODY in self.rigid:
             return None
-        return Body("ring", self.outer_radius, self.ring_material.young, self.ring_material.poisson)
+        return Body("ring", self.outer_radius, self.ring_material.plate_modulus, self.ring_material.poisson)
