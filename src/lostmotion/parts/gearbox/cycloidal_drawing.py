@@ -24,7 +24,7 @@ from lostmotion.parts.error_source import (
     LinearStiffness,
     Mass,
 )
-from lostmotion.parts.gearbox.cycloidal_frame import Frame  # noqa: TC001 - read by pydantic
+from lostmotion.parts.gearbox.cycloidal_frame import GearboxFrame  # noqa: TC001 - read by pydantic
 from lostmotion.parts.gearbox.cycloidal_names import FIRST_STAGE, FRAME, OUTSIDE, STAGE_MEMBERS
 from lostmotion.parts.gearbox.cycloidal_seats import Named  # noqa: TC001 - read by pydantic
 from lostmotion.parts.gearbox.cycloidal_shaft import Shaft
@@ -96,7 +96,7 @@ class CycloidalDrawing(CycloidalStage):
     rated_torque: Torque
     fixed: Literal["ring", "carrier"] = "ring"
     first_stage: Annotated[PlanetaryFirstStage | CycloidalFirstStage, Field(discriminator="kind")] | None = None
-    frame: AngularStiffness | Frame | None = None
+    frame: AngularStiffness | GearboxFrame | None = None
     input_shaft: AngularStiffness | None = None
     friction_torque: FrictionTorque | None = None
     mass: Mass | None = None

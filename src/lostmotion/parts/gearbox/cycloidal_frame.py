@@ -95,7 +95,7 @@ class FrameTube(Sourced):
         return laws.tube_stiffness(self.radius, self.wall, self.length, self.material.shear * self.material.infill)
 
 
-class Frame(Sourced):
+class GearboxFrame(Sourced):
     """The frame by its dimensions: screws on a circle, and the housing as a tube; a housing that is not stated is bounded."""
 
     screws: FrameScrews | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.parts.gearbox.cycloidal_frame import Frame
+from lostmotion.parts.gearbox.cycloidal_frame import GearboxFrame
 from lostmotion.parts.gearbox.cycloidal_names import (
     BORE,
     CONTACTS,
@@ -47,7 +47,7 @@ def material_shares(gearbox: CycloidalDrawing) -> tuple[MaterialShares, ...]:
     first, frame = gearbox.first_stage, gearbox.frame
     if first is not None and first.kind == "cycloidal":
         found += [(material, {f"{FIRST_STAGE}{member}": share for member, share in shares.items()}) for material, shares in _of_stage(first)]
-    if isinstance(frame, Frame):
+    if isinstance(frame, GearboxFrame):
         found += [(frame.screws.material, {FRAME_SCREWS: 1.0})] if frame.screws is not None else []
         found += [(frame.tube.material, {FRAME: 1.0})] if frame.tube is not None else []
     out: dict[str, tuple[Material, dict[str, float]]] = {}

@@ -15,7 +15,7 @@ import numpy as np
 
 from lostmotion.laws.cycloid import contact, drive
 from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
-from lostmotion.parts.gearbox.cycloidal_frame import Frame
+from lostmotion.parts.gearbox.cycloidal_frame import GearboxFrame
 from lostmotion.parts.gearbox.cycloidal_members import stage_wind_up
 from lostmotion.parts.gearbox.cycloidal_names import (
     BOUNDED,
@@ -150,7 +150,7 @@ def gearboxes(gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int
         turned = turned + _beyond(before, sign) / steps
     elif first is not None:
         play = play + sample_dimension(first.play, "first stage play", seed, count) / (first.sun_radius * abs(gearbox.ratio))
-    if isinstance(gearbox.frame, Frame) and gearbox.frame.screws is not None and FRAME_SCREWS not in gearbox.rigid:
+    if isinstance(gearbox.frame, GearboxFrame) and gearbox.frame.screws is not None and FRAME_SCREWS not in gearbox.rigid:
         play = play + gearbox.frame.screws.play
     return Samples(play, turned, float(jammed.mean()))
 
@@ -225,7 +225,7 @@ def _outside(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
     out = {}
     if first is not None and first.kind == "planetary":
         out[FIRST] = torque * first.compliance / gearbox.ratio**2
-    if isinstance(frame, Frame):
+    if isinstance(frame, GearboxFrame):
         if frame.tube is not None:
             out[FRAME] = torque / frame.tube.stiffness
         if frame.screws is not None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from lostmotion.band import Band
 from lostmotion.laws.rolling.by_size import STIFFNESS_BAND
 from lostmotion.parts.gearbox import cycloidal_names as names
-from lostmotion.parts.gearbox.cycloidal_frame import Frame
+from lostmotion.parts.gearbox.cycloidal_frame import GearboxFrame
 from lostmotion.parts.gearbox.cycloidal_pins import EXTREME_FITS
 from lostmotion.parts.gearbox.cycloidal_seats import BearingSize
 from lostmotion.parts.gearbox.cycloidal_shaft import Shaft
@@ -68,7 +68,7 @@ def member_states(gearbox: CycloidalDrawing) -> dict[str, MemberState]:
         bounded = MemberState("bounded", f"at most {100 * _input_bounds(gearbox)[1]:.3g} % of the computed members, by the ratio")
         out[names.FIRST] = MemberState("stated") if first.mesh_stiffness is not None else bounded
     out[names.FRAME] = _bounded()
-    if isinstance(frame, Frame):
+    if isinstance(frame, GearboxFrame):
         if frame.tube is not None:
             out[names.FRAME] = MemberState("computed")
         if frame.screws is not None:
