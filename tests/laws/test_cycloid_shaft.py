@@ -139,7 +139,7 @@ def test_tight_screws_are_a_sandwich(length, diameter, count):
     assert cantilever(0.0, tight=True, length=length, screws=screws) * 1e-3 == pytest.approx(expected, rel=3e-3)
 
 
-def test_three_screws_bend_alike_in_every_direction():
+def test_three_screws_bend_equally_in_every_direction():
     """Evenly spaced, three or more have the same sum of squares all round; a pair has a stiff and a soft direction."""
     three = Screws(3, 0.003, 0.004, *STEEL)
     assert three.directions == (0.0,)
