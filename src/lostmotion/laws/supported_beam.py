@@ -26,6 +26,7 @@ _ELEMENTS: Final = 24
 _GAUSS: Final = np.polynomial.legendre.leggauss(4)
 # Condition number, with a diagonal of ones, above which a beam counts as free to move.
 _SINGULAR: Final = 1e14
+_NOT_HELD: Final = "the supports do not hold this beam"
 _DIRECTIONS: Final = 2  # a beam in a plane can shift and tilt
 
 
@@ -138,15 +139,29 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Respon
     forces = np.stack([_load(low, high, at, [shear for _, _, shear in elements], dofs) for low, high in loads], axis=-1)
     whole, free = np.sum(parts, axis=0), ~held
     moved = np.zeros_like(forces)
-    matrix = whole[np.ix_(free, free)]
-    scale = 1 / np.sqrt(np.diag(matrix))
-    matrix = matrix * scale * scale[:, None]
-    if np.linalg.cond(matrix, 1) > _SINGULAR:
-        raise ValueError("the supports do not hold this beam")
-    moved[free] = scale[:, None] * np.linalg.solve(matrix, scale[:, None] * forces[free])
+    moved[free] = _solved(whole[np.ix_(free, free)], forces[free])
     unbalanced = np.sum(parts[: len(beam.pieces)] + parts[len(beam.pieces) + len(beam.supports) :], axis=0) @ moved - forces
     reactions = np.stack([unbalanced[_DIRECTIONS * node[each.at]] for each in beam.supports]) if beam.supports else np.zeros((0, len(loads)))
     return Response(np.stack([moved.T @ part @ moved for part in parts]), reactions)
+
+
+def _solved(matrix: Floats, forces: Floats) -> Floats:
+    """Return the displacements (dof, load) under forces (dof, load). Raises ValueError where the supports do not hold the beam.
+
+    Sparse, because threads of dense algebra take longer on matrices of this size than the work itself.
+    """
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    scale = 1 / np.sqrt(np.diag(matrix))
+    try:
+        factors = splu(csc_array(matrix * scale * scale[:, None]), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:  # a pivot is exactly zero
+        raise ValueError(_NOT_HELD) from None
+    pivots = np.abs(factors.U.diagonal())
+    if pivots.min() * _SINGULAR < pivots.max():
+        raise ValueError(_NOT_HELD)
+    return np.asarray(scale[:, None] * factors.solve(scale[:, None] * forces))
 
 
 def _nodes(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Floats:
