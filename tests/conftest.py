@@ -1,6 +1,11 @@
 """Arms that the study's tests share."""
 
+import os
+
 import pytest
+
+# Before NumPy is loaded: the suite runs on all processors already, and threads of dense algebra inside each worker only wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from lostmotion import Arm
 
