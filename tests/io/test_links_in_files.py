@@ -11,6 +11,7 @@ from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.io.compliance_csv import read_compliance
 from lostmotion.parts.link import Link
+from lostmotion.parts.material import Material
 from tests.io.conftest import JOINT, mistakes
 from tests.parts.conditions import STEEL
 
@@ -160,3 +161,17 @@ def test_no_section_is_made_of_itself(mistakes_in):
         + 'link = { length = "400 mm", section = "a" }\n',
     )
     assert {"sections.a.layers[0].section", "sections.b.layers[0].section", "sections.b.layers[1].section"} <= set(found)
+
+
+def test_a_link_needs_the_density_of_its_material_and_a_gearbox_does_not(tmp_path: Path):
+    """A link bends under its own weight, which a material without density does not state; a drawn gearbox has no use for it."""
+    path = tmp_path / "arm.toml"
+    material = '[materials.mine]\nyoung = "1 GPa"\npoisson = 0.3\n'
+    link = 'link = { length = "400 mm", section = { kind = "tube", outer = "60 mm", wall = "3 mm" }, material = "mine" }\n'
+    path.write_text('name = "light"\n' + material + JOINT + link, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read(path)
+    (problem,) = caught.value.problems
+    assert problem.key == "joints.A.link"
+    assert "density" in problem.expected
+    assert Material(young=1e9, poisson=0.3).density is None

@@ -92,6 +92,9 @@ class Link(Sourced):
             problem = section_error(self.section, self.reach, has_material=self.material is not None)
             if problem:
                 raise refuse_section(*problem, 'material = "aluminium"')
+            if self._beam_of_section is not None and any(each.density is None for each in self._beam_of_section[1]):
+                expected = "the density of every material of a link, which bends under its own weight"
+                raise refuse_section("a material without density", expected, 'density = "2700 kg/m^3"')
         elif stated and not self.reach:
             raise refuse_section(f"{stated[0]} of a link of zero length", "a link with a length or a tip", 'length = "400 mm"')
         for bending in (self.measured, self.measured.sideways) if self.measured is not None else ():

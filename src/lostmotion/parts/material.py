@@ -28,6 +28,7 @@ class Material(Sourced):
 
     name           parts whose materials are equal in name and values are of one batch: a range in it has one value for all of them
     shear_modulus  of an anisotropic material (laminate, 3D print); default: the isotropic value young / (2 (1 + poisson))
+    density        of a link's material only; default: not stated, as in the drawing of a gearbox
     scatter        ± variation of both moduli between parts, as a share
     expansion      linear thermal expansion along the link, 1/K; default: not stated, so the expansion is not counted
     process        of a printed part. "FFF" leaves the next two open, unless stated: 0.4 .. 1 and 0.5 .. 1
@@ -41,7 +42,7 @@ class Material(Sourced):
     name: Annotated[Line, Field(max_length=80)] = ""
     young: Annotated[float, Quantity("Pa", "70 GPa", above=0, band="log-uniform")]
     poisson: Annotated[float, Quantity("", "0.33", low=0, high=0.95, band="uniform")]
-    density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0, band="uniform")]
+    density: Annotated[float, Quantity("kg/m^3", "2700 kg/m^3", above=0, band="uniform")] | None = None
     shear_modulus: Annotated[float, Quantity("Pa", "26 GPa", above=0, band="log-uniform")] | None = None
     scatter: Share = 0.0
     expansion: Expansion | None = None

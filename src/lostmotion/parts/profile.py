@@ -40,7 +40,9 @@ class _Share:
 def _plain(section: Plain, material: Material) -> _Share:
     values = section.values(material.poisson)
     compliance = beam.compliance_per_length(material.modulus, material.shear, values)
-    return _Share(material, compliance, values.area * material.density, _strain(material, section.height))
+    return _Share(
+        material, compliance, values.area * (float("nan") if material.density is None else material.density), _strain(material, section.height)
+    )
 
 
 def _strain(material: Material, height: float | None) -> Floats:

@@ -163,7 +163,7 @@ def _of_material(material: Material) -> tuple[Figure, ...]:
         _of_range(material.young, 1e-9, "GPa"),
         Figure(material.shear * 1e-9, "GPa", stated=True),
         _of_range(material.poisson, 1.0, ""),
-        _of_range(material.density, 1.0, "kg/m^3"),
+        _of_range(math.nan if material.density is None else material.density, 1.0, "kg/m^3"),
         Figure(material.scatter * 100, "%", stated=True),
         Figure(math.nan if material.expansion is None else material.expansion * 1e6, "µm/m/K", stated=True),
     )

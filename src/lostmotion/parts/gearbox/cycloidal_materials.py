@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -61,7 +62,8 @@ def material_shares(gearbox: CycloidalDrawing) -> tuple[MaterialShares, ...]:
 
 def _name_of(material: Material) -> str:
     """Return a name that equal materials share, for the stream of their scatter."""
-    return f"material {material.name} of {material.young:.6g} Pa, {material.poisson:.6g}, {material.density:.6g} kg/m^3, {material.scatter:.6g}"
+    density = math.nan if material.density is None else material.density
+    return f"material {material.name} of {material.young:.6g} Pa, {material.poisson:.6g}, {density:.6g} kg/m^3, {material.scatter:.6g}"
 
 
 def _of_stage(stage: CycloidalStage) -> list[tuple[Material, dict[str, float]]]:
