@@ -10,14 +10,13 @@ from pydantic import Field, model_validator
 from lostmotion.errors import nearest, shown
 from lostmotion.laws.cycloid.bodies import ring_reach
 from lostmotion.laws.cycloid.geometry import Stage
-from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus
+from lostmotion.parts.error_source import ClearanceDim, Expansion, LengthAmount, LengthPlus
 from lostmotion.parts.gearbox.cycloidal_envelope import BranchMethod, check_branches
 from lostmotion.parts.gearbox.cycloidal_names import FRAME, STAGE_MEMBERS
 from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Disc, OutputPins
 from lostmotion.parts.gearbox.cycloidal_process import Process, reasons, tolerances_by_process
 from lostmotion.parts.gearbox.cycloidal_seats import BearingSeat, BearingSize, Named
 from lostmotion.parts.gearbox.cycloidal_shaft import Eccentric
-from lostmotion.parts.gearbox.cycloidal_temperature import Heated
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
@@ -57,6 +56,17 @@ class Friction(Sourced):
     bearing: Coefficient = 0.0
     bearing_radius: LengthAmount = 0.0
     output: Coefficient = 0.0
+
+
+class Heated(Sourced):
+    """The temperature of a stage.
+
+    ring_expansion    thermal expansion of the body of the ring, 1/K; default: that of ring_material, which is that of ring pins too
+    temperature_rise  of the stage above the temperature of its drawing; default: that of the arm
+    """
+
+    ring_expansion: Expansion | None = None
+    temperature_rise: Annotated[float, Quantity("K", "15 K", low=-200, high=200)] | None = None
 
 
 class StageDimensions(Heated):

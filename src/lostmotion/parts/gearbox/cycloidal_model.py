@@ -29,7 +29,7 @@ from lostmotion.parts.gearbox.cycloidal_names import (
     is_without_scatter,
 )
 from lostmotion.parts.gearbox.cycloidal_sources import ErrorHarmonic, Loop
-from lostmotion.parts.gearbox.cycloidal_states import bounds, scaled
+from lostmotion.parts.gearbox.cycloidal_states import bounds
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.tolerances import Scatter, SimulatedGearboxes
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.spatial import Floats
 
+# Relative change of a compliance that is rounding.
+_ROUNDING: Final = 1e-12
 GEARBOXES: Final = 256
 SEED: Final = 1
 # Torque levels of the tables, as shares of the rated torque.
@@ -91,7 +93,7 @@ def behaviour(gearbox: CycloidalDrawing) -> Behaviour:
     What the drawing does not state scales the wind-up of its members; the scatter over gearboxes is that with the middle of it.
     """
     middle = _behaviour(gearbox.middle)
-    wind_up = scaled(gearbox, middle.wind_up)
+    wind_up = _scaled(gearbox, middle.wind_up)
     more = sum(wind_up.values()) - middle.total
     lost_motion = middle.lost_motion + 2 * more[1 + LEVELS.index(LOST_MOTION)]
     return replace(middle, wind_up=wind_up, lost_motion=lost_motion, load_side=load_side(gearbox, wind_up))
@@ -182,7 +184,17 @@ def wind_up(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
 
     Bounded members have names of their own (`BOUNDED`).
     """
-    return scaled(gearbox, _with_middles(gearbox.middle, tuple(torque.tolist())))
+    return _scaled(gearbox, _with_middles(gearbox.middle, tuple(torque.tolist())))
+
+
+def _scaled(gearbox: CycloidalDrawing, wind_up: dict[str, Floats]) -> dict[str, Floats]:
+    """Return the wind-up of each member with the values of what the drawing does not state, from that with the middle of each."""
+    out = dict(wind_up)
+    for each in gearbox.unknowns:
+        more = gearbox.unstated.get(each.name, 1.0) - 1
+        if abs(more) > _ROUNDING:
+            out |= {name: out[name] * (1 + share * more) for name, share in each.shares.items() if name in out}
+    return out
 
 
 @functools.lru_cache(maxsize=64)

@@ -28,7 +28,7 @@ from lostmotion.parts.gearbox.cycloidal_names import BEARING, BORE, DISC_BODY, H
 from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Fit, OutputPins
 from lostmotion.parts.gearbox.cycloidal_process import with_process
 from lostmotion.parts.gearbox.cycloidal_shaft import Shaft, ShaftCase, ShaftSprings
-from lostmotion.parts.gearbox.cycloidal_temperature import output_clearance_at_work, relief_at_work
+from lostmotion.parts.gearbox.cycloidal_temperature import check_temperature, output_clearance_at_work, relief_at_work
 from lostmotion.parts.gearbox.gearbox import refuse
 from lostmotion.parts.material import Material, with_material
 from lostmotion.units import Toleranced
@@ -55,7 +55,7 @@ class CycloidalStage(StageDimensions):
     def _members_can_be_built(self) -> Self:
         self._check_holes()
         self._check_shaft()
-        self.check_temperature()
+        check_temperature(self)
         return self
 
     def _check_shaft(self) -> None:

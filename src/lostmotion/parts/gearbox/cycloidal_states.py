@@ -20,9 +20,8 @@ from lostmotion.parts.gearbox.cycloidal_shaft import Shaft
 from lostmotion.parts.gearbox.cycloidal_stage import BOUNDS, HOLES_OF_UNKNOWN_SIZE
 
 if TYPE_CHECKING:
-    from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
     from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
-    from lostmotion.spatial import Floats
+    from lostmotion.parts.gearbox.cycloidal_stages import CycloidalStages
 
 Kind = Literal["stated", "computed", "assumed", "bounded", "ideal", "absent"]
 # Largest share of the wind-up due to members before the eccentric at the ratio of 15; it falls with the square of the ratio.
@@ -30,7 +29,6 @@ _INPUT_SHARE: Final = 0.01
 _INPUT_RATIO: Final = 15
 # Bounds, over the computed members, below which a member before the eccentric is not worth a range of its own.
 _NEGLIGIBLE: Final = 0.05
-_ROUNDING: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +56,7 @@ class Unknown:
     shares: dict[str, float]
 
 
-def member_states(gearbox: CycloidalDrawing) -> dict[str, MemberState]:
+def member_states(gearbox: CycloidalStages) -> dict[str, MemberState]:
     """Return what is known of each member of a gearbox, by name."""
     out = _of_stage(gearbox)
     first, frame = gearbox.first_stage, gearbox.frame
@@ -84,14 +82,14 @@ def member_states(gearbox: CycloidalDrawing) -> dict[str, MemberState]:
     return out | {name: MemberState("ideal", "declared rigid") for name in gearbox.rigid}
 
 
-def bounds(gearbox: CycloidalDrawing) -> dict[str, tuple[float, float]]:
+def bounds(gearbox: CycloidalStages) -> dict[str, tuple[float, float]]:
     """Return the smallest and largest compliance of each bounded member, over that of the computed members of its stage or of the gearbox."""
     of_input = (names.FIRST, names.INPUT)
     states = member_states(gearbox)
     return {name: _input_bounds(gearbox) if name in of_input else BOUNDS for name, state in states.items() if state.kind == "bounded"}
 
 
-def unknowns(gearbox: CycloidalDrawing) -> tuple[Unknown, ...]:
+def unknowns(gearbox: CycloidalStages) -> tuple[Unknown, ...]:
     """Return what the drawing does not state, each with its effect on the members; bounded members last, without negligible ones."""
     out = [*_unknowns(gearbox, "")]
     first = gearbox.first_stage
@@ -101,17 +99,7 @@ def unknowns(gearbox: CycloidalDrawing) -> tuple[Unknown, ...]:
     return (*out, *(_around(name, *limit, {f"{name}{names.BOUNDED}": 1.0}) for name, limit in limits.items()))
 
 
-def scaled(gearbox: CycloidalDrawing, wind_up: dict[str, Floats]) -> dict[str, Floats]:
-    """Return the wind-up of each member with the values of what the drawing does not state, from that with the middle of each."""
-    out = dict(wind_up)
-    for each in gearbox.unknowns:
-        more = gearbox.unstated.get(each.name, 1.0) - 1
-        if abs(more) > _ROUNDING:
-            out |= {name: out[name] * (1 + share * more) for name, share in each.shares.items() if name in out}
-    return out
-
-
-def _input_bounds(gearbox: CycloidalDrawing) -> tuple[float, float]:
+def _input_bounds(gearbox: CycloidalStages) -> tuple[float, float]:
     most = min(_INPUT_SHARE * (_INPUT_RATIO / abs(gearbox.ratio)) ** 2, 1.0)
     return BOUNDS[0] * most, BOUNDS[1] * most
 

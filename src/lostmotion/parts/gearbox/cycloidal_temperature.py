@@ -16,49 +16,36 @@ eccentric's bearings; temperature differences between parts; moduli.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING
 
 from lostmotion.laws.cycloid.geometry import Modification
-from lostmotion.parts.error_source import Expansion
 from lostmotion.parts.gearbox.cycloidal_pins import STEEL
 from lostmotion.parts.gearbox.gearbox import refuse
-from lostmotion.parts.provenance import Sourced
-from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
+    from lostmotion.parts.gearbox.cycloidal_dimensions import StageDimensions
     from lostmotion.parts.gearbox.cycloidal_pins import OutputPins
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
     from lostmotion.parts.material import Material
     from lostmotion.units import Toleranced
 
 
-class Heated(Sourced):
-    """The temperature of a stage.
-
-    ring_expansion    thermal expansion of the body of the ring, 1/K; default: that of ring_material, which is that of ring pins too
-    temperature_rise  of the stage above the temperature of its drawing; default: that of the arm
-    """
-
-    ring_expansion: Expansion | None = None
-    temperature_rise: Annotated[float, Quantity("K", "15 K", low=-200, high=200)] | None = None
-
-    def check_temperature(self) -> None:
-        """Refuse a temperature rise of parts of unknown expansion."""
-        if self.temperature_rise and not growth_is_known(cast("CycloidalStage", self)):
-            raise refuse("temperature_rise of parts of unknown expansion", "materials that state their expansion", 'ring_material = "aluminium"')
+def check_temperature(stage: StageDimensions) -> None:
+    """Refuse a temperature rise of parts of unknown expansion."""
+    if stage.temperature_rise and not growth_is_known(stage):
+        raise refuse("temperature_rise of parts of unknown expansion", "materials that state their expansion", 'ring_material = "aluminium"')
 
 
-def growth_is_known(stage: CycloidalStage) -> bool:
+def growth_is_known(stage: StageDimensions) -> bool:
     """Return whether the expansion of disc, pins and their body is known, so that the clearances at a temperature are."""
     return None not in _expansions(stage)
 
 
-def relief_as_drawn(stage: CycloidalStage) -> Modification:
+def relief_as_drawn(stage: StageDimensions) -> Modification:
     """Return the profile modification as manufactured."""
     return Modification(stage.relief.roller.nominal, stage.relief.circle.nominal)
 
 
-def relief_at_work(stage: CycloidalStage) -> Modification:
+def relief_at_work(stage: StageDimensions) -> Modification:
     """Return the profile modification that acts at the stage's temperature rise; that as drawn where an expansion is not known."""
     made = relief_as_drawn(stage)
     disc, pins, body = _expansions(stage)
@@ -72,7 +59,7 @@ def relief_at_work(stage: CycloidalStage) -> Modification:
     )
 
 
-def note_on_temperature(stage: CycloidalStage) -> tuple[str, ...]:
+def note_on_temperature(stage: StageDimensions) -> tuple[str, ...]:
     """Return the remark on the reliefs of a stage at its temperature rise, beside those of the drawing; none without a rise."""
     if not stage.temperature_rise:
         return ()
@@ -85,7 +72,7 @@ def note_on_temperature(stage: CycloidalStage) -> tuple[str, ...]:
     return (f"clearances at {of}; the profile for manufacture is as drawn",)
 
 
-def output_clearance_at_work(stage: CycloidalStage) -> Toleranced | None:
+def output_clearance_at_work(stage: StageDimensions) -> Toleranced | None:
     """Return the diametral clearance of the output pins at the stage's temperature rise, at least zero; None without output pins.
 
     Pins of unknown diameter or expansion keep the clearance of the drawing.
@@ -100,12 +87,12 @@ def output_clearance_at_work(stage: CycloidalStage) -> Toleranced | None:
     return replace(stage.pin_clearance, nominal=max(stage.pin_clearance.nominal + gained, 0.0))
 
 
-def follows(stage: CycloidalStage) -> bool:
+def follows(stage: StageDimensions) -> bool:
     """Return whether the clearances of a stage follow the temperature of its arm: its parts expand by known and different shares."""
     return stage.temperature_rise is None and growth_is_known(stage) and (len(set(_expansions(stage))) > 1 or _pins_follow(stage))
 
 
-def _pins_follow(stage: CycloidalStage) -> bool:
+def _pins_follow(stage: StageDimensions) -> bool:
     pins = stage.output_pins
     return pins is not None and pins.outer_diameter is not None and _touching(pins).expansion not in (None, stage.disc_material.expansion)
 
@@ -114,7 +101,7 @@ def _touching(pins: OutputPins) -> Material:
     return STEEL if pins.sleeve is not None else pins.pin_material
 
 
-def _expansions(stage: CycloidalStage) -> tuple[float | None, float | None, float | None]:
+def _expansions(stage: StageDimensions) -> tuple[float | None, float | None, float | None]:
     """Return the expansion (1/K) of the disc, of the pins or lobes, and of the ring."""
     disc, ring = stage.disc_material.expansion, stage.ring_material.expansion
     body = ring if stage.ring_expansion is None else stage.ring_expansion
