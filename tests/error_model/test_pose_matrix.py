@@ -81,7 +81,7 @@ def test_a_known_approach_fixes_the_side_of_every_sided_error(arm):
 class Record:
     """Record of one place for a controller: a constant mean screw, matrices, one constant covariance and a short list of other terms.
 
-    shared: constant screw per unit of the draw of the temperature, which all places have in common.
+    shared: constant screw per unit of each draw that places have in common, such as the temperature.
     """
 
     mean: np.ndarray = field(default_factory=lambda: np.zeros(6))
@@ -89,7 +89,7 @@ class Record:
     own_weight: np.ndarray = field(default_factory=lambda: np.zeros((6, 3)))
     per_kelvin: np.ndarray = field(default_factory=lambda: np.zeros(6))
     covariance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
-    shared: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    shared: dict = field(default_factory=lambda: defaultdict(lambda: np.zeros(6)))
     design: list = field(default_factory=list)
     drawn: list = field(default_factory=list)
     plays: list = field(default_factory=list)
@@ -112,7 +112,7 @@ def lowered(arm):
             else:
                 here.design.append(term)
         elif isinstance(form, Constant) and (term.robot or term.visit).shared:
-            here.shared += term.scale * form.direction
+            here.shared[term.robot or term.visit] += term.scale * form.direction
         elif isinstance(form, Constant) and not term.sided:
             here.covariance += term.scale**2 * np.outer(form.direction, form.direction)
         elif isinstance(form, Harmonic) and form.envelope is None and isinstance(term.robot.law, Cosine | Sine):
@@ -131,7 +131,7 @@ def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(ar
     drawn = matrix.merged.tool[:, :, matrix.merged.columns("robot", "visit", "robot x visit")]
     at = frames(arm, q)
     felt = Conditions(arm, q, at)
-    mean, covariance, shared = np.zeros((len(q), 6)), np.zeros((len(q), 6, 6)), np.zeros((len(q), 6))
+    mean, covariance, shared = np.zeros((len(q), 6)), np.zeros((len(q), 6, 6)), defaultdict(lambda: np.zeros((len(q), 6)))
     for (place, joint), record in lowered(arm).items():
         condition = felt(next(of for of in arm.terms if (of.place, of.joint) == (place, joint)))
         local = record.mean[:, None] + record.compliance @ condition.wrench + record.own_weight @ condition.gravity
@@ -151,14 +151,15 @@ def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(ar
         to_tool = carry(arm.tree, at, place)
         for (_, *draws), screw in by_draw.items():
             drawn_by = [draw for draw in draws if draw is not None]
-            if len(drawn_by) == 1 and getattr(drawn_by[0], "shared", ""):  # clearances that follow the temperature of all places
-                shared += np.einsum("pij,jp->pi", to_tool, screw)
+            if len(drawn_by) == 1 and getattr(drawn_by[0], "shared", ""):  # the temperature of all places, or a batch of material
+                shared[drawn_by[0]] += np.einsum("pij,jp->pi", to_tool, screw)
             else:
                 spread += np.einsum("ip,jp->pij", screw, screw)
         mean += np.einsum("pij,jp->pi", to_tool, local)
         covariance += to_tool @ spread @ to_tool.transpose(0, 2, 1)
-        shared += to_tool @ record.shared
-    covariance += np.einsum("pi,pj->pij", shared, shared)
+        for draw, screw in record.shared.items():
+            shared[draw] += to_tool @ screw
+    covariance += sum(np.einsum("pi,pj->pij", each, each) for each in shared.values())
     np.testing.assert_allclose(mean, matrix.bias, rtol=1e-12, atol=1e-12 * np.abs(matrix.bias).max())
     np.testing.assert_allclose(covariance, drawn @ drawn.transpose(0, 2, 1), rtol=1e-12, atol=1e-12 * np.abs(covariance).max())
 

@@ -27,7 +27,8 @@ SUN = "examples/arm-in-the-sun.toml"
 def arm() -> Arm:
     """Return an arm with drawn bearings in aluminium housings, and on its shoulder a drawn drive with steel pins in aluminium."""
     sun = lostmotion.read(SUN)
-    drive = drawing(relief={"roller": "10 µm"}, ring_expansion="23e-6 1/K")
+    found = drawing(relief={"roller": "10 µm"}, ring_expansion="23e-6 1/K")
+    drive = found.model_copy(update={"rigid": (*found.bounded, "disc body", "ring body", "seat of the eccentric bearing")})
     shoulder = sun.joints[1].model_copy(update={"gearbox": drive})
     return sun.model_copy(update={"joints": (sun.joints[0], shoulder, sun.joints[2])})
 

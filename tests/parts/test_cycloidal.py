@@ -423,3 +423,12 @@ def test_members_outside_the_contacts_cost_no_second_simulation():
     assert (one.play == two.play).all()
     gearboxes(drawing(pin_position="2 µm"), load, 2, 4)
     assert cycloidal_model._simulated.cache_info().misses == before + 2
+
+
+def test_a_drive_with_nothing_but_elastic_flanks_and_bodies_winds_up_by_them():
+    """Every member that the drawing leaves open may be declared rigid; lost motion is then that of flanks, disc and ring."""
+    found = drawing()
+    stiff = found.model_copy(update={"rigid": found.bounded})
+    assert not stiff.bounded
+    assert set(stiff.behaviour.wind_up) < set(found.behaviour.wind_up)
+    assert stiff.behaviour.lost_motion.mean() < found.behaviour.lost_motion.mean()

@@ -14,7 +14,6 @@ import numpy as np
 from lostmotion.error_model.closing import mean_and_change
 from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import Conditions, frames
-from lostmotion.parts.standard_terms import ENVIRONMENT
 from lostmotion.parts.term import LAST_MOTION
 from lostmotion.propagation.error_magnitude import rays_of, share_below
 
@@ -31,8 +30,6 @@ if TYPE_CHECKING:
 # Rows of a part's contribution: the bias, and xx, yy, zz, yz, xz, xy of the covariance.
 BIAS, COVARIANCE = slice(3), slice(3, 9)
 ROWS: Final = 9
-# Rows of what parts share: moved by the last motion of their joint, and by the temperature, per unit draw.
-_LAST_MOTION, _TEMPERATURE = slice(ROWS, ROWS + 3), slice(ROWS + 3, ROWS + 6)
 _PAIRS: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 # Most cached contributions, of about 20 kB each at 256 poses.
 _MOST_CACHED: Final = 5000
@@ -49,22 +46,24 @@ class ErrorCache:
         self.q = q
         self._at = frames(arm, q)
         self._tree = arm.tree
-        self._known: OrderedDict[tuple[Hashable, ...], tuple[ErrorSource, Floats]] = OrderedDict()
+        self._known: OrderedDict[tuple[Hashable, ...], tuple[ErrorSource, Floats, dict[Draw, Floats]]] = OrderedDict()
 
     def of(self, arm: Arm) -> Floats:
         """Return bias and covariance (ROWS, pose), m and m^2, of an arm with the geometry of the first one."""
         out, felt = np.zeros((ROWS, len(self.q))), Conditions(arm, self.q, self._at)
-        shared: dict[int | str | None, Floats] = {}
+        shared: dict[tuple[int | str | None, Draw], Floats] = {}
         for part in arm.parts:
-            contribution = self._contribution(part, felt(part))
-            out += contribution[:ROWS]
-            shared[part.joint] = shared.get(part.joint, 0.0) + contribution[_LAST_MOTION]
-            shared[ENVIRONMENT] = shared.get(ENVIRONMENT, 0.0) + contribution[_TEMPERATURE]
+            _, own, common = self._contribution(part, felt(part))
+            out += own
+            for draw, moved in common.items():
+                of = draw.shared or part.joint, draw
+                shared[of] = shared[of] + moved if of in shared else moved
         for drawn in shared.values():
             _add_square(out, drawn)
         return out
 
-    def _contribution(self, part: PlacedPart, felt: Condition) -> Floats:
+    def _contribution(self, part: PlacedPart, felt: Condition) -> tuple[ErrorSource, Floats, dict[Draw, Floats]]:
+        """Return a part, its bias and covariance (ROWS, pose), and what moves the tool (3, pose) per unit of each draw that parts share."""
         # The source is stored with its contribution, so that its id is not reused. One part may be at several joints.
         # Assumed friction depends on the holding torques at other poses, which are not part of the wrench here.
         friction = part.source.play_friction(part.motion.holding)
@@ -72,18 +71,18 @@ class ErrorCache:
         key = part.place, id(part.source), friction, surroundings, felt.wrench.tobytes()
         known = self._known.get(key)
         if known is None:
-            known = self._known[key] = part.source, self._computed(part, felt)
+            known = self._known[key] = part.source, *self._computed(part, felt)
             if len(self._known) > _MOST_CACHED:
                 self._known.popitem(last=False)
         else:
             self._known.move_to_end(key)
-        return known[1]
+        return known
 
-    def _computed(self, part: PlacedPart, felt: Condition) -> Floats:
+    def _computed(self, part: PlacedPart, felt: Condition) -> tuple[Floats, dict[Draw, Floats]]:
         terms = part.source.terms(part.motion)
-        out = np.zeros((_TEMPERATURE.stop, len(self.q)))
+        out = np.zeros((ROWS, len(self.q)))
         if not terms:
-            return out
+            return out, {}
         local = np.empty((6, len(terms), len(self.q)))
         for k, term in enumerate(terms):
             term.form.write(felt, term.scale, local[:, k])
@@ -98,15 +97,16 @@ class ErrorCache:
                 draws = term.robot, term.visit, closing
                 groups[draws] = groups[draws] + moved if draws in groups else moved
         out[BIAS] = groups.pop((None, None, None), 0.0)
-        # The sign of the last motion is one draw for all parts of a joint: what depends on it alone adds up over the parts before it is squared.
-        out[_LAST_MOTION] = groups.pop((None, LAST_MOTION, None), 0.0)
-        # So is the temperature, for all parts of the arm, where it is the only draw.
-        alone = [draws for draws in groups if draws.count(None) == len(draws) - 1]
-        for draws in [draws for draws in alone if any(draw is not None and draw.shared for draw in draws[:2])]:
-            out[_TEMPERATURE] += groups.pop(draws)
-        for drawn in groups.values():
-            _add_square(out, drawn)
-        return out
+        # The sign of the last motion is one draw for all parts of a joint, the temperature and a batch of material for all of the arm: what depends
+        # on such a draw alone adds up over the parts before it is squared.
+        common: dict[Draw, Floats] = {}
+        for (robot, visit, closing), drawn in groups.items():
+            draw = robot or visit
+            if draw is not None and (robot, visit, closing).count(None) > 1 and (draw.shared or draw == LAST_MOTION):
+                common[draw] = common[draw] + drawn if draw in common else drawn
+            else:
+                _add_square(out, drawn)
+        return out, common
 
 
 def _add_square(sums: Floats, drawn: Floats) -> None:

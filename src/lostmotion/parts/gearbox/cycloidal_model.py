@@ -228,7 +228,8 @@ def distribute_wind_up(as_drawn: dict[str, Floats], found: Floats) -> dict[str, 
 
 def wind_up_without_scatter(members: dict[str, Floats]) -> Floats:
     """Return the part of the members' wind-up (torque,) without scatter, which `gearboxes` does not include."""
-    return np.asarray(np.sum([angle for name, angle in members.items() if is_without_scatter(name)], axis=0))
+    none = np.zeros_like(members[CONTACTS])
+    return np.asarray(np.sum([none, *(angle for name, angle in members.items() if is_without_scatter(name))], axis=0))
 
 
 def _outside(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
