@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.laws.cycloid.finite_elements.contours import contacts
 from lostmotion.reporting.plot import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed
-from lostmotion.reporting.sheet import ARCMIN
+from lostmotion.reporting.sheet import ARCMIN, digits
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -57,7 +57,7 @@ def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> 
     top = float(np.nanquantile(picture, _SHOWN))
     moved = [_moved(found, k) for k in range(len(found.fields))]
     scale = _nice(_DRAWN * radius / max(float(np.abs(each).max()) for each in moved))
-    traces = [_picture(picture, -radius, -radius, radius, top, f"{unit}; contacts reach {_largest(values):.3g}")]
+    traces = [_picture(picture, -radius, -radius, radius, top, f"{unit}; contacts reach {digits(_largest(values))}")]
     for line, factor, label in (
         ({"color": "#999999", "width": 0.8}, 0.0, "unloaded"),
         ({"color": INK, "width": 1.2}, scale, f"loaded, displacements x {scale:g}"),
