@@ -18,9 +18,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import brentq
-from scipy.special import lambertw
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.cycloid.contact import Flanks
@@ -132,6 +129,9 @@ def separate_contacts(stage: Stage, flanks: Flanks, torque: float, crank: float,
 
     Each is a Hertz contact: delta = p/(pi E*) ln(pi E* d^2 exp(1)/(p Req)). Arguments and errors as `envelope_contact`; depth one or (N,).
     """
+    from scipy.optimize import brentq
+    from scipy.special import lambertw
+
     theta = pin_angles(stage, np.array([crank]))[0]
     arm, gap = np.maximum(arms(stage, theta), 0.0), gaps(stage, theta, relief)
     scale = math.pi * flanks.modulus * math.e * np.asarray(depth) ** 2 / contact_radius(stage, theta)
@@ -248,6 +248,8 @@ def _equilibrium(parts: list[_Flank], torque: float) -> float:
 
     An element with a negative pressure is released, one that overlaps is added, until neither exists. Raises DidNotConvergeError.
     """
+    from scipy.linalg import cho_factor, cho_solve
+
     for _ in range(_STEPS):
         stiff = free = 0.0
         pushed = []
