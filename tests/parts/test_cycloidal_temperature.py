@@ -227,6 +227,7 @@ def test_a_first_stage_is_warmed_with_its_gearbox():
 
 def test_a_drawing_for_the_workshop_is_cold():
     """The profile that is written for manufacture is that of the drawing, whatever the temperature at work."""
+    pytest.importorskip("ezdxf", reason="no drawings without ezdxf: pip install 'lostmotion[dxf]'")
     cold, warm = (drawing(**SMALL, ring_expansion="23e-6 1/K", temperature_rise=f"{rise} K") for rise in (0, 60))
     assert profile_dxf(warm, "x") == profile_dxf(cold, "x")
 
