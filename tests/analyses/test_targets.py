@@ -46,7 +46,7 @@ def all_factors(matrix, item, factor):
 
 @pytest.mark.parametrize("name", [*ARMS, pytest.param("arm-from-drawings.toml", marks=pytest.mark.slow)])
 def test_every_term_belongs_to_one_item(name):
-    """The items partition the terms, and terms that share a draw belong to one item, but for the last motion, which a whole joint shares."""
+    """Items partition the terms; those that share a draw are of one item, but for the last motion of a joint and for batches of material."""
     arm = read(EXAMPLES / name)
     matrix = screws(arm, sample_poses(arm, 8).q)
     found = items(arm, matrix.infos)
@@ -55,8 +55,8 @@ def test_every_term_belongs_to_one_item(name):
     for item in found:
         for column in item.columns:
             info = matrix.infos[column]
-            for stream in (info.robot, info.visit):
-                if stream is not None and not stream.name.endswith(".last motion"):
+            for draw, stream in ((info.of.term.robot, info.robot), (info.of.term.visit, info.visit)):
+                if stream is not None and not draw.shared and not stream.name.endswith(".last motion"):
                     assert of_stream.setdefault(stream.name, item.name) == item.name
     assert all(len(item.columns) > 1 for item in shared_items(found))
 
