@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Final, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
@@ -35,6 +35,8 @@ class Sourced(Part):
     source    where the values come from, in one line
     """
 
+    # Keys that count as assumed where they are not stated, with the reason.
+    assumed_unless_stated: ClassVar[dict[str, str]] = {}
     assumed: Keys = ()
     source: Annotated[Line, Field(max_length=LONGEST_SOURCE)] = ""
 
@@ -61,8 +63,9 @@ class Sourced(Part):
 
     @property
     def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason. Subclasses add their limits and the defaults that they use."""
-        return dict.fromkeys(self.assumed, ASSUMED)
+        """Return the values that are not stated as facts: key to reason. Subclasses add their limits and the defaults that depend on other values."""
+        silent = (key for key in self.assumed_unless_stated if key not in self.model_fields_set or getattr(self, key) is None)
+        return {**dict.fromkeys(self.assumed, ASSUMED), **{key: self.assumed_unless_stated[key] for key in silent}}
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Return a copy with other values; a value that is set here is no longer an assumption or a limit."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -32,6 +32,10 @@ class FrameScrews(Sourced):
     clearance             diametral, of a screw in its hole: the joint turns by it once it slips
     """
 
+    assumed_unless_stated: ClassVar[dict[str, str]] = {
+        "preload": f"{DEFAULT}, none, because plastics lose it",
+        "depth": f"{DEFAULT}, twice the diameter of the screw",
+    }
     count: Annotated[int, Whole("", "8", low=2, high=1000)]
     circle_radius: LengthPlus
     size: laws.Thread
@@ -40,14 +44,6 @@ class FrameScrews(Sourced):
     preload: ForceAmount = 0.0
     friction: Annotated[float, Quantity("", "0.15", low=0, high=2)] = 0.15
     clearance: LengthAmount = 0.0
-
-    @property
-    def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, with the defaults."""
-        out = super().assumptions
-        if "preload" not in self.model_fields_set:
-            out = {**out, "preload": f"{DEFAULT}, none, because plastics lose it"}
-        return out if self.depth is not None else {**out, "depth": f"{DEFAULT}, twice the diameter of the screw"}
 
     @property
     def stiffness(self) -> float:

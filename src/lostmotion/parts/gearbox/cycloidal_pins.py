@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import model_validator
 
@@ -18,7 +18,7 @@ from lostmotion.units import Toleranced
 Fit = Literal["bonded", "pressed", "snug"]
 # Between these lies a fit that is not stated.
 EXTREME_FITS: Final[tuple[Fit, Fit]] = ("bonded", "snug")
-UNKNOWN_FIT: Final = f"{DEFAULT}, between bonded and snug"
+UNKNOWN_FIT: Final = {"fit": f"{DEFAULT}, between bonded and snug"}
 # Default material of discs, rings and pins, marked as assumed.
 STEEL = Material(
     young=210e9, poisson=0.3, density=7850.0, expansion=12e-6, assumed=("young", "poisson", "density", "expansion"), source="default, steel"
@@ -37,16 +37,11 @@ class PinSeat(Sourced):
                     default: between bonded and snug, the geometric mean of their compliances
     """
 
+    assumed_unless_stated: ClassVar[dict[str, str]] = UNKNOWN_FIT
     depth: LengthPlus
     material: Material
     outer_diameter: LengthPlus
     fit: Fit | None = None
-
-    @property
-    def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, with the default fit."""
-        out = super().assumptions
-        return out if self.fit is not None else {**out, "fit": UNKNOWN_FIT}
 
     def law(self, fit: Fit) -> laws.PinSeat:
         """Return the argument of the law, with this fit where none is stated."""

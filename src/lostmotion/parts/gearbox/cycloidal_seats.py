@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -28,6 +28,7 @@ class BearingSeat(Sourced):
                     bonded and snug, the geometric mean of their compliances
     """
 
+    assumed_unless_stated: ClassVar[dict[str, str]] = UNKNOWN_FIT
     material: Material
     diameter: LengthPlus
     outer_diameter: LengthPlus
@@ -40,12 +41,6 @@ class BearingSeat(Sourced):
             why = f"an outer_diameter of {self.outer_diameter * 1e3:g} mm around a bore of {self.diameter * 1e3:g} mm"
             raise refuse(why, "material around the bore", f'outer_diameter = "{2e3 * self.diameter:.3g} mm"')
         return self
-
-    @property
-    def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, with the default fit."""
-        out = super().assumptions
-        return out if self.fit is not None else {**out, "fit": UNKNOWN_FIT}
 
     @functools.cached_property
     def compliances(self) -> tuple[float, float]:

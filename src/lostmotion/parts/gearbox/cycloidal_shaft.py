@@ -6,7 +6,7 @@ import functools
 import itertools
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Final, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -90,17 +90,12 @@ class ShaftScrews(Sourced):
     material  default: steel
     """
 
+    assumed_unless_stated: ClassVar[dict[str, str]] = {"tight": f"{DEFAULT}, between loose and tight"}
     count: Annotated[int, Whole("", "2", low=2, high=50)]
     diameter: LengthPlus
     offset: LengthPlus
     tight: bool | None = None
     material: Material = STEEL
-
-    @property
-    def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason."""
-        out = super().assumptions
-        return out if self.tight is not None else {**out, "tight": f"{DEFAULT}, between loose and tight"}
 
     @property
     def law(self) -> laws.Screws:
