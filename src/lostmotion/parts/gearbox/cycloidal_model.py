@@ -223,7 +223,7 @@ def distribute_wind_up(as_drawn: dict[str, Floats], found: Floats) -> dict[str, 
     own = sum(as_drawn.values()) - wind_up_without_scatter(as_drawn)
     share = np.where(found < own, found / np.where(own > 0, own, 1.0), 1.0)
     out = {name: angle if is_without_scatter(name) else share * angle for name, angle in as_drawn.items()}
-    return out | {"lobe contacts": out["lobe contacts"] + np.maximum(found - own, 0.0)}
+    return out | {CONTACTS: out[CONTACTS] + np.maximum(found - own, 0.0)}
 
 
 def wind_up_without_scatter(members: dict[str, Floats]) -> Floats:
