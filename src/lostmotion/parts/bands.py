@@ -23,7 +23,7 @@ from lostmotion.parts.material import Material
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from lostmotion.spatial import Floats
 
@@ -71,6 +71,12 @@ def with_values(part: P, values: Mapping[str, float]) -> P:
     return out
 
 
+def draws(part: P, unknown: tuple[UnknownValue, ...], shares: Floats) -> Iterator[P]:
+    """Yield the part with known values at each row of shares (draw, value), between 0 and 1; errors as `with_values`."""
+    for row in shares.tolist():
+        yield with_values(part, {each.key: each.band.at(share) for each, share in zip(unknown, row, strict=True)})
+
+
 def latin_hypercube(unknown: tuple[UnknownValue, ...], draws: int = DRAWS, seed: int = 1) -> Floats:
     """Return the shares (draw, value), each between 0 and 1, at which to take the ranges: a Latin hypercube of the middles of equal intervals.
 
@@ -87,6 +93,11 @@ def band(values: Floats) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def varies(values: Floats) -> bool:
+    """Return whether a result (draw,) changes beyond rounding."""
+    return bool(np.ptp(values) > _ROUNDING * np.abs(values).max())
+
+
 def influence(shares: Floats, values: Floats) -> Floats:
     """Return the share (value,) of the variance of a result (draw,) that each range explains alone: the squared correlation of ranks.
 
@@ -94,7 +105,7 @@ def influence(shares: Floats, values: Floats) -> Floats:
 
     Zero for a result that does not change beyond rounding.
     """
-    if np.ptp(values) <= _ROUNDING * np.abs(values).max():
+    if not varies(values):
         return np.zeros(shares.shape[1])
     ranks = np.argsort(np.argsort(values, kind="stable")) / len(values)
     ranks = ranks - ranks.mean()

@@ -8,32 +8,26 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.analyses.gearbox.readings import Definitions, SampledCurve, StatedCurve, readings
-from lostmotion.parts.bands import DRAWS, latin_hypercube, unknown_values, with_values
-from lostmotion.parts.error_source import Part
+from lostmotion.parts.bands import DRAWS, draws, latin_hypercube, unknown_values, varies
 from lostmotion.parts.gearbox.cycloidal_model import distribute_wind_up, gearboxes, wind_up, wind_up_without_scatter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from lostmotion.analyses.gearbox.readings import Readings
     from lostmotion.parts.bands import UnknownValue
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.kinds import StatedGearbox
     from lostmotion.spatial import Floats
 
-G = TypeVar("G", bound=Part)
 # Share of the compliance in members that depend on a range, above which a stiffness is printed as its band.
 LARGE: Final = 0.2
 # Simulated gearboxes, at a few crank angles, for the change of the play: the same in every draw.
 _GEARBOXES: Final = 64
 _ANGLES: Final = 4
-# Relative change of a wind-up that is rounding.
-_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,18 +50,14 @@ class GearBands:
     def unknown_share(self) -> float:
         """Return the share of the wind-up in members that depend on a range; of a gearbox by stated figures all or nothing."""
         if not self.members:
-            return float(_varies(self.read.wind_up))
-        return sum(self.middle.get(name, 0.0) for name, each in self.members.items() if _varies(each)) / sum(self.middle.values())
+            return float(varies(self.read.wind_up))
+        return sum(self.middle.get(name, 0.0) for name, each in self.members.items() if varies(each)) / sum(self.middle.values())
 
     @property
     def member_shares(self) -> dict[str, Floats]:
         """Return the share of each member in the wind-up of its draw (draw,)."""
         whole = np.sum(list(self.members.values()), axis=0)
         return {name: each / whole for name, each in self.members.items()}
-
-
-def _varies(values: Floats) -> bool:
-    return bool(np.ptp(values) > _ROUNDING * np.abs(values).max())
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +94,7 @@ def bands_of_drawing(gearbox: CycloidalGearbox, middle: Middle, seed: int) -> Ge
     before = _play(gearbox)
     last = int(np.searchsorted(levels, asked.torque))
     # all are built before one is computed, so that an impossible drawing is refused at once
-    for k, known in enumerate([*_draws(gearbox, unknown, shares)]):
+    for k, known in enumerate([*draws(gearbox, unknown, shares)]):
         drawn = wind_up(known, levels)
         more = _own(drawn) - own
         # flanks that interfere wind up less than as drawn, in proportion; others as drawn and a little more
@@ -137,17 +127,11 @@ def bands_of_figures(gearbox: StatedGearbox, asked: Definitions, seed: int) -> G
     # two torques close together would lose digits: the curve is sampled where its readings need it
     torque = np.unique([0.0, *gearbox.zone_torques, asked.torque / 2, *asked.levels])
     torque = np.append(torque, 2 * torque[-1])
-    for known in _draws(gearbox, unknown, shares):
+    for known in draws(gearbox, unknown, shares):
         angles.append(StatedCurve(known.zones, known.zone_torques, 0.0).elastic_angle(torque)[:, 0])
         play.append(known.play.nominal)
     curve = SampledCurve(torque, np.stack(angles, axis=1), np.zeros_like(torque))
     return GearBands(unknown, shares, readings(curve, np.array(play), asked), {}, {})
-
-
-def _draws(gearbox: G, unknown: tuple[UnknownValue, ...], shares: Floats) -> Iterator[G]:
-    """Yield the gearbox with known values at each row of shares."""
-    for row in shares.tolist():
-        yield with_values(gearbox, {each.key: each.band.at(share) for each, share in zip(unknown, row, strict=True)})
 
 
 def _own(members: dict[str, Floats]) -> Floats:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile
-from lostmotion.parts.bands import band, influence, latin_hypercube, unknown_values, with_values
+from lostmotion.parts.bands import band, draws, influence, latin_hypercube, unknown_values
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.montecarlo import run
 
@@ -87,10 +87,10 @@ def bands(  # noqa: PLR0913 - a study is these numbers
 
     shares = latin_hypercube(unknown, DRAWS, seed)
     middle, found = figures(arm), []
-    for k, row in enumerate(shares):
+    for k, known in enumerate(draws(arm, unknown, shares)):
         if progress is not None:
             progress("drawing what is unknown", k, DRAWS)
-        found.append(figures(with_values(arm, {value.key: value.band.at(float(share)) for value, share in zip(unknown, row, strict=True)})))
+        found.append(figures(known))
     ratios = np.array(found).T / np.where(middle > 0, middle, np.nan)[:, None]
     return Bands(unknown, shares, ratios, len(chosen), robots, visits)
 
