@@ -29,8 +29,8 @@ from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.tolerances import simulate
-from lostmotion.parts.gearbox import cycloidal_model
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+from lostmotion.parts.gearbox.cycloidal import model as cycloidal_model
 from lostmotion.reporting.sheet import ARCMIN, find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"

@@ -10,7 +10,7 @@ import pytest
 
 from lostmotion.laws.polymers import HOUR, REFERENCE, creep_factor, temperature_factor
 from lostmotion.laws.process_tolerance import process_tolerance
-from lostmotion.parts.gearbox.cycloidal_process import Process
+from lostmotion.parts.gearbox.cycloidal.process import Process
 
 
 @pytest.mark.parametrize(

@@ -15,11 +15,11 @@ from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.parts.error_source import Friction
-from lostmotion.parts.gearbox import cycloidal_model
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_model import GEARBOXES, LEVELS, LOST_MOTION, SEED, Behaviour, gearboxes, wind_up
-from lostmotion.parts.gearbox.cycloidal_names import BOUNDED
-from lostmotion.parts.gearbox.cycloidal_states import bounds, unknowns
+from lostmotion.parts.gearbox.cycloidal import model as cycloidal_model
+from lostmotion.parts.gearbox.cycloidal.model import GEARBOXES, LEVELS, LOST_MOTION, SEED, Behaviour, gearboxes, wind_up
+from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
+from lostmotion.parts.gearbox.cycloidal.states import bounds, unknowns
 from lostmotion.parts.joint import RevoluteJoint
 from tests.parts.conditions import ARCMIN, condition, terms_at
 

@@ -12,7 +12,7 @@ from lostmotion.analyses.gearbox.gear import gear
 from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
 from lostmotion.laws.cycloid.envelope import stiffening_by_rule
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_model import wind_up
+from lostmotion.parts.gearbox.cycloidal.model import wind_up
 
 DRAWING: dict[str, Any] = {
     "kind": "cycloidal",

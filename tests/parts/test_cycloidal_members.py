@@ -13,10 +13,10 @@ from pydantic import ValidationError
 import lostmotion
 from lostmotion.errors import InputError
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_materials import material_shares
-from lostmotion.parts.gearbox.cycloidal_model import wind_up
-from lostmotion.parts.gearbox.cycloidal_names import BOUNDED
-from lostmotion.parts.gearbox.cycloidal_states import unknowns
+from lostmotion.parts.gearbox.cycloidal.materials import material_shares
+from lostmotion.parts.gearbox.cycloidal.model import wind_up
+from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
+from lostmotion.parts.gearbox.cycloidal.states import unknowns
 from lostmotion.parts.term import Motion
 from tests.parts.conditions import condition, terms_at
 

@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from lostmotion.error_model.provenance import assumed_in_part
 from lostmotion.laws.process_tolerance import process_tolerance
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_model import wind_up
-from lostmotion.parts.gearbox.cycloidal_process import Process
+from lostmotion.parts.gearbox.cycloidal.model import wind_up
+from lostmotion.parts.gearbox.cycloidal.process import Process
 from tests.parts.test_cycloidal_members import DRAWING, PLASTIC
 
 

@@ -17,7 +17,7 @@ from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_temperature import note_on_temperature
+from lostmotion.parts.gearbox.cycloidal.temperature import note_on_temperature
 from lostmotion.parts.term import Motion
 from lostmotion.units import Toleranced
 from tests.parts.test_cycloidal import DRAWING, drawing

@@ -16,7 +16,7 @@ from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.error_source import ErrorSource, Friction
-from lostmotion.parts.gearbox.cycloidal_sources import ErrorHarmonic, Loop, Play, TransmissionError, WindUp
+from lostmotion.parts.gearbox.cycloidal.sources import ErrorHarmonic, Loop, Play, TransmissionError, WindUp
 from lostmotion.parts.joint import Mounting
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped

@@ -9,7 +9,7 @@ import numpy as np
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.parts.bands import unknown_values
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal_model import wind_up
+from lostmotion.parts.gearbox.cycloidal.model import wind_up
 
 if TYPE_CHECKING:
     from pathlib import Path

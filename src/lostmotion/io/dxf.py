@@ -11,14 +11,14 @@ import numpy as np
 
 from lostmotion.errors import LostmotionError
 from lostmotion.laws.cycloid.outline import ring_outline, wheel_outline
-from lostmotion.parts.gearbox.cycloidal_temperature import relief_as_drawn
+from lostmotion.parts.gearbox.cycloidal.temperature import relief_as_drawn
 
 if TYPE_CHECKING:
     from ezdxf.layouts import Modelspace
 
     from lostmotion.laws.cycloid.outline import Outline
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 CHORD_ERROR: Final = 0.5e-6

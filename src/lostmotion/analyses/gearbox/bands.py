@@ -14,7 +14,7 @@ import numpy as np
 
 from lostmotion.analyses.gearbox.readings import Definitions, SampledCurve, StatedCurve, readings
 from lostmotion.parts.bands import DRAWS, draws, latin_hypercube, unknown_values, varies
-from lostmotion.parts.gearbox.cycloidal_model import distribute_wind_up, gearboxes, wind_up, wind_up_without_scatter
+from lostmotion.parts.gearbox.cycloidal.model import distribute_wind_up, gearboxes, wind_up, wind_up_without_scatter
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.readings import Readings

@@ -17,8 +17,8 @@ from lostmotion.laws.cycloid.geometry import pin_angles, pressure_angles
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.laws.cycloid.tolerances import sample as sample_within
 from lostmotion.laws.distributions import Normal
-from lostmotion.parts.gearbox.cycloidal_materials import material_shares
-from lostmotion.parts.gearbox.cycloidal_model import (
+from lostmotion.parts.gearbox.cycloidal.materials import material_shares
+from lostmotion.parts.gearbox.cycloidal.model import (
     LEVELS,
     distribute_wind_up,
     friction,
@@ -28,12 +28,12 @@ from lostmotion.parts.gearbox.cycloidal_model import (
     wind_up,
     wind_up_without_scatter,
 )
-from lostmotion.parts.gearbox.cycloidal_sources import interpolated
+from lostmotion.parts.gearbox.cycloidal.sources import interpolated
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.envelope import BothBranches
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 # Customary share of the torque on one of two discs, where load sharing is not computed.

@@ -12,12 +12,12 @@ from lostmotion.laws.cycloid.drive import crank_angles_of_pitch
 from lostmotion.laws.cycloid.envelope import mean_contacts, second_contacts
 from lostmotion.laws.cycloid.envelope_contact import envelope_contact
 from lostmotion.laws.cycloid.geometry import arms, gaps
-from lostmotion.parts.gearbox.cycloidal_envelope import branches
+from lostmotion.parts.gearbox.cycloidal.envelope import branches
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.envelope_contact import EnvelopeContact
-    from lostmotion.parts.gearbox.cycloidal_envelope import Branches
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.envelope import Branches
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 _TURN: Final = 360

@@ -12,7 +12,7 @@ from lostmotion.analyses.gearbox.bands import GearBands, bands_of_figures
 from lostmotion.analyses.gearbox.cycloidal import Drawn, drawn
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, StatedCurve, readings
 from lostmotion.errors import DidNotConvergeError, refuse_argument
-from lostmotion.parts.gearbox.cycloidal_model import LOST_MOTION
+from lostmotion.parts.gearbox.cycloidal.model import LOST_MOTION
 from lostmotion.parts.gearbox.kinds import is_drawn, is_gearbox
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.cycloidal import Lobes
     from lostmotion.analyses.gearbox.gear import GearStudy
     from lostmotion.laws.cycloid.geometry import Stage
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 _MM: Final = 1e3

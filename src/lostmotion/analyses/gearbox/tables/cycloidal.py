@@ -14,15 +14,15 @@ from lostmotion.analyses.gearbox.tables.units import TURNING
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
 from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius, valley_radius
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
-from lostmotion.parts.gearbox.cycloidal_names import BOUNDED
-from lostmotion.parts.gearbox.cycloidal_stage import BOUNDS
-from lostmotion.parts.gearbox.cycloidal_temperature import note_on_temperature
+from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
+from lostmotion.parts.gearbox.cycloidal.stage import BOUNDS
+from lostmotion.parts.gearbox.cycloidal.temperature import note_on_temperature
 from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Card, Figure, Row, Section, as_stated, digits, length
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.cycloidal import Drawn, Lobes
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 Bound: TypeAlias = Literal["", "upper", "lower"]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.gearbox.cycloidal import Drawn
     from lostmotion.analyses.gearbox.envelope import BothBranches
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
 
 _DRAWING: Final = "the drawing"
 _AS_DRAWN: Final = "the stage as drawn, without tolerances"

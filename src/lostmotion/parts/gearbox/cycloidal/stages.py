@@ -19,10 +19,10 @@ from lostmotion.parts.error_source import (
     LinearStiffness,
     Mass,
 )
-from lostmotion.parts.gearbox.cycloidal_frame import GearboxFrame  # noqa: TC001 - read by pydantic
-from lostmotion.parts.gearbox.cycloidal_names import OUTSIDE, STAGE_MEMBERS
-from lostmotion.parts.gearbox.cycloidal_shaft import Shaft
-from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame  # noqa: TC001 - read by pydantic
+from lostmotion.parts.gearbox.cycloidal.names import OUTSIDE, STAGE_MEMBERS
+from lostmotion.parts.gearbox.cycloidal.shaft import Shaft
+from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced

@@ -10,18 +10,18 @@ import numpy as np
 from pydantic import PrivateAttr
 
 from lostmotion.laws.distributions import Normal
-from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
-from lostmotion.parts.gearbox.cycloidal_materials import material_shares
-from lostmotion.parts.gearbox.cycloidal_model import ANGLES, GEARBOXES, Behaviour, behaviour, gearboxes
-from lostmotion.parts.gearbox.cycloidal_names import CONTACTS
-from lostmotion.parts.gearbox.cycloidal_sources import Play, TransmissionError, WindUp
-from lostmotion.parts.gearbox.cycloidal_stages import CycloidalFirstStage
-from lostmotion.parts.gearbox.cycloidal_temperature import follows, growth_is_known
+from lostmotion.parts.gearbox.cycloidal.drawing import CycloidalDrawing
+from lostmotion.parts.gearbox.cycloidal.materials import material_shares
+from lostmotion.parts.gearbox.cycloidal.model import ANGLES, GEARBOXES, Behaviour, behaviour, gearboxes
+from lostmotion.parts.gearbox.cycloidal.names import CONTACTS
+from lostmotion.parts.gearbox.cycloidal.sources import Play, TransmissionError, WindUp
+from lostmotion.parts.gearbox.cycloidal.stages import CycloidalFirstStage
+from lostmotion.parts.gearbox.cycloidal.temperature import follows, growth_is_known
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
     from lostmotion.parts.error_source import ErrorSource
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
 
 
 class CycloidalGearbox(CycloidalDrawing):

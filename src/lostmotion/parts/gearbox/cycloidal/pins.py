@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from lostmotion.laws.cycloid import output_pins as laws
 from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
-from lostmotion.parts.gearbox.cycloidal_names import PINS, SEATS
+from lostmotion.parts.gearbox.cycloidal.names import PINS, SEATS
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import DEFAULT, Sourced

@@ -9,10 +9,10 @@ from pydantic import Field, model_validator
 
 from lostmotion.errors import shown
 from lostmotion.parts.error_source import OF_RATED, RATED_SHARE, Friction
-from lostmotion.parts.gearbox.cycloidal_names import FIRST_STAGE, FRAME
-from lostmotion.parts.gearbox.cycloidal_seats import Named  # noqa: TC001 - read by pydantic
-from lostmotion.parts.gearbox.cycloidal_stages import CycloidalStages
-from lostmotion.parts.gearbox.cycloidal_states import MemberState, Unknown, member_states, unknowns
+from lostmotion.parts.gearbox.cycloidal.names import FIRST_STAGE, FRAME
+from lostmotion.parts.gearbox.cycloidal.seats import Named  # noqa: TC001 - read by pydantic
+from lostmotion.parts.gearbox.cycloidal.stages import CycloidalStages
+from lostmotion.parts.gearbox.cycloidal.states import MemberState, Unknown, member_states, unknowns
 from lostmotion.parts.gearbox.gearbox import refuse
 from lostmotion.parts.provenance import with_friction
 from lostmotion.units import Quantity

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from lostmotion.laws.annulus import Annulus, Plane
 from lostmotion.laws.cycloid.seat import seat_compliance
 from lostmotion.parts.error_source import LengthPlus, Line
-from lostmotion.parts.gearbox.cycloidal_pins import EXTREME_FITS, UNKNOWN_FIT, Fit
+from lostmotion.parts.gearbox.cycloidal.pins import EXTREME_FITS, UNKNOWN_FIT, Fit
 from lostmotion.parts.gearbox.gearbox import refuse
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import Sourced

@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from lostmotion.band import Band
 from lostmotion.laws.rolling.by_size import STIFFNESS_BAND
-from lostmotion.parts.gearbox import cycloidal_names as names
-from lostmotion.parts.gearbox.cycloidal_frame import GearboxFrame
-from lostmotion.parts.gearbox.cycloidal_pins import EXTREME_FITS
-from lostmotion.parts.gearbox.cycloidal_seats import BearingSize
-from lostmotion.parts.gearbox.cycloidal_shaft import Shaft
-from lostmotion.parts.gearbox.cycloidal_stage import BOUNDS, HOLES_OF_UNKNOWN_SIZE
+from lostmotion.parts.gearbox.cycloidal import names
+from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
+from lostmotion.parts.gearbox.cycloidal.pins import EXTREME_FITS
+from lostmotion.parts.gearbox.cycloidal.seats import BearingSize
+from lostmotion.parts.gearbox.cycloidal.shaft import Shaft
+from lostmotion.parts.gearbox.cycloidal.stage import BOUNDS, HOLES_OF_UNKNOWN_SIZE
 
 if TYPE_CHECKING:
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
-    from lostmotion.parts.gearbox.cycloidal_stages import CycloidalStages
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.stages import CycloidalStages
 
 Kind = Literal["stated", "computed", "assumed", "bounded", "ideal", "absent"]
 # Largest share of the wind-up due to members before the eccentric at the ratio of 15; it falls with the square of the ratio.

@@ -15,9 +15,9 @@ import numpy as np
 
 from lostmotion.laws.cycloid import contact, drive
 from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
-from lostmotion.parts.gearbox.cycloidal_frame import GearboxFrame
-from lostmotion.parts.gearbox.cycloidal_members import stage_wind_up
-from lostmotion.parts.gearbox.cycloidal_names import (
+from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
+from lostmotion.parts.gearbox.cycloidal.members import stage_wind_up
+from lostmotion.parts.gearbox.cycloidal.names import (
     BOUNDED,
     CONTACTS,
     FIRST,
@@ -28,13 +28,13 @@ from lostmotion.parts.gearbox.cycloidal_names import (
     PIN_MEMBERS,
     is_without_scatter,
 )
-from lostmotion.parts.gearbox.cycloidal_sources import ErrorHarmonic, Loop
-from lostmotion.parts.gearbox.cycloidal_states import bounds
+from lostmotion.parts.gearbox.cycloidal.sources import ErrorHarmonic, Loop
+from lostmotion.parts.gearbox.cycloidal.states import bounds
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.tolerances import Scatter, SimulatedGearboxes
-    from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.drawing import CycloidalDrawing
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 # Relative change of a compliance that is rounding.

@@ -8,10 +8,10 @@ import numpy as np
 
 from lostmotion.laws.cycloid import drive
 from lostmotion.laws.cycloid.output_pins import largest_pin_force, needle_compliance
-from lostmotion.parts.gearbox.cycloidal_names import BEARING, BORE, HOLES, NEEDLES, PINS, SEATS, SHAFT, SHAFT_BEARINGS, SHAFT_SEATS, TILT
+from lostmotion.parts.gearbox.cycloidal.names import BEARING, BORE, HOLES, NEEDLES, PINS, SEATS, SHAFT, SHAFT_BEARINGS, SHAFT_SEATS, TILT
 
 if TYPE_CHECKING:
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 

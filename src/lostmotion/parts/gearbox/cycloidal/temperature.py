@@ -19,12 +19,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lostmotion.laws.cycloid.geometry import Modification
-from lostmotion.parts.gearbox.cycloidal_pins import STEEL
+from lostmotion.parts.gearbox.cycloidal.pins import STEEL
 from lostmotion.parts.gearbox.gearbox import refuse
 
 if TYPE_CHECKING:
-    from lostmotion.parts.gearbox.cycloidal_dimensions import StageDimensions
-    from lostmotion.parts.gearbox.cycloidal_pins import OutputPins
+    from lostmotion.parts.gearbox.cycloidal.dimensions import StageDimensions
+    from lostmotion.parts.gearbox.cycloidal.pins import OutputPins
     from lostmotion.parts.material import Material
     from lostmotion.units import Toleranced
 

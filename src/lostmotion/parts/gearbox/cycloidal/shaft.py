@@ -15,9 +15,9 @@ from lostmotion.laws.cycloid import shaft as laws
 from lostmotion.laws.rolling.by_size import stiffness_of_size
 from lostmotion.laws.supported_beam import Support, SupportedBeam
 from lostmotion.parts.error_source import AngularStiffness, ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
-from lostmotion.parts.gearbox.cycloidal_names import SHAFT_BEARINGS, SHAFT_SEATS
-from lostmotion.parts.gearbox.cycloidal_pins import STEEL
-from lostmotion.parts.gearbox.cycloidal_seats import BearingSeat, BearingSize, Named
+from lostmotion.parts.gearbox.cycloidal.names import SHAFT_BEARINGS, SHAFT_SEATS
+from lostmotion.parts.gearbox.cycloidal.pins import STEEL
+from lostmotion.parts.gearbox.cycloidal.seats import BearingSeat, BearingSize, Named
 from lostmotion.parts.gearbox.gearbox import Whole, refuse
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import DEFAULT, Sourced

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.parts.gearbox.cycloidal_frame import GearboxFrame
-from lostmotion.parts.gearbox.cycloidal_names import (
+from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
+from lostmotion.parts.gearbox.cycloidal.names import (
     BORE,
     CONTACTS,
     DISC_BODY,
@@ -26,8 +26,8 @@ from lostmotion.parts.gearbox.cycloidal_names import (
 from lostmotion.parts.material import Material, with_material
 
 if TYPE_CHECKING:
-    from lostmotion.parts.gearbox.cycloidal_drawing import CycloidalDrawing
-    from lostmotion.parts.gearbox.cycloidal_stage import CycloidalStage
+    from lostmotion.parts.gearbox.cycloidal.drawing import CycloidalDrawing
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
 
 # Relative change of a modulus by which the share of a material in a member's compliance is found.
 _CHANGE: Final = 0.01

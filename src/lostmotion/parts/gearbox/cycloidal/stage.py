@@ -22,19 +22,19 @@ from lostmotion.laws.cycloid.tolerances import Scatter
 from lostmotion.laws.perforated_disc import Holes
 from lostmotion.laws.rolling.by_size import balls_of_size, stiffness_of_size
 from lostmotion.laws.rolling.radial import BALL_EXPONENT, ROLLER_EXPONENT, roller_stiffness
-from lostmotion.parts.gearbox.cycloidal_dimensions import StageDimensions
-from lostmotion.parts.gearbox.cycloidal_envelope import branches
-from lostmotion.parts.gearbox.cycloidal_names import BEARING, BORE, DISC_BODY, HOLES, PINS, RING_BODY, RING_LOBES, RING_PINS, SHAFT, TILT
-from lostmotion.parts.gearbox.cycloidal_pins import STEEL, Fit, OutputPins
-from lostmotion.parts.gearbox.cycloidal_process import with_process
-from lostmotion.parts.gearbox.cycloidal_shaft import Shaft, ShaftCase, ShaftSprings
-from lostmotion.parts.gearbox.cycloidal_temperature import check_temperature, output_clearance_at_work, relief_at_work
+from lostmotion.parts.gearbox.cycloidal.dimensions import StageDimensions
+from lostmotion.parts.gearbox.cycloidal.envelope import branches
+from lostmotion.parts.gearbox.cycloidal.names import BEARING, BORE, DISC_BODY, HOLES, PINS, RING_BODY, RING_LOBES, RING_PINS, SHAFT, TILT
+from lostmotion.parts.gearbox.cycloidal.pins import STEEL, Fit, OutputPins
+from lostmotion.parts.gearbox.cycloidal.process import with_process
+from lostmotion.parts.gearbox.cycloidal.shaft import Shaft, ShaftCase, ShaftSprings
+from lostmotion.parts.gearbox.cycloidal.temperature import check_temperature, output_clearance_at_work, relief_at_work
 from lostmotion.parts.gearbox.gearbox import refuse
 from lostmotion.parts.material import Material, with_material
 from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
-    from lostmotion.parts.gearbox.cycloidal_seats import BearingSeat
+    from lostmotion.parts.gearbox.cycloidal.seats import BearingSeat
 
 # Largest difference, m, between a stated size and that which follows from others.
 _SAME_SIZE: Final = 1e-6
