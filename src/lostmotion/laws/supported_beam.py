@@ -120,11 +120,13 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Respon
     sandwich = beam.pieces[0].second is not None
     dofs = (_DIRECTIONS + sandwich) * len(at)  # rotations of the second beam come last
     node = {place: k for k, place in enumerate(at.tolist())}
-    elements = [_element(beam, low, high) for low, high in itertools.pairwise(at)]
-    parts = [_assembled(dofs, [(k, stiff) for k, (index, stiff, _) in enumerate(elements) if index == piece]) for piece in range(len(beam.pieces))]
+    of_piece = np.searchsorted([piece.end for piece in beam.pieces], at[:-1], side="right")
+    bending, shearing = np.array([(piece.bending, piece.shear) for piece in beam.pieces])[of_piece].T
+    matrices, shears = _stiffness(bending, shearing, np.diff(at))
+    elements = [np.flatnonzero(of_piece == piece) for piece in range(len(beam.pieces))]
+    parts = [_assembled(dofs, own, matrices[own]) for own in elements]
     if sandwich:
-        for k, (index, _, _) in enumerate(elements):
-            parts[index] += _of_second(beam.pieces[index], at, k)
+        parts = [part + _of_second(piece, at, own) for part, piece, own in zip(parts, beam.pieces, elements, strict=True)]
     held = np.zeros(dofs, dtype=bool)
     for support in beam.supports:
         spring = np.zeros((dofs, dofs))
@@ -135,8 +137,8 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Respon
         if sandwich:
             held[_DIRECTIONS * len(at) + node[support.at]] = math.isinf(support.tilt)
         parts.append(spring)
-    parts += [_foundation(each, at, [shear for _, _, shear in elements], dofs) for each in beam.foundations]
-    forces = np.stack([_load(low, high, at, [shear for _, _, shear in elements], dofs) for low, high in loads], axis=-1)
+    parts += [_foundation(each, at, shears, dofs) for each in beam.foundations]
+    forces = np.stack([_load(low, high, at, shears, dofs) for low, high in loads], axis=-1)
     whole, free = np.sum(parts, axis=0), ~held
     moved = np.zeros_like(forces)
     moved[free] = _solved(whole[np.ix_(free, free)], forces[free])
@@ -175,55 +177,63 @@ def _nodes(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Floats:
     return np.concatenate(out)
 
 
-def _element(beam: SupportedBeam, low: float, high: float) -> tuple[int, Floats, float]:
-    """Return the piece of an element, its stiffness matrix (4, 4) and the ratio of its shear to its bending compliance, 12 EI/(k G A l^2)."""
-    index = next(k for k, piece in enumerate(beam.pieces) if low < piece.end)
-    piece, long = beam.pieces[index], high - low
-    return index, *_stiffness(piece.bending, piece.shear, long)
-
-
-def _stiffness(bending: float, shearing: float, long: float) -> tuple[Floats, float]:
+def _stiffness(bending: Floats, shearing: Floats, long: Floats) -> tuple[Floats, Floats]:
+    """Return the stiffness matrices (element, 4, 4) of elements (element,), and how much softer shear than bending makes them, 12 EI/(k G A l^2)."""
     shear = 12 * bending / (shearing * long**2)
-    near, far, turn = (4 + shear) * long**2, (2 - shear) * long**2, 6 * long
-    matrix = np.array([[12, turn, -12, turn], [turn, near, -turn, far], [-12, -turn, 12, -turn], [turn, far, -turn, near]])
-    return bending / ((1 + shear) * long**3) * matrix, shear
+    near, far, turn, one = (4 + shear) * long**2, (2 - shear) * long**2, 6 * long, 12 + 0 * long
+    rows = [[one, turn, -one, turn], [turn, near, -turn, far], [-one, -turn, one, -turn], [turn, far, -turn, near]]
+    return (bending / ((1 + shear) * long**3))[:, None, None] * np.moveaxis(np.array(rows), -1, 0), shear
 
 
-def _of_second(piece: Piece, at: Floats, k: int) -> Floats:
-    """Return the stiffness matrix of element k of the second beam, on all degrees of freedom."""
-    nodes = len(at)
-    places = [_DIRECTIONS * k, _DIRECTIONS * nodes + k, _DIRECTIONS * (k + 1), _DIRECTIONS * nodes + k + 1]
+def _of_second(piece: Piece, at: Floats, elements: np.ndarray) -> Floats:
+    """Return the stiffness matrix of elements (element,) of the second beam, on all degrees of freedom."""
+    nodes, (bending, shear) = len(at), piece.second or (0.0, 1.0)
+    long = np.diff(at)[elements]
+    one = _stiffness(np.full_like(long, bending), np.full_like(long, shear), long)[0]
+    ends = np.stack([elements, elements + 1], axis=-1)
+    places = np.stack([_DIRECTIONS * ends, _DIRECTIONS * nodes + ends], axis=-1).reshape(-1, 4)
     out = np.zeros(((_DIRECTIONS + 1) * nodes,) * 2)
-    bending, shear = piece.second or (0.0, 1.0)
-    out[np.ix_(places, places)] = _stiffness(bending, shear, float(at[k + 1] - at[k]))[0]
+    np.add.at(out, (places[:, :, None], places[:, None, :]), one)
     return out
 
 
-def _assembled(dofs: int, elements: Sequence[tuple[int, Floats]]) -> Floats:
-    out = np.zeros((dofs, dofs))
-    for k, matrix in elements:
-        at = slice(_DIRECTIONS * k, _DIRECTIONS * k + 4)
-        out[at, at] += matrix
+def _assembled(dofs: int, elements: np.ndarray, matrices: Floats) -> Floats:
+    """Return the stiffness matrix of elements (element,) from their own (element, 4, 4), on all degrees of freedom."""
+    out, at = np.zeros((dofs, dofs)), _places(elements)
+    np.add.at(out, (at[:, :, None], at[:, None, :]), matrices)
     return out
 
 
-def _shapes(x: float, long: float, shear: float) -> tuple[Floats, Floats]:
-    """Return displacement and rotation of the section at x (0..1) along an element, per displacement and rotation of its ends: (4,) each."""
-    shift = np.array([1 - 3 * x**2 + 2 * x**3 + (1 - x) * shear, long * (x - 2 * x**2 + x**3 + (x - x**2) * shear / 2)])
-    other = np.array([3 * x**2 - 2 * x**3 + x * shear, long * (x**3 - x**2 + (x**2 - x) * shear / 2)])
-    turn = np.array([6 * (x**2 - x) / long, 1 - 4 * x + 3 * x**2 + (1 - x) * shear, 6 * (x - x**2) / long, 3 * x**2 - 2 * x + x * shear])
-    return np.concatenate([shift, other]) / (1 + shear), turn / (1 + shear)
+def _places(elements: np.ndarray) -> np.ndarray:
+    """Return the degrees of freedom (element, 4) of the ends of elements (element,)."""
+    return np.asarray(_DIRECTIONS * elements[:, None] + np.arange(2 * _DIRECTIONS))
 
 
-def _foundation(each: Foundation, at: Floats, shears: Sequence[float], dofs: int) -> Floats:
-    lateral, tilting = np.zeros((dofs, dofs)), np.zeros((dofs, dofs))
-    for k, (low, high) in enumerate(itertools.pairwise(at)):
-        if each.start <= low and high <= each.end:
-            here = slice(_DIRECTIONS * k, _DIRECTIONS * k + 4)
-            for x, weight in zip(*_GAUSS, strict=True):
-                shift, turn = _shapes((1 + x) / 2, high - low, shears[k])
-                lateral[here, here] += each.stiffness * weight / 2 * (high - low) * np.outer(shift, shift)
-                tilting[here, here] += each.tilt * weight / 2 * (high - low) * np.outer(turn, turn)
+def _shapes(long: Floats, shear: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the weights (element, point), m, of the Gauss points of elements (element,), and how the section moves at each of them.
+
+    The latter are displacement and rotation per displacement and rotation of the ends of the element, (element, point, 4) both.
+    """
+    x = (1 + _GAUSS[0]) / 2
+    length, share, _ = np.broadcast_arrays(long[:, None], shear[:, None], x)
+    shift = [
+        1 - 3 * x**2 + 2 * x**3 + (1 - x) * share,
+        length * (x - 2 * x**2 + x**3 + (x - x**2) * share / 2),
+        3 * x**2 - 2 * x**3 + x * share,
+        length * (x**3 - x**2 + (x**2 - x) * share / 2),
+    ]
+    turn = [6 * (x**2 - x) / length, 1 - 4 * x + 3 * x**2 + (1 - x) * share, 6 * (x - x**2) / length, 3 * x**2 - 2 * x + x * share]
+    whole = 1 + share[..., None]
+    return _GAUSS[1] / 2 * length, np.stack(shift, axis=-1) / whole, np.stack(turn, axis=-1) / whole
+
+
+def _foundation(each: Foundation, at: Floats, shears: Floats, dofs: int) -> Floats:
+    under = np.flatnonzero((each.start <= at[:-1]) & (at[1:] <= each.end))
+    weight, shift, turn = _shapes(np.diff(at)[under], shears[under])
+    lateral, tilting = (
+        _assembled(dofs, under, stiffness * np.einsum("eg,egi,egj->eij", weight, shape, shape))
+        for stiffness, shape in ((each.stiffness, shift), (each.tilt, turn))
+    )
     if each.floating:
         along = np.zeros(dofs)
         along[: _DIRECTIONS * len(at) : _DIRECTIONS] = 1.0
@@ -232,14 +242,12 @@ def _foundation(each: Foundation, at: Floats, shears: Sequence[float], dofs: int
     return lateral + tilting
 
 
-def _load(low: float, high: float, at: Floats, shears: Sequence[float], dofs: int) -> Floats:
+def _load(low: float, high: float, at: Floats, shears: Floats, dofs: int) -> Floats:
     out = np.zeros(dofs)
     if low == high:
         out[_DIRECTIONS * int(np.flatnonzero(at == low)[0])] = 1.0
         return out
-    for k, (first, last) in enumerate(itertools.pairwise(at)):
-        if low <= first and last <= high:
-            for x, weight in zip(*_GAUSS, strict=True):
-                shift, _ = _shapes((1 + x) / 2, last - first, shears[k])
-                out[_DIRECTIONS * k : _DIRECTIONS * k + 4] += weight / 2 * (last - first) / (high - low) * shift
+    under = np.flatnonzero((low <= at[:-1]) & (at[1:] <= high))
+    weight, shift, _ = _shapes(np.diff(at)[under], shears[under])
+    np.add.at(out, _places(under), np.einsum("eg,egi->ei", weight, shift) / (high - low))
     return out
