@@ -22,7 +22,7 @@ import numpy as np
 
 from lostmotion.laws.cycloid.drive import LEAST_ARM, loaded_disc, play_per_crank_clearance, rest_angle
 from lostmotion.laws.cycloid.geometry import arms, first_contact_angle, gaps, gaps_from_pins, normals, pin_angles
-from lostmotion.laws.cycloid.preload import ClearanceEffects, carried_torque, preloaded_discs
+from lostmotion.laws.cycloid.preload import ClearanceEffects, carried_torque, crossing, preloaded_discs
 from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.units import Toleranced
 
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _NONE: Final = Toleranced(0.0)
-# Number of bisections for the common angle of the discs, to rounding.
-_HALVINGS: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,12 +280,6 @@ def _common_rotation(drive: Drive, torque: Floats, crank: Floats, gap: Floats, s
             alone[disc, k] = sign * loaded_disc(drive, sign * float(each), turned, gap[disc], threads=threads).rotation[0]
         # Interfering flanks push each other apart without torque.
         alone[disc, 0] = np.minimum(start[disc], alone[disc, 1])
-    out = np.empty((len(torque), *gap.shape[1:3]))
-    for k, whole in enumerate(wanted):
-        low, high = alone[:, 0].min(axis=0), alone[:, -1].max(axis=0)
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2
-            short = sum(carried_torque(alone[disc], loads, middle) for disc in range(drive.discs)) < whole
-            low, high = np.where(short, middle, low), np.where(short, high, middle)
-        out[k] = high
-    return out
+    points = alone.reshape(-1, *alone.shape[2:])
+    sums = np.stack([sum(carried_torque(each, loads, point) for each in alone) for point in points])
+    return np.stack([crossing(points, sums, sums < whole, whole) for whole in wanted])
