@@ -16,7 +16,7 @@ import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Final, Literal, get_args
 
 import numpy as np
 
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 FlankLaw = Literal["johnson", "palmgren", "linear"]
+# Fewer cases than this take less time than a thread needs to start.
+_LEAST_BLOCK: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,8 +180,9 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
         else:
             elastic_kernel.solve_cases(first, last, *given, flexible, out, forces)
 
-    edges = np.linspace(0, cases, min(4 * threads, cases) + 1 if threads > 1 else 2).astype(int)
-    if threads > 1:
+    blocks = min(4 * threads, cases // _LEAST_BLOCK) if threads > 1 else 0
+    if blocks > 1:
+        edges = np.linspace(0, cases, blocks + 1).astype(int)
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(lambda ends: solve(ends[0], ends[1]), pairwise(edges)))
     else:
