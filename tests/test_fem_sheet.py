@@ -77,13 +77,14 @@ def test_gearboxes_without_a_meshable_drawing_are_refused(tmp_path):
 
 @pytest.mark.slow
 def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_conversion(tmp_path):
-    """The report has four pictures and two VTU files; the paper's angle is the strain in arcmin, several times the rotation."""
-    gear = lostmotion.gear(EXAMPLES / "printed.toml", fem=True, gearboxes=2)
+    """Four pictures and two VTU files; the paper's angle is the strain in arcmin, several times the rotation in two or three dimensions."""
+    gear = lostmotion.gear(EXAMPLES / "printed.toml", fem_3d=True, gearboxes=2)
     section = next(each for each in gear.result()["sections"] if each["key"] == "fem")
     for row in section["rows"]:
-        strain_rotation, stress_rotation, _, _, _, strain, angle = (figure["value"] for figure in row["figures"])
+        strain_rotation, stress_rotation, solid_rotation, _, _, _, strain, angle = (figure["value"] for figure in row["figures"])
         assert angle == pytest.approx(strain / (math.pi / 10800), rel=0.01)
-        assert strain_rotation < stress_rotation < angle
+        assert strain_rotation < solid_rotation < stress_rotation < angle
+    assert "3-D is coarse" in section["note"]
     folder = gear.report(tmp_path / "report")
     page = (folder / "report.html").read_text("utf-8")
     assert all(f'data-plot="{key}"' in page for key in ("fem-stress", "fem-strain", "fem-contact", "fem-angle"))

@@ -106,6 +106,7 @@ def gear(
         Argument("DXF file that the report writes the profiles to as well (cycloidal; needs ezdxf).", path_of, metavar="DXF"),
     ] = None,
     fem: Annotated[bool, Argument("Also solve the contact by finite elements: rotation, pressure, stresses (cycloidal; needs ngsolve).")] = False,
+    fem_3d: Annotated[bool, Argument("As `fem`, and the rotation in three dimensions too, coarsely.")] = False,
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Gear:
@@ -124,15 +125,16 @@ def gear(
     one = asked.part
     if asked.dxf is not None:
         refuse_drawing(one.part)
-    if asked.fem:
+    by_fem = asked.fem or asked.fem_3d
+    if by_fem:
         from lostmotion.analyses.gearbox.finite_elements import check_fem
 
         check_fem(one.part)
     asked.ready()
     found = study(one.part, asked.torque, asked.gearboxes, asked.seed, asked.lost_motion_torque, asked.slope_range, asked.stiffness_definition)
     by_elements = None
-    if asked.fem and found.torque is not None:
+    if by_fem and found.torque is not None:
         from lostmotion.analyses.gearbox.finite_elements import check_fem, finite_elements
 
-        by_elements = finite_elements(check_fem(one.part), found.torque, progress)
+        by_elements = finite_elements(check_fem(one.part), found.torque, progress, three_dimensions=asked.fem_3d)
     return Gear(**vars(found), name=one.name, notes=one.notes, dxf=asked.dxf, fem=by_elements)

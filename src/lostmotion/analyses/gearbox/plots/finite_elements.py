@@ -87,9 +87,11 @@ def angles(found: FiniteElements) -> go.Figure:
     import plotly.graph_objects as go
 
     figure = framed("Rotation, and strain read as an angle", height=340)
+    solid = () if found.rotation_3d is None else (("rotation, 3-D", found.rotation_3d, {"color": INK, "width": 1.5}),)
     for name, values, line in (
         ("rotation, plane strain", found.rotation[0], {"color": BLUE, "width": 2}),
         ("rotation, plane stress", found.rotation[1], {"color": ORANGE, "width": 2}),
+        *solid,
         ("largest equivalent strain as an angle, the paper's conversion", found.strain, {"color": RED, "width": 1.5, "dash": "dash"}),
     ):
         hover = f"{name}<br>%{{x:.4~g}} N m: %{{y:.3~g}} arcmin<extra></extra>"

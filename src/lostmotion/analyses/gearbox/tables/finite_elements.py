@@ -22,6 +22,7 @@ _COLUMNS: Final = (
     "equivalent strain",
     "strain as an angle, the paper's conversion",
 )
+_COLUMN_3D: Final = "rotation, 3-D"
 _SOURCE: Final = "finite elements of the stage as drawn"
 
 
@@ -30,13 +31,14 @@ def fem_sections(found: FiniteElements | None) -> tuple[Section, ...]:
     if found is None:
         return ()
     rows = [Row(f"{as_stated(float(torque))} N m", _figures(found, k)) for k, torque in enumerate(found.torque)]
+    columns = _COLUMNS if found.rotation_3d is None else (*_COLUMNS[:2], _COLUMN_3D, *_COLUMNS[2:])
     off = 100 * float(found.error[-1] / found.rotation[0, -1])
     branch = "; of the envelope ring the first branch alone is meshed, as plain arcs: the true ring is stiffer" if found.first_branch_only else ""
     note = (
         "stage at the output, crank at zero, equal discs, rotation beyond the play, at the output; the true disc lies between plane strain and plane "
         "stress, stresses are those of plane strain; without bearings, output pins and frame; at the largest torque two meshes differ by "
         f"{off:.2g} % in rotation, below it by more. A strain is no rotation: the last column is the conversion of S. Strutynskyi and R. Semenchuk "
-        f"(2021), for comparison{branch}"
+        f"(2021), for comparison{branch}{_note_3d(found)}"
     )
     theta = pin_angles(found.stage, np.zeros(1))[0]
     loads = [
@@ -52,18 +54,32 @@ def fem_sections(found: FiniteElements | None) -> tuple[Section, ...]:
     ]
     per_disc = f"one disc, under its share of {as_stated(float(found.torque[-1]))} N m, plane strain"
     return (
-        Section("fem", "Finite elements", _COLUMNS, tuple(rows), note),
+        Section("fem", "Finite elements", columns, tuple(rows), note),
         Section("fem-lobes", "Load of the lobes by finite elements", ("load", "peak pressure", "half-width"), tuple(loads), per_disc),
     )
 
 
+def _note_3d(found: FiniteElements) -> str:
+    """Return what three dimensions assume, and their error."""
+    if found.rotation_3d is None or found.error_3d is None:
+        return ""
+    return (
+        "; 3-D is coarse: disc and its share of the ring over the width, with free faces and bonded fixed circles, displacements in the plane equal "
+        "over the width and linear across it, up to 1 % too stiff; two meshes differ by "
+        f"{100 * float(found.error_3d[-1] / found.rotation_3d[-1]):.2g} % "
+        f"({found.unknowns:_} unknowns)"
+    ).replace("_", " ")
+
+
 def _figures(found: FiniteElements, k: int) -> tuple[Figure, ...]:
     strain = float(found.strain[k])
+    solid = () if found.rotation_3d is None else ((float(found.rotation_3d[k]) / ARCMIN, "arcmin"),)
     return tuple(
         Figure(value, unit, samples=_SOURCE)
         for value, unit in (
             (float(found.rotation[0, k]) / ARCMIN, "arcmin"),
             (float(found.rotation[1, k]) / ARCMIN, "arcmin"),
+            *solid,
             (float(found.stiffness[k]) * ARCMIN, "N m/arcmin"),
             (float(found.loaded.peak[k].max()) / 1e9, "GPa"),
             (float(found.stress[k]) / 1e6, "MPa"),

@@ -12,7 +12,8 @@ import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.cycloid.finite_elements.contours import gaps_at
-from lostmotion.laws.cycloid.finite_elements.wheel import MM, gauss
+from lostmotion.laws.cycloid.finite_elements.mesh import MM
+from lostmotion.laws.cycloid.finite_elements.wheel import gauss
 from lostmotion.laws.cycloid.geometry import arms
 
 if TYPE_CHECKING:

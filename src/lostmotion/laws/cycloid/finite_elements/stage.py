@@ -28,8 +28,10 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import ring_reach
 from lostmotion.laws.cycloid.finite_elements.contours import contacts, pinned, toothed
+from lostmotion.laws.cycloid.finite_elements.elasticity import Elasticity
 from lostmotion.laws.cycloid.finite_elements.equilibrium import System
-from lostmotion.laws.cycloid.finite_elements.wheel import MM, Blank, ElasticWheel, LoadedHole, check_installed, mesh_of
+from lostmotion.laws.cycloid.finite_elements.mesh import MM, Blank, LoadedHole, check_installed, mesh_of
+from lostmotion.laws.cycloid.finite_elements.wheel import ElasticWheel
 from lostmotion.laws.cycloid.geometry import arms
 from lostmotion.laws.perforated_disc import pin_forces
 
@@ -55,6 +57,8 @@ _BEYOND: Final = 1.01
 _THINNEST: Final = 0.02
 # Largest element of the coarser mesh, over the pitch.
 _COARSE: Final = 0.2
+# Unknowns of a wheel that fit into a few GB.
+_MOST_UNKNOWNS: Final = 2_000_000
 # Order of convergence of the rotation at the inner corners between pins (measured: 1.5).
 _CONVERGENCE: Final = 1.5
 
@@ -108,6 +112,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     gaps: Floats | None = None,
     order: int = 2,
     intervals: int = 5,
+    terms: int = 0,
     progress: Callable[[str, int, int], None] = _silent,
 ) -> Loaded:
     """Return a stage under torques (torque,), N m above zero, by finite elements.
@@ -119,10 +124,12 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     gaps          (N,) at each pin or lobe, m, zero or more; default: none
     order         of the elements
     intervals     elements over the 2.6 half-widths that are meshed of each contact, on the coarser mesh; the finer one halves every element
+    terms         of the displacements over the width, in three dimensions with free faces (`elasticity`), with pressures uniform over the width and
+                  gaps that are means over it; zero: plane, with the stress states of the wheels
     progress      called with what is done, how much of it and of how much
 
     Raises ValueError, before meshing, for a stage of another kind than pins or arcs, for wheels that are too thin and for interfering flanks,
-    LostmotionError without NGSolve, DidNotConvergeError where contacts would outgrow their lobes.
+    LostmotionError without NGSolve, DidNotConvergeError where contacts would outgrow their lobes and for more than 2 million unknowns.
     """
     gap = np.zeros(stage.pins) if gaps is None else np.asarray(gaps, dtype=float)
     _check(stage, planet, ring, gap, torques)
@@ -136,7 +143,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     beyond = _BEYOND
     for _ in range(_MOST_GROWTHS):
         at = {k: _places(made, k, half[k], intervals) for k in _candidates(made, beyond)}
-        coarse, fine, system = _on_two_meshes(made, at, (planet, ring), (width, torques, gap), order, progress)
+        coarse, fine, system = _on_two_meshes(made, at, (planet, ring), (width, torques, gap), (order, terms), progress)
         pressures = np.array([each for each, _, _ in fine])
         at_edge, at_last = system.outgrown(pressures)
         if not (at_edge.any() or at_last):
@@ -168,11 +175,14 @@ def _on_two_meshes(
     at: dict[int, Floats],
     bodies: tuple[Body, Body | None],
     loads: tuple[float, Floats, Floats],
-    order: int,
+    detail: tuple[int, int],
     progress: Callable[[str, int, int], None],
 ) -> tuple[_Solved, _Solved, System]:
-    """Return pressures, rotation and its derivative for every torque on the coarser and the finer mesh, and the system of the finer one."""
-    width, torques, gap = loads
+    """Return pressures, rotation and its derivative for every torque on the coarser and the finer mesh, and the system of the finer one.
+
+    detail  order of the elements, and terms over the width
+    """
+    (width, torques, gap), (order, terms) = loads, detail
     intervals = len(next(iter(at.values()))) - 1
     coarse = _COARSE * 2 * math.pi * made.stage.ring_radius / made.stage.pins * 5 / intervals
     blanks = _blanks(made, at, *bodies)
@@ -181,6 +191,7 @@ def _on_two_meshes(
     for n, blank in enumerate(blanks):
         progress("finite elements: meshing", n, steps)
         meshes.append(mesh_of(blank, coarse))
+    _check_size(max(int(mesh.ne) for mesh in meshes), order, terms)
     found = []
     for level in range(2):
         wheels = []
@@ -188,11 +199,19 @@ def _on_two_meshes(
             progress("finite elements: solving", (level + 1) * len(blanks) + n, steps)
             if level:
                 mesh.Refine()
-            wheels.append(ElasticWheel(blank, made, at, mesh, order))
+            wheels.append(ElasticWheel(blank, Elasticity(blank.body, width, terms), made, at, mesh, order))
         system = System(made, at, gap, tuple(wheels))
         found.append([system.solve(float(torque) / width) for torque in torques])
         at = {k: _halved(places) for k, places in at.items()}
     return found[0], found[1], system
+
+
+def _check_size(elements: int, order: int, terms: int) -> None:
+    """Raise DidNotConvergeError for a finer mesh with too many unknowns; `elements` are those of the coarser one."""
+    unknowns = 2 * elements * order**2 * (3 * terms or 2)  # a triangle has order squared over two of its own, and the finer mesh four times as many
+    if unknowns > _MOST_UNKNOWNS:
+        found = f"a wheel would have {unknowns / 1e6:.2g} million unknowns, more than {_MOST_UNKNOWNS / 1e6:g} million"
+        raise DidNotConvergeError(f"{found}: take a lower order, fewer elements or two dimensions")
 
 
 def _candidates(made: Contacts, beyond: float) -> list[int]:

@@ -7,57 +7,27 @@ Source: J. Schöberl, C++11 implementation of finite elements in NGSolve, ASC re
 
 from __future__ import annotations
 
-import importlib.util
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.errors import DidNotConvergeError, LostmotionError
+from lostmotion.errors import DidNotConvergeError
+from lostmotion.laws.cycloid.finite_elements.elasticity import directions
+from lostmotion.laws.cycloid.finite_elements.mesh import MM
 
 if TYPE_CHECKING:
     import scipy.sparse
 
-    from lostmotion.laws.cycloid.bodies import Body
-    from lostmotion.laws.cycloid.finite_elements.contours import Contacts, Edge
+    from lostmotion.laws.cycloid.finite_elements.contours import Contacts
+    from lostmotion.laws.cycloid.finite_elements.elasticity import Elasticity
+    from lostmotion.laws.cycloid.finite_elements.mesh import Blank
     from lostmotion.spatial import Floats
 
-MM: Final = 1e3
-# Growth of the size of elements away from small ones.
-_GRADING: Final = 0.3
-# Stiffness of a bore that slides on its bearing, across and along its edge, in units of Young's modulus over its radius.
-_RIGID: Final = 1e5
-_LOOSE: Final = 1e-6
 # Points at which pressure is integrated over each interval of a contact.
 _GAUSS: Final = 5
-# Largest distance, m, of two places that are one; of a corner of the mesh from the end of an interval, as a share of it.
-_SAME_PLACE: Final = 1e-9
+# Largest distance of a corner of the mesh from the end of an interval, as a share of it.
 _OFF: Final = 0.02
-
-
-def check_installed() -> None:
-    """Raise LostmotionError where NGSolve is not installed."""
-    if importlib.util.find_spec("ngsolve") is None:
-        raise LostmotionError("finite elements need NGSolve, which is not installed\n  pip install 'lostmotion[fem]'")
-
-
-@dataclass(frozen=True, slots=True)
-class LoadedHole:
-    """A hole of the planet: centre and radius, m, and the force of its pin under a unit torque."""
-
-    centre: complex
-    radius: float
-    force: complex
-
-
-@dataclass(frozen=True, slots=True)
-class Blank:
-    """A wheel before meshing: closed outline with its teeth or pins, body, centre of its fixed circle (m), and holes that take the torque."""
-
-    outline: list[Edge]
-    body: Body
-    centre: complex
-    holes: tuple[LoadedHole, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,30 +52,18 @@ class ElasticWheel:
     sliding    (contact, node), mm/MPa: mean displacement along the tangent of each contact
     """
 
-    def __init__(self, blank: Blank, made: Contacts, at: dict[int, Floats], mesh: Any, order: int) -> None:  # noqa: ANN401
+    def __init__(self, blank: Blank, law: Elasticity, made: Contacts, at: dict[int, Floats], mesh: Any, order: int) -> None:  # noqa: ANN401
         """Factorise the stiffness matrix and solve for the pressure of every node."""
-        import ngsolve as ng
         import scipy.sparse
 
-        self._mesh = mesh
+        self._mesh, self._law = mesh, law
         mesh.Curve(order)
-        young, nu, plane = blank.body.young / MM**2, blank.body.nu, blank.body.plane
-        self._mu = young / (2 + 2 * nu)
-        self._lambda = young * nu / ((1 + nu) * (1 - 2 * nu)) if plane == "strain" else young * nu / (1 - nu * nu)
-        self._across = nu if plane == "strain" else 0.0
-        self._space = space = ng.VectorH1(mesh, order=order, dirichlet="" if blank.holes else "fixed")
-        u, v = space.TnT()
-        form = ng.BilinearForm(space, symmetric=True)
-        form += (self._lambda * ng.div(u) * ng.div(v) + 2 * self._mu * ng.InnerProduct(ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v)))) * ng.dx
-        if blank.holes:
-            out, along = _directions(blank.centre)
-            stiff = young / (MM * blank.body.edge)
-            form += stiff * (_RIGID * (u * out) * (v * out) + _LOOSE * (u * along) * (v * along)) * ng.ds("fixed")
-        form.Assemble()
+        self._space = space = law.space(mesh, order, "" if blank.holes else "fixed")
+        form = law.stiffness(space, blank.centre, sliding=bool(blank.holes))
         self._inverse = form.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky")
         self._load, self._answer = form.mat.CreateColVector(), form.mat.CreateColVector()
-        self._normal, tangent = _tractions(made, at, mesh, order)
-        self._holes = _hole_loads(blank, space) if blank.holes else None
+        self._normal, tangent = _tractions(made, at, space, order)
+        self._holes = _hole_loads(blank, law, space) if blank.holes else None
         if self._holes is not None:  # the pins in the holes balance every load, to rounding
             turning, pins = self._holes
             self._normal, tangent = (scipy.sparse.csr_array(each - np.outer(each @ turning, pins)) for each in (self._normal, tangent))
@@ -161,10 +119,15 @@ class ElasticWheel:
         """Return the number of elements."""
         return int(self._mesh.ne)
 
+    @property
+    def unknowns(self) -> int:
+        """Return the number of unknowns."""
+        return int(self._space.ndof)
+
     def largest(self, pressure: Floats) -> tuple[float, float]:
         """Return the largest von Mises stress (Pa) and equivalent strain under nodal pressures (node,), Pa."""
         found = float(self._samples(pressure)[1].max())
-        return found * MM**2, found / (3 * self._mu)
+        return found * MM**2, found / (3 * self._law.shear_modulus)
 
     def place_of_largest(self, pressure: Floats) -> complex:
         """Return the place (m) of the largest von Mises stress."""
@@ -189,86 +152,31 @@ class ElasticWheel:
         points = np.array([vertex.point for vertex in self._mesh.vertices])
         triangles = np.array([[vertex.nr for vertex in element.vertices] for element in self._mesh.Elements(ng.VOL)])
         count = len(points)
-        half = self._space.ndof // 2
-        values = displacement.vec.FV().NumPy()
-        moved = np.stack([values[:count], values[half : half + count]], axis=-1)
+        values = self._law.mean(displacement).vec.FV().NumPy()
+        moved = np.stack([values[:count], values[len(values) // 2 :][:count]], axis=-1)
         of_vertices = smooth.vec.FV().NumPy()[:count].copy()
-        return Field(points / MM, triangles, moved / MM, of_vertices * MM**2, of_vertices / (3 * self._mu))
+        return Field(points / MM, triangles, moved / MM, of_vertices * MM**2, of_vertices / (3 * self._law.shear_modulus))
 
     def _von_mises(self, pressure: Floats) -> tuple[Any, Any]:
         import ngsolve as ng
 
         displacement = ng.GridFunction(self._space)
         displacement.vec.FV().NumPy()[:] = self._displaced(pressure / MM**2)
-        strain = ng.Sym(ng.Grad(displacement))
-        trace = strain[0, 0] + strain[1, 1]
-        x, y = (self._lambda * trace + 2 * self._mu * strain[k, k] for k in range(2))
-        z, shear = self._across * (x + y), 2 * self._mu * strain[0, 1]
-        return displacement, ng.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3 * shear**2)
+        return displacement, self._law.von_mises(displacement)
 
 
-def mesh_of(blank: Blank, coarse: float) -> Any:  # noqa: ANN401 - NGSolve publishes no types
-    """Return the mesh of a wheel with elements up to the size `coarse` (m), and one element for each interval of a contact."""
-    import ngsolve as ng
-    from netgen.occ import ArcOfCircle, Circle, Dir, Face, OCCGeometry, Pnt, Segment, SplineInterpolation, Wire
-    from scipy.spatial import KDTree
-
-    def place(z: complex) -> Any:  # noqa: ANN401
-        return Pnt(MM * z.real, MM * z.imag, 0)
-
-    ng.ngsglobals.msg_level = 0
-    pieces = []
-    for edge in blank.outline:
-        points = [place(each) for each in edge.points]
-        if edge.straight:
-            pieces.append(Segment(points[0], points[-1]))
-        else:
-            pieces.append(ArcOfCircle(*points) if edge.arc else SplineInterpolation(points, tol=1e-9))
-
-    def disc(centre: complex, radius: float) -> Any:  # noqa: ANN401
-        return Face(Wire([Circle(place(centre), Dir(0, 0, 1), MM * radius)]))
-
-    fixed, toothed = disc(blank.centre, blank.body.edge), Face(Wire(pieces))
-    face = fixed - toothed if blank.body.part == "ring" else toothed - fixed
-    for hole in blank.holes:
-        face = face - disc(hole.centre, hole.radius)
-    circles = {"fixed": (blank.centre, blank.body.edge)} | {f"hole {k}": (hole.centre, hole.radius) for k, hole in enumerate(blank.holes)}
-    own = [edge for edge in blank.outline if edge.contact >= 0]
-    middles = KDTree(np.array([[z.real, z.imag] for z in (edge.points.mean() for edge in own)]) * MM)
-    hit = 0
-    for edge in face.edges:  # names that are set before a boolean are lost
-        ends = np.array([complex(end.x, end.y) for end in (edge.start, edge.end)]) / MM
-        off, near = middles.query([ends.mean().real * MM, ends.mean().imag * MM])
-        edge.name = next((name for name, (centre, radius) in circles.items() if np.abs(np.abs(ends - centre) - radius).max() < _SAME_PLACE), "free")
-        if edge.name == "free" and off < 0.1 * MM * abs(own[near].points[-1] - own[near].points[0]):
-            edge.name = f"contact {own[near].contact}"
-            hit += 1
-    if hit != len(own) or {edge.name for edge in face.edges} < circles.keys():
-        raise DidNotConvergeError(f"the outline has {hit} of {len(own)} pieces of contacts, or misses a circle")
-    return ng.Mesh(OCCGeometry(face, dim=2).GenerateMesh(maxh=MM * coarse, grading=_GRADING))
-
-
-def _directions(centre: complex) -> tuple[Any, Any]:
-    """Return the unit vectors away from a centre (m) and along the circles about it."""
-    import ngsolve as ng
-
-    x, y = ng.x - MM * centre.real, ng.y - MM * centre.imag
-    radius = ng.sqrt(x * x + y * y)
-    return ng.CoefficientFunction((x / radius, y / radius)), ng.CoefficientFunction((-y / radius, x / radius))
-
-
-def _hole_loads(blank: Blank, space: Any) -> tuple[Floats, Floats]:  # noqa: ANN401
+def _hole_loads(blank: Blank, law: Elasticity, space: Any) -> tuple[Floats, Floats]:  # noqa: ANN401
     """Return the unknowns of a unit rotation about the wheel's centre, and the loads of pins in the holes that resist it with a unit moment."""
     import ngsolve as ng
 
     rotation = ng.GridFunction(space)
-    rotation.Set(ng.CoefficientFunction((MM * blank.centre.imag - ng.y, ng.x - MM * blank.centre.real)))
+    law.mean(rotation).Set(ng.CoefficientFunction((MM * blank.centre.imag - ng.y, ng.x - MM * blank.centre.real)))
     load = ng.LinearForm(space)
     for k, hole in enumerate(blank.holes):
         if hole.force:
-            out = _directions(hole.centre)[0]
+            out = directions(hole.centre)[0]
             push = out * ng.CoefficientFunction((hole.force.real, hole.force.imag))
-            load += (ng.IfPos(push, push, 0.0) * out * space.TestFunction()) * ng.ds(f"hole {k}")
+            load += (ng.IfPos(push, push, 0.0) * out * law.mean(space.TestFunction())) * ng.ds(f"hole {k}")
     load.Assemble()
     turning, pins = rotation.vec.FV().NumPy().copy(), load.vec.FV().NumPy().copy()
     return turning, pins / float(pins @ turning)
@@ -289,10 +197,11 @@ def _hat_products(s: Floats) -> Floats:
     return out
 
 
-def _tractions(made: Contacts, at: dict[int, Floats], mesh: Any, order: int) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:  # noqa: ANN401
+def _tractions(made: Contacts, at: dict[int, Floats], space: Any, order: int) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:  # noqa: ANN401
     """Return the nodal forces of a unit pressure at each node (node, unknown), and those of the mean tangential displacement (contact, unknown)."""
     import ngsolve as ng
 
+    mesh = space.mesh
     scalar = ng.H1(mesh, order=order)
     half = scalar.ndof
     nodes = len(next(iter(at.values())))
@@ -326,7 +235,7 @@ def _tractions(made: Contacts, at: dict[int, Floats], mesh: Any, order: int) -> 
                 entries[1].append((row[k], unknowns + axis * half, turned * values))
     if len(hit) != len(at) * (nodes - 1):
         raise DidNotConvergeError(f"the mesh has {len(hit)} of the {len(at) * (nodes - 1)} intervals of the contacts")
-    normal, tangent = (_sparse(each, (count, 2 * half)) for each, count in zip(entries, (len(at) * nodes, len(at)), strict=True))
+    normal, tangent = (_sparse(each, (count, space.ndof)) for each, count in zip(entries, (len(at) * nodes, len(at)), strict=True))
     return normal, tangent
 
 
