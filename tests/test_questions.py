@@ -85,10 +85,10 @@ def test_a_default_is_valid_and_stated(name):
 
 
 def test_every_public_name_stands_once_and_can_be_loaded():
-    """Fewer than 45 of them, each found where the stub says."""
+    """Fewer than 50 of them, each found where the stub says."""
     stub = Path(lostmotion.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
     names = re.findall(r" as (\w+)", stub)
-    assert len(names) == len(set(names)) < 45
+    assert len(names) == len(set(names)) < 50
     assert names == lostmotion.__all__
     assert sorted(names) == dir(lostmotion)
     for name in names:

@@ -16,6 +16,8 @@ FILES = {str(path.relative_to(SRC)): path for path in sorted(SRC.rglob("*.py"))}
 OF_PARTS = ("parts/", "io/", "catalogue/")
 # These do not distinguish kinds of parts: any description, any with sources, any that errs.
 BASES = {"Part", "Sourced", "ErrorSource"}
+# Forms of error terms are no kinds of parts: whatever evaluates terms in a way of its own, as a controller does, distinguishes them.
+FORMS = {"lostmotion.parts.forms", "lostmotion.parts.play", "lostmotion.parts.load_table"}
 # A gearbox or a bearing studied by itself has more to show where it is given by its drawing.
 ONE_PART = ("analyses/gearbox/", "analyses/bearing/")
 DRAWN = {"is_drawn", "is_drawn_bearing", "is_sliding", "is_gearbox"}
@@ -36,7 +38,7 @@ def kinds_asked(text: str) -> list[str]:
     parts = {
         name.asname or name.name
         for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lostmotion.parts")
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lostmotion.parts") and node.module not in FORMS
         for name in node.names
     } - BASES
     for node in tree.body:  # constants made of such classes

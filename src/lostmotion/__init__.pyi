@@ -14,6 +14,7 @@ from lostmotion.analyses.sweep.command import sweep as sweep
 from lostmotion.analyses.replay.command import replay as replay
 from lostmotion.analyses.schema.command import schema as schema
 from lostmotion.analyses.read import read as read
+from lostmotion.analyses.export.controller import controller as controller
 from lostmotion.analyses.accuracy.result import AnalyticStudy as AnalyticStudy, Study as Study
 from lostmotion.analyses.workspace_map.result import AccuracyMap as AccuracyMap
 from lostmotion.analyses.iso9283.result import Iso9283 as Iso9283
@@ -30,6 +31,7 @@ from lostmotion.mechanism.arm import Arm as Arm
 from lostmotion.mechanism.tool import Payload as Payload, Tool as Tool
 from lostmotion.mechanism.serial import frames as frames, worst_torques_over_tilts as worst_torques_over_tilts, wrenches as wrenches
 from lostmotion.mechanism.elastostatics import compliance as compliance, deflection as deflection, ellipsoid as ellipsoid
+from lostmotion.controller_model.calibration import Calibration as Calibration
 from lostmotion.error_model.poses import Poses as Poses, sample_poses as sample_poses
 from lostmotion.error_model.bounds import worst_case as worst_case
 from lostmotion.error_model.pose_matrix import screws as screws

@@ -1,0 +1,1 @@
+"""Export of an arm's model to a controller."""

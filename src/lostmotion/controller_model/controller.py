@@ -1,0 +1,249 @@
+"""The controller of an arm: what its error will be at a pose under a load, and the joint command that removes the part that can be computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from lostmotion.controller_model.percentile import percentile95
+from lostmotion.controller_model.prediction import frames, local_error, to_tool, wrenches
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.controller_model.tables import Tables
+    from lostmotion.spatial import Floats
+
+# Status of a pose. Outputs are zero unless the status is OK or SINGULAR.
+OK, INPUT, RANGE, LOAD, SINGULAR = range(5)
+# Flags of a pose: a play is open in some robots, so that the direction of approach counts; a drive is above its rated torque.
+OPEN_PLAY, OVERLOAD = 1, 2
+# Damping of the inverse of the position Jacobian, m^2 (Y. Nakamura, H. Hanafusa, J. Dyn. Sys. Meas. Control 108 (1986) 163).
+DAMPING: Final = 1e-5
+# Length that turns a rotation into a displacement where the whole pose is corrected, m.
+ROTATION_LENGTH: Final = 0.1
+# Largest step of a joint (rad or m) that corrects bending and bearings; the step of a drive's own deflection has no limit.
+LARGEST_STEP: Final = 0.01
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The state of the arm at each pose, in SI, in the base's axes.
+
+    status       (pose,) OK, INPUT, RANGE or LOAD; where it is not OK, all other values are zero
+    flags        (pose,) sum of OPEN_PLAY and OVERLOAD
+    turn, point  (pose, 3, 3) rotation of the tool and (pose, 3) tool point, without errors
+    torques      (pose, joint) that the drives must hold, positive along the joint's motion, N m or N
+    joints       (pose, joint) expected deflection along each joint: wind-up, play and hysteresis, rad or m
+    elsewhere    (pose, 6) expected motion of the tool by links, bearings and base
+    screw        (pose, 6) expected motion of the tool: rotation and displacement
+    covariance   (pose, 3, 3) of the displacement, m^2
+    mean_square  (pose,) m^2
+    length95     (pose,) 95th percentile of the error's length, m
+    jacobian     (pose, 6, joint) motion of the tool per motion of a joint
+    """
+
+    status: NDArray[np.int64]
+    flags: NDArray[np.int64]
+    turn: Floats
+    point: Floats
+    torques: Floats
+    joints: Floats
+    elsewhere: Floats
+    screw: Floats
+    covariance: Floats
+    mean_square: Floats
+    length95: Floats
+    jacobian: Floats
+
+
+@dataclass(frozen=True)
+class Compensation:
+    """A joint command and what remains of the expected error.
+
+    command     (pose, joint) rad or m, within the limits
+    left        (pose, 6) expected motion of the tool that remains, to first order: rotation and displacement
+    prediction  the prediction at the wanted pose
+    status      (pose,) as in `Prediction`; SINGULAR where a step was reduced or the limits cut the command, so that more than usual is left
+    """
+
+    command: Floats
+    left: Floats
+    prediction: Prediction
+    status: NDArray[np.int64]
+
+
+class Controller:
+    """The error model of one arm as its controller evaluates it. Every array has poses along its first axis; one pose is accepted as well."""
+
+    def __init__(self, tables: Tables) -> None:
+        """Take the tables, of which `tables.py` defines the layout."""
+        self.tables = tables
+
+    def predict(self, q: Floats, load: Floats | None = None, gravity: Floats | None = None, side: Floats | None = None) -> Prediction:
+        """Return the state of the arm at each pose.
+
+        q        (pose, joint) rad or m
+        load     (10,) or (pose, 10): mass of the payload (kg), its centre of mass (m), process force (N) and moment (N m), all in the tool's axes;
+                 by default the arm's own payload
+        gravity  (3,) or (pose, 3) acceleration of free fall in the base's axes, m/s^2; by default the arm's own
+        side     (joint,) or (pose, joint) sign of each joint's last motion, from -1 to 1; 0, the default, where it is not known
+
+        Raises ValueError for arrays of another shape.
+        """
+        values, loads, falls, sides = self._inputs(q, load, gravity, side)
+        status = self._status(values, loads, falls, sides)
+        good = status == OK
+        found = self._evaluate(values[good], loads[good], falls[good], sides[good])
+        out = {each.name: np.zeros((len(values), *getattr(found, each.name).shape[1:]), getattr(found, each.name).dtype) for each in fields(found)}
+        for name, whole in out.items():
+            whole[good] = getattr(found, name)
+        out["status"] = status
+        return Prediction(**out)
+
+    def _inputs(self, q: Floats, load: Floats | None, gravity: Floats | None, side: Floats | None) -> tuple[Floats, Floats, Floats, Floats]:
+        joints = len(self.tables.joints)
+        values = np.atleast_2d(np.asarray(q, dtype=float))
+        defaults = ((load, self.tables.load), (gravity, self.tables.gravity), (side, np.zeros(joints)))
+        others = [np.asarray(default if given is None else given, dtype=float) for given, default in defaults]
+        for name, array, size in zip(("q", "load", "gravity", "side"), (values, *others), (joints, 10, 3, joints), strict=True):
+            if array.shape not in {(size,), (len(values), size)}:
+                raise ValueError(f"{name} has shape {array.shape}; expected ({size},) or (pose, {size})")
+        loads, falls, sides = (np.broadcast_to(each, (len(values), each.shape[-1])) for each in others)
+        return values, loads, falls, sides
+
+    def _status(self, q: Floats, load: Floats, gravity: Floats, side: Floats) -> NDArray[np.int64]:
+        valid = self.tables.valid
+        low = np.array([0.0, *[-valid.reach] * 3, *[-valid.force] * 3, *[-valid.moment] * 3])
+        high = np.array([valid.payload, *[valid.reach] * 3, *[valid.force] * 3, *[valid.moment] * 3])
+        bad = ~np.isfinite(np.concatenate([q, load, gravity, side], axis=1)).all(axis=1) | ~(np.abs(side) <= 1).all(axis=1)
+        outside = ~((q >= self.tables.limits[:, 0]) & (q <= self.tables.limits[:, 1])).all(axis=1)
+        heavy = ~(((load >= low) & (load <= high)).all(axis=1) & (np.abs(gravity) <= valid.gravity).all(axis=1))
+        return np.select([bad, outside, heavy], [INPUT, RANGE, LOAD], OK)
+
+    def _evaluate(self, q: Floats, load: Floats, gravity: Floats, side: Floats) -> Prediction:
+        tables = self.tables
+        count, joints = q.shape
+        turns, points = frames(tables, q)
+        carried = wrenches(tables, turns, points, load, gravity)
+        tool, turn = points[-1], turns[-1]
+        torques, along, jacobian = np.zeros((count, joints)), np.zeros((count, joints)), np.zeros((count, 6, joints))
+        elsewhere, screw, covariance = np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, 3, 3))
+        shared = np.zeros((len(tables.draws), count, 3))
+        flags = np.zeros(count, dtype=np.int64)
+        for k, record in enumerate(tables.records):
+            axis = 5 if record.slides else 2
+            if record.joint >= 0:
+                torques[:, record.joint] = -carried[k, :, axis]
+            if not record.carries_tool:
+                continue
+            carry = to_tool(turns[k], tool - points[k])
+            value, last = (q[:, record.joint], side[:, record.joint]) if record.joint >= 0 else (np.zeros(count), np.zeros(count))
+            local = local_error(record, value, carried[k], np.einsum("pij,pi->pj", turns[k], gravity), last)
+            screw += np.einsum("pij,pj->pi", carry, local.mean)
+            other = local.mean
+            if record.joint >= 0:
+                jacobian[:, :, record.joint] = carry[:, :, axis]
+                along[:, record.joint] = local.mean[:, axis]
+                other = other.copy()
+                other[:, axis] = 0.0
+            elsewhere += np.einsum("pij,pj->pi", carry, other)
+            shift = carry[:, 3:]
+            covariance += shift @ local.covariance @ shift.transpose(0, 2, 1)
+            for draw, own in local.shared.items():
+                shared[draw] += np.einsum("pij,pj->pi", shift, own)
+            flags |= np.where(local.open_play > 0, OPEN_PLAY, 0)
+        covariance += np.einsum("dpi,dpj->pij", shared, shared)
+        flags |= np.where((np.abs(torques) > tables.rated).any(axis=1), OVERLOAD, 0)
+        mean_square = np.einsum("pii->p", covariance) + (screw[:, 3:] ** 2).sum(axis=1)
+        length = percentile95(screw[:, 3:], covariance)
+        status = np.full(count, OK)
+        return Prediction(status, flags, turn, tool, torques, along, elsewhere, screw, covariance, mean_square, length, jacobian)
+
+    def compensate(
+        self,
+        q: Floats,
+        load: Floats | None = None,
+        gravity: Floats | None = None,
+        side: Floats | None = None,
+        *,
+        passes: Literal[1, 2] = 1,
+        whole_pose: bool = False,
+    ) -> Compensation:
+        """Return the joint command whose tool is expected at the pose that q has without errors.
+
+        What deflects along the joints is subtracted from the command, exactly. What links, bearings and base move is removed through the damped
+        inverse of the Jacobian.
+
+        passes      one leaves about 0.1 % of the expected error; a second one corrects the change of the load and the curvature
+        whole_pose  whether the rotation is corrected with the position
+
+        Other arguments and errors as `predict`.
+        """
+        first = self.predict(q, load, gravity, side)
+        good = first.status == OK
+        wanted, *inputs = (each[good] for each in self._inputs(q, load, gravity, side))
+        at = start = self._evaluate(wanted, *inputs)
+        residual, reached, short = start.elsewhere, wanted, np.zeros(len(wanted), dtype=bool)
+        sent, left = wanted, start.screw
+        for number in range(passes):
+            if number:
+                at = self._evaluate(sent, *inputs)
+                residual = self._residual(start, at, reached)
+            step, reduced = self._step(at.jacobian, residual, whole_pose=whole_pose)
+            asked = reached + step - at.joints
+            sent, left, cut = self._within_limits(asked, sent, residual + _moved(at, sent + at.joints - reached), at, whole_pose=whole_pose)
+            reached = sent + at.joints
+            short |= reduced | cut
+        status, command, remains = first.status.copy(), np.zeros((len(good), len(self.tables.joints))), np.zeros((len(good), 6))
+        command[good], remains[good], status[good] = sent, left, np.where(short, SINGULAR, OK)
+        return Compensation(command, remains, first, status)
+
+    def _residual(self, start: Prediction, at: Prediction, reached: Floats) -> Floats:
+        """Return how far the tool is expected from where it is wanted when the joints stand at `reached` after their deflection."""
+        turns, points = frames(self.tables, reached)
+        change = turns[-1] @ start.turn.transpose(0, 2, 1)
+        turn = np.stack([change[:, 2, 1] - change[:, 1, 2], change[:, 0, 2] - change[:, 2, 0], change[:, 1, 0] - change[:, 0, 1]], axis=1) / 2
+        return np.concatenate([turn, points[-1] - start.point], axis=1) + at.elsewhere
+
+    def _step(self, jacobian: Floats, error: Floats, *, whole_pose: bool) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return the step of the joints that removes an error of the tool, and whether its size was reduced."""
+        rows, weight = _rows(whole_pose=whole_pose)
+        own = jacobian[:, rows] * weight[:, None]
+        normal = own @ own.transpose(0, 2, 1) + DAMPING * np.eye(len(weight))
+        step = -np.einsum("pij,pi->pj", own, np.linalg.solve(normal, (error[:, rows] * weight)[..., None])[..., 0])
+        largest = np.abs(step).max(axis=1, initial=0.0)
+        short = largest > LARGEST_STEP
+        return step * np.where(short, LARGEST_STEP / np.where(short, largest, 1.0), 1.0)[:, None], short
+
+    def _within_limits(
+        self, asked: Floats, before: Floats, error: Floats, at: Prediction, *, whole_pose: bool
+    ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Return the command within the joint limits, what it leaves, and whether the limits cut it.
+
+        asked, before  (pose, joint) command that was asked for, and the one to which `error` (pose, 6) belongs
+
+        Where a limit cuts the command of one joint, the others would overshoot: the change of all is reduced so that the error becomes smallest.
+        """
+        change = np.clip(asked, *self.tables.limits.T) - before
+        cut = np.asarray((before + change != asked).any(axis=1))
+        rows, weight = _rows(whole_pose=whole_pose)
+        effect, own = _moved(at, change)[:, rows] * weight, error[:, rows] * weight
+        square = (effect**2).sum(axis=1)
+        best = np.clip(-(effect * own).sum(axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+        sent = before + np.where(cut, best, 1.0)[:, None] * change
+        sent = np.where(cut[:, None], sent, asked)
+        return sent, error + _moved(at, sent - before), cut
+
+
+def _rows(*, whole_pose: bool) -> tuple[slice, Floats]:
+    """Return the rows of a twist that are corrected, and their weights."""
+    rows = slice(0, 6) if whole_pose else slice(3, 6)
+    return rows, np.array([ROTATION_LENGTH] * 3 + [1.0] * 3)[rows]
+
+
+def _moved(at: Prediction, change: Floats) -> Floats:
+    """Return the motion of the tool (pose, 6) due to a change of the joints (pose, joint)."""
+    return np.asarray(np.einsum("pij,pj->pi", at.jacobian, change))

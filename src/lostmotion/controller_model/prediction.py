@@ -1,0 +1,183 @@
+"""Evaluation of the tables of a controller in NumPy, for many poses at a time: the reference for the C sources, step by step the same."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.special import ndtr
+
+from lostmotion.spatial import cross, skew
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Record, Tables
+    from lostmotion.spatial import Floats
+
+# A load below this share of the whole wrench is rounding (`laws.clearance`).
+_ROUNDING: Final = 1e-9
+# Smaller loads (N or N m) have no direction.
+_LEAST: Final = 1e-140
+
+
+@dataclass(frozen=True)
+class Local:
+    """Mean and covariance of the screw at one place, in its axes.
+
+    mean        (pose, 6) rad and m
+    covariance  (pose, 6, 6)
+    shared      by index of the shared draw: (pose, 6)
+    open_play   (pose,) largest share of robots in which a load leaves a play open
+    """
+
+    mean: Floats
+    covariance: Floats
+    shared: dict[int, Floats]
+    open_play: Floats
+
+
+def frames(tables: Tables, q: Floats) -> tuple[Floats, Floats]:
+    """Return rotations (place, pose, 3, 3) and origins (place, pose, 3), m, of the places in the base's axes, for q (pose, joint)."""
+    turns, points = np.empty((len(tables.records), len(q), 3, 3)), np.empty((len(tables.records), len(q), 3))
+    turns[0], points[0] = np.eye(3), 0.0
+    for k, record in enumerate(tables.records[1:], start=1):
+        before = turns[record.parent]
+        turn = before @ record.pose[:3, :3]
+        point = points[record.parent] + before @ record.pose[:3, 3]
+        if record.joint >= 0:
+            value = q[:, record.joint]
+            if record.slides:
+                point = point + turn[:, :, 2] * value[:, None]
+            else:
+                cosine, sine = np.cos(value)[:, None], np.sin(value)[:, None]
+                turned = turn.copy()
+                turned[:, :, 0] = cosine * turn[:, :, 0] + sine * turn[:, :, 1]
+                turned[:, :, 1] = cosine * turn[:, :, 1] - sine * turn[:, :, 0]
+                turn = turned
+        turns[k], points[k] = turn, point
+    return turns, points
+
+
+def wrenches(tables: Tables, turns: Floats, points: Floats, load: Floats, gravity: Floats) -> Floats:
+    """Return the wrench on each place from everything outboard of it (place, pose, 6), in its axes, N m and N.
+
+    load     (pose, 10) mass, centre of mass, force and moment in the tool's axes, as in `Tables.load`
+    gravity  (pose, 3) in the base's axes, m/s^2
+    """
+    force = np.zeros(points.shape)
+    moment = np.zeros(points.shape)
+    last = len(tables.records) - 1
+    for k in range(last, -1, -1):
+        record = tables.records[k]
+        mass, first = np.full((len(load), 1), record.mass), np.broadcast_to(record.moment, points[k].shape)
+        if k == last:
+            mass = mass + load[:, :1]
+            first = first + load[:, :1] * load[:, 1:4]
+            force[k] += np.einsum("pij,pj->pi", turns[k], load[:, 4:7])
+            moment[k] += np.einsum("pij,pj->pi", turns[k], load[:, 7:10])
+        force[k] += mass * gravity
+        moment[k] += cross(np.einsum("pij,pj->pi", turns[k], first), gravity)
+        if k:
+            force[record.parent] += force[k]
+            moment[record.parent] += moment[k] + cross(points[k] - points[record.parent], force[k])
+    local = [np.einsum("kpij,kpi->kpj", turns, vector) for vector in (moment, force)]
+    return np.concatenate(local, axis=2)
+
+
+def local_error(record: Record, value: Floats, wrench: Floats, gravity: Floats, side: Floats) -> Local:
+    """Return mean and covariance of the screw at one place.
+
+    value    (pose,) joint value, rad or m
+    wrench   (pose, 6) and gravity (pose, 3) in the axes of the place
+    side     (pose,) sign of the joint's last motion; 0 where it is not known
+    """
+    factors, open_play = _factors(record, value, wrench)
+    sizes = [factors[a] * factors[b] * factors[c] for a, b, c in record.sizes]
+    behind = [np.ones_like(side), -side, side**2]  # the output trails the motor: it rests behind its last motion
+    mean = record.mean + wrench @ record.compliance.T + gravity @ record.own_weight.T + _sum(record.entries, sizes, behind, len(value))
+    covariance = np.broadcast_to(record.covariance, (len(value), 6, 6))
+    for product in record.products:
+        factor = sizes[product.first] * sizes[product.second] * behind[product.power]
+        covariance = covariance + factor[:, None, None] * product.matrix
+    shared = {
+        each.draw: wrench @ each.compliance.T + gravity @ each.own_weight.T + _sum(each.entries, sizes, behind, len(value)) for each in record.shared
+    }
+    return Local(mean, covariance, shared, open_play)
+
+
+def _sum(entries: Sequence[Entry], sizes: Sequence[Floats], behind: Sequence[Floats], count: int) -> Floats:
+    out = np.zeros((count, 6))
+    for entry in entries:
+        out += (sizes[entry.size] * behind[entry.power])[:, None] * entry.direction
+    return out
+
+
+def _factors(record: Record, value: Floats, wrench: Floats) -> tuple[list[Floats], Floats]:
+    """Return the factors (pose,) of a record in their order, and the largest share of robots with an open play."""
+    out = [np.ones(len(value))]
+    out += [_curve(curve, wrench @ curve.way) for curve in record.curves]
+    for harmonic in record.harmonics:
+        phase = harmonic.order * (harmonic.turns * value)
+        out.append(np.cos(phase) if harmonic.cosine else np.sin(phase))
+    loads = [wrench @ seat.way.T for seat in record.seats]
+    lengths = [_length(load) for load in loads]
+    for load, length in zip(loads, lengths, strict=True):
+        out += list((load / np.where(length > 0, length, 1.0)[:, None]).T)
+    whole = np.sqrt((wrench**2).sum(axis=1))
+    open_play = np.zeros(len(value))
+    for threshold in record.thresholds:
+        closed = np.max([_share(friction, lengths[friction.seat], whole) for friction in threshold.frictions], axis=0)
+        out += [closed, 1 - closed, np.sqrt(closed * (1 - closed))]
+        open_play = np.maximum(open_play, 1 - closed)
+    for table in record.tables:
+        out += _displacements(table, loads, lengths)
+    return out, open_play
+
+
+def _length(load: Floats) -> Floats:
+    length = np.sqrt((load**2).sum(axis=1))
+    return np.where(length > _LEAST, length, 0.0)
+
+
+def _curve(curve: Curve, load: Floats) -> Floats:
+    size = np.abs(load)
+    out = np.full(len(load), curve.base)
+    for start, width, slope in zip(curve.start, curve.width, curve.slope, strict=True):
+        out += slope * np.clip(size - start, 0.0, width)
+    return np.sign(load) * out if curve.odd else out
+
+
+def _share(friction: Friction, load: Floats, whole: Floats) -> Floats:
+    """Return the share of robots in which a load overcomes the friction, as `laws.clearance.closed_share`."""
+    rounding = _ROUNDING * whole / friction.lever
+    real = np.where((load > rounding) | (friction.nominal > rounding), load, 0.0)
+    if not friction.tolerance:
+        return np.asarray((real > 0) & (real >= friction.nominal), dtype=float)
+    with np.errstate(over="ignore"):
+        beyond = (real - friction.nominal) / friction.tolerance
+    if friction.cut:
+        low = ndtr(-friction.cut) if math.isfinite(friction.cut) else 0.0
+        return np.asarray((ndtr(np.clip(friction.scale * beyond, -friction.cut, friction.cut)) - low) / (1 - 2 * low))
+    out = np.full(len(load), friction.base)
+    for start, width, slope in zip(friction.start, friction.width, friction.slope, strict=True):
+        out += slope * np.clip(beyond - start, 0.0, width)
+    return out
+
+
+def _displacements(table: LoadTable, loads: Sequence[Floats], lengths: Sequence[Floats]) -> list[Floats]:
+    behind, ahead, along = table.seats
+    at = lengths[behind], lengths[ahead], loads[along][:, 0] if table.axial else np.zeros(len(lengths[behind]))
+    whole, edge = table.table.shifts(*at), table.table.edges(*at)
+    grows = np.zeros_like(whole) if table.wider is None else (table.wider.shifts(*at) - whole) / table.step
+    return [each for row in range(3) for each in (whole[:, row] - edge[:, row], edge[:, row], grows[:, row])]
+
+
+def to_tool(turn: Floats, from_place: Floats) -> Floats:
+    """Return the tool's twist per twist at a place (pose, 6, 6), for rotations of the place and the vector from it to the tool point (pose, 3)."""
+    out = np.zeros((len(turn), 6, 6))
+    out[:, :3, :3] = out[:, 3:, 3:] = turn
+    out[:, 3:, :3] = -skew(from_place) @ turn
+    return out
