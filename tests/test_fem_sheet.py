@@ -71,6 +71,8 @@ def test_gearboxes_without_a_meshable_drawing_are_refused(tmp_path):
     solid = tmp_path / "solid.toml"
     lines = (EXAMPLES / "printed.toml").read_text("utf-8").replace('"disc_bore_radius",', "").splitlines()
     solid.write_text("\n".join(line for line in lines if not line.startswith("disc_bore_radius")))
+    with pytest.raises(InputError, match="several cranks"):
+        lostmotion.gear(EXAMPLES / "rv-like.toml", fem=True)
     with pytest.raises(InputError, match="disc_bore_radius"):
         lostmotion.gear(solid, fem=True)
 

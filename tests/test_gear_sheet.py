@@ -606,6 +606,7 @@ def test_discs_of_the_drawing_lie_on_all_pins():
         outline = polyline(drawing, f"DISC_{disc}") + np.array([way * 1.3, 0])
         np.testing.assert_allclose(from_polygon(places, outline), 3.004, atol=1e-3)
     assert [layer for layer in ("PIN_CIRCLE", "DISC_BORE", "RING_OUTSIDE", "CRANK_CENTRES") if layer not in drawing.layers] == []
+    assert [hole.dxf.radius for hole in drawing.modelspace().query('CIRCLE[layer=="CRANK_HOLES"]')] == [16.5] * 2
     said = dict(drawing.header.custom_vars)
     assert 0 < float(said["largest chord error in µm"]) <= 0.5
 

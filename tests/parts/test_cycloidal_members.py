@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from copy import deepcopy
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from pydantic import ValidationError
 
 import lostmotion
 from lostmotion.errors import InputError
+from lostmotion.laws.perforated_disc import Holes
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.materials import material_shares
 from lostmotion.parts.gearbox.cycloidal.model import wind_up
@@ -111,7 +113,7 @@ def changed(*changes: Change) -> dict[str, Any]:
         if value is None:
             del holder[path[-1]]
         else:
-            holder[path[-1]] = value
+            holder[path[-1]] = deepcopy(value)
     return out
 
 
@@ -335,9 +337,49 @@ def test_one_batch_of_a_material_is_one_draw():
     assert len(streams) == 1
 
 
+CRANKS: list[Change] = [
+    (("eccentric",), {"cranks": 3, "circle_radius": "19 mm", "bearing": "40 N/µm", "shaft": "20 N/µm"}),
+    (("output_pins",), None),
+    (("disc",), {"holes": {"diameter": "10 mm"}}),
+    (("disc_bore_radius",), "6 mm"),
+]
+
+
+def test_the_holes_of_several_cranks():
+    """Stated or as wide as bearings by their size they are computed; else they are assumed, and the disc is known to a factor of 0.6 to 1.7."""
+    stated = gearbox(*CRANKS)
+    assert stated.drive.disc_body is not None
+    assert stated.drive.disc_body.holes == Holes(3, 0.019, 0.005, bearings=True)
+    assert stated.states["disc body"].kind == "computed"
+    assert stated.states["seat of the eccentric bearing"].kind == "absent"
+    assert unknowns(stated) == ()
+    size = {"bore": "5 mm", "outside_diameter": "10 mm"}
+    by_size = gearbox(*CRANKS, (("disc",), None), (("eccentric", "bearing"), size))
+    assert by_size.drive.disc_body == stated.drive.disc_body
+    assert by_size.states["disc body"].kind == "computed"
+    silent = gearbox(*CRANKS, (("disc",), None))
+    # 0.6 of the room to the root circle at 34 - 3 - 1.2 mm
+    assert silent.drive.disc_body == replace(stated.drive.disc_body, holes=Holes(3, 0.019, pytest.approx(0.6 * 10.8e-3), bearings=True))
+    assert str(silent.states["disc body"]).startswith("assumed: crank holes of 13 mm")
+    (holes,) = unknowns(silent)
+    assert holes.shares == {"disc body": 1.0}
+    assert (holes.factor.low, holes.factor.high) == pytest.approx((0.6, 1 / 0.6))
+    # the room around a stated bore, and a bore in the room between stated holes
+    assert gearbox(*CRANKS, (("disc",), None), (("disc_bore_radius",), "10 mm")).hole_diameter == pytest.approx(2 * 0.6 * 9e-3)
+    assert gearbox(*CRANKS, (("disc_bore_radius",), None)).bore_radius == pytest.approx(0.8 * 14e-3)
+    # the bore is free: material that it takes away softens the disc
+    wider = gearbox(*CRANKS, (("disc_bore_radius",), "10 mm"))
+    assert (wind_up(wider, TORQUE)["disc body"] > wind_up(stated, TORQUE)["disc body"]).all()
+
+
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
+        ([*CRANKS, (("disc", "holes", "diameter"), "30 mm")], "disc holes of 30 mm"),
+        ([*CRANKS, (("disc", "holes", "count"), 4)], "another count or circle_radius than the cranks"),
+        ([*CRANKS, (("eccentric", "bearing"), {"bore": "5 mm", "outside_diameter": "11 mm"})], "outside_diameter of 11 mm"),
+        ([*CRANKS, (("eccentric", "circle_radius"), "31 mm")], "circle of radius 31 mm"),
+        ([*CRANKS, (("disc",), None), (("disc_bore_radius",), "20 mm")], "circle of radius 19 mm"),
         ([(("output_pins", "held"), "one end"), (("output_pins", "span"), "20 mm")], 'span or far_seat of pins held at "one end"'),
         ([(("output_pins", "seat"), None), (("output_pins", "far_seat"), SEAT)], "far_seat without seat"),
         ([(("output_pins", "seat"), {**SEAT, "outer_diameter": "5 mm"})], "around a pin of 5 mm"),

@@ -37,9 +37,9 @@ def profile_dxf(gearbox: CycloidalGearbox, name: str) -> bytes:
     """Return the drawing of these wheels as the bytes of a DXF file (R2010, mm).
 
     Every wheel about its own centre, as with the crank at zero, what is ground off taken off: layers DISC_1, DISC_2 … (each turned against the first
-    by its share of a pitch, for the holes are common), RING or PINS with PIN_CIRCLE, DISC_BORE, OUTPUT_HOLES or CRANK_CENTRES; those of a first
-    stage begin with FIRST_. With planet pins PINS belong to the planet. Corners lie on the true profile and chords within 0.5 µm of it. The same
-    gearbox gives the same bytes with one version of ezdxf. Raises LostmotionError where ezdxf is not installed.
+    by its share of a pitch, for the holes are common), RING or PINS with PIN_CIRCLE, DISC_BORE, OUTPUT_HOLES or CRANK_CENTRES and CRANK_HOLES; those
+    of a first stage begin with FIRST_. With planet pins PINS belong to the planet. Corners lie on the true profile and chords within 0.5 µm of it.
+    The same gearbox gives the same bytes with one version of ezdxf. Raises LostmotionError where ezdxf is not installed.
     """
     if not can_draw():
         raise LostmotionError("a DXF drawing needs ezdxf, which is not installed\n  pip install 'lostmotion[dxf]'")
@@ -94,7 +94,7 @@ def _stage(space: Modelspace, part: CycloidalStage, prefix: str) -> float:
 
 
 def _output(space: Modelspace, part: CycloidalStage, prefix: str) -> None:
-    """Draw the holes that the output pins go through, as wide as pin, twice the eccentricity and clearance; or mark where crankshafts stand."""
+    """Draw the holes that the output pins go through, as wide as pin, twice the eccentricity and clearance; or the places of crankshafts."""
     pins, eccentric = part.output_pins, part.eccentric
     if pins is not None:
         layer, places = f"{prefix}OUTPUT_HOLES", _around(pins.count, pins.circle_radius)
@@ -103,7 +103,10 @@ def _output(space: Modelspace, part: CycloidalStage, prefix: str) -> None:
         else:
             _points(space, places, layer)
     elif eccentric.circle_radius is not None:
-        _points(space, _around(eccentric.cranks, eccentric.circle_radius), f"{prefix}CRANK_CENTRES")
+        places = _around(eccentric.cranks, eccentric.circle_radius)
+        _points(space, places, f"{prefix}CRANK_CENTRES")
+        if part.disc.holes is not None:
+            _circles(space, places, part.disc.holes.diameter / 2, f"{prefix}CRANK_HOLES")
 
 
 def _around(count: int, radius: float, start: float = 0.0) -> Floats:

@@ -2,8 +2,8 @@
 
 Kolosov's two functions are expanded in powers of z and in inverse powers about the centre of every hole, with logarithms for the resultant forces;
 the coefficients follow from the boundary conditions at points of all edges, by least squares. The series converge geometrically with the number of
-terms: the figures are accurate to 0.6 % where the conditions are met to 2 %, which is checked. Webs of a twentieth of a hole's
-diameter are resolved, those of a hundredth are not.
+terms: the figures are accurate to 0.6 % where the conditions are met to 2 %, which is checked, with webs of a tenth of a hole's diameter between
+holes with bearings and a free bore to 1.2 %. Webs of a twentieth of a hole's diameter are resolved, those of a hundredth are not.
 
 Source: N. Muskhelishvili, Some Basic Problems of the Mathematical Theory of Elasticity, 1953, sections 35 to 41 (multiply connected bodies).
 """
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     Complexes = npt.NDArray[np.complex128]
 
-Bore = Literal["fixed", "sliding"]
+Bore = Literal["fixed", "sliding", "free"]
 
 # Attempts: terms about each hole and about the bore, and harmonics of the load on the rim times its half arc (rad). The second one is for thin webs.
 _ATTEMPTS: Final = ((16, 5), (28, 10))
@@ -40,11 +40,20 @@ _RIDGE: Final = 1e-15
 
 @dataclass(frozen=True, slots=True)
 class Holes:
-    """`count` holes of a `radius` on a `circle` (m), the first one at the angle 0."""
+    """`count` holes of a `radius` on a `circle` (m), the first one at the angle 0.
+
+    bearings  of crankshafts in the holes, which take torque and force; otherwise output pins, which take the torque
+    """
 
     count: int
     circle: float
     radius: float
+    bearings: bool = False
+
+    @property
+    def places(self) -> Complexes:
+        """Return the directions of the centres (hole,) from that of the disc, as complex numbers of size one."""
+        return np.asarray(np.exp(2j * math.pi * np.arange(self.count) / self.count))
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,21 +80,31 @@ class RimLoads:
 class Response:
     """Response of a disc with holes to unit loads: work of load i in the displacements of load j, m/N, as a symmetric matrix.
 
-    The loads are the real and imaginary parts of each harmonic of the rim's traction, -terms to terms; then, for each line of centres, the forces of
-    the pins that balance a unit force times the radius of the rim: on the holes that are loaded where the rim's forces have a negative moment, as
-    under a positive torque of a stage, and on the others.
+    The loads are the real and imaginary parts of each harmonic of the rim's traction, -terms to terms; then those of the holes. With pins these are,
+    for each line of centres, the forces that balance a unit force times the radius of the rim: on the holes that are loaded where the rim's forces
+    have a negative moment, as under a positive torque of a stage, and on the others. With bearings: a force on each hole in either direction, linear
+    in the force, and for each line and sign of the torque what turns it into a cosine pressure on half of the edge.
+
+    ahead  (line, side, hole) directions of the forces on the holes, for the second kind of loads on bearings, as complex numbers
     """
 
     work: Floats
     terms: int
     lines: Floats
-    with_pins: bool
+    reach: float
+    holes: Holes | None
+    ahead: Complexes
 
     def loads(self, rim: RimLoads, line: int, side: int) -> Floats:
         """Return the unit forces on the rim in terms of the unit loads (force, load), under a positive (0) or negative (1) torque of the stage."""
         harmonics = _harmonics(rim, float(self.lines[line]), self.terms)
         pins = np.zeros((len(rim.angle), len(self.work) - 2 * harmonics.shape[1]))
-        if self.with_pins:
+        if self.holes is not None and self.holes.bearings:
+            each, count = _reactions(self.holes, rim, float(self.lines[line]), self.reach), self.holes.count
+            first = 2 * count + (2 * line + side) * count
+            pins[:, :count], pins[:, count : 2 * count] = each.real, each.imag
+            pins[:, first : first + count] = (each * self.ahead[line, side].conj()).real
+        elif self.holes is not None:
             pins[:, 2 * line + side] = rim.arm
         return np.concatenate([harmonics.real, harmonics.imag, pins], axis=1)
 
@@ -110,26 +129,31 @@ def response(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, b
     rim    forces along the contacts, at angles from the line of centres
     lines  (line,) angles of the line of centres, towards the disc's centre, from the first hole, rad
     bore   "fixed": bonded to a rigid hub, which takes the torque; "sliding": on a frictionless rigid hub, while half of the holes take the torque,
-           each by a cosine pressure on half of its edge, with forces in proportion to the distance of the holes from the line of centres
+           each by a cosine pressure on half of its edge, with forces in proportion to the distance of the holes from the line of centres; "free",
+           while the bearings of crankshafts in all holes share force and torque equally, each by a cosine pressure on half of its edge
     towards  direction of the pins' push along the line of centres. A hole's centre is ahead of its pin's by the eccentricity, so under a positive
              torque the pin pushes against the line (-1), and the loaded holes are those on the side of the loaded rim; 1 is the reverse
 
-    Raises ValueError for holes that overlap or cut an edge, and for a sliding bore without holes; DidNotConvergeError where the series do not resolve
-    the webs.
+    Raises ValueError for holes that overlap or cut an edge, and for a sliding or free bore without holes of its kind; DidNotConvergeError where the
+    series do not resolve the webs.
     """
     if holes is not None:
         _check(disc, holes)
-    elif bore == "sliding":
-        raise ValueError("a disc on a sliding bore needs holes that take its torque")
+    if bore == "sliding" and (holes is None or holes.bearings):
+        raise ValueError("a disc on a sliding bore needs holes with pins that take its torque")
+    if bore == "free" and (holes is None or not holes.bearings):
+        raise ValueError("a disc with a free bore needs holes with bearings")
     lines = np.atleast_1d(np.asarray(lines, dtype=float))
+    loaded = None if bore == "fixed" else holes
+    ahead = np.empty((0, 2, 0), complex) if loaded is None or not loaded.bearings else _ahead(loaded, rim, lines, disc.loaded)
     for terms, per_arc in _ATTEMPTS:
         edges = _edges(disc, holes, terms, max(24, math.ceil(per_arc / rim.half)))
-        loads = _unit_loads(disc, holes if bore == "sliding" else None, rim, lines, edges, towards)
+        loads = _unit_loads(disc, loaded, rim, lines, edges, towards, ahead)
         moved, matrix, wanted = _conditions(disc, edges, loads, bore)
         answer = _least_squares(matrix, wanted)
         weights = np.concatenate([np.full(len(edge.points), 2 * math.pi * edge.radius / len(edge.points)) for edge in edges])
         work = ((loads.conj() * weights) @ moved).real @ answer * disc.loaded * disc.width
-        found = Response(np.asarray(work), edges[0].terms, lines, bore == "sliding")
+        found = Response(np.asarray(work), edges[0].terms, lines, disc.loaded, loaded, ahead)
         tried = [np.minimum(rim.arm, 0.0) @ found.loads(rim, line, 0) for line in range(len(lines))]
         error = max(float(np.linalg.norm(matrix @ (answer @ each) - wanted @ each) / np.linalg.norm(wanted @ each)) for each in tried)
         if error < _RESIDUAL:
@@ -145,6 +169,19 @@ def pin_forces(holes: Holes, torque: float, line: float, towards: Literal[-1, 1]
     arm = np.sin(2 * math.pi * np.arange(holes.count) / holes.count - line)
     share = np.maximum(math.copysign(1.0, torque) * towards * arm, 0.0)  # a force along the line of centres has the moment -circle x arm
     return np.asarray(towards * share * abs(torque) / (holes.circle * float(share @ np.abs(arm))) * np.exp(1j * line))
+
+
+def _reactions(holes: Holes, rim: RimLoads, line: float, reach: float) -> Complexes:
+    """Return the forces (force, hole) of the bearings on a disc under unit forces on its rim of this radius (m): equal shares of force and torque."""
+    push = -np.exp(1j * (rim.angle + rim.slant + line)) * spectrum(np.array(rim.half), rim.exponent)
+    return np.asarray(-push[:, None] / holes.count - (rim.arm * reach / (holes.count * holes.circle))[:, None] * 1j * holes.places)
+
+
+def _ahead(holes: Holes, rim: RimLoads, lines: Floats, reach: float) -> Complexes:
+    """Return the directions (line, side, hole) of the bearings' forces on a disc whose contacts carry in proportion to their arms."""
+    sides = np.stack([-np.minimum(rim.arm, 0.0), np.maximum(rim.arm, 0.0)])
+    out = np.stack([sides @ _reactions(holes, rim, float(line), reach) for line in lines])
+    return np.asarray(out / np.abs(out))
 
 
 def _check(disc: Annulus, holes: Holes) -> None:
@@ -180,29 +217,42 @@ def _edges(disc: Annulus, holes: Holes | None, terms: int, rim_terms: int) -> li
     out = [edge(0j, 1.0, rim_terms, 1.0)]
     count = 0 if holes is None else holes.count
     if holes is not None:
-        place = holes.circle / disc.loaded * np.exp(2j * math.pi * np.arange(count) / count)
-        out += [edge(complex(each), holes.radius / disc.loaded, terms, -1.0) for each in place]
+        out += [edge(complex(each), holes.radius / disc.loaded, terms, -1.0) for each in holes.circle / disc.loaded * holes.places]
     return [*out, edge(0j, disc.fixed / disc.loaded, max(terms, 4 * count), -1.0)]
 
 
-def _unit_loads(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, edges: list[_Edge], towards: Literal[-1, 1]) -> Complexes:
-    """Return the tractions (load, point), Pa, of the unit loads at the points of all edges; those of the pins only with `holes`."""
+def _unit_loads(
+    disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, edges: list[_Edge], towards: Literal[-1, 1], ahead: Complexes
+) -> Complexes:
+    """Return the tractions (load, point), Pa, of the unit loads at the points of all edges; those on the `holes` as they are loaded."""
     points = edges[0].points
     n = np.arange(-edges[0].terms, edges[0].terms + 1)
     shape = spectrum(np.abs(n) * rim.half, rim.exponent) / (2 * math.pi * disc.loaded * disc.width)
     harmonics = shape[:, None] * points * np.exp(1j * n[:, None] * np.angle(points))
-    count = sum(len(edge.points) for edge in edges)
-    out = np.zeros((2 * len(harmonics) + (0 if holes is None else 2 * len(lines)), count), dtype=complex)
+    on_holes = [] if holes is None else _on_holes(disc, holes, lines, edges[1:-1], towards, ahead)
+    out = np.zeros((2 * len(harmonics) + len(on_holes), sum(len(edge.points) for edge in edges)), dtype=complex)
     out[: len(harmonics), : len(points)], out[len(harmonics) : 2 * len(harmonics), : len(points)] = harmonics, 1j * harmonics
-    if holes is not None:
-        row = 2 * len(harmonics)
+    for row, each in enumerate(on_holes, 2 * len(harmonics)):
+        out[row, len(points) : len(points) + len(each)] = each
+    return out
+
+
+def _on_holes(disc: Annulus, holes: Holes, lines: Floats, edges: list[_Edge], towards: Literal[-1, 1], ahead: Complexes) -> list[Complexes]:
+    """Return the tractions (point,) of the unit loads on the holes at the points of all their edges."""
+    out: list[Complexes] = []
+    if not holes.bearings:
         for line in lines:
             for sign in (-1.0, 1.0):
                 pins = pin_forces(holes, sign * disc.loaded, float(line), towards)
-                tractions = [_hole_traction(disc, holes, force, edge) for force, edge in zip(pins, edges[1:-1], strict=True)]
-                on_holes = sign * np.concatenate(tractions)
-                out[row, len(points) : len(points) + len(on_holes)] = on_holes
-                row += 1
+                tractions = [np.sum(_hole_traction(disc, holes, force, edge), axis=0) for force, edge in zip(pins, edges, strict=True)]
+                out.append(np.asarray(sign * np.concatenate(tractions)))
+        return out
+    for part, forces in ((0, np.ones((1, holes.count), complex)), (0, 1j * np.ones((1, holes.count))), (1, ahead.reshape(-1, holes.count))):
+        for row in forces:
+            for k, edge in enumerate(edges):
+                each = np.zeros((len(edges), len(edge.points)), complex)
+                each[k] = _hole_traction(disc, holes, row[k], edge)[part]
+                out.append(each.ravel())
     return out
 
 
@@ -212,13 +262,17 @@ def _harmonics(rim: RimLoads, line: float, terms: int) -> Complexes:
     return np.asarray(-np.exp(1j * rim.slant)[:, None] * np.exp(-1j * (rim.angle + line)[:, None] * n))
 
 
-def _hole_traction(disc: Annulus, holes: Holes, force: complex, edge: _Edge) -> Complexes:
-    """Return the traction (point,), Pa, of a cosine pressure on half of a hole's edge with this resultant (N), by its harmonics."""
+def _hole_traction(disc: Annulus, holes: Holes, force: complex, edge: _Edge) -> tuple[Complexes, Complexes]:
+    """Return the traction (point,), Pa, of a cosine pressure on half of a hole's edge with this resultant (N), by its harmonics.
+
+    In two parts: the first harmonic, which has the resultant and is linear in the force, and the even ones, without resultant.
+    """
     outward = -edge.normals
     turn = np.angle(outward) - np.angle(force)
     even = np.arange(1, edge.terms // 2 + 1)
-    half = 1 / math.pi + np.cos(turn) / 2 + 2 / math.pi * np.cos(2 * turn[:, None] * even) @ ((-1.0) ** (even + 1) / (4 * even**2 - 1))
-    return 2 * abs(force) / (math.pi * holes.radius * disc.width) * half * outward
+    others = 1 / math.pi + 2 / math.pi * np.cos(2 * turn[:, None] * even) @ ((-1.0) ** (even + 1) / (4 * even**2 - 1))
+    unit = 2 * abs(force) / (math.pi * holes.radius * disc.width) * outward
+    return unit * np.cos(turn) / 2, unit * others
 
 
 def _conditions(disc: Annulus, edges: list[_Edge], loads: Complexes, bore: Bore) -> tuple[Complexes, Floats, Floats]:
@@ -230,13 +284,16 @@ def _conditions(disc: Annulus, edges: list[_Edge], loads: Complexes, bore: Bore)
     moved, pulled = _columns(disc.kolosov, points, normals, edges)
     on_bore = len(points) - len(edges[-1].points)
     rows = [pulled[:on_bore].real, pulled[:on_bore].imag]
+    inward = normals[on_bore:, None].conj()
     if bore == "fixed":
         rows += [moved[on_bore:].real, moved[on_bore:].imag]
-    else:
-        inward = normals[on_bore:, None].conj()
+    elif bore == "sliding":
         rows += [(moved[on_bore:] * inward).real, (pulled[on_bore:] * inward).imag]
+    else:  # without traction; the loads balance, so that the mean displacement and rotation can be chosen
+        turned = (moved[on_bore:] * inward).imag
+        rows += [pulled[on_bore:].real, pulled[on_bore:].imag, *(each.sum(axis=0)[None] for each in (moved.real, moved.imag, turned))]
     matrix = np.concatenate(rows)
-    wanted = np.concatenate([loads[:, :on_bore].real, loads[:, :on_bore].imag, np.zeros((len(loads), 2 * (len(points) - on_bore)))], axis=1).T
+    wanted = np.concatenate([loads[:, :on_bore].real, loads[:, :on_bore].imag, np.zeros((len(loads), len(matrix) - 2 * on_bore))], axis=1).T
     size = np.sqrt((matrix**2).sum(axis=0))
     shear = disc.young / (2 + 2 * disc.nu)
     return moved / size * (disc.loaded / (2 * shear)), matrix / size, wanted

@@ -20,7 +20,7 @@ at the hub or in the housing and loaded along the lines of action of the contact
   `contact.lobe_compliance` includes the same lobe: `Flanks.bending` must be zero together with the body of the ring.
 - Pins are treated as integral with the body around their half-round seats. A loose seat is a further contact and is not included.
 
-Holes for output pins make the disc softer by a third to twofold: what they add is computed on a round disc (`perforated_disc`).
+Holes for output pins or the bearings of crankshafts, which then support the disc, are computed on a round disc (`perforated_disc`).
 Compared with finite elements of a solid steel stage in the tests and in docs/theory/cycloid.md.
 """
 
@@ -48,6 +48,8 @@ Part = Literal["planet", "ring"]
 
 # Smallest hub, over the radius of the rim, of a disc with its exact flank.
 _SMALLEST_HUB: Final = 0.15
+# Positions of the holes within a pitch of these, over which the response is averaged: with pins, and with bearings, whose forces turn with the crank.
+_POSITIONS: Final = {False: 2, True: 4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,8 @@ class Body:
     edge       radius of its fixed edge, m: within it a planet is rigid (hub, or seat of the eccentric's bearing); there a ring is fixed to its
                rigid housing all round
     young, nu  Young's modulus, Pa, and Poisson's ratio
-    holes      of the output pins in a disc, which take its torque; its edge is then the bore, a rigid hub without friction, which takes the force
+    holes      in a disc. With output pins, which take its torque, its edge is the bore, a rigid hub without friction, which takes the force; with
+               bearings of crankshafts, which take both, its edge is free, and displacements are relative to the mean motion of the bearings
     plane      as of `Annulus`; use the same plane for the modulus of the contacts
     """
 
@@ -77,9 +80,10 @@ def flexibility(stage: Stage, body: Body, width: float, crank: Floats) -> Floats
     crank  (crank,) crank angles, rad
 
     Under forward (0) and backward torques (1), which load different holes. This is the part that the approach by Johnson's law does not include; for
-    a concave flank that law includes too much, so the diagonal can be negative. With holes it is the mean of two positions of these: on the line of
-    centres and half a pitch away. Computed once per drawing and position of the lobes, for any modulus and width. Raises ValueError for a fixed edge
-    that cuts the teeth or the seats of pins and for holes that overlap or cut an edge, DidNotConvergeError for very thin webs.
+    a concave flank that law includes too much, so the diagonal can be negative. With holes it is the mean over positions of these, two with pins (on
+    the line of centres and half a pitch away), four with bearings. Computed once per drawing and position of the lobes, for any modulus and width.
+    Raises ValueError for a fixed edge that cuts the teeth or the seats of pins and for holes that overlap or cut an edge, DidNotConvergeError for
+    very thin webs.
     """
     pitch = 2 * math.pi / (stage.lobes if stage.has_planet_pins else stage.pins)
     out = np.empty((2, len(crank), stage.pins, stage.pins))
@@ -113,8 +117,10 @@ def _edge_flexibility(body: Annulus, lines: _LinesOfAction) -> Floats:
 
 @functools.lru_cache(maxsize=16)
 def _response(stage: Stage, body: Annulus, holes: Holes) -> Response:
-    """Return the response of a disc with holes, in two positions of these: the one on the line of centres, and half a pitch away."""
-    return response(body, holes, _lines_of_action(stage, "planet", body, 0.0).rim, np.array([0.0, math.pi / holes.count]), "sliding")
+    """Return the response of a disc with holes, in evenly spaced positions of these: the first one on the line of centres."""
+    number = _POSITIONS[holes.bearings]
+    lines = 2 * math.pi / holes.count * np.arange(number) / number
+    return response(body, holes, _lines_of_action(stage, "planet", body, 0.0).rim, lines, "free" if holes.bearings else "sliding")
 
 
 def _pinned(stage: Stage, part: Part) -> bool:

@@ -120,6 +120,9 @@ def _circles(part: CycloidalStage) -> list[go.Scatter]:
         holes = (pins.outer_diameter + pins.clearance.nominal) / 2 + stage.eccentricity
         out.append(_scatter(_round(places, pins.outer_diameter / 2), "output pins", GREEN, **thin))
         out.append(_scatter(_round(places + middle, holes), "their holes", BLUE, **thin))
+    circle, stated = part.eccentric.circle_radius, part.disc.holes
+    if circle is not None and stated is not None:
+        out.append(_scatter(_round(_around(part.eccentric.cranks, circle) + middle, stated.diameter / 2), "holes for the cranks", BLUE, **thin))
     return out
 
 

@@ -230,6 +230,8 @@ def _check(stage: Stage, planet: Body, ring: Body | None, gap: Floats, torques: 
     if not 0 < planet.edge < root:
         raise ValueError(f"the hub's radius is {planet.edge * MM:g} mm, but teeth or pins reach in to {root * MM:.4g} mm: choose a smaller hub")
     if planet.holes is not None:
+        if planet.holes.bearings:
+            raise ValueError("its disc is on the bearings of several crankshafts, which are not meshed: take one central eccentric")
         _check_holes(planet, planet.holes, root)
     if ring is not None and ring.edge <= (reach := ring_reach(stage)):
         found = f"the ring's outer radius is {ring.edge * MM:g} mm"

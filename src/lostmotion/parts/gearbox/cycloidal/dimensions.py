@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
@@ -26,10 +27,11 @@ SizeDim = Annotated[Toleranced, Quantity("m", "77.5 mm ± 5 µm", above=0, toler
 # A dimension of either sign.
 EitherSign = Annotated[Toleranced, Quantity("m", "-3 µm ± 1 µm", toleranced=True, band="uniform")]
 Coefficient = Annotated[float, Quantity("", "0.06", low=0, high=2)]
-# Bore of a disc over its ring's radius, and outer radius of a ring over the reach of its teeth, where the drawing does not state them; and the share
-# of the room inside the holes or roots that the bore takes at most.
+# Bore of a disc over its ring's radius, outer radius of a ring over the reach of its teeth, and radius of the hole of a crank's bearing over the room
+# around it, where the drawing does not state them; and the share of the room inside the holes or roots that the bore takes at most.
 _USUAL_BORE: Final = 0.35
 _USUAL_RING: Final = 1.25
+_USUAL_HOLE: Final = 0.6
 _ROOM: Final = 0.8
 
 
@@ -78,12 +80,12 @@ class StageDimensions(Heated):
     ring_radius    of the circle of pin centres (R); ± over gearboxes, as for pin_radius (Rr) and eccentricity (e)
     pin_position   ± position of each pin or lobe, radially and tangentially; pin_size ± of its radius; flank_form ± of each disc's flank
     width          of one disc; discs: their number
-    disc_bore_radius   inner radius of the disc; default: that of the eccentric's bearing by size, else 0.35 times the ring radius
+    disc_bore_radius   inner radius of the disc; default: that of the central eccentric's bearing by size, else 0.35 times the ring radius
     ring_outer_radius  outer radius of the ring, held there; default: 1.25 times the reach of its teeth or of the seats of its pins
     pin_span       free length of a ring pin held at both ends; default: pins in full-length seats, which do not bend
                    (the model of the ring's body assumes such seats in either case)
     envelope       how the second branch of envelope lobes stiffens the contacts: "rule" or "exact"; default: the rule in its range, exact outside
-    disc           holes of the discs
+    disc           holes and bore of the discs
     seats          of the bearings of the eccentric's shaft, by name
     rigid          names of members declared rigid, as the results list them
     process        that makes disc and ring: its tolerances count where none are stated ("IT7", "ISO 2768 m", "FFF")
@@ -135,7 +137,7 @@ class StageDimensions(Heated):
             why = str(error).removeprefix("this cycloidal stage cannot exist: ")
             example = 'pins = 40, ring_radius = "77.5 mm", pin_radius = "4 mm", eccentricity = "1.5 mm"'
             raise refuse(why, "a possible stage", example) from None
-        root = stage.tip_radius - 2 * stage.eccentricity
+        root = self.root_radius
         if self.disc_bore_radius is not None and self.disc_bore_radius >= root:
             why = f"a bore of radius {self.disc_bore_radius * 1e3:g} mm in a disc with a root radius of {root * 1e3:.4g} mm"
             raise refuse(why, "a bore inside the root circle", f'disc_bore_radius = "{root * 500:.3g} mm"')
@@ -209,23 +211,38 @@ class StageDimensions(Heated):
 
     @property
     def hole_diameter(self) -> float | None:
-        """Return the diameter (m) of the holes for the output pins, stated or as it follows from the pins; None without their diameter."""
-        pins = self.output_pins
-        if self.disc.holes is not None or pins is None or pins.outer_diameter is None:
-            return None if self.disc.holes is None else self.disc.holes.diameter
+        """Return the diameter (m) of the holes for the output pins, stated or as it follows from the pins; None without their diameter.
+
+        With several cranks that of the holes for their bearings: stated, that of a bearing by its size, or a usual one.
+        """
+        pins, bearing, circle = self.output_pins, self.eccentric.bearing, self.eccentric.circle_radius
+        if self.disc.holes is not None:
+            return self.disc.holes.diameter
+        if circle is not None:
+            if isinstance(bearing, BearingSize):
+                return bearing.outside_diameter
+            around = min(self.root_radius - circle, circle * math.sin(math.pi / self.eccentric.cranks), circle - (self.disc_bore_radius or 0.0))
+            return 2 * _USUAL_HOLE * around
+        if pins is None or pins.outer_diameter is None:
+            return None
         return pins.outer_diameter + 2 * self.eccentricity.nominal + pins.clearance.nominal
+
+    @property
+    def root_radius(self) -> float:
+        """Return the radius (m) of the root circle of the disc, or of the pins of a planet, inside which a disc is whole."""
+        return self.stage.tip_radius - 2 * self.stage.eccentricity
 
     @property
     def bore_radius(self) -> float:
         """Return the radius (m) of the disc's bore, stated, that of the eccentric's bearing, or a usual one."""
         if self.disc_bore_radius is not None:
             return self.disc_bore_radius
-        root = self.stage.tip_radius - 2 * self.stage.eccentricity
-        room, pins, hole = root, self.output_pins, self.hole_diameter
-        if pins is not None and hole is not None:
-            room = min(room, pins.circle_radius - hole / 2)
+        room, hole = self.root_radius, self.hole_diameter
+        circle = self.eccentric.circle_radius or (self.output_pins.circle_radius if self.output_pins is not None else None)
+        if circle is not None and hole is not None:
+            room = min(room, circle - hole / 2)
         bearing = self.eccentric.bearing
-        if isinstance(bearing, BearingSize) and bearing.outside_diameter / 2 < room:
+        if isinstance(bearing, BearingSize) and self.eccentric.cranks == 1 and bearing.outside_diameter / 2 < room:
             return bearing.outside_diameter / 2
         return min(_USUAL_BORE * self.stage.ring_radius, _ROOM * room)
 

@@ -174,7 +174,7 @@ class OutputPins(Sourced):
 
 
 class DiscHoles(Sourced):
-    """Holes of a disc for the output pins; `count` and `circle_radius` are those of the pins, unless stated."""
+    """Holes of a disc for the output pins, or for the bearings of several cranks; `count` and `circle_radius` are those of these, unless stated."""
 
     diameter: LengthPlus
     count: PinCount | None = None
@@ -184,7 +184,8 @@ class DiscHoles(Sourced):
 class Disc(Sourced):
     """Details of the discs.
 
-    holes     for the output pins; default: as wide as a pin or its sleeve, twice the eccentricity and the clearance
+    holes     for the output pins; default: as wide as a pin or its sleeve, twice the eccentricity and the clearance. With several cranks for their
+              bearings; default: as wide as a bearing by its size, else 0.6 times the room around them
     bore_fit  of the eccentric's bearing in the bore: "bonded", "pressed", or "snug" (without preload: the contact opens behind the bearing); default:
               between pressed and snug
     """

@@ -25,8 +25,9 @@ from lostmotion.laws.rolling.radial import BALL_EXPONENT, ROLLER_EXPONENT, rolle
 from lostmotion.parts.gearbox.cycloidal.dimensions import StageDimensions
 from lostmotion.parts.gearbox.cycloidal.envelope import branches
 from lostmotion.parts.gearbox.cycloidal.names import BEARING, BORE, DISC_BODY, HOLES, PINS, RING_BODY, RING_LOBES, RING_PINS, SHAFT, TILT
-from lostmotion.parts.gearbox.cycloidal.pins import STEEL, Fit, OutputPins
+from lostmotion.parts.gearbox.cycloidal.pins import STEEL, Fit
 from lostmotion.parts.gearbox.cycloidal.process import with_process
+from lostmotion.parts.gearbox.cycloidal.seats import BearingSize
 from lostmotion.parts.gearbox.cycloidal.shaft import Shaft, ShaftCase, ShaftSprings
 from lostmotion.parts.gearbox.cycloidal.temperature import check_temperature, output_clearance_at_work, relief_at_work
 from lostmotion.parts.gearbox.gearbox import refuse
@@ -44,6 +45,8 @@ _LOBES = ("lobe arcs", "lobe envelope")
 BOUNDS: Final = (0.05, 1.0)
 # Wind-up of a disc with holes of unknown size over that of a solid one.
 HOLES_OF_UNKNOWN_SIZE: Final = (2.0, 5.0)
+# Wind-up of a disc with holes of unknown size for the bearings of cranks, over that with usual ones.
+CRANK_HOLES_OF_UNKNOWN_SIZE: Final = (0.6, 1 / 0.6)
 # Force, N, for springs that stiffen with their load, in a stage without a rated torque of its own.
 FORCE_WITHOUT_RATING: Final = 100.0
 
@@ -78,8 +81,10 @@ class CycloidalStage(StageDimensions):
             raise refuse(f"a shaft for which {error}", "a shaft that its supports hold, with screws inside its sections", example) from None
 
     def _check_holes(self) -> None:
-        holes, pins = self.disc.holes, self.output_pins
-        if holes is not None and (pins is None or pins.outer_diameter is None):
+        holes, pins, eccentric = self.disc.holes, self.output_pins, self.eccentric
+        if eccentric.circle_radius is not None:
+            self._check_crank_holes(eccentric.circle_radius)
+        elif holes is not None and (pins is None or pins.outer_diameter is None):
             raise refuse(
                 "disc holes without output pins of a stated diameter", "output pins for the holes", 'diameter = "12 mm", free_length = "14 mm"'
             )
@@ -92,24 +97,37 @@ class CycloidalStage(StageDimensions):
             if abs(holes.diameter - fitting) > _SAME_SIZE:
                 why = f"holes of {holes.diameter * 1e3:.6g} mm, where pin, twice the eccentricity and clearance make {fitting * 1e3:.6g} mm"
                 raise refuse(why, "holes that fit the pins with their clearance", f'diameter = "{fitting * 1e3:.6g} mm"')
-        if self.hole_diameter is None or pins is None:
+        if self.hole_diameter is None:
             return
         try:
             body = self._disc_body
-            if body is not None and holes is not None:  # holes that follow from the pins are not worth the full solution while a file is read
+            if body is not None and holes is not None:  # holes that are not stated are not worth the full solution while a file is read
                 flexibility(self.stage, body, self.width, np.zeros(1))
         except (ValueError, DidNotConvergeError) as error:
             found = f"disc holes of {self.hole_diameter * 1e3:.4g} mm for which {error}"
             raise refuse(found, "holes with webs around them", 'holes = { diameter = "12.1 mm" }') from None
 
-    def _holes(self, pins: OutputPins, diameter: float) -> Holes:
-        """Return the holes of a disc for the output pins. Raises ValueError for holes that overlap, or cut the bore or the teeth."""
-        root = self.stage.tip_radius - 2 * self.stage.eccentricity
-        if not self.bore_radius + diameter / 2 < pins.circle_radius < root - diameter / 2:
+    def _check_crank_holes(self, circle: float) -> None:
+        holes, size, inner = self.disc.holes, self.eccentric.bearing, self.disc_bore_radius or 0.0
+        if not inner < circle < self.root_radius:
+            why = f"cranks on a circle of radius {circle * 1e3:g} mm in a disc between {inner * 1e3:g} and {self.root_radius * 1e3:.4g} mm"
+            raise refuse(why, "cranks in the disc", f'circle_radius = "{(inner + self.root_radius) * 500:.3g} mm"')
+        if holes is None:
+            return
+        if holes.count not in (None, self.eccentric.cranks) or holes.circle_radius not in (None, circle):
+            raise refuse("holes with another count or circle_radius than the cranks", "the same, or only the diameter", 'diameter = "30 mm"')
+        if isinstance(size, BearingSize) and abs(holes.diameter - size.outside_diameter) > _SAME_SIZE:
+            why = f"holes of {holes.diameter * 1e3:.6g} mm for bearings with an outside_diameter of {size.outside_diameter * 1e3:.6g} mm"
+            raise refuse(why, "holes that fit the bearings", f'diameter = "{size.outside_diameter * 1e3:.6g} mm"')
+
+    def _holes(self, count: int, circle: float, diameter: float) -> Holes:
+        """Return the holes of a disc. Raises ValueError for holes that overlap, or cut the bore or the teeth."""
+        root = self.root_radius
+        if not self.bore_radius + diameter / 2 < circle < root - diameter / 2:
             raise ValueError(f"there is no room between a bore of {2e3 * self.bore_radius:.4g} mm and a root circle of {2e3 * root:.4g} mm")
-        if pins.circle_radius * math.sin(math.pi / pins.count) <= diameter / 2:
+        if circle * math.sin(math.pi / count) <= diameter / 2:
             raise ValueError("there is no room between neighbours")
-        return Holes(pins.count, pins.circle_radius, diameter / 2)
+        return Holes(count, circle, diameter / 2, bearings=self.eccentric.cranks > 1)
 
     @functools.cached_property
     def drive(self) -> drive.Drive:
@@ -210,14 +228,15 @@ class CycloidalStage(StageDimensions):
 
     @functools.cached_property
     def _disc_body(self) -> Body | None:
-        material, pins, hole = self.disc_material, self.output_pins, self.hole_diameter
+        material, pins, hole, circle = self.disc_material, self.output_pins, self.hole_diameter, self.eccentric.circle_radius
         if not self.elastic_bodies or DISC_BODY in self.rigid:
             return None
-        if pins is None or hole is None:
+        if hole is None:
             # holes of unknown size soften a solid disc by a usual factor
             softer = 1.0 if pins is None else math.sqrt(math.prod(HOLES_OF_UNKNOWN_SIZE))
             return Body("planet", self.bore_radius, material.plate_modulus / softer, material.poisson)
-        return Body("planet", self.bore_radius, material.plate_modulus, material.poisson, self._holes(pins, hole))
+        count, place = (self.eccentric.cranks, circle) if pins is None else (pins.count, pins.circle_radius)
+        return Body("planet", self.bore_radius, material.plate_modulus, material.poisson, self._holes(count, place or 0.0, hole))
 
     @functools.cached_property
     def shaft_springs(self) -> ShaftSprings | None:

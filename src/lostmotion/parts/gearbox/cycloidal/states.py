@@ -17,7 +17,7 @@ from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
 from lostmotion.parts.gearbox.cycloidal.pins import EXTREME_FITS
 from lostmotion.parts.gearbox.cycloidal.seats import BearingSize
 from lostmotion.parts.gearbox.cycloidal.shaft import Shaft
-from lostmotion.parts.gearbox.cycloidal.stage import BOUNDS, HOLES_OF_UNKNOWN_SIZE
+from lostmotion.parts.gearbox.cycloidal.stage import BOUNDS, CRANK_HOLES_OF_UNKNOWN_SIZE, HOLES_OF_UNKNOWN_SIZE
 
 if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
@@ -150,13 +150,21 @@ def _of_bodies(stage: CycloidalStage) -> dict[str, MemberState]:
     if stage.output_pins is not None and stage.hole_diameter is None:
         low, high = HOLES_OF_UNKNOWN_SIZE
         reasons.append(f"holes of unknown size, {low:g} to {high:g} times a solid disc")
+    elif stage.eccentric.cranks > 1 and _unknown_crank_holes(stage):
+        low, high = CRANK_HOLES_OF_UNKNOWN_SIZE
+        reasons.append(f"crank holes of {1e3 * (stage.hole_diameter or 0.0):.3g} mm, {low:g} to {high:.2g} times their wind-up")
     elif stage.eccentric.cranks > 1:
-        reasons.append("solid, without the holes of the cranks")
+        pass
     elif stage.hole_diameter is not None and stage.disc.holes is None:
         reasons.append(f"holes of {1e3 * stage.hole_diameter:.4g} mm")
     out = {names.DISC_BODY: MemberState("assumed" if reasons else "computed", ", ".join(reasons))}
     ring = "" if stage.ring_outer_radius is not None else f"held at an outer radius of {1e3 * stage.outer_radius:.3g} mm"
     return {**out, names.RING_BODY: MemberState("assumed" if ring else "computed", ring)}
+
+
+def _unknown_crank_holes(stage: CycloidalStage) -> bool:
+    """Return whether the discs have holes for several cranks of which the drawing states neither the size nor that of the bearings."""
+    return stage.eccentric.cranks > 1 and stage.disc.holes is None and not isinstance(stage.eccentric.bearing, BearingSize)
 
 
 def _of_fit(*, known: bool) -> MemberState:
@@ -173,7 +181,7 @@ def _of_shaft(stage: CycloidalStage) -> dict[str, MemberState]:
     if stage.tilt_share:
         out[names.TILT] = MemberState("computed")
     if eccentric.cranks > 1:
-        out[names.BORE] = MemberState("absent", "the cranks are in holes of the discs, which count as solid")
+        out[names.BORE] = MemberState("absent", "the bearings of the cranks push on the holes in the body of the disc")
     elif stage.elastic_bodies:
         known = stage.disc.bore_fit is not None or eccentric.cup is not None
         out[names.BORE] = MemberState("computed") if known else MemberState("assumed", "fit between pressed and snug")
@@ -204,8 +212,9 @@ def _unknowns(stage: CycloidalStage, prefix: str) -> list[Unknown]:
     if pins is not None and pins.diameter is not None and pins.unknown_fit:
         stiff, soft = (sum(pins.compliance(stage.discs, fit, rigid=stage.rigid)) for fit in EXTREME_FITS)
         out.append(_around("fit of the output pins in their seats", stiff, soft, {names.PINS: 1.0, names.SEATS: 1.0}))
-    if pins is not None and stage.hole_diameter is None and stage.elastic_bodies:
-        out.append(_around("holes of the discs", *HOLES_OF_UNKNOWN_SIZE, {names.DISC_BODY: 1.0}))
+    if stage.elastic_bodies and (_unknown_crank_holes(stage) or (pins is not None and stage.hole_diameter is None)):
+        limits = HOLES_OF_UNKNOWN_SIZE if pins is not None else CRANK_HOLES_OF_UNKNOWN_SIZE
+        out.append(_around("holes of the discs", *limits, {names.DISC_BODY: 1.0}))
     out = [each for each in out if not set(each.shares) <= set(stage.rigid)]
     return [replace(each, name=f"{prefix}{each.name}", shares={f"{prefix}{name}": share for name, share in each.shares.items()}) for each in out]
 
