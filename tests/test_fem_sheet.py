@@ -15,6 +15,8 @@ import pytest
 import lostmotion
 from lostmotion.errors import InputError, LostmotionError
 from lostmotion.io.vtu import vtu
+from lostmotion.laws.cycloid.drive import LEAST_ARM, loaded_disc, nominal_gaps
+from lostmotion.laws.cycloid.geometry import arms, first_contact_angle, pin_angles
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"
 
@@ -79,18 +81,43 @@ def test_gearboxes_without_a_meshable_drawing_are_refused(tmp_path):
 
 @pytest.mark.slow
 def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_conversion(tmp_path):
-    """Four pictures and two VTU files; the paper's angle is the strain in arcmin, several times the rotation in two or three dimensions."""
-    gear = lostmotion.gear(EXAMPLES / "printed.toml", fem_3d=True, gearboxes=2)
+    """Four pictures and two VTU files; the paper's angle is the strain in arcmin, several times the rotation in 2-D or 3-D. Planets have no mesh."""
+    file = tmp_path / "with-planets.toml"
+    planets = '\n[gearbox.first_stage]\nkind = "planetary"\nsun_teeth = 16\nplanet_teeth = 38\nmodule = "0.5 mm"\n'
+    file.write_text((EXAMPLES / "printed.toml").read_text("utf-8") + planets, "utf-8")
+    gear = lostmotion.gear(file, fem_3d=True, gearboxes=2)
     section = next(each for each in gear.result()["sections"] if each["key"] == "fem")
     for row in section["rows"]:
         strain_rotation, stress_rotation, solid_rotation, _, _, _, strain, angle = (figure["value"] for figure in row["figures"])
         assert angle == pytest.approx(strain / (math.pi / 10800), rel=0.01)
         assert strain_rotation < solid_rotation < stress_rotation < angle
     assert "3-D is coarse" in section["note"]
+    assert "not meshed: the planetary first stage" in section["note"]
     folder = gear.report(tmp_path / "report")
     page = (folder / "report.html").read_text("utf-8")
     assert all(f'data-plot="{key}"' in page for key in ("fem-stress", "fem-strain", "fem-contact", "fem-angle"))
     for name in ("planet.vtu", "ring.vtu"):
         arrays = check((folder / name).read_bytes())
-        assert 0 < arrays["von_mises_Pa"].max() <= 1.2 * gear.fem.stress[-1]
-    assert gear.fem.loaded.forces[-1].sum() > 0
+        assert 0 < arrays["von_mises_Pa"].max() <= 1.2 * gear.fem[0].stress[-1]
+    assert gear.fem[0].loaded.forces[-1].sum() > 0
+
+
+@pytest.mark.slow
+def test_a_cycloidal_first_stage_is_solved_under_its_share_of_the_torque(tmp_path):
+    """The first stage carries the torque over the ratio of the second; its rotation at the output agrees with the contacts on elastic bodies."""
+    file = tmp_path / "two-stages.toml"
+    drawing = (EXAMPLES / "two-stage-lobes.toml").read_text("utf-8").replace('form = "lobe envelope"', 'form = "ring pins"')
+    file.write_text(drawing.replace('roller = "6 µm ± 2 µm"', 'roller = "1 µm"'), "utf-8")
+    gear = lostmotion.gear(file, fem=True, gearboxes=2)
+    main, first = gear.fem
+    steps, start = abs(gear.gearbox.steps), np.zeros(1)
+    for found, part, per_output in ((main, gear.gearbox, 1.0), (first, gear.gearbox.first_stage, 1 / steps)):
+        gap = nominal_gaps(part.drive, start)
+        torque = per_output * gear.torque / part.discs
+        turned = loaded_disc(part.drive, torque, start, gap, rigid_eccentric=True).rotation.item()
+        play = first_contact_angle(part.stage, pin_angles(part.stage, start), gap[:, 0], LEAST_ARM).item()
+        assert found.rotation[0, -1] == pytest.approx(per_output * (turned - play), rel=0.01)
+        assert found.loaded.forces[-1] @ arms(part.stage, pin_angles(part.stage, start)[0]) == pytest.approx(torque, rel=0.002)
+    keys = [section["key"] for section in gear.result()["sections"]]
+    assert [key for key in keys if key.startswith("fem")] == ["fem", "fem-lobes", "fem-first", "fem-first-lobes"]
+    assert {"planet.vtu", "ring.vtu", "first-stage-planet.vtu", "first-stage-ring.vtu"} <= gear.files().keys()

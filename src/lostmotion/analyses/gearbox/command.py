@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
     from lostmotion.analyses.gearbox.result import Gear
     from lostmotion.io.part_file import OnePart
     from lostmotion.parts.error_source import ErrorSource
@@ -132,7 +133,7 @@ def gear(
         check_fem(one.part)
     asked.ready()
     found = study(one.part, asked.torque, asked.gearboxes, asked.seed, asked.lost_motion_torque, asked.slope_range, asked.stiffness_definition)
-    by_elements = None
+    by_elements: tuple[FiniteElements, ...] = ()
     if by_fem and found.torque is not None:
         from lostmotion.analyses.gearbox.finite_elements import check_fem, finite_elements
 

@@ -1,4 +1,4 @@
-"""One disc of a cycloidal gearbox by finite elements: rotation, loads and stresses over the torque."""
+"""One disc of each stage of a cycloidal gearbox by finite elements: rotation, loads and stresses over the torque."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
     from lostmotion.laws.cycloid.geometry import Stage
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 # Torques, as shares of the largest.
@@ -33,8 +34,9 @@ _TERMS: Final = 1
 
 @dataclass(frozen=True)
 class FiniteElements:
-    """The stage at the output by finite elements, its crank at zero, each disc with the same share of the torque; angles at the output.
+    """A stage by finite elements, its crank at zero, each disc with the same share of the torque; torques and angles at the output of the gearbox.
 
+    name      "output stage" or "first stage"
     torque    (torque,) N m at the output
     rotation  (2, torque) rad, beyond the play: in plane strain and in plane stress
     rotation_3d  (torque,) rad, the same in three dimensions; None unless asked for. error_3d: (torque,) rad, difference between two meshes
@@ -44,9 +46,11 @@ class FiniteElements:
     stress    (torque,) largest von Mises stress, Pa; strain (torque,) largest equivalent strain: von Mises stress over 3 G. Plane strain
     loaded    the disc under its share of the torque, plane strain; stage as meshed
     fields    displacement and stress of the wheels under the largest torque; turn: rotation of the disc there, rad
+    not_meshed  another stage of the gearbox that is not meshed, and why; empty without such a stage
     first_branch_only  an envelope ring was replaced by plain arcs, the first of its two branches
     """
 
+    name: str
     torque: Floats
     rotation: Floats
     rotation_3d: Floats | None
@@ -60,6 +64,7 @@ class FiniteElements:
     stage: Stage
     fields: list[Field]
     turn: float
+    not_meshed: str
     first_branch_only: bool
 
 
@@ -77,22 +82,57 @@ def check_fem(gearbox: object) -> CycloidalGearbox:
     return drawn  # type: ignore[no-any-return]
 
 
+def _unmeshed_stage(gearbox: CycloidalGearbox) -> str:
+    """Return which stage of a gearbox is not meshed, and why; empty without such a stage."""
+    first = gearbox.first_stage
+    if first is None or _meshed_first_stage(gearbox) is not None:
+        return ""
+    return "planetary first stage" if first.kind == "planetary" else "first stage, because its drawing has no disc_bore_radius"
+
+
+def _meshed_first_stage(gearbox: CycloidalGearbox) -> CycloidalStage | None:
+    """Return the first stage of a gearbox if it is cycloidal and states the inner radius of its disc."""
+    first = gearbox.first_stage
+    return None if first is None or first.kind == "planetary" or first.disc_bore_radius is None else first
+
+
 def finite_elements(
     gearbox: CycloidalGearbox, torque: float, progress: Callable[[str, int, int], None] | None = None, *, three_dimensions: bool = False
-) -> FiniteElements:
-    """Return the stage at the output under torques up to `torque` (N m at the output) by finite elements.
+) -> tuple[FiniteElements, ...]:
+    """Return the stage at the output, and a cycloidal first stage, under torques up to `torque` (N m at the output) by finite elements.
 
-    three_dimensions  also solves the disc and its share of the ring over their width
+    three_dimensions  also solves disc and its share of the ring over their width
 
     Raises InputError for a drawing that cannot be meshed, DidNotConvergeError where the contacts outgrow their lobes.
     """
-    drive = check_fem(gearbox).drive
+    stages: list[tuple[str, CycloidalStage, float]] = [("output stage", check_fem(gearbox), disc_torque(gearbox, 1.0))]
+    first = _meshed_first_stage(gearbox)
+    if first is not None:
+        stages.append(("first stage", first, 1 / abs(gearbox.steps)))
+    solves = len(stages) * (2 + three_dimensions)
+
+    def shown(what: str, number: int, done: int, of: int) -> None:
+        if progress is not None:
+            progress(what, number * of + done, solves * of)
+
+    out: list[FiniteElements] = []
+    for name, part, per_output in stages:
+        found = _by_elements((name, part, per_output), torque, shown, len(out) * (2 + three_dimensions), three_dimensions=three_dimensions)
+        out.append(replace(found, not_meshed=_unmeshed_stage(gearbox)))
+    return tuple(out)
+
+
+def _by_elements(
+    named: tuple[str, CycloidalStage, float], torque: float, progress: Callable[[str, int, int, int], None], before: int, *, three_dimensions: bool
+) -> FiniteElements:
+    """Return one stage; with its name and the torque on all its discs per torque at the output. `before` counts the solves before it."""
+    name, part, per_output = named
+    drive = part.drive
     stage, body = drive.stage, drive.disc_body
     if body is None:
-        raise ValueError("a rigid disc")  # check_fem refuses it
+        raise ValueError("a rigid disc")  # a stage without the inner radius of its disc, which is not meshed
     if stage.kind == "lobe envelope":
         stage = replace(stage, kind="lobe arcs")
-    per_output = disc_torque(gearbox, 1.0)
     torques = torque * np.array(_LEVELS)
     gaps = nominal_gaps(drive, np.zeros(1))[0, 0]
     arm = arms(stage, pin_angles(stage, np.zeros(1))[0])
@@ -104,19 +144,19 @@ def finite_elements(
         disc = replace(body, plane=plane)
         ring = drive.ring_body and replace(drive.ring_body, plane=plane)
 
-        def shown(what: str, done: int, of: int, number: int = number) -> None:
-            if progress is not None:
-                progress(what, number * of + done, (2 + three_dimensions) * of)
+        def shown(what: str, done: int, of: int, number: int = before + number) -> None:
+            progress(f"{what} ({name})", number, done, of)
 
         try:
             loads = per_output / drive.discs * torques
-            found.append(loaded_stage(stage, disc, ring, gearbox.width, loads, gaps=gaps, terms=terms, progress=shown))
+            found.append(loaded_stage(stage, disc, ring, part.width, loads, gaps=gaps, terms=terms, progress=shown))
         except ValueError as error:
-            raise refuse_argument("fem", f"a stage of which {error}", "a drawing that can be meshed") from error
+            raise refuse_argument("fem", f"a drawing whose {name} cannot be meshed: {error}", "a drawing that can be meshed") from error
     loaded = found[0]
     largest = np.array([loaded.largest(k) for k in range(len(torques))])
     rotations = np.array([per_output * (each.rotation - play) for each in found])
     return FiniteElements(
+        name=name,
         torque=torques,
         rotation=rotations[:2],
         rotation_3d=rotations[2] if three_dimensions else None,
@@ -130,5 +170,6 @@ def finite_elements(
         stage=stage,
         fields=loaded.fields(len(torques) - 1),
         turn=float(loaded.rotation[-1]),
+        not_meshed="",
         first_branch_only=drive.stage.kind == "lobe envelope",
     )

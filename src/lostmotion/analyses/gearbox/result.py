@@ -14,18 +14,19 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.analyses.gearbox.finite_elements import FiniteElements
+    from lostmotion.laws.cycloid.finite_elements.wheel import Field
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
 
 
 @dataclass(frozen=True, repr=False)
 class Gear(GearStudy, Result):
-    """One gearbox: every attribute of `GearStudy`; `dxf` is an additional file for the profiles, `fem` the finite elements if asked for."""
+    """One gearbox: every attribute of `GearStudy`; `dxf` is an additional file for the profiles, `fem` its stages by finite elements."""
 
     name: str = "gearbox"
     notes: tuple[str, ...] = ()
     dxf: Path | None = None
-    fem: FiniteElements | None = None
+    fem: tuple[FiniteElements, ...] = ()
 
     @property
     def sheet(self) -> Sheet:
@@ -51,12 +52,18 @@ class Gear(GearStudy, Result):
 
         return self.drawn is not None and can_draw()
 
+    def _fields(self) -> Iterable[tuple[str, Field]]:
+        """Yield the fields of the meshed wheels by file name; a rigid ring has none."""
+        for found in self.fem:
+            first = "first-stage-" if found.name == "first stage" else ""
+            yield from zip((f"{first}planet.vtu", f"{first}ring.vtu"), found.fields, strict=False)
+
     def files(self) -> dict[str, bytes]:
         """Return the profile of a cycloidal gearbox as profile.dxf where ezdxf is installed, and the fields of the finite elements as VTU files."""
         from lostmotion.io.vtu import vtu
 
         out = {"profile.dxf": self.drawing()} if self._drawn else {}
-        for name, each in zip(("planet.vtu", "ring.vtu"), self.fem.fields if self.fem else (), strict=False):
+        for name, each in self._fields():
             fields = {"displacement_m": each.displacement, "von_mises_Pa": each.von_mises, "equivalent_strain": each.strain}
             out[name] = vtu(each.points, each.triangles, fields)
         return out
@@ -84,8 +91,8 @@ class Gear(GearStudy, Result):
             yield f"Drawing: {self.dxf or folder / 'profile.dxf'} (mm, chords within {CHORD_ERROR * 1e6:g} µm of the profile)"
         elif self.drawn is not None:
             yield "Drawing: none, ezdxf is not installed: pip install 'lostmotion[dxf]'"
-        if self.fem is not None:
-            yield f"Finite elements: {folder / 'planet.vtu'} and ring.vtu unless the ring is rigid (for ParaView; lengths in m, stresses in Pa)"
+        for name, _ in self._fields():
+            yield f"Finite elements: {folder / name} (for ParaView; lengths in m, stresses in Pa)"
 
     def drawing(self) -> bytes:
         """Return the profiles as a DXF drawing; raises InputError for a gearbox by stated figures, LostmotionError where ezdxf is not installed."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.analyses.gearbox.tables.finite_elements import fem_key
 from lostmotion.laws.cycloid.finite_elements.contours import contacts
 from lostmotion.reporting.plot import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed
 from lostmotion.reporting.sheet import ARCMIN, digits
@@ -33,18 +34,20 @@ _SPACING: Final = 4e-3
 _EDGE: Final = 1e-9
 
 
-def fem_plots(found: FiniteElements | None) -> list[Plot]:
-    """Return the pictures of the finite elements; none without them."""
-    if found is None:
-        return []
+def fem_plots(stages: tuple[FiniteElements, ...]) -> list[Plot]:
+    """Return the pictures of all stages by finite elements."""
+    return [plot for found in stages for plot in _of_stage(found)]
+
+
+def _of_stage(found: FiniteElements) -> list[Plot]:
     stress, strain = [each.von_mises / 1e6 for each in found.fields], [1e6 * each.strain for each in found.fields]
+    key, of_stage = fem_key(found), f"of the {found.name}"
+    pictures = whole(found, stress, "Von Mises stress", "MPa"), whole(found, strain, "Equivalent strain", "µm/m")
     return [
-        Plot("fem-stress", "fem", whole(found, stress, "Von Mises stress", "MPa"), "Von Mises stress of disc and ring, with the deformed outline."),
-        Plot(
-            "fem-strain", "fem", whole(found, strain, "Equivalent strain", "µm/m"), "Equivalent strain of disc and ring, with the deformed outline."
-        ),
-        Plot("fem-contact", "fem-lobes", contact(found, stress), "Von Mises stress around the contact with the largest pressure."),
-        Plot("fem-angle", "fem", angles(found), "Rotation over torque, with the equivalent strain read as an angle."),
+        Plot(f"{key}-stress", key, pictures[0], f"Von Mises stress of disc and ring {of_stage}, with the deformed outline."),
+        Plot(f"{key}-strain", key, pictures[1], f"Equivalent strain of disc and ring {of_stage}, with the deformed outline."),
+        Plot(f"{key}-contact", f"{key}-lobes", contact(found, stress), f"Von Mises stress around the contact with the largest pressure {of_stage}."),
+        Plot(f"{key}-angle", key, angles(found), f"Rotation over torque {of_stage}, with the equivalent strain read as an angle."),
     ]
 
 
@@ -65,7 +68,7 @@ def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> 
         parts = [_outline(each, each.points + factor * by, _SPACING * radius) for each, by in zip(found.fields, moved, strict=True)]
         x, y = np.concatenate(parts).T * _MM
         traces.append(go.Scatter(x=np.round(x, 3), y=np.round(y, 3), mode="lines", line=line, name=label, hoverinfo="skip"))
-    figure = framed(f"{name}, {found.torque[-1]:.4g} N m", *traces, height=640)
+    figure = framed(f"{name}, {found.name}, {found.torque[-1]:.4g} N m at the output", *traces, height=640)
     return _square(figure)
 
 
@@ -78,7 +81,7 @@ def contact(found: FiniteElements, stress: list[Floats]) -> go.Figure:
     pictures = [raster(f, v, at.real - half, at.imag - half, at.real + half, _ZOOM) for f, v in zip(found.fields, stress, strict=True)]
     picture = np.fmax.reduce(pictures)
     traces = [_picture(picture, at.real - half, at.imag - half, at.real + half, float(np.nanmax(picture)), "MPa")]
-    title = f"Von Mises stress at θ = {math.degrees(made.theta[k]):.1f}°"
+    title = f"Von Mises stress, {found.name}, at θ = {math.degrees(made.theta[k]):.1f}°"
     return _square(framed(title, *traces, height=520))
 
 
@@ -86,7 +89,7 @@ def angles(found: FiniteElements) -> go.Figure:
     """Draw the rotation over the torque, and the equivalent strain as an angle."""
     import plotly.graph_objects as go
 
-    figure = framed("Rotation, and strain read as an angle", height=340)
+    figure = framed(f"Rotation, and strain read as an angle, {found.name}", height=340)
     solid = () if found.rotation_3d is None else (("rotation, 3-D", found.rotation_3d, {"color": INK, "width": 1.5}),)
     for name, values, line in (
         ("rotation, plane strain", found.rotation[0], {"color": BLUE, "width": 2}),

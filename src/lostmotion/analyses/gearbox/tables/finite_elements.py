@@ -26,19 +26,27 @@ _COLUMN_3D: Final = "rotation, 3-D"
 _SOURCE: Final = "finite elements of the stage as drawn"
 
 
-def fem_sections(found: FiniteElements | None) -> tuple[Section, ...]:
-    """Return the sections of the finite elements: figures over the torque, and the loads of the lobes; none without them."""
-    if found is None:
-        return ()
+def fem_key(found: FiniteElements) -> str:
+    """Return the key of a stage's section."""
+    return "fem-first" if found.name == "first stage" else "fem"
+
+
+def fem_sections(stages: tuple[FiniteElements, ...]) -> tuple[Section, ...]:
+    """Return the sections of the finite elements by stage: figures over the torque, and the loads of the lobes."""
+    return tuple(section for found in stages for section in _of_stage(found))
+
+
+def _of_stage(found: FiniteElements) -> tuple[Section, Section]:
     rows = [Row(f"{as_stated(float(torque))} N m", _figures(found, k)) for k, torque in enumerate(found.torque)]
     columns = _COLUMNS if found.rotation_3d is None else (*_COLUMNS[:2], _COLUMN_3D, *_COLUMNS[2:])
     off = 100 * float(found.error[-1] / found.rotation[0, -1])
     branch = "; of the envelope ring the first branch alone is meshed, as plain arcs: the true ring is stiffer" if found.first_branch_only else ""
+    unmeshed = f"; not meshed: the {found.not_meshed}" if found.not_meshed else ""
     note = (
-        "stage at the output, crank at zero, equal discs, rotation beyond the play, at the output; the true disc lies between plane strain and plane "
-        "stress, stresses are those of plane strain; without bearings, output pins and frame; at the largest torque two meshes differ by "
-        f"{off:.2g} % in rotation, below it by more. A strain is no rotation: the last column is the conversion of S. Strutynskyi and R. Semenchuk "
-        f"(2021), for comparison{branch}{_note_3d(found)}"
+        f"{found.name}, crank at zero, equal discs; torque, rotation beyond the play and stiffness at the output of the gearbox; the true disc is "
+        "between plane strain and plane stress, stresses are those of plane strain; without bearings, output pins and frame; at the largest torque "
+        f"two meshes differ by {off:.2g} % in rotation, below it by more. A strain is no rotation: the last column is the conversion of "
+        f"S. Strutynskyi and R. Semenchuk (2021), for comparison{branch}{_note_3d(found)}{unmeshed}"
     )
     theta = pin_angles(found.stage, np.zeros(1))[0]
     loads = [
@@ -52,10 +60,11 @@ def fem_sections(found: FiniteElements | None) -> tuple[Section, ...]:
         )
         for k in sorted(np.flatnonzero(found.loaded.forces[-1] > 0), key=lambda k: theta[k])
     ]
-    per_disc = f"one disc, under its share of {as_stated(float(found.torque[-1]))} N m, plane strain"
+    per_disc = f"one disc of the {found.name}, under its share of {as_stated(float(found.torque[-1]))} N m at the output, plane strain"
+    key, of_stage = fem_key(found), ", first stage" if fem_key(found) != "fem" else ""
     return (
-        Section("fem", "Finite elements", columns, tuple(rows), note),
-        Section("fem-lobes", "Load of the lobes by finite elements", ("load", "peak pressure", "half-width"), tuple(loads), per_disc),
+        Section(key, f"Finite elements{of_stage}", columns, tuple(rows), note),
+        Section(f"{key}-lobes", f"Load of the lobes by finite elements{of_stage}", ("load", "peak pressure", "half-width"), tuple(loads), per_disc),
     )
 
 
