@@ -26,6 +26,7 @@ from lostmotion.laws.cycloid.drive import (
     wind_up_by_member,
 )
 from lostmotion.laws.cycloid.geometry import Modification, Stage, normals, pin_angles
+from lostmotion.laws.perforated_disc import Holes
 from lostmotion.laws.rolling.radial import roller_stiffness
 from tests.laws.closed_forms import mesh_stiffness
 
@@ -142,6 +143,18 @@ def test_softening_any_member_lowers_the_stiffness(factor, torque, which):
     )[which]
     before = sum(wind_up_by_member(GIVEN, np.array([torque])).values())
     assert sum(wind_up_by_member(softer, np.array([torque])).values()) > before
+
+
+@pytest.mark.parametrize("holes", [None, Holes(6, 0.04, 0.009), Holes(2, 0.036, 0.0165, bearings=True), Holes(3, 0.036, 0.012, bearings=True)])
+@pytest.mark.parametrize("torque", [-200.0, 50.0])
+def test_a_crank_turned_by_a_pitch_of_the_pins_moves_the_loads_by_one_pin(holes, torque):
+    """And changes nothing else, with and without holes for output pins or for the bearings of cranks."""
+    assert GIVEN.disc_body is not None
+    drive = replace(GIVEN, disc_body=replace(GIVEN.disc_body, edge=0.014, holes=holes))
+    crank = np.array([0.0, 0.03, 0.11])
+    first, second = (loaded_disc(drive, torque, crank + turns * 2 * math.pi / 40, np.full((3, 1, 40), 2e-6)) for turns in (0, 7))
+    np.testing.assert_allclose(second.rotation, first.rotation, rtol=1e-9)
+    np.testing.assert_allclose(second.forces, np.roll(first.forces, 7, axis=-1), rtol=1e-7, atol=1e-6 * first.forces.max())
 
 
 @pytest.mark.parametrize(

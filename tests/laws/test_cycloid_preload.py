@@ -43,6 +43,17 @@ def test_a_pair_of_interfering_discs_against_the_minimised_energy():
     np.testing.assert_allclose((turned - rest[1]).ravel(), [5.470e-7, 5.4682e-6, 2.72791e-5, 1.08883e-4, 4.26568e-4], rtol=1e-3)
 
 
+def test_the_order_of_the_discs_changes_nothing():
+    """Half a turn of the crank and the discs exchanged are the same pair: the rest angle, and the angle under every torque of either sign."""
+    torque = np.array([-200.0, 50.0, 784.0])
+    gap, effects = interfering(4)
+    rest, turned = preloaded_discs(CASE, torque, CRANK, gap, effects)
+    swapped = replace(effects, low=effects.low[::-1], high=effects.high[::-1])
+    other = preloaded_discs(CASE, torque, CRANK + math.pi, gap[::-1], swapped)
+    np.testing.assert_allclose(other[0], rest, rtol=1e-9)
+    np.testing.assert_allclose(other[1], turned, rtol=1e-9)
+
+
 @pytest.mark.parametrize("seed", [2, 3])
 @pytest.mark.parametrize("torque", [0.0, 50.0, -200.0])
 def test_the_pair_is_at_the_minimum_of_its_energy(seed, torque):
