@@ -268,7 +268,7 @@ def test_friction_makes_a_loop_by_the_way_of_arriving():
     found = gearbox.behaviour
     # the springs behind the friction carry T_e, with T_e + F(T_e) = 100 N m on the way up and T_e - F(T_e) = 100 N m on the way down
     carried = [brentq(lambda each, sign=sign: each + sign * np.interp(each, found.torque, found.friction) - 100.0, 1.0, 400.0) for sign in (1, -1)]
-    beyond = ("frame", "output pins", "holes of the output pins", f"seats of the output pins{BOUNDED}")
+    beyond = ("frame", "output pins", "holes of the output pins", "seats of the output pins")
     behind = found.total - sum(found.wind_up[name] for name in beyond)
     up, down = np.interp(carried, found.torque, behind)
     assert held.screw[0, 2] == pytest.approx(-(down - up) / 2)

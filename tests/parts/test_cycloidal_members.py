@@ -140,12 +140,12 @@ def test_a_drawing_with_all_members_bounds_nothing():
     named.add("seat of the eccentric bearing")
     assert named | {"needles of the output pins", "holes of the output pins"} <= {name for name, angle in found.items() if (angle > 0).all()}
     silent = gearbox((("eccentric", "shaft", "supports", 0), {"at": "0 mm"}), (("output_pins", "seat"), None), (("disc",), None))
-    bounded = {"bearings of the eccentric shaft", "seats of the eccentric shaft", "seats of the output pins"}
+    bounded = {"bearings of the eccentric shaft", "seats of the eccentric shaft"}
     assert set(silent.bounded) == bounded
     lines = wind_up(silent, TORQUE)
     assert all((lines[f"{name}{BOUNDED}"] > 0).all() for name in bounded)
-    # holes follow from the pins, the eccentricity and the clearance
-    assert silent.states["holes of the output pins"].kind == "assumed"
+    # holes follow from the pins, the eccentricity and the clearance, seats from the pins and the ring
+    assert silent.states["holes of the output pins"].kind == silent.states["seats of the output pins"].kind == "assumed"
     assert silent.drive.disc_body == whole.drive.disc_body
 
 
@@ -254,6 +254,26 @@ def test_an_unstated_fit_lies_between_bonded_and_snug():
     (fit,) = unknowns(gearbox((("seats", "housing"), housing)))
     assert fit.shares == {"seats of the eccentric shaft": pytest.approx(1.0)}
     assert fit.factor.high / fit.factor.low == pytest.approx(2.9, rel=0.2)
+
+
+def test_unstated_seats_of_pins_lie_between_a_shallow_and_a_deep_one():
+    """From 0.8 diameters deep and snug to 2 diameters and bonded, in the material of the ring out to the next pin; in steel they hardly give."""
+    pins, name = DRAWING["output_pins"], "seats of the output pins"
+    reach = 2 * 19 * math.sin(math.pi / 6)
+
+    def limit(depth: float, fit: str) -> float:
+        seat = {"depth": f"{depth} mm", "material": PLASTIC, "outer_diameter": f"{reach} mm", "fit": fit}
+        return float(wind_up(gearbox((("output_pins", "seat"), seat)), TORQUE)[name][-1])
+
+    assert (pins["diameter"], pins["count"], pins["circle_radius"]) == ("5 mm", 6, "19 mm")
+    silent = gearbox((("output_pins", "seat"), None))
+    stiff, soft = limit(10, "bonded"), limit(4, "snug")
+    assert wind_up(silent, TORQUE)[name][-1] == pytest.approx(math.sqrt(stiff * soft), rel=1e-9)
+    (seats,) = [each for each in unknowns(silent) if each.name == name]
+    assert seats.factor.low < 1 < seats.factor.high
+    assert "0.8 to 2 diameters deep" in silent.states[name].reason
+    in_steel = wind_up(gearbox((("output_pins", "seat"), None), (("ring_material",), STEEL)), TORQUE)[name][-1]
+    assert in_steel < 0.05 * math.sqrt(stiff * soft)
 
 
 def test_screws_along_the_shaft():

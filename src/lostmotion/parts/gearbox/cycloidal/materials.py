@@ -23,6 +23,7 @@ from lostmotion.parts.gearbox.cycloidal.names import (
     SHAFT,
     SHAFT_SEATS,
 )
+from lostmotion.parts.gearbox.cycloidal.pins import middle_compliance
 from lostmotion.parts.material import Material, with_material
 
 if TYPE_CHECKING:
@@ -83,11 +84,12 @@ def _of_stage(stage: CycloidalStage) -> list[tuple[Material, dict[str, float]]]:
             out.append((old, _shares(before, {SHAFT: after.shaft, SHAFT_SEATS: sum(after.seats.values())})))
     if pins is not None and pins.diameter is not None:
         names = (PINS, SEATS)
-        before = dict(zip(names, pins.compliance(stage.discs, rigid=stage.rigid), strict=True))
         # a default material is not a field, so it is put in
-        stated = pins if pins.material is not None else pins.model_copy(update={"material": pins.pin_material})
-        for old in _materials_in(stated):
-            softer = with_material(stated, old, _softer(old)).compliance(stage.discs, rigid=stage.rigid)
+        stiffest, softest = (each.model_copy(update={"material": pins.pin_material}) for each in stage.pin_limits)
+        limits = (stiffest, softest)
+        before = dict(zip(names, middle_compliance(limits, stage.discs, stage.rigid), strict=True))
+        for old in _materials_in(limits):
+            softer = middle_compliance(with_material(limits, old, _softer(old)), stage.discs, stage.rigid)
             out.append((old, _shares(before, dict(zip(names, softer, strict=True)))))
     return out
 

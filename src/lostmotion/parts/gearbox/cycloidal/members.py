@@ -9,6 +9,7 @@ import numpy as np
 from lostmotion.laws.cycloid import drive
 from lostmotion.laws.cycloid.output_pins import largest_pin_force, needle_compliance
 from lostmotion.parts.gearbox.cycloidal.names import BEARING, BORE, HOLES, NEEDLES, PINS, SEATS, SHAFT, SHAFT_BEARINGS, SHAFT_SEATS, TILT
+from lostmotion.parts.gearbox.cycloidal.pins import middle_compliance
 
 if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
@@ -45,7 +46,7 @@ def _pins(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
     out: dict[str, Floats] = {}
     if pins is None or pins.diameter is None:
         return out
-    for name, each in zip((PINS, SEATS), pins.compliance(stage.discs, rigid=stage.rigid), strict=True):
+    for name, each in zip((PINS, SEATS), middle_compliance(stage.pin_limits, stage.discs, stage.rigid), strict=True):
         out[name] = drive.output_pin_wind_up(stage.drive, torque, each)
     force = [largest_pin_force(each, pins.circle_radius, pins.count, stage.discs) for each in torque.tolist()]
     if pins.sleeve is not None and pins.sleeve.rollers is not None and NEEDLES not in stage.rigid:

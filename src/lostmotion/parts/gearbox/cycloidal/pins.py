@@ -19,6 +19,10 @@ Fit = Literal["bonded", "pressed", "snug"]
 # Between these lies a fit that is not stated.
 EXTREME_FITS: Final[tuple[Fit, Fit]] = ("bonded", "snug")
 UNKNOWN_FIT: Final = {"fit": f"{DEFAULT}, between bonded and snug"}
+# Depths of the seat of a pin, over its diameter, between which lies one that is not stated: from a short press fit to a deep one.
+_DEPTHS: Final = (2.0, 0.8)
+# The material around such a seat reaches to the next pin, but to this multiple of the diameter at least.
+_LEAST_REACH: Final = 1.5
 # Default material of discs, rings and pins, marked as assumed.
 STEEL = Material(
     young=210e9, poisson=0.3, density=7850.0, expansion=12e-6, assumed=("young", "poisson", "density", "expansion"), source="default, steel"
@@ -72,7 +76,8 @@ class OutputPins(Sourced):
     held                    at "one end", the default; by the flange and a "ring" that ties the pins and turns freely; or by "both flanges", which
                             turn together
     span                    free length of a pin between its two seats; default: twice the free length
-    seat, far_seat          in the flange, and in the ring or second flange (default: the same); unspecified: bounded
+    seat, far_seat          in the flange, and in the ring or second flange (default: the same); unspecified: 0.8 to 2 diameters deep in the material
+                            of the ring
     sleeve                  around each pin; default: the pin itself touches the hole
     """
 
@@ -149,28 +154,50 @@ class OutputPins(Sourced):
         return self.span if self.span is not None else 2 * (self.free_length or 0.0)
 
     @property
-    def unknown_fit(self) -> bool:
-        """Return whether the fit of a seat is not stated."""
-        return any(each is not None and each.fit is None for each in (self.seat, self.far_seat))
+    def unknown_seats(self) -> str:
+        """Return what is not known of the seats of pins with a diameter, in words; empty where nothing is open."""
+        if self.diameter is None:
+            return ""
+        if self.seat is None:
+            return f"{_DEPTHS[1]:g} to {_DEPTHS[0]:g} diameters deep, in the material of the ring out to the next pin, fit between bonded and snug"
+        return "fit between bonded and snug" if any(each is not None and each.fit is None for each in (self.seat, self.far_seat)) else ""
 
-    def compliance(self, discs: int, fit: Fit | None = None, *, rigid: tuple[str, ...] = ()) -> tuple[float, float]:
-        """Return the compliance (m/N) of one pin at the discs, and that of its seats; zeros where it is not specified by its diameter.
+    def limits(self, around: Material) -> tuple[OutputPins, OutputPins]:
+        """Return these pins with the stiffest and with the softest seats that the drawing allows: twice the same where all is known.
 
-        With one of `discs`, half of the pins carry load; with more, all of them. `fit` replaces those that are not stated; without it the result is
-        the geometric mean of a bonded and a snug one. `rigid` are members declared rigid.
+        around  material of seats that are not stated
+        """
+        if self.diameter is None or not self.unknown_seats:
+            return self, self
+        reach = max(2 * self.circle_radius * math.sin(math.pi / self.count), _LEAST_REACH * self.diameter)
+        out = []
+        for depth, fit in zip(_DEPTHS, EXTREME_FITS, strict=True):
+            seat = self.seat or PinSeat(depth=depth * self.diameter, material=around, outer_diameter=reach)
+            seats = {"seat": seat, "far_seat": self.far_seat or seat}
+            known = {key: each if each.fit is not None else each.model_copy(update={"fit": fit}) for key, each in seats.items()}
+            out.append(self.model_copy(update=known))
+        return out[0], out[1]
+
+    def compliance(self, discs: int, *, rigid: tuple[str, ...] = ()) -> tuple[float, float]:
+        """Return the compliance (m/N) of one pin at the discs, and that of its known seats; zeros where it is not specified by its diameter.
+
+        With one of `discs`, half of the pins carry load; with more, all of them. `rigid` are members declared rigid.
         """
         if self.diameter is None:
             return 0.0, 0.0
-        if fit is None and self.unknown_fit:
-            stiff, soft = (self.compliance(discs, each, rigid=rigid) for each in EXTREME_FITS)
-            return math.sqrt(stiff[0] * soft[0]), math.sqrt(stiff[1] * soft[1])
         far = self.far_seat or self.seat
-        flange, ring = (None if seat is None or SEATS in rigid else seat.law(fit or "pressed") for seat in (self.seat, far))
+        flange, ring = (None if seat is None or seat.fit is None or SEATS in rigid else seat.law(seat.fit) for seat in (self.seat, far))
         pin = laws.HeldPin(
             self.diameter, self.pin_material.standing_modulus, self.pin_material.poisson, self._free, self._load, flange, ring, self.held
         )
         of_pin, of_seats = pin.compliance(min(discs, 2) / 2)
         return (0.0 if PINS in rigid else of_pin), of_seats
+
+
+def middle_compliance(limits: tuple[OutputPins, OutputPins], discs: int, rigid: tuple[str, ...]) -> tuple[float, float]:
+    """Return the geometric mean of the compliances of the stiffest and of the softest pins, as `OutputPins.compliance`."""
+    stiff, soft = (each.compliance(discs, rigid=rigid) for each in limits)
+    return stiff if stiff == soft else (math.sqrt(stiff[0] * soft[0]), math.sqrt(stiff[1] * soft[1]))
 
 
 class DiscHoles(Sourced):

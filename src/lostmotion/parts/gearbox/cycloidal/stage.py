@@ -25,7 +25,7 @@ from lostmotion.laws.rolling.radial import BALL_EXPONENT, ROLLER_EXPONENT, rolle
 from lostmotion.parts.gearbox.cycloidal.dimensions import StageDimensions
 from lostmotion.parts.gearbox.cycloidal.envelope import branches
 from lostmotion.parts.gearbox.cycloidal.names import BEARING, BORE, DISC_BODY, HOLES, PINS, RING_BODY, RING_LOBES, RING_PINS, SHAFT, TILT
-from lostmotion.parts.gearbox.cycloidal.pins import STEEL, Fit
+from lostmotion.parts.gearbox.cycloidal.pins import STEEL, Fit, OutputPins, middle_compliance
 from lostmotion.parts.gearbox.cycloidal.process import with_process
 from lostmotion.parts.gearbox.cycloidal.seats import BearingSize
 from lostmotion.parts.gearbox.cycloidal.shaft import Shaft, ShaftCase, ShaftSprings
@@ -299,8 +299,15 @@ class CycloidalStage(StageDimensions):
         pins = self.output_pins
         if pins is None or pins.stiffness is not None:
             return math.inf if pins is None or pins.stiffness is None or PINS in self.rigid else pins.stiffness
-        soft = sum(pins.compliance(self.discs, rigid=self.rigid))
+        soft = sum(middle_compliance(self.pin_limits, self.discs, self.rigid))
         return 1 / soft if soft else math.inf
+
+    @functools.cached_property
+    def pin_limits(self) -> tuple[OutputPins, OutputPins]:
+        """Return the output pins with the stiffest and with the softest seats that the drawing allows. Raises ValueError without output pins."""
+        if self.output_pins is None:
+            raise ValueError("a stage without output pins")
+        return self.output_pins.limits(self.ring_material)
 
     @property
     def hole(self) -> Hole | None:

@@ -14,7 +14,6 @@ from lostmotion.band import Band
 from lostmotion.laws.rolling.by_size import STIFFNESS_BAND
 from lostmotion.parts.gearbox.cycloidal import names
 from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
-from lostmotion.parts.gearbox.cycloidal.pins import EXTREME_FITS
 from lostmotion.parts.gearbox.cycloidal.seats import BearingSize
 from lostmotion.parts.gearbox.cycloidal.shaft import Shaft
 from lostmotion.parts.gearbox.cycloidal.stage import BOUNDS, CRANK_HOLES_OF_UNKNOWN_SIZE, HOLES_OF_UNKNOWN_SIZE
@@ -134,7 +133,7 @@ def _of_stage(stage: CycloidalStage) -> dict[str, MemberState]:
         out[names.PINS] = MemberState("stated", "with seats and holes")
     else:
         out[names.PINS] = computed
-        out[names.SEATS] = _bounded() if pins.seat is None else _of_fit(known=not pins.unknown_fit)
+        out[names.SEATS] = MemberState("assumed" if pins.unknown_seats else "computed", pins.unknown_seats)
         if pins.sleeve is not None and pins.sleeve.rollers is not None:
             out[names.NEEDLES] = computed
         out[names.HOLES] = (
@@ -209,9 +208,10 @@ def _unknowns(stage: CycloidalStage, prefix: str) -> list[Unknown]:
         out.append(_around("eccentric bearing by its size", *STIFFNESS_BAND, {names.BEARING: 1.0}))
     if stage.bore_compliance and _of_shaft(stage)[names.BORE].kind == "assumed":
         out.append(_around("fit of the eccentric bearing in its bore", *BOUNDS, {names.BORE: 1.0}))
-    if pins is not None and pins.diameter is not None and pins.unknown_fit:
-        stiff, soft = (sum(pins.compliance(stage.discs, fit, rigid=stage.rigid)) for fit in EXTREME_FITS)
-        out.append(_around("fit of the output pins in their seats", stiff, soft, {names.PINS: 1.0, names.SEATS: 1.0}))
+    if pins is not None and pins.unknown_seats and names.SEATS not in stage.rigid:
+        stiff, soft = (sum(each.compliance(stage.discs, rigid=stage.rigid)) for each in stage.pin_limits)
+        open_point = "seats of the output pins" if pins.seat is None else "fit of the output pins in their seats"
+        out.append(_around(open_point, stiff, soft, {names.PINS: 1.0, names.SEATS: 1.0}))
     if stage.elastic_bodies and (_unknown_crank_holes(stage) or (pins is not None and stage.hole_diameter is None)):
         limits = HOLES_OF_UNKNOWN_SIZE if pins is not None else CRANK_HOLES_OF_UNKNOWN_SIZE
         out.append(_around("holes of the discs", *limits, {names.DISC_BODY: 1.0}))
