@@ -40,6 +40,7 @@ def test_the_command_line_asks_what_python_asks():
         "catalog",
         "sweep",
         "replay",
+        "export_c",
         "schema",
     }
 

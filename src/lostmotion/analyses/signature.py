@@ -23,7 +23,17 @@ F = TypeVar("F", bound=Callable[..., Any])
 # From the argument's name, what was given, and all arguments, those before it as read, to the value that is used.
 Reader: TypeAlias = Callable[[str, Any, Mapping[str, Any]], Any]
 _WIDTH: Final = 100
-_KINDS: Final = {"m": "LENGTH", "rad": "ANGLE", "N": "FORCE", "N m": "TORQUE", "K": "TEMPERATURE", "s": "TIME", "N m/rad": "STIFFNESS", "": "NUMBER"}
+_KINDS: Final = {
+    "m": "LENGTH",
+    "rad": "ANGLE",
+    "N": "FORCE",
+    "N m": "TORQUE",
+    "K": "TEMPERATURE",
+    "s": "TIME",
+    "N m/rad": "STIFFNESS",
+    "kg": "MASS",
+    "": "NUMBER",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

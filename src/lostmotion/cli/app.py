@@ -46,6 +46,8 @@ class _Questions(TyperGroup):
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
         """Return the command that was typed. Raises InputError where there is none of this name."""
+        if "_".join(args[:2]) in QUESTIONS:  # `export c` for export_c
+            args = ["_".join(args[:2]), *args[2:]]
         word = args[0]
         if word not in {*QUESTIONS, *_ALIASES}:
             near = nearest(word, QUESTIONS)

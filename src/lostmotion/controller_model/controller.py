@@ -98,8 +98,10 @@ class Controller:
         good = status == OK
         found = self._evaluate(values[good], loads[good], falls[good], sides[good])
         out = {each.name: np.zeros((len(values), *getattr(found, each.name).shape[1:]), getattr(found, each.name).dtype) for each in fields(found)}
+        within = found.status == OK
         for name, whole in out.items():
-            whole[good] = getattr(found, name)
+            whole[np.flatnonzero(good)[within]] = getattr(found, name)[within]
+        status[good] = found.status
         out["status"] = status
         return Prediction(**out)
 
@@ -132,7 +134,7 @@ class Controller:
         torques, along, jacobian = np.zeros((count, joints)), np.zeros((count, joints)), np.zeros((count, 6, joints))
         elsewhere, screw, covariance = np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, 3, 3))
         shared = np.zeros((len(tables.draws), count, 3))
-        flags = np.zeros(count, dtype=np.int64)
+        flags, beyond = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=bool)
         for k, record in enumerate(tables.records):
             axis = 5 if record.slides else 2
             if record.joint >= 0:
@@ -154,12 +156,13 @@ class Controller:
             covariance += shift @ local.covariance @ shift.transpose(0, 2, 1)
             for draw, own in local.shared.items():
                 shared[draw] += np.einsum("pij,pj->pi", shift, own)
-            flags |= np.where(local.open_play > 0, OPEN_PLAY, 0)
+            flags |= np.where(local.open_play, OPEN_PLAY, 0)
+            beyond |= local.beyond
         covariance += np.einsum("dpi,dpj->pij", shared, shared)
         flags |= np.where((np.abs(torques) > tables.rated).any(axis=1), OVERLOAD, 0)
         mean_square = np.einsum("pii->p", covariance) + (screw[:, 3:] ** 2).sum(axis=1)
         length = percentile95(screw[:, 3:], covariance)
-        status = np.full(count, OK)
+        status = np.where(beyond, LOAD, OK)
         return Prediction(status, flags, turn, tool, torques, along, elsewhere, screw, covariance, mean_square, length, jacobian)
 
     def compensate(
@@ -198,7 +201,9 @@ class Controller:
             reached = sent + at.joints
             short |= reduced | cut
         status, command, remains = first.status.copy(), np.zeros((len(good), len(self.tables.joints))), np.zeros((len(good), 6))
-        command[good], remains[good], status[good] = sent, left, np.where(short, SINGULAR, OK)
+        within = (at.status == OK)[:, None]
+        command[good], remains[good] = np.where(within, sent, 0.0), np.where(within, left, 0.0)
+        status[good] = np.where(within[:, 0], np.where(short, SINGULAR, OK), at.status)
         return Compensation(command, remains, first, status)
 
     def _residual(self, start: Prediction, at: Prediction, reached: Floats) -> Floats:

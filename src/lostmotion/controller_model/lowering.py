@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion.controller_model.factors import Factors
 from lostmotion.controller_model.places import places_of
 from lostmotion.controller_model.simplification import with_combined_springs, without_phases
-from lostmotion.controller_model.tables import ONE, Entry, Product, Shared, Tables, Validity
+from lostmotion.controller_model.tables import ONE, UNKNOWN, Entry, Product, Shared, Tables, Validity
 from lostmotion.parts.forms import Linear
 from lostmotion.parts.play import InPlay
 
@@ -160,9 +160,7 @@ def _record(record: Record, errors: Mapping[Error, Screws], factors: Factors, dr
             _square(sums, screws.plain, screws.plain, 0)
             _square(sums, screws.plain, screws.sided, 1, 2.0)
         # A last motion that is drawn has the variance 1 - s^2, which is zero where it is known. Of a drawn error the mean square remains.
-        _square(sums, screws.sided, screws.sided, 0)
-        if error == _DESIGN or error in draws:
-            _square(sums, screws.sided, screws.sided, 2, -1.0)
+        _square(sums, screws.sided, screws.sided, UNKNOWN if error == _DESIGN or error in draws else 0)
     constant = sums.pop((ONE, ONE, 0), np.zeros((6, 6)))
     return replace(
         record,
@@ -187,10 +185,10 @@ def _entries(screws: Screws, *, constant: bool) -> tuple[Entry, ...]:
     return (*plain, *(Entry(size, 1, direction) for size, direction in screws.sided.items()))
 
 
-def _square(sums: dict[tuple[int, int, int], Floats], one: Screw, other: Screw, power: int, factor: float = 1.0) -> None:
-    """Add the covariance of two screws of one error, by pairs of sizes and by the power of the last motion."""
+def _square(sums: dict[tuple[int, int, int], Floats], one: Screw, other: Screw, side: int, factor: float = 1.0) -> None:
+    """Add the covariance of two screws of one error, by pairs of sizes and by the factor of the last motion."""
     for a, first in one.items():
         for b, second in other.items():
             outer = np.outer(first, second)
-            key = min(a, b), max(a, b), power
+            key = min(a, b), max(a, b), side
             sums[key] = sums.get(key, 0.0) + factor / 2 * (outer + outer.T)

@@ -14,11 +14,15 @@ from lostmotion.spatial import cross, skew
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Record, Tables
     from lostmotion.spatial import Floats
 
 # A load below this share of the whole wrench is rounding (`laws.clearance`).
 _ROUNDING: Final = 1e-9
+# A larger share of robots with a closed play is all of them.
+_ALL: Final = 0.999999
 # Smaller loads (N or N m) have no direction.
 _LEAST: Final = 1e-140
 
@@ -30,13 +34,15 @@ class Local:
     mean        (pose, 6) rad and m
     covariance  (pose, 6, 6)
     shared      by index of the shared draw: (pose, 6)
-    open_play   (pose,) largest share of robots in which a load leaves a play open
+    open_play   (pose,) whether a load leaves a play open in some robots
+    beyond      (pose,) whether a load is beyond a table of displacements
     """
 
     mean: Floats
     covariance: Floats
     shared: dict[int, Floats]
-    open_play: Floats
+    open_play: NDArray[np.bool_]
+    beyond: NDArray[np.bool_]
 
 
 def frames(tables: Tables, q: Floats) -> tuple[Floats, Floats]:
@@ -94,29 +100,29 @@ def local_error(record: Record, value: Floats, wrench: Floats, gravity: Floats, 
     wrench   (pose, 6) and gravity (pose, 3) in the axes of the place
     side     (pose,) sign of the joint's last motion; 0 where it is not known
     """
-    factors, open_play = _factors(record, value, wrench)
+    factors, open_play, beyond = _factors(record, value, wrench)
     sizes = [factors[a] * factors[b] * factors[c] for a, b, c in record.sizes]
-    behind = [np.ones_like(side), -side, side**2]  # the output trails the motor: it rests behind its last motion
+    behind = [np.ones_like(side), -side, 1 - side**2]  # the output trails the motor: it rests behind its last motion
     mean = record.mean + wrench @ record.compliance.T + gravity @ record.own_weight.T + _sum(record.entries, sizes, behind, len(value))
     covariance = np.broadcast_to(record.covariance, (len(value), 6, 6))
     for product in record.products:
-        factor = sizes[product.first] * sizes[product.second] * behind[product.power]
+        factor = sizes[product.first] * sizes[product.second] * behind[product.side]
         covariance = covariance + factor[:, None, None] * product.matrix
     shared = {
         each.draw: wrench @ each.compliance.T + gravity @ each.own_weight.T + _sum(each.entries, sizes, behind, len(value)) for each in record.shared
     }
-    return Local(mean, covariance, shared, open_play)
+    return Local(mean, covariance, shared, open_play, beyond)
 
 
 def _sum(entries: Sequence[Entry], sizes: Sequence[Floats], behind: Sequence[Floats], count: int) -> Floats:
     out = np.zeros((count, 6))
     for entry in entries:
-        out += (sizes[entry.size] * behind[entry.power])[:, None] * entry.direction
+        out += (sizes[entry.size] * behind[entry.side])[:, None] * entry.direction
     return out
 
 
-def _factors(record: Record, value: Floats, wrench: Floats) -> tuple[list[Floats], Floats]:
-    """Return the factors (pose,) of a record in their order, and the largest share of robots with an open play."""
+def _factors(record: Record, value: Floats, wrench: Floats) -> tuple[list[Floats], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the factors (pose,) of a record in their order, whether a play is open, and whether a load is beyond a table."""
     out = [np.ones(len(value))]
     out += [_curve(curve, wrench @ curve.way) for curve in record.curves]
     for harmonic in record.harmonics:
@@ -127,14 +133,16 @@ def _factors(record: Record, value: Floats, wrench: Floats) -> tuple[list[Floats
     for load, length in zip(loads, lengths, strict=True):
         out += list((load / np.where(length > 0, length, 1.0)[:, None]).T)
     whole = np.sqrt((wrench**2).sum(axis=1))
-    open_play = np.zeros(len(value))
+    open_play, beyond = np.zeros((2, len(value)), dtype=bool)
     for threshold in record.thresholds:
         closed = np.max([_share(friction, lengths[friction.seat], whole) for friction in threshold.frictions], axis=0)
         out += [closed, 1 - closed, np.sqrt(closed * (1 - closed))]
-        open_play = np.maximum(open_play, 1 - closed)
+        open_play |= closed < _ALL
     for table in record.tables:
-        out += _displacements(table, loads, lengths)
-    return out, open_play
+        displacements, above = _displacements(table, loads, lengths)
+        out += displacements
+        beyond |= above
+    return out, open_play, beyond
 
 
 def _length(load: Floats) -> Floats:
@@ -167,12 +175,16 @@ def _share(friction: Friction, load: Floats, whole: Floats) -> Floats:
     return out
 
 
-def _displacements(table: LoadTable, loads: Sequence[Floats], lengths: Sequence[Floats]) -> list[Floats]:
+def _displacements(table: LoadTable, loads: Sequence[Floats], lengths: Sequence[Floats]) -> tuple[list[Floats], NDArray[np.bool_]]:
+    """Return the nine factors (pose,) of a table, and whether the loads are beyond it; their factors are then those without a load."""
     behind, ahead, along = table.seats
-    at = lengths[behind], lengths[ahead], loads[along][:, 0] if table.axial else np.zeros(len(lengths[behind]))
+    given = lengths[behind], lengths[ahead], loads[along][:, 0] if table.axial else np.zeros(len(lengths[behind]))
+    beyond = table.table.coordinates(*given)[0] > 1
+    one, other, axial = (np.where(beyond, 0.0, load) for load in given)
+    at = one, other, axial
     whole, edge = table.table.shifts(*at), table.table.edges(*at)
     grows = np.zeros_like(whole) if table.wider is None else (table.wider.shifts(*at) - whole) / table.step
-    return [each for row in range(3) for each in (whole[:, row] - edge[:, row], edge[:, row], grows[:, row])]
+    return [each for row in range(3) for each in (whole[:, row] - edge[:, row], edge[:, row], grows[:, row])], beyond
 
 
 def to_tool(turn: Floats, from_place: Floats) -> Floats:

@@ -6,13 +6,15 @@ The screw of a place is a sum of directions (6,) times sizes. A size is a produc
 the load, on the joint value or on neither: one, a curve of a load, a sine or cosine of the joint value, a component of a load's unit direction, the
 share of robots in which a load closes a play, or a displacement from a table of loads. With s for the last motion of the joint (-1, 0 or 1):
 
-    mean        sum of size x (-s)^power x direction                      plus mean + compliance @ wrench + own_weight @ gravity
-    covariance  sum of first size x second size x (-s)^power x matrix     plus the constant covariance
+    mean        sum of size x side factor x direction                     plus mean + compliance @ wrench + own_weight @ gravity
+    covariance  sum of first size x second size x side factor x matrix    plus the constant covariance
     shared      as the mean, one screw per shared draw, such as the modulus of a material: at the tool, each adds the square of its own sum
 
 Axes of a place are those of the arm's place, turned so that a joint moves along or about z. Twists are (rotation, displacement), wrenches (moment,
 force), in SI. Calibration fits into the same records: an estimate moves a screw from the covariance to the mean, and what remains of the robot's
 draws is a list of shared draws.
+
+The side factors are 1, -s and, by the index UNKNOWN, 1 - s^2, the variance of a last motion that is not known.
 """
 
 from __future__ import annotations
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 
 # Index of the factor that is always one, and of the size that is always one.
 ONE: Final = 0
+# Side factor of what varies only where the last motion is not known.
+UNKNOWN: Final = 2
 # Factors of a threshold: share of robots with the play closed, share with it open, and the root of their product.
 CLOSED, OPEN, DIFFERS = range(3)
 
@@ -106,19 +110,19 @@ class LoadTable(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """A direction (6,), its size, and the power of (-s)."""
+    """A direction (6,), its size, and the index of the side factor."""
 
     size: int
-    power: int
+    side: int
     direction: Floats
 
 
 class Product(NamedTuple):
-    """A symmetric matrix (6, 6), the two sizes by which it is multiplied, and the power of (-s)."""
+    """A symmetric matrix (6, 6), the two sizes by which it is multiplied, and the index of the side factor."""
 
     first: int
     second: int
-    power: int
+    side: int
     matrix: Floats
 
 

@@ -38,11 +38,11 @@ _DENSER: Final = 1.5
 # Rotation, as a share of the spacing of the elements, at which the displacements equal their average over a turn.
 _BETWEEN: Final = 0.25
 # Lowest load of the table over the largest: it closes any clearance with negligible deformation.
-_BOTTOM: Final = 1e-8
+BOTTOM: Final = 1e-8
 # A negative clearance beyond this (m) is a preload; a smaller one is lost under loads far below those of the table.
 _LEAST_PRELOAD: Final = 3e-7
 # Distance (rad) of the edge of the table from a row without load, which would be free in its clearance.
-_RIM: Final = 2e-3
+RIM: Final = 2e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,10 +111,10 @@ class ShiftTable:
             raise ValueError(f"the largest load of a table must be positive and finite, not {top}")
         self.pair, self.clearance, self.top = pair, clearance, top
         nodes = _nodes(pair.seats[0].row)
-        axes = [np.linspace(0, 1, nodes[0]), np.linspace(_RIM, math.pi / 2 - _RIM, nodes[1])]
+        axes = [np.linspace(0, 1, nodes[0]), np.linspace(RIM, math.pi / 2 - RIM, nodes[1])]
         if pair.axial:
             # Denser near zero axial load, where the axial displacement changes fastest.
-            axes.append((math.pi / 2 - _RIM) * np.linspace(0, 1, nodes[2]) ** _DENSER)
+            axes.append((math.pi / 2 - RIM) * np.linspace(0, 1, nodes[2]) ** _DENSER)
         grid = np.meshgrid(*axes, indexing="ij")
         behind, ahead, along = self._loads(grid[0].ravel(), grid[1].ravel(), grid[2].ravel() if pair.axial else np.zeros(grid[0].size))
         values = np.stack(pair.turned(_BETWEEN).solve(behind, ahead, along, clearance), axis=-1)
@@ -129,7 +129,7 @@ class ShiftTable:
             spline = make_interp_spline(places, coefficients, k=3, axis=dimension)
             coefficients = np.moveaxis(spline.c, 0, dimension)
             knots.append(spline.t)
-        self._spline: NdBSpline = NdBSpline(tuple(knots), coefficients, 3)
+        self.spline: NdBSpline = NdBSpline(tuple(knots), coefficients, 3)
 
     def shifts(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
         """Return the displacements of the rows behind and ahead along their reactions, and of the shaft along its axis: (load, 3), m.
@@ -137,7 +137,7 @@ class ShiftTable:
         behind, ahead  (load,) magnitudes of the radial reactions, N
         along          (load,) axial force, signed, N
         """
-        size, split, lean = self._coordinates(behind, ahead, along)
+        size, split, lean = self.coordinates(behind, ahead, along)
         out = self._at(np.minimum(size, 1.0), split, lean)
         beyond = size > 1
         if beyond.any():
@@ -146,7 +146,7 @@ class ShiftTable:
 
     def edges(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
         """Return the displacements (load, 3), m, at which these loads begin to deform the contacts: at the edge of the clearance; zero without it."""
-        _, split, lean = self._coordinates(behind, ahead, along)
+        _, split, lean = self.coordinates(behind, ahead, along)
         if self.clearance <= 0:
             return np.zeros((len(split), 3))
         found = self._at(np.zeros_like(split), split, lean)
@@ -155,11 +155,16 @@ class ShiftTable:
         return found
 
     def _at(self, size: Floats, split: Floats, lean: Floats) -> Floats:
-        split = np.clip(split, _RIM, math.pi / 2 - _RIM)
+        split = np.clip(split, RIM, math.pi / 2 - RIM)
         points = [size, split]
         if self.pair.axial:
-            points.append(np.clip(lean, _RIM - math.pi / 2, math.pi / 2 - _RIM))
-        return np.asarray(self._spline(np.stack(points, axis=-1)) * self._growth(size)[:, None])
+            points.append(np.clip(lean, RIM - math.pi / 2, math.pi / 2 - RIM))
+        return np.asarray(self.spline(np.stack(points, axis=-1)) * self._growth(size)[:, None])
+
+    @property
+    def preloaded(self) -> bool:
+        """Return whether the rows are preloaded."""
+        return self.clearance <= -_LEAST_PRELOAD or (self.clearance <= 0 and any(seat.preload_shift for seat in self.pair.seats))
 
     def _growth(self, size: Floats) -> Floats:
         """Return the factor by which displacements grow with the load; the table stores their ratio to it, for accuracy under light loads.
@@ -167,22 +172,24 @@ class ShiftTable:
         Preloaded rows deform in proportion to a light load. With clearance, or rows that just touch, the factor is one: a row without load is free to
         move, so displacements do not vanish with the load.
         """
-        preloaded = self.clearance <= -_LEAST_PRELOAD or (self.clearance <= 0 and any(seat.preload_shift for seat in self.pair.seats))
-        if not preloaded:
+        if not self.preloaded:
             return np.ones_like(size)
-        return np.asarray(np.maximum(size, _BOTTOM ** (1 / self.pair.exponent / 2)) ** (2 * self.pair.exponent))
+        return np.asarray(np.maximum(size, BOTTOM ** (1 / self.pair.exponent / 2)) ** (2 * self.pair.exponent))
 
-    def _coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return magnitude and direction of loads, with components to the power 1/n of the contacts, in which displacements are nearly linear."""
+    def coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return magnitude (1 at the edge of the table) and direction of loads.
+
+        Components are taken to the power 1/n of the contacts, in which displacements are nearly linear.
+        """
         power = 1 / self.pair.exponent
         one, two, axial = behind**power, ahead**power, np.sign(along) * np.abs(along) ** power
         whole = np.sqrt(one**2 + two**2 + axial**2)
         return np.sqrt(whole / self.top**power), np.arctan2(two, one), np.arctan2(axial, np.hypot(one, two))
 
     def _loads(self, size: Floats, split: Floats, lean: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the loads at the nodes: the inverse of `_coordinates`."""
+        """Return the loads at the nodes: the inverse of `coordinates`."""
         power = self.pair.exponent
-        whole = np.maximum(size**2, _BOTTOM ** (1 / power)) * self.top ** (1 / power)
+        whole = np.maximum(size**2, BOTTOM ** (1 / power)) * self.top ** (1 / power)
         one, two = whole * np.cos(lean) * np.cos(split), whole * np.cos(lean) * np.sin(split)
         axial = whole * np.sin(lean)
         return one**power, two**power, np.sign(axial) * np.abs(axial) ** power

@@ -1,0 +1,48 @@
+"""Export the model of an arm for its controller."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from lostmotion.analyses.arguments import arm_of, path_of
+from lostmotion.analyses.quantities import Amount
+from lostmotion.analyses.signature import Argument, question, read_arguments
+from lostmotion.units import Quantity
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.mechanism.arm import Arm
+
+
+@question(folder=None)
+def export_c(
+    arm: Annotated["Arm | str | Path", Argument("Native TOML, or URDF.", arm_of, metavar="FILE")],
+    *,
+    out: Annotated["str | Path", Argument("Folder for the sources.", path_of, metavar="FOLDER", aliases=("-o",))],
+    sidecar: Annotated["str | Path | None", Argument("TOML beside a URDF. Default: the one of the same name.", path_of, metavar="FILE")] = None,
+    precision: Annotated[Literal["double", "float"], Argument("Type of all numbers in C.")] = "double",
+    largest_payload: Annotated[
+        Amount | None, Argument("Largest payload for which the model answers. Default: twice that of the file.", Quantity("kg", "10 kg", above=0))
+    ] = None,
+    force: Annotated[bool, Argument("Replace files of an earlier export.")] = False,
+) -> dict[str, Any]:
+    """Write the error model of an arm as C source that predicts and compensates in fixed time, without allocation.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the arguments and the file.
+    OutputExistsError
+        Where the folder has files, unless `force` is set.
+
+    """
+    asked = read_arguments(export_c, locals())
+    from lostmotion.analyses.export.c_files import c_files, input_hash
+    from lostmotion.analyses.export.controller import controller
+    from lostmotion.analyses.export.folder import write_files
+
+    model = controller(asked.arm, payload=asked.largest_payload)
+    files = c_files(asked.arm, model, single=asked.precision == "float")
+    folder = write_files(files, asked.out, force=asked.force)
+    return {"folder": str(folder), "files": sorted(files), "sha256": input_hash(asked.arm), "joints": list(model.tables.joints)}

@@ -1,0 +1,993 @@
+/* See lm_core.h. Notation: `turn` is a rotation matrix row by row, `point` an origin, both of a place in the axes of the base. */
+#include "lm_core.h"
+#include "lm_tables.h"
+
+#include <float.h>
+#include <math.h>
+
+#ifdef LM_FLOAT
+#define LM_SIN sinf
+#define LM_COS cosf
+#define LM_SQRT sqrtf
+#define LM_FABS fabsf
+#define LM_ERFC erfcf
+#define LM_POW powf
+#define LM_ATAN2 atan2f
+#define LM_MAX FLT_MAX
+#define LM_ROUNDING ((lm_real)1e-5) /* a load below this share of the whole wrench is rounding */
+#define LM_LEAST ((lm_real)1e-18)   /* smaller loads have no direction */
+#define LM_AGREES ((lm_real)1e-4)
+#else
+#define LM_SIN sin
+#define LM_COS cos
+#define LM_SQRT sqrt
+#define LM_FABS fabs
+#define LM_ERFC erfc
+#define LM_POW pow
+#define LM_ATAN2 atan2
+#define LM_MAX DBL_MAX
+#define LM_ROUNDING ((lm_real)1e-9)
+#define LM_LEAST ((lm_real)1e-140)
+#define LM_AGREES ((lm_real)1e-9)
+#endif
+
+#define LM_ZERO ((lm_real)0)
+/* A larger share of robots is all of them. */
+#define LM_ALL ((lm_real)0.999999)
+#define LM_ONE ((lm_real)1)
+/* Damping of the inverse, m^2; largest step of a joint for bending; length that turns a rotation into a displacement, m. */
+#define LM_DAMPING ((lm_real)1e-5)
+#define LM_LARGEST_STEP ((lm_real)0.01)
+#define LM_ROTATION_LENGTH ((lm_real)0.1)
+
+/* Index of an element of a symmetric 6 x 6 matrix in its upper triangle. */
+static const int lm_upper[6][6] = {{0, 1, 2, 3, 4, 5},    {1, 6, 7, 8, 9, 10},   {2, 7, 11, 12, 13, 14},
+                                   {3, 8, 12, 15, 16, 17}, {4, 9, 13, 16, 18, 19}, {5, 10, 14, 17, 19, 20}};
+
+static const lm_output lm_no_output = {0};
+static const lm_command lm_no_command = {0};
+
+/* Frames of all places, and the wrench on each of them from everything outboard, about its origin in the axes of the base. */
+typedef struct {
+    lm_real turn[LM_PLACES][9];
+    lm_real point[LM_PLACES][3];
+    lm_real moment[LM_PLACES][3];
+    lm_real force[LM_PLACES][3];
+} lm_state;
+
+static lm_real lm_least_of(lm_real a, lm_real b)
+{
+    return (a < b) ? a : b;
+}
+
+static lm_real lm_largest_of(lm_real a, lm_real b)
+{
+    return (a > b) ? a : b;
+}
+
+static lm_real lm_clip(lm_real value, lm_real low, lm_real high)
+{
+    return lm_least_of(lm_largest_of(value, low), high);
+}
+
+static lm_real lm_sign(lm_real value)
+{
+    return (value > LM_ZERO) ? LM_ONE : ((value < LM_ZERO) ? -LM_ONE : LM_ZERO);
+}
+
+static lm_real lm_dot(const lm_real a[], const lm_real b[], int count)
+{
+    lm_real sum = LM_ZERO;
+    int k;
+    for (k = 0; k < count; k++) {
+        sum += a[k] * b[k];
+    }
+    return sum;
+}
+
+/* sum += a x b */
+static void lm_add_cross(const lm_real a[3], const lm_real b[3], lm_real sum[3])
+{
+    sum[0] += a[1] * b[2] - a[2] * b[1];
+    sum[1] += a[2] * b[0] - a[0] * b[2];
+    sum[2] += a[0] * b[1] - a[1] * b[0];
+}
+
+/* sum += turn v */
+static void lm_add_turned(const lm_real turn[9], const lm_real v[3], lm_real sum[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        sum[k] += lm_dot(&turn[3 * k], v, 3);
+    }
+}
+
+/* out = turn' v */
+static void lm_into(const lm_real turn[9], const lm_real v[3], lm_real out[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        out[k] = turn[k] * v[0] + turn[3 + k] * v[1] + turn[6 + k] * v[2];
+    }
+}
+
+static int lm_finite(const lm_real values[], int count)
+{
+    int good = 1;
+    int k;
+    for (k = 0; k < count; k++) {
+        /* false for what is not a number */
+        good &= (values[k] >= -LM_MAX) && (values[k] <= LM_MAX);
+    }
+    return good;
+}
+
+static int lm_within(const lm_real values[], int count, lm_real low, lm_real high)
+{
+    int good = 1;
+    int k;
+    for (k = 0; k < count; k++) {
+        good &= (values[k] >= low) && (values[k] <= high);
+    }
+    return good;
+}
+
+static int lm_check(const lm_input *input)
+{
+    int finite = lm_finite(input->q, LM_JOINTS) & lm_finite(input->load, 10) & lm_finite(input->gravity, 3);
+    int range = 1;
+    int load;
+    int status = LM_OK;
+    int k;
+    finite &= lm_within(input->side, LM_JOINTS, -LM_ONE, LM_ONE);
+    for (k = 0; k < LM_JOINTS; k++) {
+        range &= lm_within(&input->q[k], 1, lm_limits[2 * k], lm_limits[2 * k + 1]);
+    }
+    load = lm_within(&input->load[0], 1, LM_ZERO, lm_valid.payload);
+    load &= lm_within(&input->load[1], 3, -lm_valid.reach, lm_valid.reach);
+    load &= lm_within(&input->load[4], 3, -lm_valid.force, lm_valid.force);
+    load &= lm_within(&input->load[7], 3, -lm_valid.moment, lm_valid.moment);
+    load &= lm_within(input->gravity, 3, -lm_valid.gravity, lm_valid.gravity);
+    if (finite == 0) {
+        status = LM_INPUT;
+    } else if (range == 0) {
+        status = LM_RANGE;
+    } else if (load == 0) {
+        status = LM_LOAD;
+    } else {
+        status = LM_OK;
+    }
+    return status;
+}
+
+/* Frames of all places: each is fixed to its parent, and turns about or slides along its z axis. */
+static void lm_frames(const lm_real q[], lm_state *state)
+{
+    int k;
+    for (k = 0; k < LM_PLACES; k++) {
+        const lm_place *place = &lm_places[k];
+        lm_real *turn = state->turn[k];
+        lm_real *point = state->point[k];
+        int i;
+        int j;
+        if (k == 0) {
+            for (i = 0; i < 9; i++) {
+                turn[i] = place->rotation[i];
+            }
+            for (i = 0; i < 3; i++) {
+                point[i] = place->offset[i];
+            }
+        } else {
+            const lm_real *before = state->turn[place->parent];
+            for (i = 0; i < 3; i++) {
+                const lm_real *row = &before[3 * i];
+                for (j = 0; j < 3; j++) {
+                    turn[3 * i + j] = row[0] * place->rotation[j] + row[1] * place->rotation[3 + j] + row[2] * place->rotation[6 + j];
+                }
+                point[i] = state->point[place->parent][i] + lm_dot(row, place->offset, 3);
+            }
+        }
+        if (place->joint >= 0) {
+            const lm_real value = q[place->joint];
+            if (place->axis == 5) {
+                for (i = 0; i < 3; i++) {
+                    point[i] += turn[3 * i + 2] * value;
+                }
+            } else {
+                const lm_real cosine = LM_COS(value);
+                const lm_real sine = LM_SIN(value);
+                for (i = 0; i < 3; i++) {
+                    const lm_real x = turn[3 * i];
+                    const lm_real y = turn[3 * i + 1];
+                    turn[3 * i] = cosine * x + sine * y;
+                    turn[3 * i + 1] = cosine * y - sine * x;
+                }
+            }
+        }
+    }
+}
+
+/* Wrenches: each place carries its own weight, the payload where it is the tool, and the wrenches of its children. */
+static void lm_wrenches(const lm_input *input, lm_state *state)
+{
+    int k;
+    int i;
+    for (k = 0; k < LM_PLACES; k++) {
+        for (i = 0; i < 3; i++) {
+            state->moment[k][i] = LM_ZERO;
+            state->force[k][i] = LM_ZERO;
+        }
+    }
+    for (k = LM_PLACES - 1; k >= 0; k--) {
+        const lm_place *place = &lm_places[k];
+        lm_real *moment = state->moment[k];
+        lm_real *force = state->force[k];
+        lm_real mass = place->mass;
+        lm_real first[3];
+        lm_real lever[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+        for (i = 0; i < 3; i++) {
+            first[i] = place->moment[i];
+        }
+        if (k == LM_PLACES - 1) {
+            mass += input->load[0];
+            for (i = 0; i < 3; i++) {
+                first[i] += input->load[0] * input->load[1 + i];
+            }
+            lm_add_turned(state->turn[k], &input->load[4], force);
+            lm_add_turned(state->turn[k], &input->load[7], moment);
+        }
+        lm_add_turned(state->turn[k], first, lever);
+        lm_add_cross(lever, input->gravity, moment);
+        for (i = 0; i < 3; i++) {
+            force[i] += mass * input->gravity[i];
+        }
+        if (k > 0) {
+            lm_real arm[3];
+            for (i = 0; i < 3; i++) {
+                arm[i] = state->point[k][i] - state->point[place->parent][i];
+                state->force[place->parent][i] += force[i];
+                state->moment[place->parent][i] += moment[i];
+            }
+            lm_add_cross(arm, force, state->moment[place->parent]);
+        }
+    }
+}
+
+static lm_real lm_pieces_at(lm_real at, lm_real base, int first, int count)
+{
+    lm_real sum = base;
+    int k;
+    for (k = first; k < first + count; k++) {
+        sum += lm_pieces[k].slope * lm_clip(at - lm_pieces[k].start, LM_ZERO, lm_pieces[k].width);
+    }
+    return sum;
+}
+
+#if LM_SEATS > 0
+/* Standard normal distribution function. */
+static lm_real lm_normal(lm_real x)
+{
+    return (lm_real)0.5 * LM_ERFC(-x * (lm_real)0.70710678118654752);
+}
+
+/* Share of robots in which a load closes the play, and share in which it does not: both with all digits, also where they are small. */
+static void lm_shares(const lm_friction *friction, lm_real load, lm_real whole, lm_real *closed, lm_real *open)
+{
+    const lm_real rounding = LM_ROUNDING * whole / friction->lever;
+    const lm_real real = ((load > rounding) || (friction->nominal > rounding)) ? load : LM_ZERO;
+    lm_real share;
+    lm_real rest;
+    if (friction->tolerance > LM_ZERO) {
+        const lm_real beyond = (real - friction->nominal) / friction->tolerance;
+        if (friction->count > 0) {
+            share = lm_pieces_at(beyond, friction->base, friction->first, friction->count);
+            rest = LM_ONE - share;
+        } else {
+            const lm_real at = friction->scale * beyond;
+            share = lm_clip((lm_normal(at) - friction->low) / friction->whole, LM_ZERO, LM_ONE);
+            rest = lm_clip((lm_normal(-at) - friction->low) / friction->whole, LM_ZERO, LM_ONE);
+        }
+    } else {
+        share = ((real > LM_ZERO) && (real >= friction->nominal)) ? LM_ONE : LM_ZERO;
+        rest = LM_ONE - share;
+    }
+    *closed = lm_largest_of(*closed, share);
+    *open = lm_least_of(*open, rest);
+}
+#endif
+
+#if LM_TABLES > 0
+/* The four cubic B-splines that are not zero at a coordinate, and the index of the first. */
+static int lm_splines(const lm_real knots[], int nodes, lm_real at, lm_real values[4])
+{
+    int interval = 3;
+    int degree;
+    int k;
+    for (k = 4; k < nodes; k++) {
+        interval += (at >= knots[k]) ? 1 : 0;
+    }
+    values[0] = LM_ONE;
+    for (degree = 1; degree <= 3; degree++) {
+        lm_real saved = LM_ZERO;
+        for (k = 0; k < degree; k++) {
+            const lm_real right = knots[interval + k + 1];
+            const lm_real left = knots[interval + 1 - degree + k];
+            const lm_real part = values[k] / (right - left);
+            values[k] = saved + (right - at) * part;
+            saved = (at - left) * part;
+        }
+        values[degree] = saved;
+    }
+    return interval - 3;
+}
+
+static void lm_spline_at(const lm_load_table *table, const lm_spline *spline, const lm_real at[3], lm_real out[3])
+{
+    lm_real weights[3][4];
+    int first[3];
+    lm_real growth = LM_ONE;
+    int i;
+    int j;
+    int k;
+    for (k = 0; k < 3; k++) {
+        if (spline->nodes[k] > 1) {
+            first[k] = lm_splines(spline->knots[k], spline->nodes[k], at[k], weights[k]);
+        } else {
+            first[k] = 0;
+            weights[k][0] = LM_ONE;
+            weights[k][1] = LM_ZERO;
+            weights[k][2] = LM_ZERO;
+            weights[k][3] = LM_ZERO;
+        }
+        out[k] = LM_ZERO;
+    }
+    for (i = 0; i < 4; i++) {
+        for (j = 0; j < 4; j++) {
+            const lm_real *row = &spline->coefficients[3 * (((first[0] + i) * spline->nodes[1] + first[1] + j) * spline->nodes[2] + first[2])];
+            const lm_real weight = weights[0][i] * weights[1][j];
+            const int count = (spline->nodes[2] > 1) ? 4 : 1;
+            for (k = 0; k < count; k++) {
+                const lm_real here = weight * weights[2][k];
+                out[0] += here * row[3 * k];
+                out[1] += here * row[3 * k + 1];
+                out[2] += here * row[3 * k + 2];
+            }
+        }
+    }
+    if (spline->preloaded != 0) {
+        growth = LM_POW(lm_largest_of(at[0], table->bottom), (lm_real)2 / table->power);
+    }
+    for (k = 0; k < 3; k++) {
+        out[k] *= growth;
+    }
+}
+
+/* Nine factors of a table: of each row and of the axis its deflection, its edge and its growth. Return 0 for a load beyond the table. */
+static int lm_displacements(const lm_load_table *table, const lm_real loads[][3], const lm_real lengths[], lm_real out[9])
+{
+    const lm_real half_turn = (lm_real)1.57079632679489662 - table->rim;
+    const lm_real behind = LM_POW(lengths[table->seats[0]], table->power);
+    const lm_real ahead = LM_POW(lengths[table->seats[1]], table->power);
+    const lm_real along = (table->axial != 0) ? loads[table->seats[2]][0] : LM_ZERO;
+    const lm_real axial = lm_sign(along) * LM_POW(LM_FABS(along), table->power);
+    const lm_real radial = LM_SQRT(behind * behind + ahead * ahead);
+    const lm_real size = LM_SQRT(LM_SQRT(radial * radial + axial * axial) / table->top);
+    lm_real at[3];
+    lm_real whole[3];
+    lm_real edge[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real wider[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    int k;
+    at[0] = lm_least_of(size, LM_ONE);
+    at[1] = lm_clip(LM_ATAN2(ahead, behind), table->rim, half_turn);
+    at[2] = lm_clip(LM_ATAN2(axial, radial), -half_turn, half_turn);
+    lm_spline_at(table, table->own, at, whole);
+    if (table->wider != 0) {
+        lm_spline_at(table, table->wider, at, wider);
+        for (k = 0; (k < 3) && (table->step > LM_ZERO); k++) {
+            wider[k] = (wider[k] - whole[k]) / table->step;
+        }
+    }
+    if (table->own->has_clearance != 0) {
+        at[0] = LM_ZERO;
+        lm_spline_at(table, table->own, at, edge);
+        edge[0] = lm_largest_of(edge[0], LM_ZERO);
+        edge[1] = lm_largest_of(edge[1], LM_ZERO);
+    }
+    for (k = 0; k < 3; k++) {
+        out[3 * k] = whole[k] - edge[k];
+        out[3 * k + 1] = edge[k];
+        out[3 * k + 2] = wider[k];
+    }
+    return (size <= LM_ONE) ? 1 : 0;
+}
+#endif
+
+typedef struct {
+    lm_real wrench[6];
+    lm_real gravity[3];
+    lm_real factors[LM_FACTORS];
+    lm_real sizes[LM_SIZES];
+    lm_real behind[3]; /* side factors: 1, -side, 1 - side^2 */
+    int open_play;
+    int beyond; /* a load beyond a table */
+} lm_local;
+
+/* All factors of a place in their order, then its sizes. */
+static void lm_evaluate(const lm_place *place, lm_real value, lm_local *local)
+{
+    lm_real *factors = local->factors;
+    int count = 1;
+    int k;
+#if LM_SEATS > 0
+    lm_real loads[LM_SEATS][3];
+    lm_real lengths[LM_SEATS];
+#endif
+    factors[0] = LM_ONE;
+    for (k = place->curve; k < place->curve + place->curves; k++) {
+        const lm_curve *curve = &lm_curves[k];
+        const lm_real load = lm_dot(curve->way, local->wrench, 6);
+        const lm_real size = lm_pieces_at(LM_FABS(load), curve->base, curve->first, curve->count);
+        factors[count] = (curve->odd != 0) ? lm_sign(load) * size : size;
+        count++;
+    }
+    for (k = place->harmonic; k < place->harmonic + place->harmonics; k++) {
+        const lm_harmonic *harmonic = &lm_harmonics[k];
+        const lm_real phase = harmonic->order * (harmonic->turns * value);
+        factors[count] = (harmonic->cosine != 0) ? LM_COS(phase) : LM_SIN(phase);
+        count++;
+    }
+#if LM_SEATS > 0
+    for (k = 0; k < place->seats; k++) {
+        const lm_seat *seat = &lm_seats[place->seat + k];
+        lm_real inverse;
+        int i;
+        for (i = 0; i < seat->size; i++) {
+            loads[k][i] = lm_dot(&seat->way[6 * i], local->wrench, 6);
+        }
+        lengths[k] = LM_SQRT(lm_dot(loads[k], loads[k], seat->size));
+        if (lengths[k] <= LM_LEAST) {
+            lengths[k] = LM_ZERO;
+        }
+        inverse = (lengths[k] > LM_ZERO) ? LM_ONE / lengths[k] : LM_ONE;
+        for (i = 0; i < seat->size; i++) {
+            factors[count] = loads[k][i] * inverse;
+            count++;
+        }
+    }
+    if (place->thresholds > 0) {
+        const lm_real whole = LM_SQRT(lm_dot(local->wrench, local->wrench, 6));
+        for (k = place->threshold; k < place->threshold + place->thresholds; k++) {
+            const lm_threshold *threshold = &lm_thresholds[k];
+            lm_real closed = LM_ZERO;
+            lm_real open = LM_ONE;
+            int i;
+            for (i = threshold->first; i < threshold->first + threshold->count; i++) {
+                lm_shares(&lm_frictions[i], lengths[lm_frictions[i].seat], whole, &closed, &open);
+            }
+            factors[count] = closed;
+            factors[count + 1] = open;
+            factors[count + 2] = LM_SQRT(closed * open);
+            count += 3;
+            local->open_play |= (closed < LM_ALL) ? 1 : 0;
+        }
+    }
+#endif
+#if LM_TABLES > 0
+    for (k = place->table; k < place->table + place->tables; k++) {
+        local->beyond |= (lm_displacements(&lm_load_tables[k], (const lm_real(*)[3])loads, lengths, &factors[count]) != 0) ? 0 : 1;
+        count += 9;
+    }
+#endif
+    for (k = 0; k < place->sizes; k++) {
+        const lm_size *size = &lm_sizes[place->size + k];
+        local->sizes[k] = factors[size->a] * factors[size->b] * factors[size->c];
+    }
+}
+
+/* out += compliance wrench + own_weight gravity + entries */
+static void lm_add_linear(const lm_local *local, const lm_real *compliance, const lm_real *own_weight, lm_real out[6])
+{
+    int k;
+    if (compliance != 0) {
+        for (k = 0; k < 6; k++) {
+            out[k] += lm_dot(&compliance[6 * k], local->wrench, 6);
+        }
+    }
+    if (own_weight != 0) {
+        for (k = 0; k < 6; k++) {
+            out[k] += lm_dot(&own_weight[3 * k], local->gravity, 3);
+        }
+    }
+}
+
+static void lm_add_entries(const lm_local *local, int first, int count, lm_real out[6])
+{
+    int k;
+    for (k = first; k < first + count; k++) {
+        const lm_entry *entry = &lm_entries[k];
+        const lm_real factor = local->sizes[entry->size] * local->behind[entry->side];
+        int i;
+        for (i = 0; i < 6; i++) {
+            out[i] += factor * entry->direction[i];
+        }
+    }
+}
+
+/* Twist of the tool per twist at a place: columns of turn, and their cross products with the vector to the tool point. */
+static void lm_carry(const lm_real turn[9], const lm_real to_tool[3], lm_real shift[3][6])
+{
+    int j;
+    for (j = 0; j < 3; j++) {
+        const lm_real x = turn[j];
+        const lm_real y = turn[3 + j];
+        const lm_real z = turn[6 + j];
+        shift[0][j] = y * to_tool[2] - z * to_tool[1];
+        shift[1][j] = z * to_tool[0] - x * to_tool[2];
+        shift[2][j] = x * to_tool[1] - y * to_tool[0];
+        shift[0][3 + j] = x;
+        shift[1][3 + j] = y;
+        shift[2][3 + j] = z;
+    }
+}
+
+/* covariance += S of the place, carried to the tool */
+static void lm_add_covariance(const lm_place *place, const lm_local *local, const lm_real shift[3][6], lm_real covariance[6])
+{
+    static const int lm_rows[6] = {0, 0, 0, 1, 1, 2};
+    static const int lm_columns[6] = {0, 1, 2, 1, 2, 2};
+    int k;
+    int i;
+    if (place->axis_products > 0) {
+        lm_real variance = LM_ZERO;
+        for (k = place->axis_product; k < place->axis_product + place->axis_products; k++) {
+            const lm_axis_product *product = &lm_axis_products[k];
+            variance += local->sizes[product->first] * local->sizes[product->second] * local->behind[product->side] * product->value;
+        }
+        for (k = 0; k < 6; k++) {
+            covariance[k] += variance * shift[lm_rows[k]][place->axis] * shift[lm_columns[k]][place->axis];
+        }
+    }
+    if ((place->covariance != 0) || (place->products > 0)) {
+        lm_real own[21];
+        lm_real part[3][6];
+        for (k = 0; k < 21; k++) {
+            own[k] = (place->covariance != 0) ? place->covariance[k] : LM_ZERO;
+        }
+        for (k = place->product; k < place->product + place->products; k++) {
+            const lm_product *product = &lm_products[k];
+            const lm_real factor = local->sizes[product->first] * local->sizes[product->second] * local->behind[product->side];
+            for (i = 0; i < 21; i++) {
+                own[i] += factor * product->matrix[i];
+            }
+        }
+        for (k = 0; k < 3; k++) {
+            for (i = 0; i < 6; i++) {
+                int j;
+                lm_real sum = LM_ZERO;
+                for (j = 0; j < 6; j++) {
+                    sum += shift[k][j] * own[lm_upper[j][i]];
+                }
+                part[k][i] = sum;
+            }
+        }
+        for (k = 0; k < 6; k++) {
+            covariance[k] += lm_dot(part[lm_rows[k]], shift[lm_columns[k]], 6);
+        }
+    }
+}
+
+/* 95th percentile of the length of a normal vector: P. Hall 1983; E. Wilson, M. Hilferty 1931. Scaled, so that no power underflows. */
+static lm_real lm_percentile(const lm_real mean[3], const lm_real covariance[6], lm_real mean_square)
+{
+    lm_real length = LM_ZERO;
+    if (mean_square > LM_ZERO) {
+        const lm_real scale = LM_ONE / mean_square;
+        const lm_real root = LM_SQRT(scale);
+        lm_real c[9];
+        lm_real c2[9];
+        lm_real b[3];
+        lm_real cb[3];
+        lm_real second;
+        lm_real third;
+        int i;
+        int j;
+        for (i = 0; i < 3; i++) {
+            b[i] = mean[i] * root;
+        }
+        c[0] = covariance[0] * scale;
+        c[1] = covariance[1] * scale;
+        c[2] = covariance[2] * scale;
+        c[4] = covariance[3] * scale;
+        c[5] = covariance[4] * scale;
+        c[8] = covariance[5] * scale;
+        c[3] = c[1];
+        c[6] = c[2];
+        c[7] = c[5];
+        for (i = 0; i < 3; i++) {
+            for (j = 0; j < 3; j++) {
+                c2[3 * i + j] = lm_dot(&c[3 * i], &c[3 * j], 3);
+            }
+            cb[i] = lm_dot(&c[3 * i], b, 3);
+        }
+        second = c2[0] + c2[4] + c2[8] + (lm_real)2 * lm_dot(b, cb, 3);
+        third = lm_dot(c2, c, 9) + (lm_real)3 * lm_dot(cb, cb, 3);
+        length = mean_square;
+        if (second > (lm_real)1e-12) {
+            const lm_real freedom = second * second * second / (third * third);
+            const lm_real part = (lm_real)2 / ((lm_real)9 * freedom);
+            const lm_real cube = LM_ONE - part + (lm_real)1.6448536269514722 * LM_SQRT(part);
+            length = mean_square * (LM_ONE + LM_SQRT(second / freedom) * freedom * (cube * cube * cube - LM_ONE));
+        }
+        length = LM_SQRT(length);
+    }
+    return length;
+}
+
+static void lm_predict_valid(const lm_input *input, lm_output *output)
+{
+    lm_state state;
+    lm_local local;
+    lm_real draws[LM_DRAWS][3];
+    const lm_real *tool = state.point[LM_PLACES - 1];
+    int k;
+    int i;
+    *output = lm_no_output;
+    lm_frames(input->q, &state);
+    lm_wrenches(input, &state);
+    local.open_play = 0;
+    local.beyond = 0;
+    for (k = 0; k < LM_DRAWS; k++) {
+        for (i = 0; i < 3; i++) {
+            draws[k][i] = LM_ZERO;
+        }
+    }
+    for (i = 0; i < 9; i++) {
+        output->turn[i] = state.turn[LM_PLACES - 1][i];
+    }
+    for (i = 0; i < 3; i++) {
+        output->point[i] = tool[i];
+    }
+    for (k = 0; k < LM_PLACES; k++) {
+        const lm_place *place = &lm_places[k];
+        const lm_real *turn = state.turn[k];
+        lm_into(turn, state.moment[k], &local.wrench[0]);
+        lm_into(turn, state.force[k], &local.wrench[3]);
+        if (place->joint >= 0) {
+            const lm_real torque = -local.wrench[place->axis];
+            output->torques[place->joint] = torque;
+            output->flags |= (LM_FABS(torque) > lm_rated[place->joint]) ? LM_OVERLOAD : 0;
+        }
+        if (place->carries_tool != 0) {
+            lm_real to_tool[3];
+            lm_real shift[3][6];
+            lm_real mean[6];
+            lm_real along = LM_ZERO;
+            lm_real side = LM_ZERO;
+            lm_real value = LM_ZERO;
+            for (i = 0; i < 3; i++) {
+                to_tool[i] = tool[i] - state.point[k][i];
+            }
+            if (place->joint >= 0) {
+                side = input->side[place->joint];
+                value = input->q[place->joint];
+            }
+            local.behind[0] = LM_ONE;
+            local.behind[1] = -side;
+            local.behind[2] = LM_ONE - side * side;
+            lm_into(turn, input->gravity, local.gravity);
+            lm_evaluate(place, value, &local);
+            lm_carry(turn, to_tool, shift);
+            for (i = 0; i < 6; i++) {
+                mean[i] = place->mean[i];
+            }
+            lm_add_linear(&local, place->compliance, place->own_weight, mean);
+            lm_add_entries(&local, place->entry, place->entries, mean);
+            if (place->joint >= 0) {
+                const int axis = place->axis;
+                for (i = place->axis_entry; i < place->axis_entry + place->axis_entries; i++) {
+                    const lm_axis_entry *entry = &lm_axis_entries[i];
+                    mean[axis] += local.sizes[entry->size] * local.behind[entry->side] * entry->value;
+                }
+                along = mean[axis];
+                output->joints[place->joint] = along;
+                mean[axis] = LM_ZERO;
+                for (i = 0; i < 3; i++) {
+                    const lm_real spin = (axis == 2) ? turn[3 * i + 2] : LM_ZERO;
+                    output->jacobian[LM_JOINTS * i + place->joint] = spin;
+                    output->jacobian[LM_JOINTS * (3 + i) + place->joint] = shift[i][axis];
+                    output->screw[i] += spin * along;
+                    output->screw[3 + i] += shift[i][axis] * along;
+                }
+            }
+            lm_add_turned(turn, mean, output->elsewhere);
+            for (i = 0; i < 3; i++) {
+                output->elsewhere[3 + i] += lm_dot(shift[i], mean, 6);
+            }
+            lm_add_covariance(place, &local, (const lm_real(*)[6])shift, output->covariance);
+            for (i = place->shared; i < place->shared + place->shareds; i++) {
+                const lm_shared *shared = &lm_shareds[i];
+                lm_real own[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
+                int j;
+                lm_add_linear(&local, shared->compliance, shared->own_weight, own);
+                lm_add_entries(&local, shared->first, shared->count, own);
+                for (j = 0; j < 3; j++) {
+                    draws[shared->draw][j] += lm_dot(shift[j], own, 6);
+                }
+            }
+        }
+    }
+    for (k = 0; k < LM_DRAWS; k++) {
+        output->covariance[0] += draws[k][0] * draws[k][0];
+        output->covariance[1] += draws[k][0] * draws[k][1];
+        output->covariance[2] += draws[k][0] * draws[k][2];
+        output->covariance[3] += draws[k][1] * draws[k][1];
+        output->covariance[4] += draws[k][1] * draws[k][2];
+        output->covariance[5] += draws[k][2] * draws[k][2];
+    }
+    for (i = 0; i < 6; i++) {
+        output->screw[i] += output->elsewhere[i];
+    }
+    output->flags |= (local.open_play != 0) ? LM_OPEN_PLAY : 0;
+    output->mean_square = output->covariance[0] + output->covariance[3] + output->covariance[5] + lm_dot(&output->screw[3], &output->screw[3], 3);
+    output->length95 = lm_percentile(&output->screw[3], output->covariance, output->mean_square);
+    if (local.beyond != 0) {
+        *output = lm_no_output;
+        output->status = LM_LOAD;
+    }
+}
+
+void lm_defaults(lm_input *input)
+{
+    int k;
+    for (k = 0; k < LM_JOINTS; k++) {
+        input->q[k] = LM_ZERO;
+        input->side[k] = LM_ZERO;
+    }
+    for (k = 0; k < 10; k++) {
+        input->load[k] = lm_load[k];
+    }
+    for (k = 0; k < 3; k++) {
+        input->gravity[k] = lm_gravity[k];
+    }
+}
+
+int lm_predict(const lm_input *input, lm_output *output)
+{
+    const int status = lm_check(input);
+    if (status == LM_OK) {
+        lm_predict_valid(input, output);
+    } else {
+        *output = lm_no_output;
+        output->status = status;
+    }
+    return output->status;
+}
+
+/* Solve a x = b for a symmetric positive definite matrix (count x count) by Cholesky's method; the result replaces b. */
+static void lm_solve(lm_real a[36], lm_real b[6], int count)
+{
+    int i;
+    int j;
+    int k;
+    for (i = 0; i < count; i++) {
+        for (j = 0; j <= i; j++) {
+            lm_real sum = a[6 * i + j];
+            for (k = 0; k < j; k++) {
+                sum -= a[6 * i + k] * a[6 * j + k];
+            }
+            a[6 * i + j] = (i == j) ? LM_SQRT(lm_largest_of(sum, LM_DAMPING * (lm_real)1e-3)) : sum / a[6 * j + j];
+        }
+    }
+    for (i = 0; i < count; i++) {
+        for (k = 0; k < i; k++) {
+            b[i] -= a[6 * i + k] * b[k];
+        }
+        b[i] /= a[6 * i + i];
+    }
+    for (i = count - 1; i >= 0; i--) {
+        for (k = i + 1; k < count; k++) {
+            b[i] -= a[6 * k + i] * b[k];
+        }
+        b[i] /= a[6 * i + i];
+    }
+}
+
+/* Step of the joints that removes an error of the tool. Return 1 where its size was reduced. */
+static int lm_step(const lm_output *at, const lm_real error[6], int whole_pose, lm_real step[LM_JOINTS])
+{
+    const int first = (whole_pose != 0) ? 0 : 3;
+    const int count = 6 - first;
+    lm_real rows[6][LM_JOINTS];
+    lm_real normal[36];
+    lm_real x[6];
+    lm_real largest = LM_ZERO;
+    int i;
+    int j;
+    for (i = 0; i < count; i++) {
+        const lm_real weight = (first + i < 3) ? LM_ROTATION_LENGTH : LM_ONE;
+        for (j = 0; j < LM_JOINTS; j++) {
+            rows[i][j] = weight * at->jacobian[LM_JOINTS * (first + i) + j];
+        }
+        x[i] = weight * error[first + i];
+    }
+    for (i = 0; i < count; i++) {
+        for (j = 0; j <= i; j++) {
+            normal[6 * i + j] = lm_dot(rows[i], rows[j], LM_JOINTS) + ((i == j) ? LM_DAMPING : LM_ZERO);
+        }
+    }
+    lm_solve(normal, x, count);
+    for (j = 0; j < LM_JOINTS; j++) {
+        step[j] = LM_ZERO;
+        for (i = 0; i < count; i++) {
+            step[j] -= rows[i][j] * x[i];
+        }
+        largest = lm_largest_of(largest, LM_FABS(step[j]));
+    }
+    if (largest > LM_LARGEST_STEP) {
+        for (j = 0; j < LM_JOINTS; j++) {
+            step[j] *= LM_LARGEST_STEP / largest;
+        }
+    }
+    return (largest > LM_LARGEST_STEP) ? 1 : 0;
+}
+
+/* out = error + J change */
+static void lm_moved(const lm_output *at, const lm_real change[LM_JOINTS], const lm_real error[6], lm_real out[6])
+{
+    int i;
+    for (i = 0; i < 6; i++) {
+        out[i] = error[i] + lm_dot(&at->jacobian[LM_JOINTS * i], change, LM_JOINTS);
+    }
+}
+
+/* Change the command from `sent` towards `asked` within the limits. Where a limit cuts one joint, the change of all is reduced so that the
+ * error becomes smallest. `left` is the error before and after. Return 1 where a limit cuts. */
+static int lm_send(const lm_output *at, const lm_real asked[LM_JOINTS], int whole_pose, lm_real sent[LM_JOINTS], lm_real left[6])
+{
+    lm_real change[LM_JOINTS];
+    lm_real after[6];
+    int cut = 0;
+    int j;
+    for (j = 0; j < LM_JOINTS; j++) {
+        const lm_real within = lm_clip(asked[j], lm_limits[2 * j], lm_limits[2 * j + 1]);
+        cut |= (within != asked[j]) ? 1 : 0;
+        change[j] = within - sent[j];
+    }
+    lm_moved(at, change, left, after);
+    if (cut != 0) {
+        lm_real square = LM_ZERO;
+        lm_real gain = LM_ZERO;
+        lm_real best = LM_ZERO;
+        for (j = (whole_pose != 0) ? 0 : 3; j < 6; j++) {
+            const lm_real weight = (j < 3) ? LM_ROTATION_LENGTH * LM_ROTATION_LENGTH : LM_ONE;
+            const lm_real effect = after[j] - left[j];
+            square += weight * effect * effect;
+            gain -= weight * effect * left[j];
+        }
+        if (square > LM_ZERO) {
+            best = lm_clip(gain / square, LM_ZERO, LM_ONE);
+        }
+        for (j = 0; j < LM_JOINTS; j++) {
+            change[j] *= best;
+        }
+        lm_moved(at, change, left, after);
+    }
+    for (j = 0; j < LM_JOINTS; j++) {
+        sent[j] = (cut != 0) ? sent[j] + change[j] : asked[j];
+    }
+    for (j = 0; j < 6; j++) {
+        left[j] = after[j];
+    }
+    return cut;
+}
+
+/* How far the tool is expected from where it is wanted when the joints stand at `reached` after their deflection. */
+static void lm_residual(const lm_output *start, const lm_output *at, const lm_real reached[LM_JOINTS], lm_real residual[6])
+{
+    lm_state state;
+    const lm_real *turn = state.turn[LM_PLACES - 1];
+    lm_real spin[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    int i;
+    lm_frames(reached, &state);
+    for (i = 0; i < 3; i++) { /* half the sum of column x column: small rotations */
+        const lm_real before[3] = {start->turn[i], start->turn[3 + i], start->turn[6 + i]};
+        const lm_real after[3] = {turn[i], turn[3 + i], turn[6 + i]};
+        lm_add_cross(before, after, spin);
+    }
+    for (i = 0; i < 3; i++) {
+        residual[i] = (lm_real)0.5 * spin[i] + at->elsewhere[i];
+        residual[3 + i] = state.point[LM_PLACES - 1][i] - start->point[i] + at->elsewhere[3 + i];
+    }
+}
+
+int lm_compensate(const lm_input *input, const lm_options *options, lm_output *output, lm_command *command)
+{
+    int status = lm_predict(input, output);
+    *command = lm_no_command;
+    if (status == LM_OK) {
+        lm_real reached[LM_JOINTS];
+        lm_real residual[6];
+        lm_real asked[LM_JOINTS];
+        lm_real step[LM_JOINTS];
+        lm_output second;
+        lm_input moved = *input;
+        const lm_output *at = output;
+        int reduced = 0;
+        int pass;
+        int j;
+        for (j = 0; j < LM_JOINTS; j++) {
+            reached[j] = input->q[j];
+            command->q[j] = input->q[j];
+        }
+        for (j = 0; j < 6; j++) {
+            residual[j] = output->elsewhere[j];
+        }
+        for (pass = 0; pass < ((options->passes > 1) ? 2 : 1); pass++) {
+            lm_real drift[LM_JOINTS];
+            if (pass > 0) {
+                for (j = 0; j < LM_JOINTS; j++) {
+                    moved.q[j] = command->q[j];
+                }
+                lm_predict_valid(&moved, &second);
+                at = &second;
+                lm_residual(output, at, reached, residual);
+            }
+            reduced |= lm_step(at, residual, options->whole_pose, step);
+            for (j = 0; j < LM_JOINTS; j++) {
+                asked[j] = reached[j] + step[j] - at->joints[j];
+                drift[j] = command->q[j] + at->joints[j] - reached[j];
+            }
+            lm_moved(at, drift, residual, command->left);
+            reduced |= lm_send(at, asked, options->whole_pose, command->q, command->left);
+            for (j = 0; j < LM_JOINTS; j++) {
+                reached[j] = command->q[j] + at->joints[j];
+            }
+        }
+        if (at->status != LM_OK) {
+            *command = lm_no_command;
+            status = at->status;
+        } else if (reduced != 0) {
+            status = LM_SINGULAR;
+        } else {
+            status = LM_OK;
+        }
+    }
+    command->status = status;
+    return status;
+}
+
+static int lm_agrees(const lm_real found[], const lm_real expected[], int count)
+{
+    lm_real largest = LM_ZERO;
+    int good = 1;
+    int k;
+    for (k = 0; k < count; k++) {
+        largest = lm_largest_of(largest, LM_FABS(expected[k]));
+    }
+    for (k = 0; k < count; k++) {
+        good &= (LM_FABS(found[k] - expected[k]) <= LM_AGREES * largest) ? 1 : 0;
+    }
+    return good;
+}
+
+int lm_self_test(void)
+{
+    const lm_options options = {1, 0};
+    int failed = 0;
+    int k;
+    for (k = 0; k < LM_VECTORS; k++) {
+        const lm_vector *vector = &lm_vectors[k];
+        lm_output output;
+        lm_command command;
+        const int status = lm_compensate(&vector->input, &options, &output, &command);
+        int good = ((status == LM_OK) || (status == LM_SINGULAR)) ? 1 : 0;
+        good &= lm_agrees(output.point, vector->point, 3);
+        good &= lm_agrees(output.screw, vector->screw, 6);
+        good &= lm_agrees(output.covariance, vector->covariance, 6);
+        good &= lm_agrees(output.torques, vector->torques, LM_JOINTS);
+        good &= lm_agrees(&output.length95, &vector->length95, 1);
+        good &= lm_agrees(command.q, vector->command, LM_JOINTS);
+        failed += (good != 0) ? 0 : 1;
+    }
+    return failed;
+}

@@ -1,0 +1,246 @@
+"""The exported C source compiles without a warning, computes what the Python model computes, and survives every input."""
+
+from __future__ import annotations
+
+import functools
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from tests.error_model.test_continuity import scara
+from tests.parts.random_arms import EXAMPLES, random_arm
+
+COMPILERS = [each for each in ("gcc", "clang") if shutil.which(each)]
+FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wdouble-promotion", "-O2"]
+# With these, what is undefined or out of bounds ends the program.
+SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+DRIVER = Path(__file__).with_name("driver.c")
+ARMS = {
+    "z-arm": functools.partial(lostmotion.read, EXAMPLES / "z-arm.toml"),
+    "ur5e": functools.partial(lostmotion.read, EXAMPLES / "ur5e.urdf"),
+    "drawn": functools.partial(lostmotion.read, EXAMPLES / "arm-from-drawings.toml"),
+    "scara": functools.partial(scara, payload={"mass": 2.0}),
+    "seven joints": functools.partial(random_arm, 26),
+}
+PRECISIONS = {"double": [], "float": ["-DLM_FLOAT"]}
+pytestmark = pytest.mark.skipif(not COMPILERS, reason="neither gcc nor clang is installed")
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """Return a function that exports an arm once and returns its folder with the Python model."""
+
+    @functools.cache
+    def of(name):
+        arm, folder = ARMS[name](), tmp_path_factory.mktemp("export")
+        lostmotion.export_c(arm, out=folder, largest_payload=20.0)
+        return folder, lostmotion.controller(arm, payload=20.0)
+
+    return of
+
+
+def built(folder, *more, compiler=COMPILERS[0] if COMPILERS else "", main=DRIVER):
+    """Return the path of the program that a compiler makes of an export and a main file."""
+    target = folder / f"program-{compiler}{''.join(more).replace('=', '-').replace(',', '-').replace('/', '')}"
+    sources = [str(folder / "src" / name) for name in ("lm_core.c", "lm_flat.c", "lm_model.c")]
+    subprocess.run([compiler, *FLAGS, *more, "-I", str(folder / "src"), *sources, str(main), "-o", str(target), "-lm"], check=True)
+    return target
+
+
+def inputs(model, count, seed=7):
+    """Return random poses within the limits, with loads, gravity and last motions, in the order of the driver."""
+    rng, tables = np.random.default_rng(seed), model.tables
+    low, high = tables.limits.T
+    q = rng.uniform(low, high, size=(count, len(low)))
+    load = tables.load * rng.uniform(0.5, 1.2, size=(count, 10)) + rng.normal(size=(count, 10)) * [0, 0.01, 0.01, 0.01, 5, 5, 5, 0.2, 0.2, 0.2]
+    gravity = tables.gravity + rng.normal(size=(count, 3)) * 0.5
+    side = rng.integers(-1, 2, size=q.shape).astype(float)
+    options = np.column_stack([rng.integers(1, 3, size=count), rng.integers(0, 2, size=count)]).astype(float)
+    return q, load, gravity, side, options
+
+
+def computed(program, given, joints):
+    """Return the rows of results of a program for these inputs; its self test must pass."""
+    done = subprocess.run([program], input=np.column_stack(given).tobytes(), capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr.decode()[-2000:]
+    return np.frombuffer(done.stdout).reshape(len(given[0]), 34 + 8 * joints + 7 + joints)
+
+
+def expected(model, given):
+    """Return the rows of results of the Python model, and for each pose the size of each of their numbers."""
+    q, load, gravity, side, options = given
+    found = model.predict(q, load, gravity, side)
+    count, joints = q.shape
+    sent = np.zeros((count, 7 + joints))
+    for passes in (1, 2):
+        for whole in (0, 1):
+            chosen = (options == [passes, whole]).all(axis=1)
+            result = model.compensate(q[chosen], load[chosen], gravity[chosen], side[chosen], passes=passes, whole_pose=bool(whole))
+            sent[chosen] = np.column_stack([result.status, result.command, result.left])
+    upper = np.triu_indices(3)
+    return {
+        "status": found.status[:, None],
+        "flags": found.flags[:, None],
+        "turn": found.turn.reshape(count, 9),
+        "point": found.point,
+        "torques": found.torques,
+        "joints": found.joints,
+        "elsewhere": found.elsewhere,
+        "screw": found.screw,
+        "covariance": found.covariance[:, upper[0], upper[1]],
+        "mean square": found.mean_square[:, None],
+        "length95": found.length95[:, None],
+        "jacobian": found.jacobian.reshape(count, 6 * joints),
+        "command status": sent[:, :1],
+        "command": sent[:, 1 : 1 + joints],
+        "left": sent[:, 1 + joints :],
+    }
+
+
+MANY = pytest.mark.parametrize("count", [1_000, pytest.param(10_000, marks=pytest.mark.slow)])
+
+
+@MANY
+@pytest.mark.parametrize("name", ARMS)
+def test_c_computes_what_python_computes(exported, name, count):
+    """At many poses with other loads, tilts and last motions every result agrees to 1e-12 of its size."""
+    folder, model = exported(name)
+    given = inputs(model, count)
+    found, blocks = computed(built(folder), given, given[0].shape[1]), expected(model, given)
+    regular = singular_value(model, given) > 0.1
+    screw = np.abs(blocks["screw"]).max(axis=1)
+    agreed = found[:, found.shape[1] - 7 - given[0].shape[1]] == blocks["command status"][:, 0]
+    assert agreed.mean() > 0.995  # a step or a limit that counts as reached in C alone, by rounding
+    at = 0
+    for block, values in blocks.items():
+        difference = np.abs(found[:, at : at + values.shape[1]] - values).max(axis=1)
+        at += values.shape[1]
+        if block in {"status", "flags"}:
+            assert not difference.any()
+        elif block == "command":
+            assert difference[regular & agreed].max() <= 1e-12
+            assert difference.max() <= 1e-9  # near singular poses equations amplify rounding
+        elif block == "left":  # a small difference of large motions of the tool
+            assert (difference[regular & agreed] <= 1e-10 * screw[regular & agreed]).all()
+            assert (difference <= 1e-7 * screw).all()
+        elif block != "command status":
+            assert (difference <= 1e-12 * size(values)).all(), block
+    assert at == found.shape[1]
+
+
+@MANY
+@pytest.mark.parametrize("name", ARMS)
+def test_c_in_single_precision(exported, name, count):
+    """At many poses every result agrees to 1e-5 of its size, or to what a change of the inputs in their sixth digit would do to it."""
+    folder, model = exported(name)
+    given = tuple(each.astype(np.float32).astype(float) for each in inputs(model, count))
+    found, blocks = computed(built(folder, "-DLM_FLOAT"), given, given[0].shape[1]), expected(model, given)
+    # A load close to a friction with little scatter, or the small sum of large parts: also in double such results move with the inputs.
+    rng = np.random.default_rng(1)
+    moved = [expected(model, (*(each * (1 + 3e-6 * rng.choice([-1.0, 1.0], size=each.shape)) for each in given[:3]), *given[3:])) for _ in range(6)]
+    at = 0
+    for block, values in blocks.items():
+        difference = np.abs(found[:, at : at + values.shape[1]] - values).max(axis=1)
+        at += values.shape[1]
+        sensitive = np.max([np.abs(each[block] - values).max(axis=1) for each in moved], axis=0)
+        if block in {"status", "flags"}:
+            assert (difference[sensitive == 0] == 0).all()
+        elif block in {"command", "left"}:
+            assert np.quantile(difference, 0.99) <= 1e-5
+            assert difference.max() <= 1e-4
+        elif block != "command status":
+            share = 2e-5 if block in {"covariance", "mean square"} else 1e-5  # squares have twice the error of lengths
+            assert (difference <= share * size(values) + 4 * sensitive).all(), block
+            assert (difference <= share * size(values)).mean() >= 0.98, block
+    assert at == found.shape[1]
+
+
+def size(values):
+    """Return the size of a result at each pose, at least a thousandth of its largest size."""
+    each = np.abs(values).max(axis=1)
+    return np.maximum(each, 1e-3 * each.max())
+
+
+def singular_value(model, given):
+    """Return the smallest singular value of the position Jacobian at each pose."""
+    return np.linalg.svd(model.predict(*given[:4]).jacobian[:, 3:], compute_uv=False)[:, -1]
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("precision", [[], ["-DLM_FLOAT"]], ids=["double", "float"])
+@pytest.mark.parametrize(("name", "count"), [("z-arm", 4_000), ("drawn", 4_000), pytest.param("z-arm", 250_000, marks=pytest.mark.slow)])
+def test_no_input_leads_out_of_bounds(exported, name, count, precision, compiler):
+    """Random numbers of any size, infinities and NaN under the address and undefined behaviour sanitizers: a status, and zeros unless it is valid."""
+    folder, model = exported(name)
+    rng = np.random.default_rng(11)
+    given = [each.copy() for each in inputs(model, count)]
+    wild = np.array([np.nan, np.inf, -np.inf, 0.0, 1e300, -1e300, 1e30, 1e-310, -0.0, 3.0, 1e4])
+    for k, each in enumerate(given[:4]):
+        hit = rng.uniform(size=each.shape) < (0.02 if k else 0.05)
+        each[hit] = rng.choice(wild, size=np.count_nonzero(hit))
+    joints = given[0].shape[1]
+    found = computed(built(folder, *SANITIZERS, *precision, compiler=compiler), given, joints)
+    status, sent = found[:, 0], found[:, 34 + 8 * joints]
+    assert set(status) == {0.0, 1.0, 2.0, 3.0}
+    assert np.isfinite(found).all()
+    assert not found[status != 0, 1 : 34 + 8 * joints].any()
+    assert not found[status != 0, 35 + 8 * joints :].any()
+    assert (np.isin(sent, [0, 4]) | (sent == status)).all()
+    if not precision:
+        blocks = expected(model, given)
+        np.testing.assert_array_equal(status, blocks["status"][:, 0])
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_the_object_calls_nothing_but_mathematics(exported, compiler):
+    """No heap, no input or output: what is undefined in the object files is the tables and functions of math.h (and copying of structures)."""
+    folder, _ = exported("drawn")
+    target = folder / "core.o"
+    subprocess.run([compiler, *FLAGS, "-I", str(folder / "src"), "-c", str(folder / "src" / "lm_core.c"), "-o", str(target)], check=True)
+    listed = subprocess.run(["nm", "-u", str(target)], capture_output=True, text=True, check=True).stdout.split()
+    names = {name for name in listed if name != "U" and not name.startswith("lm_")}
+    assert names <= {"sin", "cos", "sincos", "sqrt", "erfc", "pow", "atan2", "memset", "memcpy", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail"}
+    assert {"sin", "sincos"} & names
+
+
+def test_the_command_line_writes_the_same_sources_twice(tmp_path):
+    """`lostmotion export c` is reproducible, names model, version and hash, and leaves an existing folder alone unless forced."""
+    arm = EXAMPLES / "z-arm.toml"
+    first = lostmotion.export_c(arm, out=tmp_path / "one")
+    lostmotion.export_c(arm, out=tmp_path / "two")
+    for name in first["files"]:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+    header = (tmp_path / "one" / "src" / "lm_model.h").read_text()
+    for text in ("Z-arm", lostmotion.__version__, first["sha256"]):
+        assert text in header
+    with pytest.raises(lostmotion.OutputExistsError):
+        lostmotion.export_c(arm, out=tmp_path / "one")
+    lostmotion.export_c(arm, out=tmp_path / "one", force=True, precision="float")
+    assert "#define LM_FLOAT" in (tmp_path / "one" / "src" / "lm_model.h").read_text()
+
+
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not installed")
+def test_cmake_builds_the_library_and_its_self_test(exported, tmp_path):
+    """As its README describes: configure, build, test."""
+    folder, _ = exported("ur5e")
+    for command in (["cmake", "-S", folder, "-B", tmp_path], ["cmake", "--build", tmp_path], ["ctest", "--test-dir", tmp_path]):
+        subprocess.run(command, check=True, capture_output=True)
+
+
+def test_a_wrong_table_fails_the_self_test(exported, tmp_path):
+    """One mass that differs by a tenth of a per cent is noticed."""
+    folder, model = exported("z-arm")
+    source = tmp_path / "src"
+    shutil.copytree(folder / "src", source)
+    mass = [record.mass for record in model.tables.records if record.mass > 1][-1]
+    text = (source / "lm_model.c").read_text()
+    first = text.index("lm_places[")
+    assert f"R({mass!r})" in text[first:]
+    (source / "lm_model.c").write_text(text[:first] + text[first:].replace(f"R({mass!r})", f"R({1.001 * mass!r})", 1))
+    done = subprocess.run([built(tmp_path, main=folder / "test" / "self_test.c")], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "10 of 10 poses differ" in done.stdout
