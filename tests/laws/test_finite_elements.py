@@ -57,13 +57,13 @@ def test_outlines_are_closed_and_have_the_corners_asked_for(kind):
 
 
 def test_thin_wheels_and_interfering_flanks_are_refused_before_meshing():
-    """A hub that cuts the teeth, a ring that cuts its pins, interference and an envelope are refused with the possible value."""
+    """A hub that cuts the teeth, a ring that cuts its pins, interference and gaps of single envelope lobes are refused with the possible value."""
     for said, planet, ring, gap, kind in (
         ("reach in to 45.8 mm", replace(PLANET, edge=0.046), RING, 0.0, "ring pins"),
         ("reach out to 53 mm", PLANET, replace(RING, edge=0.0529), 0.0, "ring pins"),
         ("interfere before they are loaded, at pin 0 by 2 µm", PLANET, RING, -2e-6, "ring pins"),
         ("leave 0.1 mm to the bore", replace(PLANET, holes=Holes(6, 0.0301, 0.01)), RING, 0.0, "ring pins"),
-        ("second branch", PLANET, RING, 0.0, "lobe envelope"),
+        ("gaps of single lobes", PLANET, RING, 1e-6, "lobe envelope"),
     ):
         with pytest.raises(ValueError, match=said):
             loaded_stage(Stage(0.05, 0.003, 0.0012, 20, kind), planet, ring, 0.01, TORQUES, gaps=np.full(20, gap))

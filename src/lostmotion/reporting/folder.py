@@ -22,8 +22,10 @@ _HERE: Final = -100
 _SWAP: Final = 2
 # So much of a folder's name goes into the names of those that stand beside it for a moment.
 _LONGEST_BESIDE: Final = 60
+# Fields of finite elements.
+_FIELDS: Final = ("planet.vtu", "ring.vtu", "first-stage-planet.vtu", "first-stage-ring.vtu")
 # Whatever a report is about, its folder holds some of these and nothing else.
-FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", "planet.vtu", "ring.vtu", "sized.toml")
+FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", *_FIELDS, "sized.toml")
 
 
 def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool = False) -> Path:

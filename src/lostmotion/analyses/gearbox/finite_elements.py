@@ -9,10 +9,11 @@ import numpy as np
 
 from lostmotion.analyses.gearbox.cycloidal import disc_torque
 from lostmotion.errors import refuse_argument
-from lostmotion.laws.cycloid.drive import nominal_gaps
+from lostmotion.laws.cycloid.drive import LEAST_ARM
+from lostmotion.laws.cycloid.envelope import second_contacts
 from lostmotion.laws.cycloid.finite_elements.mesh import check_installed
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
-from lostmotion.laws.cycloid.geometry import arms, pin_angles
+from lostmotion.laws.cycloid.geometry import first_contact_angle, gaps, pin_angles
 from lostmotion.parts.gearbox.kinds import is_drawn
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.laws.annulus import Plane
     from lostmotion.laws.cycloid.finite_elements.stage import Loaded
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.geometry import Modification, Stage
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
@@ -47,7 +48,6 @@ class FiniteElements:
     loaded    the disc under its share of the torque, plane strain; stage as meshed
     fields    displacement and stress of the wheels under the largest torque; turn: rotation of the disc there, rad
     not_meshed  another stage of the gearbox that is not meshed, and why; empty without such a stage
-    first_branch_only  an envelope ring was replaced by plain arcs, the first of its two branches
     """
 
     name: str
@@ -65,7 +65,6 @@ class FiniteElements:
     fields: list[Field]
     turn: float
     not_meshed: str
-    first_branch_only: bool
 
 
 def check_fem(gearbox: object) -> CycloidalGearbox:
@@ -131,13 +130,8 @@ def _by_elements(
     stage, body = drive.stage, drive.disc_body
     if body is None:
         raise ValueError("a rigid disc")  # a stage without the inner radius of its disc, which is not meshed
-    if stage.kind == "lobe envelope":
-        stage = replace(stage, kind="lobe arcs")
     torques = torque * np.array(_LEVELS)
-    gaps = nominal_gaps(drive, np.zeros(1))[0, 0]
-    arm = arms(stage, pin_angles(stage, np.zeros(1))[0])
-    reaching = arm > 0.1 * stage.planet_pitch_radius
-    play = float((gaps[reaching] / arm[reaching]).min())
+    play = _first_contact(stage, drive.relief)
     found: list[Loaded] = []
     solved: list[tuple[Plane, int]] = [("strain", 0), ("stress", 0), ("strain", _TERMS)]
     for number, (plane, terms) in enumerate(solved[: 2 + three_dimensions]):
@@ -149,7 +143,7 @@ def _by_elements(
 
         try:
             loads = per_output / drive.discs * torques
-            found.append(loaded_stage(stage, disc, ring, part.width, loads, gaps=gaps, terms=terms, progress=shown))
+            found.append(loaded_stage(stage, disc, ring, part.width, loads, relief=drive.relief, terms=terms, progress=shown))
         except ValueError as error:
             raise refuse_argument("fem", f"a drawing whose {name} cannot be meshed: {error}", "a drawing that can be meshed") from error
     loaded = found[0]
@@ -171,5 +165,13 @@ def _by_elements(
         fields=loaded.fields(len(torques) - 1),
         turn=float(loaded.rotation[-1]),
         not_meshed="",
-        first_branch_only=drive.stage.kind == "lobe envelope",
     )
+
+
+def _first_contact(stage: Stage, relief: Modification) -> float:
+    """Return the free rotation (rad) of a disc from its position without gaps to its first contact, of either branch of an envelope ring."""
+    theta = pin_angles(stage, np.zeros(1))[0]
+    if stage.kind == "lobe envelope":
+        second = second_contacts(stage, [0.0])[0]
+        theta = np.append(theta, -stage.lobes * second[np.isfinite(second)])
+    return float(first_contact_angle(stage, theta, gaps(stage, theta, relief), LEAST_ARM))

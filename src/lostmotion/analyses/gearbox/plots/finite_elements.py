@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.gearbox.tables.finite_elements import fem_key
-from lostmotion.laws.cycloid.finite_elements.contours import contacts
 from lostmotion.reporting.plot import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed
 from lostmotion.reporting.sheet import ARCMIN, digits
 
@@ -74,14 +73,13 @@ def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> 
 
 def contact(found: FiniteElements, stress: list[Floats]) -> go.Figure:
     """Draw the stress around the contact with the largest pressure."""
-    made = contacts(found.stage, 0.0)
     k = int(found.loaded.peak[-1].argmax())
-    at = made.pin[k] + found.stage.pin_radius * made.towards[k]
+    at = found.loaded.place[k]
     half = _AROUND * float(found.loaded.half_width[-1, k])
     pictures = [raster(f, v, at.real - half, at.imag - half, at.real + half, _ZOOM) for f, v in zip(found.fields, stress, strict=True)]
     picture = np.fmax.reduce(pictures)
     traces = [_picture(picture, at.real - half, at.imag - half, at.real + half, float(np.nanmax(picture)), "MPa")]
-    title = f"Von Mises stress, {found.name}, at θ = {math.degrees(made.theta[k]):.1f}°"
+    title = f"Von Mises stress, {found.name}, at θ = {math.degrees(found.loaded.theta[k]):.1f}°"
     return _square(framed(title, *traces, height=520))
 
 
@@ -135,9 +133,8 @@ def _moved(found: FiniteElements, k: int) -> Floats:
     field = found.fields[k]
     if k:
         return field.displacement
-    made = contacts(found.stage, 0.0)
-    # counter-clockwise, against the loaded contacts
-    away = field.points @ np.array([1, 1j]) - made.planet
+    # counter-clockwise, against the loaded contacts; the crank is at zero
+    away = field.points @ np.array([1, 1j]) - found.stage.eccentricity
     turned = 1j * found.turn * away
     return np.asarray(field.displacement + np.stack([turned.real, turned.imag], axis=-1))
 

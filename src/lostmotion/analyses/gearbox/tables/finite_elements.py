@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid.geometry import pin_angles
 from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, as_stated
 
 if TYPE_CHECKING:
@@ -40,7 +39,7 @@ def _of_stage(found: FiniteElements) -> tuple[Section, Section]:
     rows = [Row(f"{as_stated(float(torque))} N m", _figures(found, k)) for k, torque in enumerate(found.torque)]
     columns = _COLUMNS if found.rotation_3d is None else (*_COLUMNS[:2], _COLUMN_3D, *_COLUMNS[2:])
     off = 100 * float(found.error[-1] / found.rotation[0, -1])
-    branch = "; of the envelope ring the first branch alone is meshed, as plain arcs: the true ring is stiffer" if found.first_branch_only else ""
+    branch = "; contacts of both branches of the envelope ring" if found.stage.kind == "lobe envelope" else ""
     unmeshed = f"; not meshed: the {found.not_meshed}" if found.not_meshed else ""
     note = (
         f"{found.name}, crank at zero, equal discs; torque, rotation beyond the play and stiffness at the output of the gearbox; the true disc is "
@@ -48,7 +47,7 @@ def _of_stage(found: FiniteElements) -> tuple[Section, Section]:
         f"two meshes differ by {off:.2g} % in rotation, below it by more. A strain is no rotation: the last column is the conversion of "
         f"S. Strutynskyi and R. Semenchuk (2021), for comparison{branch}{_note_3d(found)}{unmeshed}"
     )
-    theta = pin_angles(found.stage, np.zeros(1))[0]
+    theta = found.loaded.theta
     loads = [
         Row(
             f"θ = {math.degrees(theta[k]):.1f}°",

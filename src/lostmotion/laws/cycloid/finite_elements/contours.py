@@ -9,11 +9,11 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid.geometry import contact_radius, flank, normals, pin_angles, planet_pose
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, flank, normals, pin_angles, planet_pose
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.geometry import Stage
@@ -58,7 +58,7 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """The contacts of a stage at one crank angle. Lengths in m, angles in rad.
+    """The contacts of a stage with pins, or lobes of plain arcs, at one crank angle. Lengths in m, angles in rad.
 
     crank             crank angle
     theta    (N,)     angle from the line of centres
@@ -79,6 +79,41 @@ class Contacts:
     flank_at: Floats
     planet: complex
     turn: float
+    moments: ClassVar[int] = 2
+    hertzian: ClassVar[bool] = True
+
+    @property
+    def arm(self) -> Floats:
+        """Return the arms (N,), m."""
+        return arms(self.stage, self.theta)
+
+    @property
+    def place(self) -> Points:
+        """Return the points of contact (N,), m."""
+        return np.asarray(self.pin + self.stage.pin_radius * self.towards)
+
+    @property
+    def lever(self) -> Floats:
+        """Return the slip of the flank on each pin per rotation of the planet (N,), m."""
+        foot = self.pin if self.stage.has_planet_pins else self.place
+        return np.asarray((np.conj(self.towards) * (foot - self.planet)).real)
+
+    def normal(self, k: int, places: Floats) -> Points:
+        """Return the unit vectors away from the centre of pin k at places (m) along it."""
+        return np.asarray(self.towards[k] * np.exp(1j * places / self.stage.pin_radius))
+
+    def surface(self, k: int, places: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return gaps (m), moments of the normals about the planet's centre (m) and curvatures of the pin (1/m) at places (m) of contact k."""
+        moment = (np.conj(self.pin[k] - self.planet) * self.normal(k, places)).imag
+        return gaps_at(self, k, places), np.asarray(moment), np.full(len(places), 1 / self.stage.pin_radius)
+
+    def planet_outline(self, at: dict[int, Floats]) -> list[Edge]:
+        """Return the closed outline of the planet with corners at places (m) of contacts."""
+        return pinned(self, at) if self.stage.has_planet_pins else toothed(self, at)
+
+    def ring_outline(self, at: dict[int, Floats]) -> list[Edge]:
+        """Return the closed outline of the ring with corners at places (m) of contacts."""
+        return toothed(self, at) if self.stage.has_planet_pins else pinned(self, at)
 
     def along(self, k: int, points: Points) -> Floats:
         """Return the distance (m) along pin k, from its point of contact, of each point's foot; it rises with the angle about the pin's centre."""
@@ -94,7 +129,7 @@ class Contacts:
 
 
 def contacts(stage: Stage, crank: float) -> Contacts:
-    """Return the contacts at a crank angle (rad). At "lobe envelope" those of the first branch."""
+    """Return the contacts with pins or arcs at a crank angle (rad); for envelope rings see `envelope`."""
     theta = pin_angles(stage, np.array([crank]))[0]
     towards = -(normals(stage, theta) @ np.array([1, 1j])) * np.exp(1j * crank)
     centre, turn = planet_pose(stage, np.array(crank))

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.laws.cycloid.finite_elements.contours import gaps_at
 from lostmotion.laws.cycloid.finite_elements.mesh import MM
 from lostmotion.laws.cycloid.finite_elements.wheel import gauss
-from lostmotion.laws.cycloid.geometry import arms
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.finite_elements.contours import Contacts
+    from lostmotion.laws.cycloid.finite_elements.envelope import EnvelopeContacts
     from lostmotion.laws.cycloid.finite_elements.wheel import ElasticWheel
     from lostmotion.spatial import Floats
 
@@ -29,21 +28,19 @@ _SLIP: Final = 1e-7
 class System:
     """The equations of the contacts, in mm and MPa."""
 
-    def __init__(self, made: Contacts, at: dict[int, Floats], gap: Floats, wheels: tuple[ElasticWheel, ...]) -> None:
-        """Weight gaps (N,), m, and arms of the contacts at the places `at` (m) with their hat functions."""
-        self.pins, self.at, self.wheels = made.stage.pins, at, wheels
-        self.radius = MM * made.stage.pin_radius
+    def __init__(self, made: Contacts | EnvelopeContacts, at: dict[int, Floats], gap: Floats, wheels: tuple[ElasticWheel, ...]) -> None:
+        """Weight gaps (contact,), m, and arms of the contacts at the places `at` (m) with their hat functions."""
+        self.count, self.at, self.wheels, self.hertzian = len(made.theta), at, wheels, made.hertzian
         self.compliance = np.sum([wheel.compliance for wheel in wheels], axis=0)
         self.sliding = np.sum([wheel.sliding for wheel in wheels], axis=0)
         self.contact = np.repeat(np.arange(len(at)), [len(places) for places in at.values()])
         sums = [_weighted(made, k, places, gap[k]) for k, places in at.items()]
-        self.area, self.first, self.second, self.gap, turning = np.concatenate(sums, axis=1)
+        self.area, self.first, self.second, self.gap, turning, self.bend = np.concatenate(sums, axis=1)
         inner = list(at)
-        sense = float(np.sign(turning @ arms(made.stage, made.theta)[inner][self.contact]))
+        sense = float(np.sign(turning @ made.arm[inner][self.contact]))
         self.arm = sense * turning
         # by the planet's rotation the flank slips on the pin, and the gap opens by its square
-        foot = made.pin[inner] + (0.0 if made.stage.has_planet_pins else made.stage.pin_radius) * made.towards[inner] - made.planet
-        along = MM * (np.conj(made.towards[inner]) * foot).real
+        along = MM * made.lever[inner]
         self.turning = -sense * along
         self.radial = self.area * ((1 if made.stage.has_planet_pins else -1) * along)[self.contact]
 
@@ -51,10 +48,10 @@ class System:
         """Return pressures (MPa), rotation (rad) and its derivative by the load, under a torque per width (N)."""
         turn, slip = 0.0, np.zeros(len(self.at))
         for _ in range(_MOST_SLIPS):
-            # Newton's method: gap + area slip^2/(2 Rr) + radial turn^2/2, linear in the change of slip and turn
-            weight = (self.area * slip[self.contact] / self.radius)[:, None] * self.sliding[self.contact]
-            arm = self.arm - self.area * (slip * self.turning)[self.contact] / self.radius - self.radial * turn
-            gap = self.gap - self.area * (slip**2)[self.contact] / (2 * self.radius) - self.radial * turn**2 / 2
+            # Newton's method: gap + area slip^2/(2 R) + radial turn^2/2, linear in the change of slip and turn
+            weight = (self.bend * slip[self.contact])[:, None] * self.sliding[self.contact]
+            arm = self.arm - self.bend * (slip * self.turning)[self.contact] - self.radial * turn
+            gap = self.gap - self.bend * (slip**2)[self.contact] / 2 - self.radial * turn**2 / 2
             pressures, found, slope = self._closed(self.compliance + weight + weight.T, arm, gap, load)
             slip = self.sliding @ pressures + self.turning * found
             if abs(found - turn) <= _SLIP * found:
@@ -88,29 +85,39 @@ class System:
         loaded = pressures.max(axis=0) > 0
         of_contact = [loaded[self.contact == n] for n in range(len(self.at))]
         at_edge = np.array([each[0] or each[-1] for each in of_contact])
-        return at_edge, len(self.at) < self.pins and bool(of_contact[0].any() or of_contact[-1].any())
+        return at_edge, len(self.at) < self.count and bool(of_contact[0].any() or of_contact[-1].any())
 
     def by_lobe(self, pressures: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return forces per width (torque, N), N/mm, pressures of the half-ellipses (torque, N), MPa, and their half-widths, mm."""
-        sums = np.zeros((3, len(pressures), self.pins))
+        """Return forces per width (torque, contact), N/mm, largest pressures (torque, contact), MPa, and half-widths, mm.
+
+        Pressure and half-width are those of the half-ellipse with the same force and second moment; of contacts that are none the largest mean over
+        neighbouring nodes, and half of the loaded length.
+        """
+        sums = np.zeros((3, len(pressures), self.count))
+        peak, half = np.zeros((2, len(pressures), self.count))
         for n, k in enumerate(self.at):
             mine = self.contact == n
             sums[:, :, k] = [pressures[:, mine] @ moment[mine] for moment in (self.area, self.first, self.second)]
+            if not self.hertzian:
+                p = np.pad(pressures[:, mine], ((0, 0), (1, 1)))
+                peak[:, k] = ((p[:, :-2] + 2 * p[:, 1:-1] + p[:, 2:]) / 4).max(axis=1)
+                half[:, k] = (pressures[:, mine] > 0) @ self.area[mine] / 2
         forces = sums[0]
-        shares = np.where(forces > 0, forces, 1.0)
-        half = 2 * np.sqrt(np.maximum(sums[2] / shares - (sums[1] / shares) ** 2, 0.0))
-        return forces, np.where(half > 0, 2 * forces / (math.pi * np.where(half > 0, half, 1.0)), 0.0), half
+        if self.hertzian:
+            shares = np.where(forces > 0, forces, 1.0)
+            half = 2 * np.sqrt(np.maximum(sums[2] / shares - (sums[1] / shares) ** 2, 0.0))
+            peak = np.where(half > 0, 2 * forces / (math.pi * np.where(half > 0, half, 1.0)), 0.0)
+        return forces, peak, half
 
 
-def _weighted(made: Contacts, k: int, places: Floats, gap: float) -> Floats:
-    """Return unity, place, its square, gap and moment of the normal, integrated with the hat function of each node of contact k: (5, node), mm."""
+def _weighted(made: Contacts | EnvelopeContacts, k: int, places: Floats, gap: float) -> Floats:
+    """Return unity, place, its square, gap, moment of the normal and curvature, integrated with the hat function of each node: (6, node), mm."""
     x, weight = gauss()
-    out = np.zeros((5, len(places)))
+    out = np.zeros((6, len(places)))
     for n, step in enumerate(np.diff(places)):
         s = places[n] + x * step
-        outwards = made.towards[k] * np.exp(1j * s / made.stage.pin_radius)
-        moment = (np.conj(made.pin[k] - made.planet) * outwards).imag
-        values = np.stack([np.ones_like(s), MM * s, (MM * s) ** 2, MM * (gaps_at(made, k, s) + gap), MM * moment])
+        opening, moment, bend = made.surface(k, s)
+        values = np.stack([np.ones_like(s), MM * s, (MM * s) ** 2, MM * (opening + gap), MM * moment, bend / MM])
         for node, hat in ((n, 1 - x), (n + 1, x)):
             out[:, node] += MM * step * (values * hat * weight).sum(axis=1)
     return out

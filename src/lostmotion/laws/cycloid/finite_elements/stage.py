@@ -27,32 +27,30 @@ import numpy as np
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import ring_reach
-from lostmotion.laws.cycloid.finite_elements.contours import contacts, pinned, toothed
 from lostmotion.laws.cycloid.finite_elements.elasticity import Elasticity
 from lostmotion.laws.cycloid.finite_elements.equilibrium import System
 from lostmotion.laws.cycloid.finite_elements.mesh import MM, Blank, LoadedHole, check_installed, mesh_of
+from lostmotion.laws.cycloid.finite_elements.selection import OnEnvelope, OnPins
 from lostmotion.laws.cycloid.finite_elements.wheel import ElasticWheel
-from lostmotion.laws.cycloid.geometry import arms
+from lostmotion.laws.cycloid.geometry import Modification, pin_angles
+from lostmotion.laws.cycloid.geometry import gaps as relief_gaps
 from lostmotion.laws.perforated_disc import pin_forces
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.laws.cycloid.bodies import Body
-    from lostmotion.laws.cycloid.finite_elements.contours import Contacts
+    from lostmotion.laws.cycloid.finite_elements.contours import Contacts, Points
+    from lostmotion.laws.cycloid.finite_elements.envelope import EnvelopeContacts
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
     from lostmotion.laws.cycloid.geometry import Stage
     from lostmotion.laws.perforated_disc import Holes
     from lostmotion.spatial import Floats
 
-# Half-width of a contact that is meshed, over Hertz's; the factor by which it grows where pressure reaches its edge, and how often.
-_REACH: Final = 1.3
-_GROWTH: Final = 1.5
+# How often contacts grow where pressure reaches their edges.
 _MOST_GROWTHS: Final = 5
-# Smallest load, over the largest, for which a contact is meshed.
-_LEAST_LOAD: Final = 0.3
-# Pitches past those with an arm at which contacts are meshed: the bodies deform, and may close them.
-_BEYOND: Final = 1.01
+# Angles at which the relief of an envelope stage is checked.
+_ROUND: Final = 721
 # Thinnest web around a hole, over its radius.
 _THINNEST: Final = 0.02
 # Largest element of the coarser mesh, over the pitch.
@@ -67,17 +65,22 @@ _CONVERGENCE: Final = 1.5
 class Loaded:
     """A stage under torques (torque,), N m; SI units.
 
+    theta      (contact,) from the line of centres, rad: of every pin or lobe; with an envelope ring of a pin with the same arm as each contact
+    place      (contact,) point of contact, complex, m
     rotation   (torque,) of the planet against the ring, rad, from the unloaded position without gaps, extrapolated from two meshes
     error      (torque,) difference of the rotation between the two meshes, rad
     stiffness  (torque,) derivative of the torque by the rotation, N m/rad
-    forces     (torque, N) on each pin or lobe, N
-    peak       (torque, N) pressure at the middle of the contact, Pa: of the half-ellipse with the force and the second moment of the pressure found
-    half_width (torque, N) half of its axis, m
+    forces     (torque, contact) N
+    peak       (torque, contact) largest pressure, Pa: of the half-ellipse with the force and second moment found; with an envelope ring the largest
+               mean over neighbouring nodes
+    half_width (torque, contact) half of the ellipse's axis; with an envelope ring of the loaded length, m
     wheels     planet and, unless it is rigid, ring, on the finer mesh
     pressures  (torque, node) Pa
     """
 
     torque: Floats
+    theta: Floats
+    place: Points
     rotation: Floats
     error: Floats
     stiffness: Floats
@@ -110,6 +113,7 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     *,
     crank: float = 0.0,
     gaps: Floats | None = None,
+    relief: Modification | None = None,
     order: int = 2,
     intervals: int = 5,
     terms: int = 0,
@@ -121,41 +125,42 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
                   Holes of the planet take its torque as in `perforated_disc`, the first of them at angle zero of the planet
     width         of the contact, m
     crank         crank angle, rad
-    gaps          (N,) at each pin or lobe, m, zero or more; default: none
+    gaps          (N,) at each pin or lobe, m, zero or more; default: none, and with an envelope ring always
+    relief        modification of the toothed wheel, whose gaps are added
     order         of the elements
     intervals     elements over the 2.6 half-widths that are meshed of each contact, on the coarser mesh; the finer one halves every element
     terms         of the displacements over the width, in three dimensions with free faces (`elasticity`), with pressures uniform over the width and
                   gaps that are means over it; zero: plane, with the stress states of the wheels
     progress      called with what is done, how much of it and of how much
 
-    Raises ValueError, before meshing, for a stage of another kind than pins or arcs, for wheels that are too thin and for interfering flanks,
-    LostmotionError without NGSolve, DidNotConvergeError where contacts would outgrow their lobes and for more than 2 million unknowns.
+    Raises ValueError, before meshing, for wheels that are too thin and for interfering flanks, LostmotionError without NGSolve, DidNotConvergeError
+    where contacts would outgrow their lobes and for more than 2 million unknowns.
     """
-    gap = np.zeros(stage.pins) if gaps is None else np.asarray(gaps, dtype=float)
-    _check(stage, planet, ring, gap, torques)
+    relief = relief or Modification()
+    gap = _gaps(stage, crank, gaps, relief)
+    _check(stage, planet, ring, torques)
     check_installed()
-    made = contacts(stage, crank)
-    arm = arms(stage, made.theta)
     modulus = equivalent_modulus(planet.young, planet.nu, math.inf if ring is None else ring.young, 0.0 if ring is None else ring.nu)
-    share = np.maximum(arm / stage.planet_pitch_radius, _LEAST_LOAD)
-    load = 4 * float(np.max(torques)) / (stage.planet_pitch_radius * stage.pins * width)
-    half = _REACH * np.sqrt(4 * load * share * made.radius / (math.pi * modulus))
-    beyond = _BEYOND
+    load = 4 * float(np.max(torques)) / (stage.planet_pitch_radius * stage.pins * width * modulus)
+    envelope = stage.kind == "lobe envelope"
+    flanks = OnEnvelope(stage, crank, load, intervals, relief) if envelope else OnPins(stage, crank, load, intervals)
     for _ in range(_MOST_GROWTHS):
-        at = {k: _places(made, k, half[k], intervals) for k in _candidates(made, beyond)}
-        coarse, fine, system = _on_two_meshes(made, at, (planet, ring), (width, torques, gap), (order, terms), progress)
+        made, at = flanks.chosen()
+        own_gap = np.zeros(len(made.theta)) if envelope else gap
+        coarse, fine, system = _on_two_meshes(made, at, (planet, ring), (width, torques, own_gap), (order, terms, intervals), progress)
         pressures = np.array([each for each, _, _ in fine])
         at_edge, at_last = system.outgrown(pressures)
         if not (at_edge.any() or at_last):
             break
-        half[list(at)] *= np.where(at_edge, _GROWTH, 1.0)
-        beyond += at_last
+        flanks.grow(at, at_edge, at_last=at_last)
     else:
         raise DidNotConvergeError("the contacts outgrow their lobes: take a smaller torque or a stiffer material")
     turn, before = (np.array([each for _, each, _ in found]) for found in (fine, coarse))
     forces, peak, half_width = system.by_lobe(pressures)
     return Loaded(
         torque=np.asarray(torques, dtype=float),
+        theta=made.theta,
+        place=made.place,
         rotation=turn + (turn - before) / (2**_CONVERGENCE - 1),
         error=np.abs(turn - before),
         stiffness=np.array([width / slope for _, _, slope in fine]),
@@ -171,19 +176,18 @@ _Solved = list[tuple["Floats", float, float]]
 
 
 def _on_two_meshes(
-    made: Contacts,
+    made: Contacts | EnvelopeContacts,
     at: dict[int, Floats],
     bodies: tuple[Body, Body | None],
     loads: tuple[float, Floats, Floats],
-    detail: tuple[int, int],
+    detail: tuple[int, int, int],
     progress: Callable[[str, int, int], None],
 ) -> tuple[_Solved, _Solved, System]:
     """Return pressures, rotation and its derivative for every torque on the coarser and the finer mesh, and the system of the finer one.
 
-    detail  order of the elements, and terms over the width
+    detail  order of the elements, terms over the width, and intervals of a contact
     """
-    (width, torques, gap), (order, terms) = loads, detail
-    intervals = len(next(iter(at.values()))) - 1
+    (width, torques, gap), (order, terms, intervals) = loads, detail
     coarse = _COARSE * 2 * math.pi * made.stage.ring_radius / made.stage.pins * 5 / intervals
     blanks = _blanks(made, at, *bodies)
     steps = 3 * len(blanks) + 1
@@ -214,18 +218,27 @@ def _check_size(elements: int, order: int, terms: int) -> None:
         raise DidNotConvergeError(f"{found}: take a lower order, fewer elements or two dimensions")
 
 
-def _candidates(made: Contacts, beyond: float) -> list[int]:
-    """Return the contacts with an arm, and those up to `beyond` pitches farther: bodies that deform may close them. In order of their angle."""
-    pitch = 2 * math.pi / made.stage.pins
-    past = (made.theta + beyond * pitch) % (2 * math.pi)
-    near = np.flatnonzero((past > 0) & (past < math.pi + 2 * beyond * pitch)) if beyond * pitch < math.pi / 2 else np.arange(made.stage.pins)
-    return [int(k) for k in near[np.argsort(past[near])]]
-
-
-def _check(stage: Stage, planet: Body, ring: Body | None, gap: Floats, torques: Floats) -> None:
-    """Raise ValueError for what cannot be meshed or loaded."""
+def _gaps(stage: Stage, crank: float, gaps: Floats | None, relief: Modification) -> Floats:
+    """Return the gaps (N,), m, at pins or lobes. Raises ValueError for interfering flanks, and for gaps of single lobes of an envelope ring."""
+    theta = pin_angles(stage, np.array([crank]))[0]
+    gap = np.zeros(stage.pins) if gaps is None else np.asarray(gaps, dtype=float)
+    if gap.shape != (stage.pins,) or not np.isfinite(gap).all():
+        raise ValueError(f"gaps are needed for each of the {stage.pins} pins or lobes, not of shape {gap.shape}")
     if stage.kind == "lobe envelope":
-        raise ValueError("the ring is the envelope of the disc, whose second branch is not meshed: take 'lobe arcs'")
+        if gap.any():
+            raise ValueError("gaps of single lobes are those of the first branch alone: state a relief for an envelope ring")
+        theta = np.linspace(0, 2 * math.pi, _ROUND)
+        gap = np.zeros(_ROUND)
+    gap = gap + relief_gaps(stage, theta, relief)
+    if gap.min() < 0:
+        k = int(gap.argmin())
+        where = f"at θ = {math.degrees(theta[k]):.0f}°" if stage.kind == "lobe envelope" else f"at pin {k}"
+        raise ValueError(f"flanks interfere before they are loaded, {where} by {-gap[k] * 1e6:.3g} µm: take clearances of zero or more")
+    return gap
+
+
+def _check(stage: Stage, planet: Body, ring: Body | None, torques: Floats) -> None:
+    """Raise ValueError for wheels that cannot be meshed or loads that are none."""
     root = stage.ring_radius - stage.pin_radius + (0.0 if stage.has_planet_pins else -stage.eccentricity)
     if not 0 < planet.edge < root:
         raise ValueError(f"the hub's radius is {planet.edge * MM:g} mm, but teeth or pins reach in to {root * MM:.4g} mm: choose a smaller hub")
@@ -236,11 +249,6 @@ def _check(stage: Stage, planet: Body, ring: Body | None, gap: Floats, torques: 
     if ring is not None and ring.edge <= (reach := ring_reach(stage)):
         found = f"the ring's outer radius is {ring.edge * MM:g} mm"
         raise ValueError(f"{found}, but its teeth or pins reach out to {reach * MM:.4g} mm: choose a larger one")
-    if gap.shape != (stage.pins,) or not np.isfinite(gap).all():
-        raise ValueError(f"gaps are needed for each of the {stage.pins} pins or lobes, not of shape {gap.shape}")
-    if gap.min() < 0:
-        k = int(gap.argmin())
-        raise ValueError(f"flanks interfere before they are loaded, at pin {k} by {-gap[k] * 1e6:.3g} µm: take clearances of zero or more")
     if not (np.ndim(torques) == 1 and np.isfinite(torques).all() and np.min(torques) > 0):
         raise ValueError("torques must be above zero")
 
@@ -257,23 +265,14 @@ def _check_holes(planet: Body, holes: Holes, root: float) -> None:
             raise ValueError(f"holes of radius {holes.radius * MM:g} mm leave {web * MM:.3g} mm to {where}: take smaller holes")
 
 
-def _places(made: Contacts, k: int, half: float, intervals: int) -> Floats:
-    """Return the ends of the intervals of contact k (m), cut where the pin's free arc ends."""
-    against, along = (float(end[k]) for end in made.free_arc())
-    if half > max(against, along):
-        raise DidNotConvergeError("the contacts outgrow their lobes: take a smaller torque or a stiffer material")
-    return np.linspace(-min(half, against), min(half, along), intervals + 1)
-
-
-def _blanks(made: Contacts, at: dict[int, Floats], planet: Body, ring: Body | None) -> list[Blank]:
+def _blanks(made: Contacts | EnvelopeContacts, at: dict[int, Floats], planet: Body, ring: Body | None) -> list[Blank]:
     """Return the wheels before meshing."""
-    of_planet, of_ring = (pinned, toothed) if made.stage.has_planet_pins else (toothed, pinned)
     holes = () if planet.holes is None else _loaded_holes(made, planet.holes)
-    out = [Blank(of_planet(made, at), planet, made.planet, holes)]
-    return out if ring is None else [*out, Blank(of_ring(made, at), ring, 0.0)]
+    out = [Blank(made.planet_outline(at), planet, made.planet, holes)]
+    return out if ring is None else [*out, Blank(made.ring_outline(at), ring, 0.0)]
 
 
-def _loaded_holes(made: Contacts, holes: Holes) -> tuple[LoadedHole, ...]:
+def _loaded_holes(made: Contacts | EnvelopeContacts, holes: Holes) -> tuple[LoadedHole, ...]:
     """Return the holes with the forces of their pins that balance a unit torque of the contacts."""
     turned = np.exp(1j * made.turn)
     centres = made.planet + holes.circle * turned * np.exp(2j * math.pi * np.arange(holes.count) / holes.count)

@@ -7,6 +7,7 @@ Source: J. Schöberl, C++11 implementation of finite elements in NGSolve, ASC re
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     from lostmotion.laws.cycloid.finite_elements.contours import Contacts
     from lostmotion.laws.cycloid.finite_elements.elasticity import Elasticity
+    from lostmotion.laws.cycloid.finite_elements.envelope import EnvelopeContacts
     from lostmotion.laws.cycloid.finite_elements.mesh import Blank
     from lostmotion.spatial import Floats
 
@@ -52,7 +54,7 @@ class ElasticWheel:
     sliding    (contact, node), mm/MPa: mean displacement along the tangent of each contact
     """
 
-    def __init__(self, blank: Blank, law: Elasticity, made: Contacts, at: dict[int, Floats], mesh: Any, order: int) -> None:  # noqa: ANN401
+    def __init__(self, blank: Blank, law: Elasticity, made: Contacts | EnvelopeContacts, at: dict[int, Floats], mesh: Any, order: int) -> None:  # noqa: ANN401
         """Factorise the stiffness matrix and solve for the pressure of every node."""
         import scipy.sparse
 
@@ -67,42 +69,43 @@ class ElasticWheel:
         if self._holes is not None:  # the pins in the holes balance every load, to rounding
             turning, pins = self._holes
             self._normal, tangent = (scipy.sparse.csr_array(each - np.outer(each @ turning, pins)) for each in (self._normal, tangent))
-        self.compliance, self.sliding = self._responses(tangent, np.array(list(at.values())))
+        self.compliance, self.sliding = self._responses(tangent, list(at.values()), made.moments)
         if not np.isfinite(self.compliance).all():
             raise DidNotConvergeError("the stiffness matrix of a wheel is singular: a part of its mesh is not held")
 
-    def _responses(self, tangent: scipy.sparse.csr_array, places: Floats) -> tuple[Floats, Floats]:
-        """Return the compliance and the sliding; `places` (contact, node), m.
+    def _responses(self, tangent: scipy.sparse.csr_array, places: list[Floats], moments: int) -> tuple[Floats, Floats]:
+        """Return the compliance and the sliding; `places` (node,) of each contact, m.
 
-        At another contact a pressure acts by its force and its moment alone, as far as the square of the contact's width over the distance is
-        negligible. So two solves per contact and one per node, with the pressure on this node of all contacts at once, are enough.
+        At another contact a pressure acts by its force and its first `moments` - 1 moments alone, as far as the contact's width over the distance to
+        the power of `moments` is negligible. So a few solves per contact, and one per node of all contacts at once, are enough.
         """
-        contacts, nodes = places.shape
-        far, slid = np.empty((2, contacts, contacts * nodes)), np.empty((2, contacts, contacts))
-        s = MM * places
-        for n in range(contacts):
-            for power in range(2):
-                pressure = np.zeros(places.shape)
-                pressure[n] = s[n] ** power
-                moved = self._displaced(pressure.ravel())
-                far[power, n], slid[power, n] = self._normal @ moved, tangent @ moved
-        # each hat as a + c s with the same force and moment
-        mass = np.array([_hat_products(each) for each in s])
-        sums = np.stack([mass.sum(axis=1), np.einsum("nij,ni->nj", mass, s)], axis=1)
-        of_line = np.stack([sums, np.einsum("npj,nj->npj", sums, s)], axis=1).sum(axis=-1)
-        share = np.linalg.solve(of_line, sums)
-        compliance = np.einsum("pmr,mpj->rmj", far, share)
-        sliding = np.einsum("pmr,mpj->rmj", slid, share)
-        blocks = compliance.reshape(contacts, nodes, contacts, nodes)
-        own = np.arange(contacts)
-        for node in range(nodes):
-            pressure = np.zeros(places.shape)
-            pressure[:, node] = 1.0
-            found = (self._normal @ self._displaced(pressure.ravel())).reshape(contacts, nodes)
-            others = blocks[:, :, :, node].sum(axis=2) - blocks[own, :, own, node]
-            blocks[own, :, own, node] = found - others
-        whole = blocks.reshape(contacts * nodes, contacts * nodes)
-        return (whole + whole.T) / 2, sliding.reshape(contacts, contacts * nodes)
+        ends = np.cumsum([0, *map(len, places)])
+        mine = [slice(a, b) for a, b in itertools.pairwise(ends)]
+        compliance, sliding = np.empty((ends[-1], ends[-1])), np.empty((len(places), ends[-1]))
+        for own, each in zip(mine, places, strict=True):
+            s = each / np.abs(each).max()
+            powers = s ** np.arange(moments)[:, None]
+            moved = []
+            for power in powers:
+                pressure = np.zeros(ends[-1])
+                pressure[own] = power
+                moved.append(self._displaced(pressure))
+            far = np.array(moved)
+            # each hat as a polynomial with the same force and moments
+            sums = powers @ _hat_products(MM * each)
+            share = np.linalg.solve(sums @ powers.T, sums)
+            compliance[:, own], sliding[:, own] = self._normal @ (far.T @ share), tangent @ (far.T @ share)
+        for node in range(max(map(len, places))):
+            here = [own.start + node for own in mine if node < own.stop - own.start]
+            pressure = np.zeros(ends[-1])
+            pressure[here] = 1.0
+            found = self._normal @ self._displaced(pressure)
+            of_all = compliance[:, here].sum(axis=1)
+            for own in mine:
+                if node < own.stop - own.start:
+                    column = own.start + node
+                    compliance[own, column] += found[own] - of_all[own]
+        return (compliance + compliance.T) / 2, sliding
 
     def _displaced(self, pressure: Floats) -> Floats:
         """Return the unknowns (mm) under nodal pressures (node,), MPa."""
@@ -197,15 +200,20 @@ def _hat_products(s: Floats) -> Floats:
     return out
 
 
-def _tractions(made: Contacts, at: dict[int, Floats], space: Any, order: int) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:  # noqa: ANN401
+def _tractions(
+    made: Contacts | EnvelopeContacts,
+    at: dict[int, Floats],
+    space: Any,  # noqa: ANN401
+    order: int,
+) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
     """Return the nodal forces of a unit pressure at each node (node, unknown), and those of the mean tangential displacement (contact, unknown)."""
     import ngsolve as ng
 
     mesh = space.mesh
     scalar = ng.H1(mesh, order=order)
     half = scalar.ndof
-    nodes = len(next(iter(at.values())))
     row = {k: n for n, k in enumerate(at)}
+    first = dict(zip(at, np.cumsum([0, *map(len, at.values())]).tolist(), strict=False))
     entries: tuple[list[tuple[int, Any, Floats]], ...] = [], []
     vertices = np.array([vertex.point for vertex in mesh.vertices]) @ np.array([1, 1j]) / MM
     x, weight = gauss()
@@ -227,15 +235,16 @@ def _tractions(made: Contacts, at: dict[int, Floats], space: Any, order: int) ->
         for at_x, w in zip(x, weight, strict=True):
             s = at[k][low] + at_x * step
             values = w * step * MM * np.asarray(shape.CalcShape((s - there) / (here - there), 0, 0)).ravel()
-            outwards = made.towards[k] * np.exp(1j * s / made.stage.pin_radius)
+            outwards = made.normal(k, np.array([s]))[0]
             along = 1j * outwards / (MM * (at[k][-1] - at[k][0]))
             for axis, (out, turned) in enumerate(((outwards.real, along.real), (outwards.imag, along.imag))):
                 for node, hat in ((low, 1 - at_x), (low + 1, at_x)):
-                    entries[0].append((row[k] * nodes + node, unknowns + axis * half, hat * out * values))
+                    entries[0].append((first[k] + node, unknowns + axis * half, hat * out * values))
                 entries[1].append((row[k], unknowns + axis * half, turned * values))
-    if len(hit) != len(at) * (nodes - 1):
-        raise DidNotConvergeError(f"the mesh has {len(hit)} of the {len(at) * (nodes - 1)} intervals of the contacts")
-    normal, tangent = (_sparse(each, (count, space.ndof)) for each, count in zip(entries, (len(at) * nodes, len(at)), strict=True))
+    nodes = sum(map(len, at.values()))
+    if len(hit) != nodes - len(at):
+        raise DidNotConvergeError(f"the mesh has {len(hit)} of the {nodes - len(at)} intervals of the contacts")
+    normal, tangent = (_sparse(each, (count, space.ndof)) for each, count in zip(entries, (nodes, len(at)), strict=True))
     return normal, tangent
 
 
