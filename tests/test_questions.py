@@ -41,6 +41,7 @@ def test_the_command_line_asks_what_python_asks():
         "sweep",
         "replay",
         "export_c",
+        "export_fmu",
         "schema",
     }
 

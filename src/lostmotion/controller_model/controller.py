@@ -232,8 +232,8 @@ class Controller:
 
         Where a limit cuts the command of one joint, the others would overshoot: the change of all is reduced so that the error becomes smallest.
         """
-        change = np.clip(asked, *self.tables.limits.T) - before
-        cut = np.asarray((before + change != asked).any(axis=1))
+        within = np.clip(asked, *self.tables.limits.T)
+        change, cut = within - before, np.asarray((within != asked).any(axis=1))
         rows, weight = _rows(whole_pose=whole_pose)
         effect, own = _moved(at, change)[:, rows] * weight, error[:, rows] * weight
         square = (effect**2).sum(axis=1)

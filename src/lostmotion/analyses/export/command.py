@@ -46,3 +46,37 @@ def export_c(
     files = c_files(asked.arm, model, single=asked.precision == "float")
     folder = write_files(files, asked.out, force=asked.force)
     return {"folder": str(folder), "files": sorted(files), "sha256": input_hash(asked.arm), "joints": list(model.tables.joints)}
+
+
+@question(folder=None)
+def export_fmu(
+    arm: Annotated["Arm | str | Path", Argument("Native TOML, or URDF.", arm_of, metavar="FILE")],
+    *,
+    out: Annotated["str | Path", Argument("The FMU to write.", path_of, metavar="FILE.fmu", aliases=("-o",))],
+    sidecar: Annotated["str | Path | None", Argument("TOML beside a URDF. Default: the one of the same name.", path_of, metavar="FILE")] = None,
+    version: Annotated[Literal["3.0", "2.0"], Argument("Version of the FMI standard.")] = "3.0",
+    largest_payload: Annotated[
+        Amount | None, Argument("Largest payload for which the model answers. Default: twice that of the file.", Quantity("kg", "10 kg", above=0))
+    ] = None,
+    force: Annotated[bool, Argument("Replace an earlier export.")] = False,
+) -> dict[str, Any]:
+    """Write the error model of an arm as an FMU for co-simulation: C sources, and a library for this platform where it has a C compiler.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the arguments and the file.
+    OutputExistsError
+        Where the file exists, unless `force` is set.
+
+    """
+    asked = read_arguments(export_fmu, locals())
+    from lostmotion.analyses.export.c_files import c_files, input_hash
+    from lostmotion.analyses.export.controller import controller
+    from lostmotion.analyses.export.fmu import fmu
+    from lostmotion.analyses.export.folder import write_file
+
+    model = controller(asked.arm, payload=asked.largest_payload)
+    content, folder = fmu(model, c_files(asked.arm, model, single=False), asked.version)
+    path = write_file(asked.out, content, force=asked.force)
+    return {"fmu": str(path), "version": asked.version, "library": folder or "none: no C compiler found", "sha256": input_hash(asked.arm)}

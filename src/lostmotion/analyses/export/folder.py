@@ -1,4 +1,4 @@
-"""The folder of an export."""
+"""The folder or the file of an export."""
 
 from __future__ import annotations
 
@@ -19,11 +19,22 @@ def write_files(files: Mapping[str, str | bytes], out: Path, *, force: bool) -> 
     """
     if not force and out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise OutputExistsError(f"'{out}' exists\n  replace its files with --force (force=True in Python), or name another folder with --out")
-    try:
-        for name, content in files.items():
-            path = out / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content.encode() if isinstance(content, str) else content)
-    except OSError as error:
-        raise LostmotionError(f"'{out}' could not be written: {error.strerror or error}\n  name a folder that can be written with --out") from error
+    for name, content in files.items():
+        _write(out / name, content.encode() if isinstance(content, str) else content)
     return Path(out)
+
+
+def write_file(out: Path, content: bytes, *, force: bool) -> Path:
+    """Write one file and return its path. Raises OutputExistsError where it exists and `force` is not set, LostmotionError as `write_files`."""
+    if out.exists() and not force:
+        raise OutputExistsError(f"'{out}' exists\n  replace it with --force (force=True in Python), or name another file with --out")
+    _write(out, content)
+    return Path(out)
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    except OSError as error:
+        raise LostmotionError(f"'{path}' could not be written: {error.strerror or error}\n  name a place that can be written with --out") from error
