@@ -11,7 +11,7 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.annulus import Annulus, flexibility
 from lostmotion.laws.cycloid import bodies
 from lostmotion.laws.cycloid.geometry import Stage, arms, normals, pin_angles
-from lostmotion.laws.perforated_disc import Holes, RimLoads, pin_forces, response
+from lostmotion.laws.perforated_disc import SAFE_WEB, Holes, RimLoads, pin_forces, response
 
 # R, Rr, e, N, bore, holes (count, circle, radius), nu, plane: rotation x E b/T, 1/mm^2, by finite elements: solid; with holes
 # and the torque taken at the bore; the torque taken by pins that push along +x, on the holes of the other half
@@ -29,6 +29,7 @@ CRANKS = [
     (64, 3, 1.3, 40, 14, (3, 36, 16.5), 0.3, "stress", 0.4, 0.0, 0.0005296, 0.0006215),
     (50, 3, 1.2, 20, 10, (3, 30, 8), 0.3, "strain", 0.2, 0.1, 0.0013828, 0.0014300),
     (34, 3.5, 1.5, 14, 8, (2, 20, 7), 0.36, "strain", 0.3, 0.0, 0.0038384, 0.0022137),
+    (50, 3, 1.2, 20, 24, (3, 33.3, 7.75), 0.3, "strain", 0.2, 0.0, 0.0028603, 0.0039956),  # webs of a tenth of a hole
 ]
 
 
@@ -155,6 +156,29 @@ def test_thin_webs_take_more_terms():
     assert (steps > 0).all()
     assert (np.diff(steps) > 0).all()
     assert steps[-1] < 2 * steps[-2]
+
+
+@pytest.mark.slow
+def test_discs_with_safe_webs_are_always_resolved():
+    """Random stages and holes for pins or cranks, with webs of a tenth of a hole to bore, rim or neighbours, converge without being tried."""
+    stream, solved = np.random.default_rng(1), 0
+    while solved < 12:
+        pins = int(stream.integers(8, 60))
+        e, pin = stream.uniform(0.25, 0.85) * 50 / pins, stream.uniform(0.3, 0.9) * 50 * math.sin(math.pi / pins)
+        try:
+            stage = Stage(50.0, pin, e, pins, "ring pins")
+        except ValueError:
+            continue
+        root, bearings = stage.tip_radius - 2 * e, bool(solved % 2)
+        count, circle = int(stream.integers(2, 5) if bearings else stream.integers(3, 13)), stream.uniform(0.35, 0.85) * root
+        web = 1 + 2 * SAFE_WEB
+        radius = min((root - circle) / web, circle * math.sin(math.pi / count) / (1 + SAFE_WEB), 0.9 * circle / web)
+        bore = circle - radius * web
+        if bore < 2.5:
+            continue
+        body = Annulus(50.0 - pin, bore, 1.0, 1.0, 0.3)
+        response(body, Holes(count, circle, radius, bearings), rim_loads(stage, 50.0 - pin), np.array([0.1]), "free" if bearings else "sliding")
+        solved += 1
 
 
 def test_webs_too_thin_for_the_series_are_reported():

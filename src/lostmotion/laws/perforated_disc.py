@@ -27,9 +27,14 @@ if TYPE_CHECKING:
     Complexes = npt.NDArray[np.complex128]
 
 Bore = Literal["fixed", "sliding", "free"]
+# Thickness of a web, over the diameter of the holes, from which on the series resolve every disc.
+SAFE_WEB: Final = 0.1
 
-# Attempts: terms about each hole and about the bore, and harmonics of the load on the rim times its half arc (rad). The second one is for thin webs.
-_ATTEMPTS: Final = ((16, 5), (28, 10))
+# Attempts: terms about each hole and at least about the bore, terms about the bore per length of its edge over those about a hole, and harmonics of
+# the load on the rim times its half arc (rad). The later ones are for thin webs.
+_ATTEMPTS: Final = ((16, 0.0, 5), (28, 0.0, 10), (28, 1.0, 10))
+# Largest number of terms about the bore.
+_MOST: Final = 200
 # Points of an edge per term.
 _POINTS: Final = 3
 # Largest root-mean-square error of the boundary conditions, over that of the loads.
@@ -146,13 +151,14 @@ def response(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, b
     lines = np.atleast_1d(np.asarray(lines, dtype=float))
     loaded = None if bore == "fixed" else holes
     ahead = np.empty((0, 2, 0), complex) if loaded is None or not loaded.bearings else _ahead(loaded, rim, lines, disc.loaded)
-    for terms, per_arc in _ATTEMPTS:
-        edges = _edges(disc, holes, terms, max(24, math.ceil(per_arc / rim.half)))
+    for terms, dense, per_arc in _ATTEMPTS:
+        of_bore = max(terms, 0 if holes is None else max(4 * holes.count, min(math.ceil(dense * terms * disc.fixed / holes.radius), _MOST)))
+        edges = _edges(disc, holes, terms, of_bore, max(24, math.ceil(per_arc / rim.half)))
         loads = _unit_loads(disc, loaded, rim, lines, edges, towards, ahead)
         moved, matrix, wanted = _conditions(disc, edges, loads, bore)
         answer = _least_squares(matrix, wanted)
         weights = np.concatenate([np.full(len(edge.points), 2 * math.pi * edge.radius / len(edge.points)) for edge in edges])
-        work = ((loads.conj() * weights) @ moved).real @ answer * disc.loaded * disc.width
+        work = ((loads.real * weights) @ moved.real + (loads.imag * weights) @ moved.imag) @ answer * disc.loaded * disc.width
         found = Response(np.asarray(work), edges[0].terms, lines, disc.loaded, loaded, ahead)
         tried = [np.minimum(rim.arm, 0.0) @ found.loads(rim, line, 0) for line in range(len(lines))]
         error = max(float(np.linalg.norm(matrix @ (answer @ each) - wanted @ each) / np.linalg.norm(wanted @ each)) for each in tried)
@@ -207,7 +213,7 @@ class _Edge:
     terms: int
 
 
-def _edges(disc: Annulus, holes: Holes | None, terms: int, rim_terms: int) -> list[_Edge]:
+def _edges(disc: Annulus, holes: Holes | None, terms: int, of_bore: int, rim_terms: int) -> list[_Edge]:
     """Return the edges: rim, holes, bore."""
 
     def edge(centre: complex, radius: float, terms: int, side: float) -> _Edge:
@@ -215,10 +221,9 @@ def _edges(disc: Annulus, holes: Holes | None, terms: int, rim_terms: int) -> li
         return _Edge(centre, radius, centre + radius * unit, side * unit, terms)
 
     out = [edge(0j, 1.0, rim_terms, 1.0)]
-    count = 0 if holes is None else holes.count
     if holes is not None:
         out += [edge(complex(each), holes.radius / disc.loaded, terms, -1.0) for each in holes.circle / disc.loaded * holes.places]
-    return [*out, edge(0j, disc.fixed / disc.loaded, max(terms, 4 * count), -1.0)]
+    return [*out, edge(0j, disc.fixed / disc.loaded, of_bore, -1.0)]
 
 
 def _unit_loads(

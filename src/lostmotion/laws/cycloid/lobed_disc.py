@@ -97,15 +97,16 @@ def _attempt(stage: Stage, body: Annulus, crank: float, density: int) -> Floats:
     outward, touch = outward * turn, touch * turn
     around = np.exp(2j * math.pi * np.arange(stage.lobes) / stage.lobes)
     points, along = (around[:, None] * each for each in (lobe.points, lobe.normals))
-    moved, pulled = _flamant(body.kolosov, points[..., None], along[..., None], touch, -outward)
-    wanted = -np.concatenate([pulled[:, : lobe.rim], moved[:, lobe.rim :]], axis=1) * around.conj()[:, None, None]
+    pulled = _flamant_traction(points[:, : lobe.rim, None], along[:, : lobe.rim, None], touch, -outward)
+    moved = _flamant_displacement(body.kolosov, points[:, lobe.rim :, None], touch, -outward)
+    wanted = -np.concatenate([pulled, moved], axis=1) * around.conj()[:, None, None]
     strength = around[:, None, None] * solve(wanted)
     forces = (around[:, None] * lobe.forces).ravel()
     smooth = _kelvin_displacement(body.kolosov, touch[:, None], forces, strength.reshape(len(forces), -1))
     # Off the diagonal, the displacement of the surface; on it, that of the depth which the law of the contact includes, in the half-plane.
     depth = 2 * contact_radius(stage, theta) * math.exp((1 + body.plane_nu) / 2 - 1) / lobe.unit
     at = touch[:, None] - np.diag(depth * outward)
-    whole = _flamant(body.kolosov, at, np.ones_like(at), touch, -outward)[0] + smooth
+    whole = _flamant_displacement(body.kolosov, at, touch, -outward) + smooth
     return np.asarray((whole * -outward[:, None].conj()).real * (1 + body.nu) / (body.young * body.width))
 
 
@@ -179,12 +180,22 @@ def _kelvin_traction(kolosov: float, z: Complexes, normal: Complexes, at: Comple
     return np.asarray(2 * normal * (c / w).real + normal.conj() * (w * (c / w**2).conj() + kolosov * c / w.conj()))
 
 
-def _flamant(kolosov: float, z: Complexes, normal: Complexes, at: Complexes, force: Complexes) -> tuple[Complexes, Complexes]:
-    """Return 2 G times displacement, and traction, at points z of a force on the edge of a half-plane along its inward normal."""
-    w = z - at
-    w = np.where(np.abs(w) > _AT_FORCE, w, 1j * _AT_FORCE * force)  # on the edge itself the traction vanishes
-    logarithm = np.log(w * force.conj())  # its cut is outside the body
+def _flamant_displacement(kolosov: float, z: Complexes, at: Complexes, force: Complexes) -> Complexes:
+    """Return 2 G times displacement at points z of a force on the edge of a half-plane along its inward normal."""
+    w = _from_force(z, at, force)
     c = -force / (2 * math.pi)
-    moved = kolosov * c * logarithm - w * (c / w).conj() + c * logarithm.conj()
-    pulled = 2 * normal * (c / w).real + normal.conj() * (w * (c / w**2).conj() + c / w.conj())
-    return np.asarray(moved), np.asarray(pulled)
+    logarithm = np.log(w * force.conj())  # its cut is outside the body
+    return np.asarray(kolosov * c * logarithm - w * (c / w).conj() + c * logarithm.conj())
+
+
+def _flamant_traction(z: Complexes, normal: Complexes, at: Complexes, force: Complexes) -> Complexes:
+    """Return the traction at points z with these normals of the same force."""
+    w = _from_force(z, at, force)
+    c = -force / (2 * math.pi)
+    return np.asarray(2 * normal * (c / w).real + normal.conj() * (w * (c / w**2).conj() + c / w.conj()))
+
+
+def _from_force(z: Complexes, at: Complexes, force: Complexes) -> Complexes:
+    """Return the places of points z from that of a force; one at the force is moved along the edge, where the traction vanishes."""
+    w = z - at
+    return np.asarray(np.where(np.abs(w) > _AT_FORCE, w, 1j * _AT_FORCE * force))

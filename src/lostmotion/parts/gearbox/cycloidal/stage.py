@@ -19,7 +19,7 @@ from lostmotion.laws.cycloid.cup import cup_in_bore
 from lostmotion.laws.cycloid.output_pins import Hole, needle_compliance
 from lostmotion.laws.cycloid.seat import LARGE, compliance_beyond, seat_compliance
 from lostmotion.laws.cycloid.tolerances import Scatter
-from lostmotion.laws.perforated_disc import Holes
+from lostmotion.laws.perforated_disc import SAFE_WEB, Holes
 from lostmotion.laws.rolling.by_size import balls_of_size, stiffness_of_size
 from lostmotion.laws.rolling.radial import BALL_EXPONENT, ROLLER_EXPONENT, roller_stiffness
 from lostmotion.parts.gearbox.cycloidal.dimensions import StageDimensions
@@ -101,7 +101,8 @@ class CycloidalStage(StageDimensions):
             return
         try:
             body = self._disc_body
-            if body is not None and holes is not None:  # holes that are not stated are not worth the full solution while a file is read
+            # only thin webs are worth the full solution while a file is read, and only of holes that are stated
+            if body is not None and holes is not None and self._thinnest_web(holes.diameter) < SAFE_WEB * holes.diameter:
                 flexibility(self.stage, body, self.width, np.zeros(1))
         except (ValueError, DidNotConvergeError) as error:
             found = f"disc holes of {self.hole_diameter * 1e3:.4g} mm for which {error}"
@@ -120,8 +121,23 @@ class CycloidalStage(StageDimensions):
             why = f"holes of {holes.diameter * 1e3:.6g} mm for bearings with an outside_diameter of {size.outside_diameter * 1e3:.6g} mm"
             raise refuse(why, "holes that fit the bearings", f'diameter = "{size.outside_diameter * 1e3:.6g} mm"')
 
-    def _holes(self, count: int, circle: float, diameter: float) -> Holes:
+    @property
+    def _hole_circle(self) -> tuple[int, float]:
+        """Return the number of holes of a disc and the radius (m) of their circle; without any (0, 0)."""
+        if self.output_pins is not None:
+            return self.output_pins.count, self.output_pins.circle_radius
+        circle = self.eccentric.circle_radius
+        return (0, 0.0) if circle is None else (self.eccentric.cranks, circle)
+
+    def _thinnest_web(self, diameter: float) -> float:
+        """Return the thickness (m) of the thinnest web between holes of this diameter (m), bore and root circle."""
+        count, circle = self._hole_circle
+        room = min(circle - self.bore_radius, self.root_radius - circle) - diameter / 2
+        return min(room, 2 * circle * math.sin(math.pi / count) - diameter)
+
+    def _holes(self, diameter: float) -> Holes:
         """Return the holes of a disc. Raises ValueError for holes that overlap, or cut the bore or the teeth."""
+        count, circle = self._hole_circle
         root = self.root_radius
         if not self.bore_radius + diameter / 2 < circle < root - diameter / 2:
             raise ValueError(f"there is no room between a bore of {2e3 * self.bore_radius:.4g} mm and a root circle of {2e3 * root:.4g} mm")
@@ -228,15 +244,14 @@ class CycloidalStage(StageDimensions):
 
     @functools.cached_property
     def _disc_body(self) -> Body | None:
-        material, pins, hole, circle = self.disc_material, self.output_pins, self.hole_diameter, self.eccentric.circle_radius
+        material, pins, hole = self.disc_material, self.output_pins, self.hole_diameter
         if not self.elastic_bodies or DISC_BODY in self.rigid:
             return None
         if hole is None:
             # holes of unknown size soften a solid disc by a usual factor
             softer = 1.0 if pins is None else math.sqrt(math.prod(HOLES_OF_UNKNOWN_SIZE))
             return Body("planet", self.bore_radius, material.plate_modulus / softer, material.poisson)
-        count, place = (self.eccentric.cranks, circle) if pins is None else (pins.count, pins.circle_radius)
-        return Body("planet", self.bore_radius, material.plate_modulus, material.poisson, self._holes(count, place or 0.0, hole))
+        return Body("planet", self.bore_radius, material.plate_modulus, material.poisson, self._holes(hole))
 
     @functools.cached_property
     def shaft_springs(self) -> ShaftSprings | None:
