@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -244,3 +245,27 @@ def test_a_wrong_table_fails_the_self_test(exported, tmp_path):
     done = subprocess.run([built(tmp_path, main=folder / "test" / "self_test.c")], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "10 of 10 poses differ" in done.stdout
+
+
+@pytest.mark.skipif(shutil.which("cppcheck") is None, reason="cppcheck is not installed")
+def test_cppcheck_finds_no_more_than_the_stated_deviations(exported):
+    """No warning of static analysis, and no rule of MISRA C:2012 broken but those that the README lists."""
+    folder, _ = exported("drawn")
+    sources = [str(folder / "src" / name) for name in ("lm_core.c", "lm_flat.c")]
+    # Of an array of doubles the checker of calls assumes the size of floats.
+    command = [
+        "cppcheck",
+        "--std=c99",
+        "--enable=warning,performance,portability",
+        "--suppress=ctuArrayIndex",
+        "--addon=misra",
+        "-I",
+        str(folder / "src"),
+    ]
+    found = subprocess.run([*command, *sources], capture_output=True, text=True, check=True).stderr
+    readme = (folder / "README.md").read_text()
+    stated = set(re.findall(r"\d+\.\d+", readme[readme.index("Deviations") : readme.index("## Building")]))
+    rules = re.findall(r"\[misra-c2012-([\d.]+)\]", found)
+    assert set(rules) <= stated, set(rules) - stated
+    others = [line for line in found.splitlines() if re.search(r"\[\w+\]$", line)]
+    assert others == []

@@ -15,12 +15,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lostmotion.controller_model.controller import Controller
-    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Product, Record, Tables
+    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Product, Record, Shared, Tables
     from lostmotion.laws.rolling.table import ShiftTable
     from lostmotion.spatial import Floats
 
 # Stands for infinity: a float holds it.
 _HUGE: Final = 1e30
+# A smaller share is rounding.
+_ROUNDING: Final = 1e-14
 _UPPER: Final = np.triu_indices(6)
 # Numbers of a line of C.
 _PER_LINE: Final = 12
@@ -99,11 +101,11 @@ def table_source(tables: Tables) -> str:
     """Return the definitions of all constant arrays."""
     arrays = _Arrays()
     arrays.add("lm_place lm_places", [_place(record, arrays) for record in tables.records])
-    kinds = ("piece", "curve", "harmonic", "seat", "friction", "threshold", "load_table", "size", "entry", "axis_entry", "product", "axis_product")
+    lists = ("piece", "curve", "harmonic", "seat", "friction", "threshold", "load_table", "size", "entry", "axis_entry", "product", "axis_product")
     # Arrays without rows have one of zeros: C knows no empty arrays.
-    for name in (*(f"lm_{kind} lm_{_plural(kind)}" for kind in kinds), "lm_shared lm_shareds"):
-        rows = arrays.rows.setdefault(name, [])
-        rows += [] if rows else ["{0}"]
+    for kind in (*lists, "column", "shared"):
+        rows = arrays.rows.setdefault(f"lm_{kind} lm_{_plural(kind)}", [])
+        rows += [] if rows else ["{{0}}" if kind == "column" else "{0}"]
     blocks = [f"const {name}[{len(rows)}] = {{\n    " + ",\n    ".join(rows) + "};" for name, rows in arrays.rows.items()]
     valid = tables.valid
     blocks += [
@@ -150,12 +152,15 @@ def _place(record: Record, arrays: _Arrays) -> str:
     scalar = [entry for entry in record.entries if not entry.direction[~on_axis].any()]
     vector = [entry for entry in record.entries if entry.direction[~on_axis].any()]
     off = ~np.outer(on_axis, on_axis)
+    variance, columns = _columns(record.covariance, axis if record.joint >= 0 else None)
     scalars = [product for product in record.products if not product.matrix[off].any()]
     matrices = [product for product in record.products if product.matrix[off].any()]
     shared = []
     for each in record.shared:
         first, count = arrays.add("lm_entry lm_entries", [_entry(entry) for entry in each.entries])
-        shared.append(f"{{{each.draw}, {arrays.matrix(each.compliance)}, {arrays.matrix(each.own_weight)}, {first}, {count}}}")
+        share = _share(record, each)
+        rest = (each.compliance - share * record.compliance, each.own_weight - share * record.own_weight) if not share else (np.zeros(1), np.zeros(1))
+        shared.append(f"{{{each.draw}, {number(share)}, {arrays.matrix(rest[0])}, {arrays.matrix(rest[1])}, {first}, {count}}}")
     thresholds = []
     for threshold in record.thresholds:
         first, count = arrays.add("lm_friction lm_frictions", [_friction(friction, arrays) for friction in threshold.frictions])
@@ -171,12 +176,41 @@ def _place(record: Record, arrays: _Arrays) -> str:
         arrays.add("lm_axis_entry lm_axis_entries", [f"{{{each.size}, {each.side}, {number(each.direction[axis])}}}" for each in scalar]),
         arrays.add("lm_product lm_products", [f"{_product(each)}, {numbers(each.matrix[_UPPER])}}}" for each in matrices]),
         arrays.add("lm_axis_product lm_axis_products", [f"{_product(each)}, {number(each.matrix[axis, axis])}}}" for each in scalars]),
+        arrays.add("lm_column lm_columns", [f"{{{numbers(column)}}}" for column in columns]),
         arrays.add("lm_shared lm_shareds", shared),
     )
-    head = f"{record.parent}, {record.joint}, {axis}, {int(record.carries_tool)}"
+    head = f"{record.parent}, {record.joint}, {axis}, {int(record.carries_tool and (record.joint >= 0 or _errs(record)))}"
     pose = f"{numbers(record.pose[:3, :3])}, {numbers(record.pose[:3, 3])}, {number(record.mass)}, {numbers(record.moment)}, {numbers(record.mean)}"
-    constant = ", ".join(arrays.matrix(each) for each in (record.compliance, record.own_weight, record.covariance[_UPPER]))
+    constant = f"{arrays.matrix(record.compliance)}, {arrays.matrix(record.own_weight)}, {number(variance)}"
     return f"{{{head}, {pose}, {constant}, " + ", ".join(f"{first}, {count}" for first, count in lists) + "}"
+
+
+def _errs(record: Record) -> bool:
+    """Return whether a place has errors."""
+    constant = any(each.any() for each in (record.mean, record.compliance, record.own_weight, record.covariance))
+    return bool(constant or record.entries or record.products or record.shared)
+
+
+def _share(record: Record, shared: Shared) -> float:
+    """Return by which factor a shared draw is proportional to the compliance and the own weight of its place; 0 where it is not."""
+    own = np.concatenate([record.compliance.ravel(), record.own_weight.ravel()])
+    drawn = np.concatenate([shared.compliance.ravel(), shared.own_weight.ravel()])
+    largest = int(np.argmax(np.abs(own)))
+    if not own[largest]:
+        return 0.0
+    share = float(drawn[largest] / own[largest])
+    return share if (np.abs(drawn - share * own) <= _ROUNDING * np.abs(drawn)).all() else 0.0
+
+
+def _columns(covariance: Floats, axis: int | None) -> tuple[float, list[Floats]]:
+    """Return the variance along an axis, where it is independent of the rest, and columns whose squares add to the rest of a covariance (6, 6)."""
+    rest, variance = covariance.copy(), 0.0
+    if axis is not None and not np.delete(rest[axis], axis).any():
+        variance, rest[axis, axis] = float(rest[axis, axis]), 0.0
+    scale = np.sqrt(np.diag(rest))  # rotations and displacements have different units
+    per = np.where(scale > 0, scale, 1.0)
+    values, vectors = np.linalg.eigh(rest / np.outer(per, per))
+    return variance, [scale * np.sqrt(value) * vector for value, vector in zip(values, vectors.T, strict=True) if value > _ROUNDING]
 
 
 def _entry(entry: Entry) -> str:

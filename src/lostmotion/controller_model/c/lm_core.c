@@ -4,6 +4,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 
 #ifdef LM_FLOAT
 #define LM_SIN sinf
@@ -85,6 +86,16 @@ static lm_real lm_dot(const lm_real a[], const lm_real b[], int count)
     return sum;
 }
 
+static lm_real lm_dot3(const lm_real a[3], const lm_real b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static lm_real lm_dot6(const lm_real a[6], const lm_real b[6])
+{
+    return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
+}
+
 /* sum += a x b */
 static void lm_add_cross(const lm_real a[3], const lm_real b[3], lm_real sum[3])
 {
@@ -98,7 +109,7 @@ static void lm_add_turned(const lm_real turn[9], const lm_real v[3], lm_real sum
 {
     int k;
     for (k = 0; k < 3; k++) {
-        sum[k] += lm_dot(&turn[3 * k], v, 3);
+        sum[k] += lm_dot3(&turn[3 * k], v);
     }
 }
 
@@ -111,13 +122,37 @@ static void lm_into(const lm_real turn[9], const lm_real v[3], lm_real out[3])
     }
 }
 
+/* sum += factor v */
+static void lm_add6(lm_real factor, const lm_real v[6], lm_real sum[6])
+{
+    sum[0] += factor * v[0];
+    sum[1] += factor * v[1];
+    sum[2] += factor * v[2];
+    sum[3] += factor * v[3];
+    sum[4] += factor * v[4];
+    sum[5] += factor * v[5];
+}
+
+/* sum += v v', as xx xy xz yy yz zz */
+static void lm_add_square(lm_real factor, const lm_real v[3], lm_real sum[6])
+{
+    const lm_real x = factor * v[0];
+    const lm_real y = factor * v[1];
+    sum[0] += x * v[0];
+    sum[1] += x * v[1];
+    sum[2] += x * v[2];
+    sum[3] += y * v[1];
+    sum[4] += y * v[2];
+    sum[5] += factor * v[2] * v[2];
+}
+
 static int lm_finite(const lm_real values[], int count)
 {
     int good = 1;
     int k;
     for (k = 0; k < count; k++) {
         /* false for what is not a number */
-        good &= (values[k] >= -LM_MAX) && (values[k] <= LM_MAX);
+        good = ((values[k] >= -LM_MAX) && (values[k] <= LM_MAX)) ? good : 0;
     }
     return good;
 }
@@ -127,7 +162,7 @@ static int lm_within(const lm_real values[], int count, lm_real low, lm_real hig
     int good = 1;
     int k;
     for (k = 0; k < count; k++) {
-        good &= (values[k] >= low) && (values[k] <= high);
+        good = ((values[k] >= low) && (values[k] <= high)) ? good : 0;
     }
     return good;
 }
@@ -137,7 +172,7 @@ static int lm_check(const lm_input *input)
     int finite = lm_finite(input->q, LM_JOINTS) & lm_finite(input->load, 10) & lm_finite(input->gravity, 3);
     int range = 1;
     int load;
-    int status = LM_OK;
+    int status;
     int k;
     finite &= lm_within(input->side, LM_JOINTS, -LM_ONE, LM_ONE);
     for (k = 0; k < LM_JOINTS; k++) {
@@ -164,28 +199,23 @@ static int lm_check(const lm_input *input)
 static void lm_frames(const lm_real q[], lm_state *state)
 {
     int k;
-    for (k = 0; k < LM_PLACES; k++) {
+    int i;
+    for (i = 0; i < 9; i++) {
+        state->turn[0][i] = lm_places[0].rotation[i];
+    }
+    for (i = 0; i < 3; i++) {
+        state->point[0][i] = lm_places[0].offset[i];
+    }
+    for (k = 1; k < LM_PLACES; k++) {
         const lm_place *place = &lm_places[k];
         lm_real *turn = state->turn[k];
         lm_real *point = state->point[k];
-        int i;
-        int j;
-        if (k == 0) {
-            for (i = 0; i < 9; i++) {
-                turn[i] = place->rotation[i];
-            }
-            for (i = 0; i < 3; i++) {
-                point[i] = place->offset[i];
-            }
-        } else {
-            const lm_real *before = state->turn[place->parent];
-            for (i = 0; i < 3; i++) {
-                const lm_real *row = &before[3 * i];
-                for (j = 0; j < 3; j++) {
-                    turn[3 * i + j] = row[0] * place->rotation[j] + row[1] * place->rotation[3 + j] + row[2] * place->rotation[6 + j];
-                }
-                point[i] = state->point[place->parent][i] + lm_dot(row, place->offset, 3);
-            }
+        for (i = 0; i < 3; i++) {
+            const lm_real *row = &state->turn[place->parent][3 * i];
+            turn[3 * i] = row[0] * place->rotation[0] + row[1] * place->rotation[3] + row[2] * place->rotation[6];
+            turn[3 * i + 1] = row[0] * place->rotation[1] + row[1] * place->rotation[4] + row[2] * place->rotation[7];
+            turn[3 * i + 2] = row[0] * place->rotation[2] + row[1] * place->rotation[5] + row[2] * place->rotation[8];
+            point[i] = state->point[place->parent][i] + lm_dot3(row, place->offset);
         }
         if (place->joint >= 0) {
             const lm_real value = q[place->joint];
@@ -381,7 +411,7 @@ static int lm_displacements(const lm_load_table *table, const lm_real loads[][3]
     at[1] = lm_clip(LM_ATAN2(ahead, behind), table->rim, half_turn);
     at[2] = lm_clip(LM_ATAN2(axial, radial), -half_turn, half_turn);
     lm_spline_at(table, table->own, at, whole);
-    if (table->wider != 0) {
+    if (table->wider != NULL) {
         lm_spline_at(table, table->wider, at, wider);
         for (k = 0; (k < 3) && (table->step > LM_ZERO); k++) {
             wider[k] = (wider[k] - whole[k]) / table->step;
@@ -425,7 +455,7 @@ static void lm_evaluate(const lm_place *place, lm_real value, lm_local *local)
     factors[0] = LM_ONE;
     for (k = place->curve; k < place->curve + place->curves; k++) {
         const lm_curve *curve = &lm_curves[k];
-        const lm_real load = lm_dot(curve->way, local->wrench, 6);
+        const lm_real load = lm_dot6(curve->way, local->wrench);
         const lm_real size = lm_pieces_at(LM_FABS(load), curve->base, curve->first, curve->count);
         factors[count] = (curve->odd != 0) ? lm_sign(load) * size : size;
         count++;
@@ -442,7 +472,7 @@ static void lm_evaluate(const lm_place *place, lm_real value, lm_local *local)
         lm_real inverse;
         int i;
         for (i = 0; i < seat->size; i++) {
-            loads[k][i] = lm_dot(&seat->way[6 * i], local->wrench, 6);
+            loads[k][i] = lm_dot6(&seat->way[6 * i], local->wrench);
         }
         lengths[k] = LM_SQRT(lm_dot(loads[k], loads[k], seat->size));
         if (lengths[k] <= LM_LEAST) {
@@ -455,7 +485,7 @@ static void lm_evaluate(const lm_place *place, lm_real value, lm_local *local)
         }
     }
     if (place->thresholds > 0) {
-        const lm_real whole = LM_SQRT(lm_dot(local->wrench, local->wrench, 6));
+        const lm_real whole = LM_SQRT(lm_dot6(local->wrench, local->wrench));
         for (k = place->threshold; k < place->threshold + place->thresholds; k++) {
             const lm_threshold *threshold = &lm_thresholds[k];
             lm_real closed = LM_ZERO;
@@ -488,14 +518,14 @@ static void lm_evaluate(const lm_place *place, lm_real value, lm_local *local)
 static void lm_add_linear(const lm_local *local, const lm_real *compliance, const lm_real *own_weight, lm_real out[6])
 {
     int k;
-    if (compliance != 0) {
+    if (compliance != NULL) {
         for (k = 0; k < 6; k++) {
-            out[k] += lm_dot(&compliance[6 * k], local->wrench, 6);
+            out[k] += lm_dot6(&compliance[6 * k], local->wrench);
         }
     }
-    if (own_weight != 0) {
+    if (own_weight != NULL) {
         for (k = 0; k < 6; k++) {
-            out[k] += lm_dot(&own_weight[3 * k], local->gravity, 3);
+            out[k] += lm_dot3(&own_weight[3 * k], local->gravity);
         }
     }
 }
@@ -506,10 +536,7 @@ static void lm_add_entries(const lm_local *local, int first, int count, lm_real 
     for (k = first; k < first + count; k++) {
         const lm_entry *entry = &lm_entries[k];
         const lm_real factor = local->sizes[entry->size] * local->behind[entry->side];
-        int i;
-        for (i = 0; i < 6; i++) {
-            out[i] += factor * entry->direction[i];
-        }
+        lm_add6(factor, entry->direction, out);
     }
 }
 
@@ -533,25 +560,31 @@ static void lm_carry(const lm_real turn[9], const lm_real to_tool[3], lm_real sh
 /* covariance += S of the place, carried to the tool */
 static void lm_add_covariance(const lm_place *place, const lm_local *local, const lm_real shift[3][6], lm_real covariance[6])
 {
-    static const int lm_rows[6] = {0, 0, 0, 1, 1, 2};
-    static const int lm_columns[6] = {0, 1, 2, 1, 2, 2};
+    lm_real variance = place->axis_variance;
+    lm_real v[3];
     int k;
     int i;
-    if (place->axis_products > 0) {
-        lm_real variance = LM_ZERO;
-        for (k = place->axis_product; k < place->axis_product + place->axis_products; k++) {
-            const lm_axis_product *product = &lm_axis_products[k];
-            variance += local->sizes[product->first] * local->sizes[product->second] * local->behind[product->side] * product->value;
-        }
-        for (k = 0; k < 6; k++) {
-            covariance[k] += variance * shift[lm_rows[k]][place->axis] * shift[lm_columns[k]][place->axis];
-        }
+    for (k = place->axis_product; k < place->axis_product + place->axis_products; k++) {
+        const lm_axis_product *product = &lm_axis_products[k];
+        variance += local->sizes[product->first] * local->sizes[product->second] * local->behind[product->side] * product->value;
     }
-    if ((place->covariance != 0) || (place->products > 0)) {
+    if (place->joint >= 0) {
+        for (i = 0; i < 3; i++) {
+            v[i] = shift[i][place->axis];
+        }
+        lm_add_square(variance, v, covariance);
+    }
+    for (k = place->column; k < place->column + place->columns; k++) {
+        for (i = 0; i < 3; i++) {
+            v[i] = lm_dot6(shift[i], lm_columns[k].direction);
+        }
+        lm_add_square(LM_ONE, v, covariance);
+    }
+    if (place->products > 0) {
         lm_real own[21];
         lm_real part[3][6];
         for (k = 0; k < 21; k++) {
-            own[k] = (place->covariance != 0) ? place->covariance[k] : LM_ZERO;
+            own[k] = LM_ZERO;
         }
         for (k = place->product; k < place->product + place->products; k++) {
             const lm_product *product = &lm_products[k];
@@ -560,19 +593,21 @@ static void lm_add_covariance(const lm_place *place, const lm_local *local, cons
                 own[i] += factor * product->matrix[i];
             }
         }
-        for (k = 0; k < 3; k++) {
-            for (i = 0; i < 6; i++) {
-                int j;
-                lm_real sum = LM_ZERO;
-                for (j = 0; j < 6; j++) {
-                    sum += shift[k][j] * own[lm_upper[j][i]];
-                }
-                part[k][i] = sum;
+        for (i = 0; i < 6; i++) {
+            lm_real row[6];
+            for (k = 0; k < 6; k++) {
+                row[k] = own[lm_upper[i][k]];
+            }
+            for (k = 0; k < 3; k++) {
+                part[k][i] = lm_dot6(shift[k], row);
             }
         }
-        for (k = 0; k < 6; k++) {
-            covariance[k] += lm_dot(part[lm_rows[k]], shift[lm_columns[k]], 6);
-        }
+        covariance[0] += lm_dot6(part[0], shift[0]);
+        covariance[1] += lm_dot6(part[0], shift[1]);
+        covariance[2] += lm_dot6(part[0], shift[2]);
+        covariance[3] += lm_dot6(part[1], shift[1]);
+        covariance[4] += lm_dot6(part[1], shift[2]);
+        covariance[5] += lm_dot6(part[2], shift[2]);
     }
 }
 
@@ -605,12 +640,12 @@ static lm_real lm_percentile(const lm_real mean[3], const lm_real covariance[6],
         c[7] = c[5];
         for (i = 0; i < 3; i++) {
             for (j = 0; j < 3; j++) {
-                c2[3 * i + j] = lm_dot(&c[3 * i], &c[3 * j], 3);
+                c2[3 * i + j] = lm_dot3(&c[3 * i], &c[3 * j]);
             }
-            cb[i] = lm_dot(&c[3 * i], b, 3);
+            cb[i] = lm_dot3(&c[3 * i], b);
         }
-        second = c2[0] + c2[4] + c2[8] + (lm_real)2 * lm_dot(b, cb, 3);
-        third = lm_dot(c2, c, 9) + (lm_real)3 * lm_dot(cb, cb, 3);
+        second = c2[0] + c2[4] + c2[8] + (lm_real)2 * lm_dot3(b, cb);
+        third = lm_dot(c2, c, 9) + (lm_real)3 * lm_dot3(cb, cb);
         length = mean_square;
         if (second > (lm_real)1e-12) {
             const lm_real freedom = second * second * second / (third * third);
@@ -628,11 +663,12 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
     lm_state state;
     lm_local local;
     lm_real draws[LM_DRAWS][3];
-    const lm_real *tool = state.point[LM_PLACES - 1];
+    const lm_real *tool;
     int k;
     int i;
     *output = lm_no_output;
     lm_frames(input->q, &state);
+    tool = state.point[LM_PLACES - 1];
     lm_wrenches(input, &state);
     local.open_play = 0;
     local.beyond = 0;
@@ -657,11 +693,11 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
             output->torques[place->joint] = torque;
             output->flags |= (LM_FABS(torque) > lm_rated[place->joint]) ? LM_OVERLOAD : 0;
         }
-        if (place->carries_tool != 0) {
+        if (place->errs != 0) {
             lm_real to_tool[3];
             lm_real shift[3][6];
             lm_real mean[6];
-            lm_real along = LM_ZERO;
+            lm_real along;
             lm_real side = LM_ZERO;
             lm_real value = LM_ZERO;
             for (i = 0; i < 3; i++) {
@@ -677,10 +713,11 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
             lm_into(turn, input->gravity, local.gravity);
             lm_evaluate(place, value, &local);
             lm_carry(turn, to_tool, shift);
+            lm_real linear[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
+            lm_add_linear(&local, place->compliance, place->own_weight, linear);
             for (i = 0; i < 6; i++) {
-                mean[i] = place->mean[i];
+                mean[i] = place->mean[i] + linear[i];
             }
-            lm_add_linear(&local, place->compliance, place->own_weight, mean);
             lm_add_entries(&local, place->entry, place->entries, mean);
             if (place->joint >= 0) {
                 const int axis = place->axis;
@@ -701,34 +738,30 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
             }
             lm_add_turned(turn, mean, output->elsewhere);
             for (i = 0; i < 3; i++) {
-                output->elsewhere[3 + i] += lm_dot(shift[i], mean, 6);
+                output->elsewhere[3 + i] += lm_dot6(shift[i], mean);
             }
             lm_add_covariance(place, &local, (const lm_real(*)[6])shift, output->covariance);
             for (i = place->shared; i < place->shared + place->shareds; i++) {
                 const lm_shared *shared = &lm_shareds[i];
                 lm_real own[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
                 int j;
+                lm_add6(shared->share, linear, own);
                 lm_add_linear(&local, shared->compliance, shared->own_weight, own);
                 lm_add_entries(&local, shared->first, shared->count, own);
                 for (j = 0; j < 3; j++) {
-                    draws[shared->draw][j] += lm_dot(shift[j], own, 6);
+                    draws[shared->draw][j] += lm_dot6(shift[j], own);
                 }
             }
         }
     }
     for (k = 0; k < LM_DRAWS; k++) {
-        output->covariance[0] += draws[k][0] * draws[k][0];
-        output->covariance[1] += draws[k][0] * draws[k][1];
-        output->covariance[2] += draws[k][0] * draws[k][2];
-        output->covariance[3] += draws[k][1] * draws[k][1];
-        output->covariance[4] += draws[k][1] * draws[k][2];
-        output->covariance[5] += draws[k][2] * draws[k][2];
+        lm_add_square(LM_ONE, draws[k], output->covariance);
     }
     for (i = 0; i < 6; i++) {
         output->screw[i] += output->elsewhere[i];
     }
     output->flags |= (local.open_play != 0) ? LM_OPEN_PLAY : 0;
-    output->mean_square = output->covariance[0] + output->covariance[3] + output->covariance[5] + lm_dot(&output->screw[3], &output->screw[3], 3);
+    output->mean_square = output->covariance[0] + output->covariance[3] + output->covariance[5] + lm_dot3(&output->screw[3], &output->screw[3]);
     output->length95 = lm_percentile(&output->screw[3], output->covariance, output->mean_square);
     if (local.beyond != 0) {
         *output = lm_no_output;
@@ -885,10 +918,11 @@ static int lm_send(const lm_output *at, const lm_real asked[LM_JOINTS], int whol
 static void lm_residual(const lm_output *start, const lm_output *at, const lm_real reached[LM_JOINTS], lm_real residual[6])
 {
     lm_state state;
-    const lm_real *turn = state.turn[LM_PLACES - 1];
+    const lm_real *turn;
     lm_real spin[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
     int i;
     lm_frames(reached, &state);
+    turn = state.turn[LM_PLACES - 1];
     for (i = 0; i < 3; i++) { /* half the sum of column x column: small rotations */
         const lm_real before[3] = {start->turn[i], start->turn[3 + i], start->turn[6 + i]};
         const lm_real after[3] = {turn[i], turn[3 + i], turn[6 + i]};

@@ -24,13 +24,11 @@ extern "C" {
 #endif
 
 /* Status. Outputs are zero unless it is LM_OK or LM_SINGULAR. */
-typedef enum {
-    LM_OK = 0,
-    LM_INPUT = 1,   /* an input that is not finite, or a last motion beyond -1 .. 1 */
-    LM_RANGE = 2,   /* a joint out of its range */
-    LM_LOAD = 3,    /* a load or an acceleration beyond the tables */
-    LM_SINGULAR = 4 /* compensation alone: a step was reduced, more than usual is left */
-} lm_status;
+#define LM_OK 0
+#define LM_INPUT 1    /* an input that is not finite, or a last motion beyond -1 .. 1 */
+#define LM_RANGE 2    /* a joint out of its range */
+#define LM_LOAD 3     /* a load or an acceleration beyond the tables */
+#define LM_SINGULAR 4 /* compensation alone: a step was reduced, more than usual is left */
 
 /* Flags: information, no errors. */
 #define LM_OPEN_PLAY 1 /* a play is open in some robots: the direction of approach counts */
@@ -44,7 +42,7 @@ typedef struct {
 } lm_input;
 
 typedef struct {
-    int status;                      /* lm_status */
+    int status;                      /* LM_OK .. LM_LOAD */
     int flags;                       /* LM_OPEN_PLAY, LM_OVERLOAD */
     lm_real turn[9];                 /* rotation of the tool without errors, row by row */
     lm_real point[3];                /* tool point without errors, m */

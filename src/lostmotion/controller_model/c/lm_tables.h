@@ -78,21 +78,27 @@ typedef struct {
     lm_real value;
 } lm_axis_product;
 
+/* The sum of column column' is the constant covariance of a place, without its variance along the axis of the joint. */
+typedef struct {
+    lm_real direction[6];
+} lm_column;
+
 typedef struct {
     int draw;
+    lm_real share; /* of compliance and own weight of the place, and with them: */
     const lm_real *compliance; /* 36 numbers, or 0 */
     const lm_real *own_weight; /* 18 numbers, or 0 */
     int first, count;          /* entries */
 } lm_shared;
 
 typedef struct {
-    int parent, joint, axis, carries_tool; /* axis of the joint in a twist: 2 turning, 5 sliding */
+    int parent, joint, axis, errs; /* axis of the joint in a twist: 2 turning, 5 sliding; errs: its motion or errors move the tool */
     lm_real rotation[9], offset[3];
     lm_real mass, moment[3];
     lm_real mean[6];
     const lm_real *compliance; /* 36 numbers, or 0 */
     const lm_real *own_weight; /* 18 numbers, or 0 */
-    const lm_real *covariance; /* 21 numbers, or 0 */
+    lm_real axis_variance;     /* constant variance along the axis of the joint */
     int curve, curves;         /* first index and count of each list */
     int harmonic, harmonics;
     int seat, seats;
@@ -103,6 +109,7 @@ typedef struct {
     int axis_entry, axis_entries;
     int product, products;
     int axis_product, axis_products;
+    int column, columns;
     int shared, shareds;
 } lm_place;
 
@@ -123,6 +130,7 @@ extern const lm_entry lm_entries[];
 extern const lm_axis_entry lm_axis_entries[];
 extern const lm_product lm_products[];
 extern const lm_axis_product lm_axis_products[];
+extern const lm_column lm_columns[];
 extern const lm_shared lm_shareds[];
 extern const lm_real lm_limits[2 * LM_JOINTS]; /* lower and upper limit of each joint */
 extern const lm_real lm_rated[LM_JOINTS];

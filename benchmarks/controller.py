@@ -1,0 +1,82 @@
+"""How long do an exported model's prediction and compensation take, against forward kinematics and Jacobian by CasADi?
+
+python benchmarks/controller.py [--compiler gcc]      (CasADi is compared where it is installed: pip install casadi)
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lostmotion
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+FLAGS = ["-O2", "-std=gnu99", "-w"]
+
+
+def kinematics(model: Any, folder: Path) -> list[str]:
+    """Write pose and Jacobian of the tool as CasADi's C source and return the flags that compile it in; none without CasADi."""
+    if importlib.util.find_spec("casadi") is None:
+        return []
+    import casadi
+
+    q = casadi.SX.sym("q", len(model.tables.joints))
+    turn, point, axes = casadi.SX.eye(3), casadi.SX.zeros(3), []
+    for record in model.tables.records[1:]:
+        if not record.carries_tool:
+            continue
+        exact = np.where(np.abs(record.pose - np.round(record.pose)) < 1e-15, np.round(record.pose), record.pose)
+        point = point + turn @ casadi.SX(casadi.sparsify(casadi.DM(exact[:3, 3])))
+        turn = turn @ casadi.SX(casadi.sparsify(casadi.DM(exact[:3, :3])))
+        if record.joint >= 0 and not record.slides:
+            cosine, sine, spin = casadi.cos(q[record.joint]), casadi.sin(q[record.joint]), casadi.SX(3, 3)
+            spin[0, 0], spin[0, 1], spin[1, 0], spin[1, 1], spin[2, 2] = cosine, -sine, sine, cosine, 1
+            turn = turn @ spin
+            axes.append((turn[:, 2], point))
+    jacobian = casadi.horzcat(*[casadi.vertcat(axis, casadi.cross(axis, point - origin)) for axis, origin in axes])
+    found = casadi.Function("kinematics", [q], [casadi.vertcat(casadi.vec(turn), point), casadi.densify(jacobian)], {"cse": True})
+    here = Path.cwd()
+    os.chdir(folder)  # CasADi writes into the working folder alone
+    found.generate("kinematics.c")
+    os.chdir(here)
+    return ["-DWITH_CASADI", str(folder / "kinematics.c")]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--compiler", default="gcc")
+    compiler = parser.parse_args().compiler
+    print(
+        "arm, precision: predict us, compensate position us, pose us | over predict | CasADi us, predict over it | slowest over fastest pose | bytes"
+    )
+    for name in ("ur5e.urdf", "z-arm.toml"):
+        model = lostmotion.controller(EXAMPLES / name)
+        for precision in ("double", "float"):
+            with tempfile.TemporaryDirectory() as made:
+                folder = Path(made)
+                lostmotion.export_c(EXAMPLES / name, out=folder / "model", precision=precision)
+                source = folder / "model" / "src"
+                core, tables = folder / "core.o", folder / "tables.o"
+                for file, target in (("lm_core.c", core), ("lm_model.c", tables)):
+                    subprocess.run([compiler, *FLAGS, "-c", source / file, "-o", target], check=True)
+                with_casadi = kinematics(model, folder)
+                program, main_file = folder / "program", Path(__file__).with_name("controller.c")
+                subprocess.run([compiler, *FLAGS, "-I", source, *with_casadi, main_file, core, tables, "-o", program, "-lm"], check=True)
+                runs = [list(map(float, subprocess.run([program], capture_output=True, text=True, check=True).stdout.split())) for _ in range(3)]
+                sizes = subprocess.run(["size", core, tables], capture_output=True, text=True, check=True).stdout.split("\n")[1:3]
+            predict, position, pose, casadi, spread, _ = np.median(runs, axis=0)
+            compared = f"{casadi * 1e6:.3f}, {predict / casadi:.1f}" if with_casadi else "not installed"
+            code, data = (sum(map(int, line.split()[:2])) for line in sizes)
+            times = ", ".join(f"{each * 1e6:.2f}" for each in (predict, position, pose))
+            print(f"{name}, {precision}: {times} | {position / predict:.2f}, {pose / predict:.2f} | {compared} | {spread:.2f} | {code} + {data}")
+
+
+if __name__ == "__main__":
+    main()
