@@ -103,7 +103,7 @@ def run(tree: Path, tests: list[str], *, fresh: bool, limit: float) -> tuple[str
         env = {**os.environ, "PYTHONPATH": str(tree / "src"), "PYTHONDONTWRITEBYTECODE": "1"} | ({"NUMBA_CACHE_DIR": cache} if fresh else {})
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *tests]
         try:
-            done = subprocess.run(command, cwd=tree, env=env, capture_output=True, text=True, timeout=limit, check=False)  # noqa: S603
+            done = subprocess.run(command, cwd=tree, env=env, capture_output=True, text=True, timeout=limit, check=False)
         except subprocess.TimeoutExpired:
             return "timeout", ""
     return "survived" if done.returncode == 0 else "killed", next(iter(re.findall(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)), "")
