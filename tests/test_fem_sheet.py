@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.analyses.gearbox import finite_elements
 from lostmotion.errors import InputError, LostmotionError
 from lostmotion.io.vtu import vtu
 from lostmotion.laws.cycloid.drive import LEAST_ARM, loaded_disc, nominal_gaps
@@ -78,6 +79,25 @@ def test_gearboxes_without_a_meshable_drawing_are_refused(tmp_path):
         lostmotion.gear(EXAMPLES / "rv-like.toml", fem=True)
     with pytest.raises(InputError, match="disc_bore_radius"):
         lostmotion.gear(solid, fem=True)
+
+
+def test_order_and_refinement_reach_the_mesh_and_are_limited(monkeypatch):
+    """Order and refinement are handed to the mesh, each includes the finite elements, and orders from 2 to 4 are possible."""
+
+    def asked(*_args: object, order: int, intervals: int, **_options: object) -> None:
+        raise ValueError(f"order {order}, {intervals} intervals")
+
+    monkeypatch.setattr(finite_elements, "check_installed", lambda: None)
+    monkeypatch.setattr(finite_elements, "loaded_stage", asked)
+    for given, expected in (
+        ({"fem_order": 3}, "order 3, 5 intervals"),
+        ({"fem_refinement": 2}, "order 2, 10 intervals"),
+        ({"fem": True}, "order 2, 5 intervals"),
+    ):
+        with pytest.raises(InputError, match=rf"output stage cannot be meshed[^:]*: {expected}"):
+            lostmotion.gear(EXAMPLES / "printed.toml", gearboxes=2, **given)
+    with pytest.raises(InputError, match="fem_order"):
+        lostmotion.gear(EXAMPLES / "printed.toml", fem_order=5)
 
 
 @pytest.mark.slow

@@ -108,6 +108,8 @@ def gear(
     ] = None,
     fem: Annotated[bool, Argument("Also solve the contact by finite elements: rotation, pressure, stresses (cycloidal; needs ngsolve).")] = False,
     fem_3d: Annotated[bool, Argument("As `fem`, and the rotation in three dimensions too, coarsely.")] = False,
+    fem_order: Annotated[int | None, Argument("As `fem`, with finite elements of this order. Default: 2.", least=2, most=4)] = None,
+    fem_refinement: Annotated[int | None, Argument("As `fem`, with elements this many times smaller. Default: 1.", least=1, most=4)] = None,
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Gear:
@@ -126,7 +128,7 @@ def gear(
     one = asked.part
     if asked.dxf is not None:
         refuse_drawing(one.part)
-    by_fem = asked.fem or asked.fem_3d
+    by_fem = asked.fem or asked.fem_3d or asked.fem_order is not None or asked.fem_refinement is not None
     if by_fem:
         from lostmotion.analyses.gearbox.finite_elements import check_fem
 
@@ -135,7 +137,8 @@ def gear(
     found = study(one.part, asked.torque, asked.gearboxes, asked.seed, asked.lost_motion_torque, asked.slope_range, asked.stiffness_definition)
     by_elements: tuple[FiniteElements, ...] = ()
     if by_fem and found.torque is not None:
-        from lostmotion.analyses.gearbox.finite_elements import check_fem, finite_elements
+        from lostmotion.analyses.gearbox.finite_elements import Mesh, check_fem, finite_elements
 
-        by_elements = finite_elements(check_fem(one.part), found.torque, progress, three_dimensions=asked.fem_3d)
+        mesh = Mesh(asked.fem_order or 2, asked.fem_refinement or 1, three_dimensions=asked.fem_3d)
+        by_elements = finite_elements(check_fem(one.part), found.torque, mesh, progress)
     return Gear(**vars(found), name=one.name, notes=one.notes, dxf=asked.dxf, fem=by_elements)

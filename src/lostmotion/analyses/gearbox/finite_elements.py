@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 # Torques, as shares of the largest.
 _LEVELS: Final = (0.1, 0.25, 0.5, 1.0)
+# Intervals of a contact on the coarser mesh without refinement.
+_INTERVALS: Final = 5
 # Terms of the displacements over the width in three dimensions: a second one changes the rotation by 0.4 % and takes four times as long.
 _TERMS: Final = 1
 
@@ -95,12 +97,24 @@ def _meshed_first_stage(gearbox: CycloidalGearbox) -> CycloidalStage | None:
     return None if first is None or first.kind == "planetary" or first.disc_bore_radius is None else first
 
 
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Finite elements: their order, how many times smaller than usual they are, and whether to solve disc and ring over their width as well."""
+
+    order: int = 2
+    refinement: int = 1
+    three_dimensions: bool = False
+
+    @property
+    def solves(self) -> int:
+        """Return the number of solves of each stage."""
+        return 2 + self.three_dimensions
+
+
 def finite_elements(
-    gearbox: CycloidalGearbox, torque: float, progress: Callable[[str, int, int], None] | None = None, *, three_dimensions: bool = False
+    gearbox: CycloidalGearbox, torque: float, mesh: Mesh, progress: Callable[[str, int, int], None] | None = None
 ) -> tuple[FiniteElements, ...]:
     """Return the stage at the output, and a cycloidal first stage, under torques up to `torque` (N m at the output) by finite elements.
-
-    three_dimensions  also solves disc and its share of the ring over their width
 
     Raises InputError for a drawing that cannot be meshed, DidNotConvergeError where the contacts outgrow their lobes.
     """
@@ -108,21 +122,20 @@ def finite_elements(
     first = _meshed_first_stage(gearbox)
     if first is not None:
         stages.append(("first stage", first, 1 / abs(gearbox.steps)))
-    solves = len(stages) * (2 + three_dimensions)
 
     def shown(what: str, number: int, done: int, of: int) -> None:
         if progress is not None:
-            progress(what, number * of + done, solves * of)
+            progress(what, number * of + done, len(stages) * mesh.solves * of)
 
     out: list[FiniteElements] = []
     for name, part, per_output in stages:
-        found = _by_elements((name, part, per_output), torque, shown, len(out) * (2 + three_dimensions), three_dimensions=three_dimensions)
+        found = _by_elements((name, part, per_output), torque, shown, len(out) * mesh.solves, mesh)
         out.append(replace(found, not_meshed=_unmeshed_stage(gearbox)))
     return tuple(out)
 
 
 def _by_elements(
-    named: tuple[str, CycloidalStage, float], torque: float, progress: Callable[[str, int, int, int], None], before: int, *, three_dimensions: bool
+    named: tuple[str, CycloidalStage, float], torque: float, progress: Callable[[str, int, int, int], None], before: int, mesh: Mesh
 ) -> FiniteElements:
     """Return one stage; with its name and the torque on all its discs per torque at the output. `before` counts the solves before it."""
     name, part, per_output = named
@@ -134,7 +147,7 @@ def _by_elements(
     play = _first_contact(stage, drive.relief)
     found: list[Loaded] = []
     solved: list[tuple[Plane, int]] = [("strain", 0), ("stress", 0), ("strain", _TERMS)]
-    for number, (plane, terms) in enumerate(solved[: 2 + three_dimensions]):
+    for number, (plane, terms) in enumerate(solved[: mesh.solves]):
         disc = replace(body, plane=plane)
         ring = drive.ring_body and replace(drive.ring_body, plane=plane)
 
@@ -143,9 +156,22 @@ def _by_elements(
 
         try:
             loads = per_output / drive.discs * torques
-            found.append(loaded_stage(stage, disc, ring, part.width, loads, relief=drive.relief, terms=terms, progress=shown))
+            found.append(
+                loaded_stage(
+                    stage,
+                    disc,
+                    ring,
+                    part.width,
+                    loads,
+                    relief=drive.relief,
+                    order=mesh.order,
+                    intervals=_INTERVALS * mesh.refinement,
+                    terms=terms,
+                    progress=shown,
+                )
+            )
         except ValueError as error:
-            raise refuse_argument("fem", f"a drawing whose {name} cannot be meshed: {error}", "a drawing that can be meshed") from error
+            raise refuse_argument("fem", f"a drawing whose {name} cannot be meshed", f"another drawing: {error}") from error
     loaded = found[0]
     largest = np.array([loaded.largest(k) for k in range(len(torques))])
     rotations = np.array([per_output * (each.rotation - play) for each in found])
@@ -153,8 +179,8 @@ def _by_elements(
         name=name,
         torque=torques,
         rotation=rotations[:2],
-        rotation_3d=rotations[2] if three_dimensions else None,
-        error_3d=per_output * found[2].error if three_dimensions else None,
+        rotation_3d=rotations[2] if mesh.three_dimensions else None,
+        error_3d=per_output * found[2].error if mesh.three_dimensions else None,
         unknowns=sum(wheel.unknowns for wheel in found[-1].wheels),
         error=per_output * loaded.error,
         stiffness=loaded.stiffness * drive.discs / per_output**2,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Points = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
 # Points of a flank between two corners, and within an interval of a contact.
-_LONG: Final = 65
+_LONG: Final = 257
 _SHORT: Final = 5
 # Longest arc of one edge, rad.
 _ARC: Final = 1.0
@@ -203,16 +203,13 @@ def _root(start: complex, end: complex, centre: complex, radius: float) -> list[
 def _root_radius(stage: Stage) -> float:
     """Return the radius (m) of the bottom between pins or lobes."""
     r, rr, e = stage.ring_radius, stage.pin_radius, stage.eccentricity
-    if stage.has_planet_pins:
-        return min(r, r + rr - 2 * e)
-    reach = r - rr + 2 * e
-    return max(r, reach) if stage.kind == "ring pins" else reach
+    return min(r, r + rr - 2 * e) if stage.has_planet_pins else max(r, r - rr + 2 * e)
 
 
 def _free_angle(stage: Stage) -> float:
-    """Return the half angle (rad) of a pin's free arc, from its crest to the bottom, or to a radial wall tangent to a lobe."""
+    """Return the half angle (rad) of a pin's free arc, from its crest to the bottom, or to a radial wall tangent to a lobe with a stem."""
     r, rr, root = stage.ring_radius, stage.pin_radius, _root_radius(stage)
-    if stage.kind == "lobe arcs" and root > math.sqrt(r * r - rr * rr):
+    if stage.kind == "lobe arcs" and root > r:
         return math.acos(rr / r)
     meets = math.acos(max((r**2 + rr**2 - root**2) / (2 * r * rr), -1.0))
     return math.pi - meets if stage.has_planet_pins else meets

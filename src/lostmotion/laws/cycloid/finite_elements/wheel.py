@@ -90,11 +90,11 @@ class ElasticWheel:
                 pressure = np.zeros(ends[-1])
                 pressure[own] = power
                 moved.append(self._displaced(pressure))
-            far = np.array(moved)
+            far = np.array(moved).T
             # each hat as a polynomial with the same force and moments
             sums = powers @ _hat_products(MM * each)
             share = np.linalg.solve(sums @ powers.T, sums)
-            compliance[:, own], sliding[:, own] = self._normal @ (far.T @ share), tangent @ (far.T @ share)
+            compliance[:, own], sliding[:, own] = (self._normal @ far) @ share, (tangent @ far) @ share
         for node in range(max(map(len, places))):
             here = [own.start + node for own in mine if node < own.stop - own.start]
             pressure = np.zeros(ends[-1])
