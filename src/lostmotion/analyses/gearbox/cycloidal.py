@@ -41,7 +41,7 @@ CUSTOMARY_SHARE: Final = 0.55
 # Crank angles over which a simulated gearbox is averaged, as for its behaviour in an arm.
 _ANGLES: Final = 4
 # Largest number of samples with a transmission error, and crank angles per pin (even): two periods per pin are resolved.
-MOST_SPECTRA: Final = 128
+MOST_SPECTRA: Final = 64
 _PER_PIN: Final = 4
 SHOWN: Final = 4
 # Light load, as a share of the torque.
