@@ -100,15 +100,31 @@ def _unit_flexibility(stage: Stage, part: Part, edge: float, nu: float, holes: H
     """Return `flexibility` for one crank angle, width and modulus one."""
     body = Annulus(_rim(stage, part), _fixed_radius(stage, part, edge), 1.0, 1.0, nu, plane)
     lines = _lines_of_action(stage, part, body, crank)
-    solid = _edge_flexibility(body, lines)
-    whole = solid if holes is None else _response(stage, body, holes).flexibility(lines.rim)
-    if part == "planet" and not stage.has_planet_pins:
-        # The flank matters only near itself: holes, and a hub smaller than that, change a disc with lobes as they change a round one.
-        hub = replace(body, fixed=max(edge, _SMALLEST_HUB * body.loaded))
-        whole = contact_flexibility(stage, hub, crank) + (whole - (solid if hub == body else _edge_flexibility(hub, lines)))
-    else:
-        whole = whole + np.diag(lines.rest)
+    if part == "ring" or stage.has_planet_pins:
+        whole = (_edge_flexibility(body, lines) if holes is None else _response(stage, body, holes).flexibility(lines.rim)) + np.diag(lines.rest)
+        return np.asarray(np.broadcast_to(whole, (2, stage.pins, stage.pins)))
+    # Except near the flank and over the holes, these and a smaller hub change a disc with lobes as they change a round one.
+    hub = replace(body, fixed=max(edge, _SMALLEST_HUB * body.loaded))
+    whole = contact_flexibility(stage, hub, crank)
+    if holes is not None:
+        body = replace(body, loaded=_rim_over_holes(stage, body, holes))
+        lines = _lines_of_action(stage, part, body, crank)
+        whole = whole + _response(stage, body, holes).flexibility(lines.rim) - _edge_flexibility(replace(body, fixed=hub.fixed), lines)
+    elif hub != body:
+        whole = whole + _edge_flexibility(body, lines) - _edge_flexibility(hub, lines)
     return np.asarray(np.broadcast_to(whole, (2, stage.pins, stage.pins)))
+
+
+def _rim_over_holes(stage: Stage, body: Annulus, holes: Holes) -> float:
+    """Return the radius (m) of the round rim whose webs over the holes bend as those below the wavy flank: with the same mean of 1/thickness^3.
+
+    The thickness below the flank is taken as t + e cos(angle). Raises ValueError for holes that reach the valleys.
+    """
+    web = body.loaded - holes.circle - holes.radius
+    depth = stage.eccentricity / web
+    if not 0 < depth < 1:
+        raise ValueError("this disc cannot exist: the holes cut the rim")
+    return float(body.loaded - web + web * (1 - depth**2) ** (5 / 6) / (1 + depth**2 / 2) ** (1 / 3))
 
 
 def _edge_flexibility(body: Annulus, lines: _LinesOfAction) -> Floats:
