@@ -112,12 +112,13 @@ class Mesh:
 
 
 def finite_elements(
-    gearbox: CycloidalGearbox, torque: float, mesh: Mesh, progress: Callable[[str, int, int], None] | None = None
+    gearbox: CycloidalGearbox, torque: float, mesh: Mesh | None = None, progress: Callable[[str, int, int], None] | None = None
 ) -> tuple[FiniteElements, ...]:
     """Return the stage at the output, and a cycloidal first stage, under torques up to `torque` (N m at the output) by finite elements.
 
     Raises InputError for a drawing that cannot be meshed, DidNotConvergeError where the contacts outgrow their lobes.
     """
+    mesh = mesh or Mesh()
     stages: list[tuple[str, CycloidalStage, float]] = [("output stage", check_fem(gearbox), disc_torque(gearbox, 1.0))]
     first = _meshed_first_stage(gearbox)
     if first is not None:
