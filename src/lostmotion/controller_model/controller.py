@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
+from lostmotion.controller_model.accurate_percentile import accurate95
 from lostmotion.controller_model.percentile import percentile95
 from lostmotion.controller_model.prediction import frames, local_error, to_tool, wrenches
 
@@ -78,9 +79,10 @@ class Compensation:
 class Controller:
     """The error model of one arm as its controller evaluates it. Every array has poses along its first axis; one pose is accepted as well."""
 
-    def __init__(self, tables: Tables) -> None:
-        """Take the tables, of which `tables.py` defines the layout."""
+    def __init__(self, tables: Tables, *, accurate_length: bool = False) -> None:
+        """Take the tables, of which `tables.py` defines the layout; `accurate_length` computes the 95th percentile within 0.2 % instead of 1.5 %."""
         self.tables = tables
+        self._percentile = accurate95 if accurate_length else percentile95
 
     def predict(self, q: Floats, load: Floats | None = None, gravity: Floats | None = None, side: Floats | None = None) -> Prediction:
         """Return the state of the arm at each pose.
@@ -161,7 +163,7 @@ class Controller:
         covariance += np.einsum("dpi,dpj->pij", shared, shared)
         flags |= np.where((np.abs(torques) > tables.rated).any(axis=1), OVERLOAD, 0)
         mean_square = np.einsum("pii->p", covariance) + (screw[:, 3:] ** 2).sum(axis=1)
-        length = percentile95(screw[:, 3:], covariance)
+        length = self._percentile(screw[:, 3:], covariance)
         status = np.where(beyond, LOAD, OK)
         return Prediction(status, flags, turn, tool, torques, along, elsewhere, screw, covariance, mean_square, length, jacobian)
 
