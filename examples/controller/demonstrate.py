@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lostmotion
+from lostmotion.controller_model.controller import OPEN_PLAY
 from lostmotion.error_model.draws import robot_draws
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import sample_poses
@@ -51,12 +52,13 @@ class Robot(NamedTuple):
 class Demonstration(NamedTuple):
     """Result: for each of STAGES the errors of the tool (robot, pose, visit), m; what gravity moves the tool by, m (robot,), r.m.s. over poses.
 
-    The latter is as commanded, compensated by the design, and compensated with each robot mapped.
+    The latter is as commanded, compensated by the design, and compensated with each robot mapped. `opens`: some play is closed in some robots only.
     """
 
     errors: dict[str, np.ndarray]
     by_gravity: np.ndarray
     predicted: Waterfall
+    opens: bool
 
 
 def robots_of(arm: lostmotion.Arm, matrix: PoseMatrix) -> list[Robot]:
@@ -99,7 +101,8 @@ def demonstrate(arm: lostmotion.Arm) -> Demonstration:
         pairs = ((q, q), *((command, model.compensate(q, gravity=none).command) for command, model in ((compensated, design), (best, mapped))))
         by_gravity.append([_rms(arrivals(arm, heavy, robot, 0) - arrivals(weightless, light, robot, 0)) for heavy, light in pairs])
     predicted = waterfall(arm, poses, STUDY_ROBOTS, VISITS, SEED + 1)
-    return Demonstration({name: np.stack(each) for name, each in errors.items()}, np.array(by_gravity).T, predicted)
+    opens = bool((design.predict(q).flags & OPEN_PLAY).any())
+    return Demonstration({name: np.stack(each) for name, each in errors.items()}, np.array(by_gravity).T, predicted, opens)
 
 
 def _rms(shift: np.ndarray) -> float:
@@ -127,10 +130,10 @@ def sheet_of(arm: lostmotion.Arm, found: Demonstration) -> tuple[Sheet, list[Plo
         Row(name, (length(_rms(moved[:, None]), samples=counted), Figure(100 * (1 - _rms(moved[:, None]) / _rms(whole[:, None])), "%")))
         for name, moved in named
     )
-    left = (
-        "on average over visits. The design cannot know by how much play and stiffness of a robot differ from it; with these known, most of the rest "
-        "comes from the poses at which the load hardly exceeds the friction, so that a play is closed in some robots only"
-    )
+    closes = "most of the rest comes from poses at which the load hardly exceeds the friction, so that a play is closed in some robots only"
+    left = "on average over visits. The design cannot know by how much play and stiffness of a robot differ from it"
+    if found.opens:
+        left += f"; with these known, {closes}"
     sections = (
         Section("stages", "95 % of all positions are within", ("drawn robots", "predicted by the study"), rows),
         Section("gravity", "Moved by gravity", ("r.m.s.", "taken away"), gravity, left),
@@ -192,7 +195,7 @@ def main() -> None:
         print(f"\n{section.title}")
         for row in section.rows:
             print(f"  {row.label:36}" + "".join(f"{figure!s:>14} {figure.between:>22}" for figure in row.figures))
-    given.out.mkdir(exist_ok=True)
+    given.out.mkdir(parents=True, exist_ok=True)
     for name, content in contents(sheet, plots).items():
         (given.out / name).write_bytes(content)
     print(f"\nReport: {given.out / 'report.html'}")

@@ -40,7 +40,7 @@ def exported(tmp_path_factory):
     def of(name):
         arm, folder = ARMS[name](), tmp_path_factory.mktemp("export")
         lostmotion.export_c(arm, out=folder, largest_payload=20.0)
-        return folder, lostmotion.controller(arm, payload=20.0)
+        return folder, lostmotion.controller(arm, largest_payload=20.0)
 
     return of
 

@@ -38,7 +38,7 @@ def assert_near(found, expected, share=1e-10):
 def test_a_controller_predicts_what_a_study_computes(name):
     """Tool pose, holding torques, expected error and covariance agree for every kind of part, whether the last motion is known or not."""
     arm = ARMS[name]()
-    model, q = lostmotion.controller(arm, payload=100.0), random_poses(arm, 41)[1:]
+    model, q = lostmotion.controller(arm, largest_payload=100.0), random_poses(arm, 41)[1:]
     mixed = np.random.default_rng(3).integers(-1, 2, size=q.shape).astype(float)
     for approach in (0.0, 1.0, -1.0, mixed):
         found, matrix = model.predict(q, side=np.broadcast_to(approach, q.shape)), screws(arm, q, approach=approach)
@@ -71,7 +71,7 @@ def test_the_jacobian_is_the_derivative_of_the_tool():
     """Central differences of the tool point and of its rotation, on an arm with turning and sliding joints."""
     arm = next(arm for arm in map(random_arm, range(40)) if {joint.type for joint in arm.moving} == {"revolute", "prismatic"})
     q, step = random_poses(arm, 5) * 0.9, 1e-6
-    found = lostmotion.controller(arm, payload=100.0).predict(q).jacobian
+    found = lostmotion.controller(arm, largest_payload=100.0).predict(q).jacobian
     for k in range(q.shape[1]):
         ends = [frames(arm, q + sign * step * np.eye(q.shape[1])[k])[-1] for sign in (1, -1)]
         spin = (ends[0][:, :3, :3] - ends[1][:, :3, :3]) / (2 * step) @ frames(arm, q)[-1][:, :3, :3].transpose(0, 2, 1)

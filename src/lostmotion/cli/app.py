@@ -16,7 +16,7 @@ import typer
 from typer.core import TyperGroup
 
 from lostmotion import QUESTIONS
-from lostmotion.cli.generator import command_of, stopped
+from lostmotion.cli.generator import command_name, command_of, stopped
 from lostmotion.cli.terminal import LOST, flush, give_up, is_of_output, open_up, say
 from lostmotion.errors import InputError, LostmotionError, Problem, nearest, shown
 from lostmotion.version import __version__
@@ -35,23 +35,23 @@ class _Questions(TyperGroup):
 
     def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]  # noqa: ARG002 - Click's own signature
         """Return the names of the questions, in the order of the help."""
-        return list(QUESTIONS)
+        return [command_name(name) for name in QUESTIONS]
 
     def get_command(self, ctx: typer.Context, cmd_name: str) -> Any:  # type: ignore[override]  # noqa: ANN401, ARG002 - Click's own class
         """Return the command of this name, None where there is none."""
-        name = _ALIASES.get(cmd_name, cmd_name)
+        name = _ALIASES.get(cmd_name, cmd_name).replace(" ", "_")
         if name not in QUESTIONS:
             return None
         return command_of(getattr(importlib.import_module(QUESTIONS[name]), name))
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
         """Return the command that was typed. Raises InputError where there is none of this name."""
-        if "_".join(args[:2]) in QUESTIONS:  # `export c` for export_c
-            args = ["_".join(args[:2]), *args[2:]]
+        if " ".join(args[:2]) in map(command_name, QUESTIONS):  # `export c`
+            args = [" ".join(args[:2]), *args[2:]]
         word = args[0]
-        if word not in {*QUESTIONS, *_ALIASES}:
-            near = nearest(word, QUESTIONS)
-            raise InputError([Problem("", "command", shown(word), "one of " + ", ".join(QUESTIONS), "lostmotion study arm.toml", near)])
+        if word not in {*map(command_name, QUESTIONS), *_ALIASES}:
+            names = [command_name(name) for name in QUESTIONS]
+            raise InputError([Problem("", "command", shown(word), "one of " + ", ".join(names), "lostmotion study arm.toml", nearest(word, names))])
         return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
 
 

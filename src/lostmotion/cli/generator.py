@@ -200,6 +200,11 @@ def _example(option: str, parameter: Parameter) -> str:
     return f"{option} {parameter.metavar if parameter.default in (None, ()) else parameter.default}"
 
 
+def command_name(question: str) -> str:
+    """Return a question's name as it is typed: an export is named after what it writes, in a word of its own."""
+    return question.replace("export_", "export ")
+
+
 def spelled(problem: Problem, question: Question) -> Problem:
     """Return a mistake as the command line spells it: arguments by their options, and an example that can be typed."""
     if problem.file:
@@ -208,7 +213,9 @@ def spelled(problem: Problem, question: Question) -> Problem:
     first = question.options[0].name if question.options else ""
     names = [name if name not in known else name.upper() if name == first else _option(name) for name in problem.key.split(", ")]
     example = problem.example or " ".join(
-        f"lostmotion {question.name} {value}" if name == first else _typed(name, value) for name, value in problem.passing if name in known
+        f"lostmotion {command_name(question.name)} {value}" if name == first else _typed(name, value)
+        for name, value in problem.passing
+        if name in known
     )
     return replace(problem, key=", ".join(names), example=example, passing=())
 

@@ -187,6 +187,8 @@ class Controller:
 
         Other arguments and errors as `predict`.
         """
+        if passes not in {1, 2}:
+            raise ValueError(f"passes is {passes}; expected 1 or 2")
         first = self.predict(q, load, gravity, side)
         good = first.status == OK
         wanted, *inputs = (each[good] for each in self._inputs(q, load, gravity, side))

@@ -38,7 +38,8 @@ _GUID_NAMESPACE: Final = uuid.UUID("5b2f3a52-6e0b-5d6c-9d1f-7e3a5c1b9f40")
 class Variable:
     """A variable of the FMU: its name, its member of the C instance, and what the XML says of it.
 
-    start  initial value of an input or a parameter, as the C core's defaults have it
+    start   initial value of an input or a parameter, as the C core's defaults have it
+    limits  of an integer parameter
     """
 
     name: str
@@ -48,6 +49,7 @@ class Variable:
     unit: str = ""
     start: float | None = None
     integer: bool = False
+    limits: tuple[int, int] = (0, 1)
 
 
 def variables_of(tables: Tables) -> list[Variable]:
@@ -69,7 +71,7 @@ def variables_of(tables: Tables) -> list[Variable]:
         out.append(Variable(f"{owner}.{name}", f"input.load[{k}]", causality, in_tool, unit, float(tables.load[k])))  # type: ignore[arg-type]
     falls = "acceleration of free fall in the axes of the base"
     out += [Variable(f"gravity.{a}", f"input.gravity[{k}]", "parameter", falls, "m/s2", float(tables.gravity[k])) for k, a in enumerate(_AXES)]
-    out.append(Variable("passes", "options.passes", "parameter", "passes of the compensation, 1 or 2", "", 1, integer=True))
+    out.append(Variable("passes", "options.passes", "parameter", "passes of the compensation, 1 or 2", "", 1, integer=True, limits=(1, 2)))
     out.append(Variable("whole_pose", "options.whole_pose", "parameter", "1: the rotation is corrected as well as the position", "", 0, integer=True))
     return [*out, *_outputs(joints, of_joint, held)]
 
@@ -88,7 +90,7 @@ def _outputs(joints: Sequence[str], of_joint: Sequence[str], held: Sequence[str]
     for member, prefix, words in (
         ("output.elsewhere", "elsewhere", "expected motion of the tool by links, bearings and base"),
         ("output.screw", "expected", "expected motion of the tool"),
-        ("command.left", "left", "expected motion of the tool that the corrected command leaves"),
+        ("command.left", "left", "expected motion of the tool that the corrected command leaves, to first order"),
     ):
         motions = [(f"{prefix}.rotation.{axis}", "rad") for axis in _AXES] + [(f"{prefix}.displacement.{axis}", "m") for axis in _AXES]
         out += [Variable(name, f"{member}[{k}]", "output", words, unit) for k, (name, unit) in enumerate(motions)]
@@ -166,6 +168,8 @@ def _variability(each: Variable) -> str:
 def _typed(each: Variable) -> dict[str, str]:
     """Return unit and start as attributes."""
     out = {"unit": each.unit} if each.unit else {}
+    if each.integer and each.causality == "parameter":
+        out |= {"min": str(int(each.limits[0])), "max": str(int(each.limits[1]))}
     if each.start is not None:
         out["start"] = str(int(each.start)) if each.integer else repr(float(each.start))
     return out

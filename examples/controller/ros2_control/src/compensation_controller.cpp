@@ -60,6 +60,12 @@ public:
       RCLCPP_ERROR(get_node()->get_logger(), "'joints' has %zu names; the model has %d", joints_.size(), LM_JOINTS);
       return CallbackReturn::ERROR;
     }
+    for (std::size_t k = 0; k < LM_JOINTS; k++) {
+      if (joints_[k] != lm_joint_names[k]) {
+        RCLCPP_ERROR(get_node()->get_logger(), "joint %zu is '%s'; in the model it is '%s'", k, joints_[k].c_str(), lm_joint_names[k]);
+        return CallbackReturn::ERROR;
+      }
+    }
     if (lm_self_test() != 0) {
       RCLCPP_ERROR(get_node()->get_logger(), "the self test of the model fails on this machine");
       return CallbackReturn::ERROR;
@@ -88,6 +94,7 @@ public:
     for (std::size_t k = 0; k < LM_JOINTS; k++) {
       const double at = state_interfaces_[k].get_value();
       reference_interfaces_[k] = at;
+      input_.q[k] = at;
       turned_[k] = at;
       side_[k] = 0.0;
       correction_[k] = 0.0;
@@ -127,7 +134,8 @@ protected:
     const Load & load = *load_.readFromRT();
     std::copy(load.begin(), load.end(), std::begin(input_.load));
     for (std::size_t k = 0; k < LM_JOINTS; k++) {
-      input_.q[k] = reference_interfaces_[k];
+      // a reference that is no number, as before the first command, leaves the joint where it was sent last
+      input_.q[k] = std::isfinite(reference_interfaces_[k]) ? reference_interfaces_[k] : input_.q[k];
       input_.side[k] = last_motion(k);
     }
     const lm_options options = {1, 0};
@@ -157,7 +165,7 @@ private:
   // The sign of the last commanded motion. It changes only where the command has turned back far enough; the measured velocity would chatter.
   double last_motion(std::size_t k)
   {
-    const double at = reference_interfaces_[k];
+    const double at = input_.q[k];
     if ((at - turned_[k]) * side_[k] > 0.0) {
       turned_[k] = at;
     } else if (std::abs(at - turned_[k]) > reversal_) {

@@ -7,9 +7,14 @@ import pkgutil
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.controller_model.c_source import sizes_of, table_source, vector_source
+from lostmotion.error_model.provenance import states
+from lostmotion.reporting.provenance import ideal_joints_clause
+from lostmotion.reporting.warnings import arm_warnings
 from lostmotion.version import __version__
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.controller_model.controller import Controller
     from lostmotion.mechanism.arm import Arm
 
@@ -28,19 +33,30 @@ _FIXED: Final = {
 _VECTORS: Final = 10
 
 
-def c_files(arm: Arm, model: Controller, *, single: bool) -> dict[str, str]:
-    """Return the texts of all files by their path within the folder; with `single` for numbers of single precision."""
-    out = {path: _packaged(name) for name, path in _FIXED.items()}
+def remarks_on(arm: Arm) -> list[str]:
+    """Return what a study of the arm warns of: overloaded drives, doubtful data, joints taken as perfect, assumed values."""
+    known = states(arm)
+    ideal = ideal_joints_clause(known)
+    assumed = f"{len(known.assumed)} values are assumed; `lostmotion study` lists them" if known.assumed else ""
+    return [each for each in (*arm_warnings(arm), f"{ideal}: errors are at least these" if ideal else "", assumed) if each]
+
+
+def c_files(arm: Arm, model: Controller, remarks: Sequence[str], *, single: bool) -> dict[str, str]:
+    """Return the texts of all files by their path within the folder; with `single` for numbers of single precision. README.md lists the remarks."""
+    out = {path: packaged(name) for name, path in _FIXED.items()}
     tables = table_source(model.tables)
     head = _head(arm, model)
     out["src/lm_model.h"] = _header(model, head, single=single)
-    out["src/lm_model.c"] = f'{head}\n#include "lm_tables.h"\n\n#define R(x) ((lm_real)(x))\n\n{tables}\n\n{vector_source(model, _VECTORS)}\n'
-    out["library.properties"] = _packaged("library.properties").format(version=__version__, name=_plain(arm.name))
-    out["README.md"] = _readme(arm, model, tables, single=single)
+    out["src/lm_model.c"] = (
+        f'{head}\n#include "lm_tables.h"\n\n#define R(x) ((lm_real)(x))\n\n{_joint_names(model)}\n\n{tables}\n\n{vector_source(model, _VECTORS)}\n'
+    )
+    out["library.properties"] = packaged("library.properties").format(version=__version__, name=_plain(arm.name))
+    out["README.md"] = _readme(arm, model, tables, remarks, single=single)
     return out
 
 
-def _packaged(name: str) -> str:
+def packaged(name: str) -> str:
+    """Return the text of a file that is the same for every arm."""
     return (pkgutil.get_data("lostmotion.controller_model", f"c/{name}") or b"").decode()
 
 
@@ -50,8 +66,8 @@ def input_hash(arm: Arm) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a text in ASCII that ends no comment."""
-    return text.encode("ascii", "replace").decode().replace("*/", "* /")
+    """Return a text in ASCII that neither begins nor ends a comment."""
+    return "".join(each if each.isascii() and each.isprintable() else "_" for each in text).replace("*/", "* /").replace("/*", "/ *")
 
 
 def _head(arm: Arm, model: Controller) -> str:
@@ -70,6 +86,19 @@ def _head(arm: Arm, model: Controller) -> str:
     return "/* " + "\n * ".join(lines) + "\n */"
 
 
+def _joint_names(model: Controller) -> str:
+    """Return the names of the joints as C text: other characters than letters, digits and blanks as octal numbers of their UTF-8 bytes."""
+    texts = [
+        '"' + "".join(each if each.isascii() and (each.isalnum() or each in " _.-") else _octal(each) for each in name) + '"'
+        for name in model.tables.joints
+    ]
+    return f"const char *const lm_joint_names[LM_JOINTS] = {{{', '.join(texts)}}};"
+
+
+def _octal(character: str) -> str:
+    return "".join(f"\\{byte:03o}" for byte in character.encode())
+
+
 def _header(model: Controller, head: str, *, single: bool) -> str:
     sizes = sizes_of(model.tables)
     defines = {
@@ -83,20 +112,25 @@ def _header(model: Controller, head: str, *, single: bool) -> str:
         "VECTORS": _VECTORS,
     }
     lines = [f"#define LM_{name} {value}" for name, value in defines.items()]
-    precision = ["", "#ifndef LM_DOUBLE", "#define LM_FLOAT /* single precision; compile with -DLM_DOUBLE for double */", "#endif"] if single else []
+    precision = (
+        ["", "#if !defined(LM_DOUBLE) && !defined(LM_FLOAT)", "#define LM_FLOAT /* single precision; -DLM_DOUBLE for double */", "#endif"]
+        if single
+        else []
+    )
     return "\n".join([head, "#ifndef LM_MODEL_H", "#define LM_MODEL_H", "", *lines, *precision, "", "#endif", ""])
 
 
-def _readme(arm: Arm, model: Controller, tables: str, *, single: bool) -> str:
+def _readme(arm: Arm, model: Controller, tables: str, remarks: Sequence[str], *, single: bool) -> str:
     """Return the README of this model."""
     valid, joints, limits = model.tables.valid, len(model.tables.joints), model.tables.limits
     rows = [f"| {k} | {joint} | {low:.6g} | {high:.6g} |" for k, (joint, (low, high)) in enumerate(zip(model.tables.joints, limits, strict=True))]
     size = 4 if single else 8
-    return _packaged("README.md").format(
+    return packaged("README.md").format(
         name=arm.name,
         version=__version__,
         hash=input_hash(arm),
         precision="float" if single else "double",
+        remarks="\n".join(f"- {each}" for each in remarks) or "- nothing",
         joints="\n".join(rows),
         payload=f"{valid.payload:.4g}",
         reach=f"{valid.reach:.4g}",

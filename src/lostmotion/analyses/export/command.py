@@ -38,14 +38,15 @@ def export_c(
 
     """
     asked = read_arguments(export_c, locals())
-    from lostmotion.analyses.export.c_files import c_files, input_hash
+    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
     from lostmotion.analyses.export.controller import controller
     from lostmotion.analyses.export.folder import write_files
 
-    model = controller(asked.arm, payload=asked.largest_payload)
-    files = c_files(asked.arm, model, single=asked.precision == "float")
+    model = controller(asked.arm, largest_payload=asked.largest_payload)
+    remarks = remarks_on(asked.arm)
+    files = c_files(asked.arm, model, remarks, single=asked.precision == "float")
     folder = write_files(files, asked.out, force=asked.force)
-    return {"folder": str(folder), "files": sorted(files), "sha256": input_hash(asked.arm), "joints": list(model.tables.joints)}
+    return {"folder": str(folder), "files": sorted(files), "sha256": input_hash(asked.arm), "joints": list(model.tables.joints), "remarks": remarks}
 
 
 @question(folder=None)
@@ -71,12 +72,19 @@ def export_fmu(
 
     """
     asked = read_arguments(export_fmu, locals())
-    from lostmotion.analyses.export.c_files import c_files, input_hash
+    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
     from lostmotion.analyses.export.controller import controller
     from lostmotion.analyses.export.fmu import fmu
-    from lostmotion.analyses.export.folder import write_file
+    from lostmotion.analyses.export.folder import write_fmu
 
-    model = controller(asked.arm, payload=asked.largest_payload)
-    content, folder = fmu(model, c_files(asked.arm, model, single=False), asked.version)
-    path = write_file(asked.out, content, force=asked.force)
-    return {"fmu": str(path), "version": asked.version, "library": folder or "none: no C compiler found", "sha256": input_hash(asked.arm)}
+    model = controller(asked.arm, largest_payload=asked.largest_payload)
+    remarks = remarks_on(asked.arm)
+    content, folder = fmu(model, c_files(asked.arm, model, remarks, single=False), asked.version)
+    path = write_fmu(asked.out, content, force=asked.force)
+    return {
+        "fmu": str(path),
+        "version": asked.version,
+        "library": folder or "none: no C compiler found",
+        "sha256": input_hash(asked.arm),
+        "remarks": remarks,
+    }

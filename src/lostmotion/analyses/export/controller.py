@@ -5,9 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.arguments import arm_of
+from lostmotion.analyses.quantities import amount
 from lostmotion.controller_model.controller import Controller
 from lostmotion.controller_model.lowering import tables_of
 from lostmotion.controller_model.validity import validity_of
+from lostmotion.error_model.provenance import refuse_undescribed
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def controller(
-    arm: Arm | str | Path, *, payload: float | None = None, calibration: Calibration | None = None, accurate_length: bool = False
+    arm: Arm | str | Path, *, largest_payload: float | str | None = None, calibration: Calibration | None = None, accurate_length: bool = False
 ) -> Controller:
     """Return the controller of an arm: `predict` and `compensate` on tables, with the formulas of the C sources.
 
@@ -25,8 +28,9 @@ def controller(
     ----------
     arm
         An arm, or its file.
-    payload
-        Largest payload in kg for which it answers. Default: twice the payload of the file, or the mass of the arm where none is stated.
+    largest_payload
+        Largest payload, in kg or as text with a unit, for which it answers. Default: twice the payload of the file, or the mass of the arm where
+        none is stated.
     calibration
         Estimates of the errors of one robot. Default: none.
     accurate_length
@@ -35,9 +39,12 @@ def controller(
     Raises
     ------
     InputError
-        With every mistake in the file.
+        With every mistake in the file, for a payload that is not positive, for an arm without any error source, and for a calibration of draws that
+        the arm does not have.
 
     """
     described = arm_of("arm", arm, {})
+    refuse_undescribed(described)
+    payload = None if largest_payload is None else amount("largest_payload", largest_payload, Quantity("kg", "10 kg", above=0))
     terms = None if calibration is None else calibration.terms(described.terms)
     return Controller(tables_of(described, validity_of(described, payload), terms), accurate_length=accurate_length)

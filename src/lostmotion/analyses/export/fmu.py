@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import pkgutil
 import platform
 import shutil
 import subprocess
@@ -14,6 +13,7 @@ import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.analyses.export.c_files import packaged
 from lostmotion.controller_model.fmi import build_description, description, token, variables_of, variables_source
 from lostmotion.errors import LostmotionError
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lostmotion.controller_model.controller import Controller
-    from lostmotion.controller_model.fmi import Version
+from lostmotion.controller_model.fmi import Version
 
 # Sources of a C export that the FMU takes over, and its own.
 _CORE: Final = ("lm_core.c", "lm_core.h", "lm_tables.h", "lm_model.c", "lm_model.h")
@@ -47,7 +47,7 @@ def fmu(model: Controller, c_files: Mapping[str, str], version: Version) -> tupl
     identifier = identifier if identifier[0].isalpha() else f"arm_{identifier}"
     variables = variables_of(tables)
     glue = f"lm_fmi{version[0]}.c"
-    sources = {name: c_files[f"src/{name}"] for name in _CORE} | {name: _packaged(name) for name in ("lm_fmi.h", glue)}
+    sources = {name: c_files[f"src/{name}"] for name in _CORE} | {name: packaged(name) for name in ("lm_fmi.h", glue)}
     guid = token("\n".join([version, tables.name, *sources.values()]))
     sources["lm_variables.h"] = variables_source(variables, guid)
     compiled = sorted(name for name in sources if name.endswith(".c"))
@@ -62,10 +62,6 @@ def fmu(model: Controller, c_files: Mapping[str, str], version: Version) -> tupl
         folder = f"binaries/{names[int(version == '3.0')]}"
         files[f"{folder}/{identifier}.{names[2]}"] = _library(sources, compiled, compiler)
     return _zipped(files), folder
-
-
-def _packaged(name: str) -> str:
-    return (pkgutil.get_data("lostmotion.controller_model", f"c/{name}") or b"").decode()
 
 
 def _compiler() -> str | None:

@@ -9,7 +9,7 @@
 
 #include "lm_model.h"
 
-#ifdef __FAST_MATH__
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "with -ffast-math, inputs that are not numbers would not be recognised"
 #endif
 
@@ -64,8 +64,11 @@ typedef struct {
 typedef struct {
     int status;
     lm_real q[LM_JOINTS]; /* joint values to send, within the limits */
-    lm_real left[6];      /* expected motion of the tool that remains */
+    lm_real left[6];      /* expected motion of the tool that remains, to first order */
 } lm_command;
+
+/* Names of the joints in the order of q, UTF-8. */
+extern const char *const lm_joint_names[LM_JOINTS];
 
 /* Fill an input with the payload and gravity of the arm file, joint values of zero and unknown last motions. */
 void lm_defaults(lm_input *input);
