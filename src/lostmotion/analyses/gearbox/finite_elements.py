@@ -78,7 +78,7 @@ def check_fem(gearbox: object) -> CycloidalGearbox:
     if drawn.disc_bore_radius is None:
         raise refuse_argument("fem", "a drawing without disc_bore_radius", 'the inner radius of the disc, such as disc_bore_radius = "20 mm"')
     if drawn.eccentric.cranks > 1:
-        raise refuse_argument("fem", "discs on the bearings of several cranks, which are not meshed", "discs on one central eccentric")
+        raise refuse_argument("fem", "discs on several cranks", "discs on one central eccentric; others are not meshed")
     check_installed()
     return drawn  # type: ignore[no-any-return]
 
