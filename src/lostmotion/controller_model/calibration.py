@@ -87,4 +87,4 @@ def known_streams(terms: Sequence[PlacedTerm]) -> tuple[tuple[str, Law], ...]:
 
 
 def _stream(placed: PlacedTerm, draw: Draw) -> tuple[str, Law]:
-    return f"{draw.shared or placed.owner}.{draw.stream}", draw.law
+    return draw.name(placed.owner), draw.law

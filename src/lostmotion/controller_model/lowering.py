@@ -107,7 +107,7 @@ def _shared(errors: Sequence[Mapping[Error, Screws]]) -> list[Error]:
 
 
 def _stream(owner: str, draw: Draw | None) -> tuple[str, Law] | None:
-    return None if draw is None else (f"{draw.shared or owner}.{draw.stream}", draw.law)
+    return None if draw is None else (draw.name(owner), draw.law)
 
 
 def _add(placed: PlacedTerm, errors: dict[Error, Screws], factors: Factors, rise: float) -> None:

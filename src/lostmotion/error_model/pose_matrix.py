@@ -254,4 +254,4 @@ def _column(of: PlacedTerm, side: str | None, joints: Sequence[str], closing: Cl
 
 
 def _stream(owner: str, draw: Draw | None) -> Stream | None:
-    return None if draw is None else Stream(f"{draw.shared or owner}.{draw.stream}", draw.law)
+    return None if draw is None else Stream(draw.name(owner), draw.law)

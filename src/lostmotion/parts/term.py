@@ -194,6 +194,10 @@ class Draw:
     law: Law
     shared: str = ""
 
+    def name(self, owner: str) -> str:
+        """Return the full name of the stream for a term of this part ("joints.A.encoder.zero")."""
+        return f"{self.shared or owner}.{self.stream}"
+
 
 # The sign of the joint's last motion: one draw per joint and visit, shared by all its parts that depend on direction.
 LAST_MOTION: Final = Draw("last motion", TwoSided())
