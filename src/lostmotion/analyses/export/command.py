@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from lostmotion.analyses.arguments import arm_of, path_of
+from lostmotion.analyses.arguments import ArmArgument, SidecarArgument, path_of
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.units import Quantity
@@ -12,19 +12,19 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.mechanism.arm import Arm
+_LargestPayload: TypeAlias = Annotated[
+    Amount | None, Argument("Largest payload for which the model answers. Default: twice that of the file.", Quantity("kg", "10 kg", above=0))
+]
 
 
 @question(folder=None)
 def export_c(
-    arm: Annotated["Arm | str | Path", Argument("Native TOML, or URDF.", arm_of, metavar="FILE")],
+    arm: ArmArgument,
     *,
     out: Annotated["str | Path", Argument("Folder for the sources.", path_of, metavar="FOLDER", aliases=("-o",))],
-    sidecar: Annotated["str | Path | None", Argument("TOML beside a URDF. Default: the one of the same name.", path_of, metavar="FILE")] = None,
+    sidecar: SidecarArgument = None,
     precision: Annotated[Literal["double", "float"], Argument("Type of all numbers in C.")] = "double",
-    largest_payload: Annotated[
-        Amount | None, Argument("Largest payload for which the model answers. Default: twice that of the file.", Quantity("kg", "10 kg", above=0))
-    ] = None,
+    largest_payload: _LargestPayload = None,
     force: Annotated[bool, Argument("Replace files of an earlier export.")] = False,
 ) -> dict[str, Any]:
     """Write the error model of an arm as C source that predicts and compensates in fixed time, without allocation.
@@ -51,14 +51,12 @@ def export_c(
 
 @question(folder=None)
 def export_fmu(
-    arm: Annotated["Arm | str | Path", Argument("Native TOML, or URDF.", arm_of, metavar="FILE")],
+    arm: ArmArgument,
     *,
     out: Annotated["str | Path", Argument("The FMU to write.", path_of, metavar="FILE.fmu", aliases=("-o",))],
-    sidecar: Annotated["str | Path | None", Argument("TOML beside a URDF. Default: the one of the same name.", path_of, metavar="FILE")] = None,
+    sidecar: SidecarArgument = None,
     version: Annotated[Literal["3.0", "2.0"], Argument("Version of the FMI standard.")] = "3.0",
-    largest_payload: Annotated[
-        Amount | None, Argument("Largest payload for which the model answers. Default: twice that of the file.", Quantity("kg", "10 kg", above=0))
-    ] = None,
+    largest_payload: _LargestPayload = None,
     force: Annotated[bool, Argument("Replace an earlier export.")] = False,
 ) -> dict[str, Any]:
     """Write the error model of an arm as an FMU for co-simulation: C sources, and a library for this platform where it has a C compiler.

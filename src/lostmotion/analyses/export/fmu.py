@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from lostmotion.controller_model.controller import Controller
-from lostmotion.controller_model.fmi import Version
+    from lostmotion.controller_model.fmi import Version
 
 # Sources of a C export that the FMU takes over, and its own.
 _CORE: Final = ("lm_core.c", "lm_core.h", "lm_tables.h", "lm_model.c", "lm_model.h")
