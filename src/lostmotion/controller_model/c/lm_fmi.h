@@ -78,11 +78,25 @@ static int lm_fmi_step(lm_instance *model, double end)
     return model->command.status == LM_OK || model->command.status == LM_SINGULAR ? LM_FMI_OK : LM_FMI_WARNING;
 }
 
-static void *lm_fmi_at(lm_instance *model, unsigned int reference, lm_kind kind)
+/* Where a variable of this type is, with results that belong to the inputs; 0 for another number or type. */
+static const void *lm_fmi_read(lm_instance *model, unsigned int reference, lm_kind kind)
 {
     if (model == 0 || reference >= LM_VARIABLES || lm_variables[reference].kind != kind) {
         return 0;
     }
+    if (!lm_variables[reference].settable) {
+        lm_fmi_evaluate(model);
+    }
+    return (const char *)model + lm_variables[reference].at;
+}
+
+/* Where a variable of this type is set, after which results are out of date; 0 where it is none that may be set. */
+static void *lm_fmi_write(lm_instance *model, unsigned int reference, lm_kind kind)
+{
+    if (model == 0 || reference >= LM_VARIABLES || lm_variables[reference].kind != kind || !lm_variables[reference].settable) {
+        return 0;
+    }
+    model->fresh = 0;
     return (char *)model + lm_variables[reference].at;
 }
 
@@ -90,12 +104,9 @@ static int lm_fmi_get_reals(lm_instance *model, const unsigned int references[],
 {
     size_t k;
     for (k = 0; k < count; k++) {
-        const lm_real *at = lm_fmi_at(model, references[k], LM_REAL);
+        const lm_real *at = lm_fmi_read(model, references[k], LM_REAL);
         if (at == 0) {
             return LM_FMI_ERROR;
-        }
-        if (!lm_variables[references[k]].settable) {
-            lm_fmi_evaluate(model);
         }
         values[k] = *at;
     }
@@ -106,12 +117,11 @@ static int lm_fmi_set_reals(lm_instance *model, const unsigned int references[],
 {
     size_t k;
     for (k = 0; k < count; k++) {
-        lm_real *at = lm_fmi_at(model, references[k], LM_REAL);
-        if (at == 0 || !lm_variables[references[k]].settable) {
+        lm_real *at = lm_fmi_write(model, references[k], LM_REAL);
+        if (at == 0) {
             return LM_FMI_ERROR;
         }
         *at = values[k];
-        model->fresh = 0;
     }
     return LM_FMI_OK;
 }
@@ -120,12 +130,9 @@ static int lm_fmi_get_integers(lm_instance *model, const unsigned int references
 {
     size_t k;
     for (k = 0; k < count; k++) {
-        const int *at = lm_fmi_at(model, references[k], LM_INTEGER);
+        const int *at = lm_fmi_read(model, references[k], LM_INTEGER);
         if (at == 0) {
             return LM_FMI_ERROR;
-        }
-        if (!lm_variables[references[k]].settable) {
-            lm_fmi_evaluate(model);
         }
         values[k] = *at;
     }
@@ -136,13 +143,22 @@ static int lm_fmi_set_integers(lm_instance *model, const unsigned int references
 {
     size_t k;
     for (k = 0; k < count; k++) {
-        int *at = lm_fmi_at(model, references[k], LM_INTEGER);
-        if (at == 0 || !lm_variables[references[k]].settable) {
+        int *at = lm_fmi_write(model, references[k], LM_INTEGER);
+        if (at == 0) {
             return LM_FMI_ERROR;
         }
         *at = values[k];
-        model->fresh = 0;
     }
     return LM_FMI_OK;
 }
+
+/* Functions that a model without states does not need: those that always succeed, and those that it does not have. */
+#define LM_ANSWERED(name, status) \
+    LM_EXPORT int name(void *instance) \
+    { \
+        (void)instance; \
+        return status; \
+    }
+#define LM_ACCEPTED(name) LM_ANSWERED(name, LM_FMI_OK)
+#define LM_REFUSED(name) LM_ANSWERED(name, LM_FMI_ERROR)
 #endif

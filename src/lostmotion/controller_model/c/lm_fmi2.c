@@ -47,24 +47,6 @@ LM_EXPORT int fmi2SetupExperiment(void *instance, int has_tolerance, double tole
     return LM_FMI_OK;
 }
 
-LM_EXPORT int fmi2EnterInitializationMode(void *instance)
-{
-    (void)instance;
-    return LM_FMI_OK;
-}
-
-LM_EXPORT int fmi2ExitInitializationMode(void *instance)
-{
-    (void)instance;
-    return LM_FMI_OK;
-}
-
-LM_EXPORT int fmi2Terminate(void *instance)
-{
-    (void)instance;
-    return LM_FMI_OK;
-}
-
 LM_EXPORT int fmi2Reset(void *instance)
 {
     lm_fmi_reset(instance);
@@ -97,12 +79,9 @@ LM_EXPORT int fmi2DoStep(void *instance, double time, double step, int no_state_
     return lm_fmi_step(instance, time + step);
 }
 
-#define LM_REFUSED(name) \
-    LM_EXPORT int name(void *instance) \
-    { \
-        (void)instance; \
-        return LM_FMI_ERROR; \
-    }
+LM_ACCEPTED(fmi2EnterInitializationMode)
+LM_ACCEPTED(fmi2ExitInitializationMode)
+LM_ACCEPTED(fmi2Terminate)
 
 LM_REFUSED(fmi2GetBoolean)
 LM_REFUSED(fmi2SetBoolean)

@@ -63,18 +63,6 @@ LM_EXPORT int fmi3EnterInitializationMode(void *instance, bool has_tolerance, do
     return LM_FMI_OK;
 }
 
-LM_EXPORT int fmi3ExitInitializationMode(void *instance)
-{
-    (void)instance;
-    return LM_FMI_OK;
-}
-
-LM_EXPORT int fmi3Terminate(void *instance)
-{
-    (void)instance;
-    return LM_FMI_OK;
-}
-
 LM_EXPORT int fmi3Reset(void *instance)
 {
     lm_fmi_reset(instance);
@@ -111,12 +99,8 @@ LM_EXPORT int fmi3DoStep(void *instance, double time, double step, bool no_state
     return lm_fmi_step(instance, time + step);
 }
 
-#define LM_REFUSED(name) \
-    LM_EXPORT int name(void *instance) \
-    { \
-        (void)instance; \
-        return LM_FMI_ERROR; \
-    }
+LM_ACCEPTED(fmi3ExitInitializationMode)
+LM_ACCEPTED(fmi3Terminate)
 
 LM_REFUSED(fmi3EnterEventMode)
 LM_REFUSED(fmi3GetFloat32)
