@@ -140,9 +140,13 @@ def assumed_value_sentences(known: States) -> list[str]:
     return _rests_on(known.assumed)
 
 
+def assumed_count(assumed: Sequence[AssumedValue]) -> int:
+    """Return the number of assumed values. A scatter is no value of its own: it is listed in the table, and not counted."""
+    return sum(each.reason != DEFAULT_SCATTER for each in assumed)
+
+
 def _rests_on(assumed: Sequence[AssumedValue]) -> list[str]:
-    # A scatter is no value of its own: it is listed in the table, and not counted.
-    count = sum(each.reason != DEFAULT_SCATTER for each in assumed)
+    count = assumed_count(assumed)
     return [f"This rests on {several(count, 'assumed value')}, see the table."] if count else []
 
 

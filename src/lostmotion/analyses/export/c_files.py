@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.controller_model.c_source import sizes_of, table_source, vector_source
 from lostmotion.error_model.provenance import states
-from lostmotion.reporting.provenance import ideal_joints_clause
+from lostmotion.reporting.provenance import assumed_count, ideal_joints_clause
+from lostmotion.reporting.sheet import several
 from lostmotion.reporting.warnings import arm_warnings
 from lostmotion.version import __version__
 
@@ -36,8 +37,8 @@ _VECTORS: Final = 10
 def remarks_on(arm: Arm) -> list[str]:
     """Return what a study of the arm warns of: overloaded drives, doubtful data, joints taken as perfect, assumed values."""
     known = states(arm)
-    ideal = ideal_joints_clause(known)
-    assumed = f"{len(known.assumed)} values are assumed; `lostmotion study` lists them" if known.assumed else ""
+    ideal, count = ideal_joints_clause(known), assumed_count(known.assumed)
+    assumed = f"this rests on {several(count, 'assumed value')}; `lostmotion study` lists them" if count else ""
     return [each for each in (*arm_warnings(arm), f"{ideal}: errors are at least these" if ideal else "", assumed) if each]
 
 
