@@ -22,11 +22,11 @@ def without_phases(terms: Sequence[PlacedTerm]) -> list[PlacedTerm]:
 
     The squares of sine and cosine add to one, so the covariance does not depend on the joint value. Mean and covariance are equal; draws are not.
     """
-    pairs: dict[tuple[str, str], list[PlacedTerm]] = {}
+    pairs: dict[str, list[PlacedTerm]] = {}
     for each in terms:
         draw = each.term.robot
         if isinstance(each.term.form, Harmonic) and draw is not None and each.term.visit is None:
-            pairs.setdefault((draw.shared or each.owner, draw.stream), []).append(each)
+            pairs.setdefault(draw.name(each.owner), []).append(each)
     amplitudes: dict[int, PlacedTerm | None] = {}
     for pair in pairs.values():
         laws = {type(each.term.robot.law) for each in pair if each.term.robot is not None}
