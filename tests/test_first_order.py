@@ -39,6 +39,8 @@ def test_errors_of_many_degrees_are_no_accuracy(tmp_path, backlash):
     assert intervals
     assert not any(intervals)
     assert not any("…" in card.quiet for card in sheet.cards)
+    assert [block.key for block in sheet.bars] == ["budget"]  # the largest contributor is known, what a remedy leaves is not
+    assert not any(bar.effect for bar in sheet.bars[0].bars)
 
 
 def test_usual_errors_are_small_enough(tmp_path):

@@ -54,8 +54,16 @@ def checked(sheet: Sheet, check: ExactCheck, error: float) -> Sheet:
         return sheet
     kept = [card for card in sheet.cards if card.title in _SOUND_CARDS]
     first = Card("first order fails by", str(length(check.largest)), "largest difference from exact composition")
+    shares = tuple(  # which part errs most remains known, what a remedy leaves does not
+        replace(block, effect="", bars=tuple(replace(bar, effect=None) for bar in block.bars)) for block in sheet.bars if block.key == "budget"
+    )
     return replace(
-        sheet, verdict=message, cards=(first, *kept), sections=_without_intervals(sheet.sections), facts={**sheet.facts, "first_order_fails": True}
+        sheet,
+        verdict=message,
+        cards=(first, *kept),
+        sections=_without_intervals(sheet.sections),
+        facts={**sheet.facts, "first_order_fails": True},
+        bars=shares,
     )
 
 

@@ -120,6 +120,48 @@ class Card:
 
 
 @dataclass(frozen=True, slots=True)
+class Bar:
+    """One bar: its label, the figure that it draws, and a second figure beside it, None where there is none.
+
+    size   length of the bar in the unit that all bars of the block share; negative where the figure reduces the total
+    parts  the same length split in the order of the block's `stack`; empty where it is not split
+    """
+
+    label: str
+    figure: Figure
+    size: float
+    effect: Figure | None = None
+    parts: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Bars:
+    """A titled block of bars for the first screen: what they show, from what, and the same figures in full in the section `key`.
+
+    column  what the bars show ("share of the mean square")
+    effect  what the second figures show; empty where there are none
+    stack   names of the parts of each bar; empty where bars are not split
+    note    a quiet line below
+    """
+
+    key: str
+    title: str
+    column: str
+    bars: tuple[Bar, ...]
+    effect: str = ""
+    stack: tuple[str, ...] = ()
+    note: str = ""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Return the ends of the scale: the smallest and the largest size, with zero between them; (0, 1) where every bar is zero."""
+        reach = [0.0]
+        for bar in self.bars:
+            reach += [bar.size, sum(part for part in bar.parts if part > 0), sum(part for part in bar.parts if part < 0)]
+        return (min(reach), max(reach)) if any(reach) else (0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
 class Lines:
     """Lines to copy: what they are for, and the text."""
 
@@ -144,6 +186,9 @@ class Sheet:
     seed           of all that was drawn, None where nothing was
     facts          further entries of result.json, at its top
     lines          lines for the user's file, where it lacks some
+    about          what was examined in a few words: "5 joints, 18.8 kg, payload 5 kg"; empty where the name says it
+    bars           blocks of bars for the first screen
+    brief          further statements of the first screen, each a word and a sentence or two ("Where", "Drives", "Trust")
     """
 
     name: str
@@ -161,6 +206,9 @@ class Sheet:
     seed: int | None = None
     facts: dict[str, Any] = field(default_factory=dict)
     lines: Lines | None = None
+    about: str = ""
+    bars: tuple[Bars, ...] = ()
+    brief: tuple[tuple[str, str], ...] = ()
 
 
 def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:

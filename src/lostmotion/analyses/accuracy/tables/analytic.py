@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.accuracy.tables.bars import blame_bars, rms_bars
 from lostmotion.analyses.accuracy.tables.budget import by_level_sections, halved_sections, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import limit_rows
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
@@ -107,6 +108,14 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates},
             **provenance_facts(known),
         },
+        bars=(
+            *blame_bars(
+                blame.parts,
+                {} if blame.halving is None else blame.halving.gains,
+                f"exact sum over terms, {several(len(poses), 'pose')}",
+            ),
+            *rms_bars(blame),
+        ),
     )
 
 

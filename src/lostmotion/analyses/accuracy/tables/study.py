@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.accuracy.tables.bands import bands_facts, bands_sections, bands_sentence, with_band
+from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
 from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
 from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in, zone_sections, zone_stopping
+from lostmotion.error_model.budget import costs
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.holding_torques import HoldingTorque
+    from lostmotion.reporting.sheet import Bars
 
 # What the words mean, for whoever reads the report without the manual.
 _WORDS: Final = (
@@ -89,8 +92,14 @@ def sheet(answer: Answer) -> Sheet:
             **bands_facts(answer.bands),
             **provenance_facts(known),
         },
+        bars=_bars(answer),
     )
     return checked(whole, sampled.exact, _q95(answer))
+
+
+def _bars(answer: Answer) -> tuple[Bars, ...]:
+    counted = f"exact sum over terms, {several(len(answer.poses), 'pose')}"
+    return (*blame_bars(costs(answer.sampled.tally), answer.halving.gains, counted), *remedy_bars(answer.waterfall))
 
 
 def sections(answer: Answer) -> list[Section]:

@@ -1,0 +1,84 @@
+"""Bars of a study's first screen: the largest contributors, and what each remedy leaves."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.sheet import Bar, Bars, Figure, length, several
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from lostmotion.error_model.budget import Budget, Cost
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.propagation.montecarlo.waterfall import Waterfall
+
+# Parts with a bar of their own; the others share one.
+_MOST_BARS: Final = 7
+LEVELS: Final = ("load and pose", "each robot", "each visit")
+_HALVING: Final = "halving it takes off"
+_SMALLEST_IN_MM: Final = 1e-4
+# Each stage of the waterfall as a bar names it, in the waterfall's order.
+_STAGES: Final = ("as manufactured", "calibrated", "load compensated", "both", "and each robot mapped")
+
+
+def blame_bars(found: Sequence[Cost], gains: Mapping[str, Estimate], counted: str) -> tuple[Bars, ...]:
+    """Return the bars of the largest contributors, with the effect of halving each; none where nothing errs.
+
+    found    contributions of all parts
+    gains    reduction of the 95th percentile by halving each part, m; empty where it was not computed
+    counted  what the shares were counted from
+    """
+    erring = [cost for cost in found if cost.alone > 0]
+    if not erring:
+        return ()
+    own = sorted(erring, key=lambda cost: -abs(cost.share))[: _MOST_BARS if len(erring) > _MOST_BARS + 1 else len(erring)]
+    named = {cost.part for cost in own}
+    others = [cost for cost in erring if cost.part not in named]
+    in_mm = max((abs(gain.value) for gain in gains.values() if math.isfinite(gain.value)), default=0.0) >= _SMALLEST_IN_MM
+    bars = [
+        Bar(short_name(cost.part), _share(cost.share, counted), cost.share, _gain(gains.get(cost.part), in_mm=in_mm), cost.levels)
+        for cost in sorted(own, key=lambda cost: -cost.share)
+    ]
+    if others:
+        together = sum(cost.share for cost in others)
+        levels = tuple(sum(cost.levels[k] for cost in others) for k in range(len(LEVELS)))
+        bars.append(Bar(f"{several(len(others), 'other')}", _share(together, counted), together, None, levels))
+    note = "a negative share cancels part of the others" if any(bar.size < 0 for bar in bars) else ""
+    return (Bars("budget", "Which part is to blame", "share of the mean square", tuple(bars), _HALVING if gains else "", LEVELS, note),)
+
+
+def remedy_bars(found: Waterfall) -> tuple[Bars, ...]:
+    """Return the bars of what calibration, compensation and a map of each robot leave of the 95th percentile; none where nothing errs."""
+    if not found.stages[0].q95.value > 0:
+        return ()
+    counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}"
+    ends = [(stage.q95.value, length(stage.q95.value, stage.q95.low, stage.q95.high, counted)) for stage in found.stages]
+    bars = tuple(Bar(label, figure, size) for label, (size, figure) in zip(_STAGES, ends, strict=True))
+    note = "every remedy is ideal: a real one leaves more"
+    return (Bars("waterfall", "What can be done about it", "95 % of positions within", bars, note=note),)
+
+
+def rms_bars(found: Budget) -> tuple[Bars, ...]:
+    """Return the bars of what compensation and a map of each robot leave of the root mean square, without sampling; none where nothing errs."""
+    if not found.rms > 0:
+        return ()
+    counted = f"exact sum over terms, {several(found.poses, 'pose')}"
+    left = (("as manufactured", (0, 1, 2)), ("load compensated", (1, 2)), ("and each robot mapped", (2,)))
+    values = [(label, found.rms_interval(*levels)) for label, levels in left]
+    bars = tuple(Bar(label, length(rms.value, rms.low, rms.high, counted), rms.value) for label, rms in values)
+    return (Bars("levels", "What can be done about it", "root mean square error", bars, note="every remedy is ideal: a real one leaves more"),)
+
+
+def _share(share: float, counted: str) -> Figure:
+    return Figure(100 * share, "%", samples=counted)
+
+
+def _gain(gain: Estimate | None, *, in_mm: bool) -> Figure | None:
+    """Return a reduction (m), all of them in one unit so that they can be compared."""
+    if gain is None or not math.isfinite(gain.value):
+        return None
+    unit, factor = ("mm", 1e3) if in_mm else ("µm", 1e6)
+    return Figure(gain.value * factor, unit, gain.low * factor, gain.high * factor)
