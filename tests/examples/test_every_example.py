@@ -43,7 +43,10 @@ def test_parts_add_up(found):
     """Shares of all parts add to one, and the exact mean square is what the samples show."""
     _, _, sampled = found
     assert sum(cost.share for cost in costs(sampled.tally)) == pytest.approx(1, abs=1e-12)
-    assert sampled.per_pose[:, kernel.MEAN_SQUARE].mean() == pytest.approx(sampled.tally.total / sampled.tally.poses, rel=0.02)
+    # Three standard errors over the robots: where robots differ much from each other, 300 of them know the mean square less well.
+    errors = sampled.robot_means[:, :, 0].mean(axis=0)
+    spread = 3 * 2 * errors.std(ddof=1) / errors.mean() / np.sqrt(sampled.robots)
+    assert sampled.per_pose[:, kernel.MEAN_SQUARE].mean() == pytest.approx(sampled.tally.total / sampled.tally.poses, rel=max(0.02, spread))
 
 
 def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(found):
