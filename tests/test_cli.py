@@ -66,7 +66,7 @@ WRONG = {
         ARM.read_text() + '\n[[joints]]\nname = "E"\ntype = "revolute"\naxis = "y"\nlimits = ["1 deg", "2 m"]\ngearbocks = "drive"\nmass = "-1 kg"\n',
         ("limits", "gearbocks", "gearbox", "mass"),
     ),
-    "not TOML": ("name = \n", ("line 1",)),
+    "not TOML": ("name = \n", ("wrong.toml:1: column",)),
     "nothing in it": ("", ("name", "joints")),
 }
 

@@ -247,7 +247,8 @@ def test_a_mistake_in_a_sidecar_is_reported_under_its_key(urdf, sidecar, key, ne
     path = urdf(ROBOT, sidecar)
     (found,) = mistakes(path)
     assert (found.key, found.nearest) == (key, near)
-    assert found.file == str(path if key == "/robot" else path.with_suffix(".toml"))
+    line = next((k for k, row in enumerate(sidecar.split("\n"), 1) if key.split(".")[-1] in row), 0)
+    assert found.file == (str(path) if key == "/robot" else f"{path.with_suffix('.toml')}:{line}")
 
 
 def test_a_sidecar_link_must_not_lead_out_of_the_folder(tmp_path):

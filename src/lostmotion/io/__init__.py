@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.errors import nearest
 from lostmotion.io.text import begins_as_xml, read_text, refuse
 from lostmotion.io.toml import read_toml
+from lostmotion.io.toml_lines import names_lines
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -24,6 +25,7 @@ READERS: Final = {
 }
 
 
+@names_lines
 def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
     """Return the arm that a file describes. The ending says which format it is in, and XML by its first letters.
 

@@ -23,6 +23,7 @@ from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.limits import MOST_MISTAKES, nearest, refuse_all
 from lostmotion.io.text import beside
 from lostmotion.io.toml import read_toml
+from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.validation_errors import problems
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ OWN_EXAMPLES: Final = {ROWS: ROW_EXAMPLE, FILE: FILE_EXAMPLE}
 _MOST_ROWS: Final = 500
 
 
+@names_lines
 def read_reducers(path: Path) -> tuple[GearboxRow, ...]:
     """Return the reducers of a file. A file of rows, or an arm file with some. Raises InputError with every mistake in the rows."""
     tree = read_toml(path)

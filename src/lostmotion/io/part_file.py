@@ -25,6 +25,7 @@ from lostmotion.io.own_reducers import OWN_EXAMPLES
 from lostmotion.io.reducers import KEY as CATALOGUE
 from lostmotion.io.text import begins_as_xml, refuse
 from lostmotion.io.toml import read_toml
+from lostmotion.io.toml_lines import names_lines
 from lostmotion.mechanism.arm import LONGEST_NAME
 from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 from lostmotion.parts.bearing.single import OF_PAIRS, PAIRS, single
@@ -56,6 +57,7 @@ class OnePart(Generic[P]):
     notes: tuple[str, ...]
 
 
+@names_lines
 def read_gearbox(path: str | Path, joint: str | None = None) -> OnePart[ErrorSource]:
     """Return the gearbox that a file describes. A TOML with `gearbox`, or an arm file and the joint whose gearbox is meant.
 
@@ -64,6 +66,7 @@ def read_gearbox(path: str | Path, joint: str | None = None) -> OnePart[ErrorSou
     return _read(Path(path), joint, "gearbox")
 
 
+@names_lines
 def read_bearing(path: str | Path, joint: str | None = None) -> OnePart[Bearing]:
     """Return the bearing that a file describes. A TOML with `[bearing]`, or an arm file and the joint that has it. Errors as `read_gearbox`."""
     return _read(Path(path), joint, "bearing")

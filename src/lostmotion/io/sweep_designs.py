@@ -18,6 +18,7 @@ from lostmotion.io.sidecar import find_sidecar
 from lostmotion.io.sweep import EXAMPLE, Axis, changes, designs, key_text, read_axes
 from lostmotion.io.text import beside, read_old_text, read_text
 from lostmotion.io.toml import key_step, key_steps, quoted, read_toml
+from lostmotion.io.toml_lines import names_lines
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -128,6 +129,7 @@ def _leads_nowhere(file: str, key: str, tree: dict[str, Any], steps: list[str], 
     return Problem(file, key, f"{shown(found)} at '{plain('.'.join(steps))}'", "a key that leads from table to table", EXAMPLE)
 
 
+@names_lines
 def read_sweep(
     path: Path,
     sidecar: Path | None = None,

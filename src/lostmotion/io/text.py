@@ -39,7 +39,7 @@ def read_text(path: Path, megabytes: int, example: str = "examples/z-arm.toml") 
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         found = f"the byte 0x{raw[error.start]:02x}, which is no UTF-8"
-        refuse(str(path), f"line {_line_at(raw, error.start)}", found, "text in UTF-8", _SAVE_AS)
+        refuse(f"{path}:{_line_at(raw, error.start)}", "", found, "text in UTF-8", _SAVE_AS)
     return _without_nul(text, str(path))
 
 
@@ -81,7 +81,7 @@ def _line_at(raw: bytes, at: int) -> int:
 def _without_nul(text: str, file: str) -> str:
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
-        refuse(file, f"line {line}", "a NUL character", "text in UTF-8", _SAVE_AS)
+        refuse(f"{file}:{line}", "", "a NUL character", "text in UTF-8", _SAVE_AS)
     return text
 
 

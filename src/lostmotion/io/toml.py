@@ -26,29 +26,30 @@ _PLACE: Final = re.compile(r" \((at line (?P<line>\d+), column (?P<column>\d+)|a
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Return the content of a TOML file. Raises InputError, with line and column where the text is no TOML."""
+    """Return the content of a TOML file. Raises InputError, with line and column where the text is not TOML."""
     file, text = str(path), read_text(path, MEGABYTES)
     for number, line in enumerate(text.splitlines(), 1):
         if len(line) > _LONGEST_LINE:
-            refuse(file, f"line {number}", f"a line of {len(line)} characters", f"lines of at most {_LONGEST_LINE} characters", "one key per line")
+            refuse(f"{file}:{number}", "", f"a line of {len(line)} characters", f"lines of at most {_LONGEST_LINE} characters", "one key per line")
     try:
         tree = tomllib.loads(text)
     except RecursionError:
         _refuse_depth(file)
     except ValueError as error:  # TOMLDecodeError, and Python's own refusal of integers with thousands of digits
         where = _PLACE.search(str(error))
-        key = ""
+        place, key = file, ""
         if where is not None:
-            key = f"line {where['line']}, column {where['column']}" if where["line"] else "end of file"
+            place = f"{file}:{where['line'] or len(text.splitlines()) or 1}"
+            key = f"column {where['column']}" if where["line"] else "end of file"
             bare = _bare_at(text, where)
             if bare:
-                refuse(file, key, f"{shown(bare)[1:-1]} without quotes", "a value with its unit in quotes", f'"{shown(bare)[1:-1]}"')
+                refuse(place, key, f"{shown(bare)[1:-1]} without quotes", "a value with its unit in quotes", f'"{shown(bare)[1:-1]}"')
         if text.lstrip().startswith("<"):
             from lostmotion.io.urdf_xml import refuse_xml
 
             refuse_xml(text, file)
         expected = "valid TOML"
-        refuse(file, key, shown(_PLACE.sub("", str(error)), 90).strip("'\""), expected, 'key = "value"')
+        refuse(place, key, shown(_PLACE.sub("", str(error)), 90).strip("'\""), expected, 'key = "value"')
     if not _is_shallow(tree):
         _refuse_depth(file)
     return tree

@@ -44,6 +44,7 @@ from lostmotion.io.draft import plain
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.own_reducers import take_reducers
 from lostmotion.io.toml import key_step, read_toml
+from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.validation_errors import problems
 from lostmotion.parts.error_source import Part
 from lostmotion.parts.family import Family, family_around
@@ -130,6 +131,7 @@ class SizingRequest:
         return Constraints(self.plan.limits if limited else None, self.plan.tilt)
 
 
+@names_lines
 def read_request(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any], arm: Arm, own: Sequence[GearboxRow] = ()) -> SizingRequest:
     """Return the request of a file with `[sizing]`, or of the keys of that table, and of `options`, which are such keys as well.
 
