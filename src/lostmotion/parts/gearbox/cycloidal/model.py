@@ -160,10 +160,14 @@ def gearboxes(gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int
 def simulated(stage: CycloidalStage, torque: Floats, angles: int, count: int, seed: int) -> SimulatedGearboxes:
     """Return `count` simulated stages under torques (torque,), N m on its discs, at evenly spaced crank angles of one turn.
 
-    They are computed once for all stages that differ only in the stiffness of output pins, frame and other members outside of the contacts.
+    They are computed once for all stages that differ only in the stiffness of output pins, frame and other members outside of the contacts; without
+    torques, for all that differ only in stiffness.
     """
     output = stage.drive.output
     contacts = stage.drive if output is None else replace(stage.drive, output=replace(output, stiffness=math.inf))
+    if not len(torque):
+        cranks = drive.Eccentric(cranks=contacts.eccentric.cranks, circle=contacts.eccentric.circle)
+        contacts = replace(contacts, flanks=contact.Flanks(width=1.0, modulus=1.0), eccentric=cranks, disc_body=None, ring_body=None)
     return _simulated(contacts, stage.scatter, np.ascontiguousarray(torque, dtype=float).tobytes(), angles, count, seed)
 
 
