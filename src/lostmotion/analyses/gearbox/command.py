@@ -100,7 +100,7 @@ def gear(
         Literal["slope", "b/a", "secant", "tangent"],
         Argument("Definition of the stiffness: 'slope' over the slope range, 'b/a' from the lost motion's torque to the load, 'secant', 'tangent'."),
     ] = "slope",
-    gearboxes: Annotated[int, Argument("How many manufactured samples of a drawing are simulated.", least=2)] = 1000,
+    gearboxes: Annotated[int, Argument("How many manufactured samples of a drawing are simulated.", least=2)] = 500,
     seed: SeedArgument = 1,
     dxf: Annotated[
         "str | Path | None",

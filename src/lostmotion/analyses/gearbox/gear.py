@@ -92,7 +92,7 @@ class GearStudy:
 def gear(
     gearbox: ErrorSource,
     torque: float | None = None,
-    gearboxes: int = 1000,
+    gearboxes: int = 500,
     seed: int = 1,
     lost_motion_torque: float | None = None,
     slope_range: tuple[float, float] | None = None,
@@ -113,7 +113,7 @@ def gear(
     if slope_range is not None and not 0 <= slope_range[0] < slope_range[1]:
         raise refuse_argument("slope_range", slope_range, "two rising torques", slope_range=(100.0, 200.0))
     if not 2 <= gearboxes <= MOST_GEARBOXES:  # noqa: PLR2004 - a scatter needs two
-        raise refuse_argument("gearboxes", gearboxes, f"from 2 to {MOST_GEARBOXES}: one has no scatter", gearboxes=1000)
+        raise refuse_argument("gearboxes", gearboxes, f"from 2 to {MOST_GEARBOXES}: one has no scatter", gearboxes=500)
     if seed < 0:
         raise refuse_argument("seed", seed, "a whole number, zero or more", seed=1)
     chosen = gearbox.rated_torque if torque is None else torque
