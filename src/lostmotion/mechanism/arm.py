@@ -15,6 +15,7 @@ from lostmotion.mechanism.holding import holding_loads
 from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
 from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
 from lostmotion.mechanism.remarks import remarks_on, remarks_on_ranges, temperature_remarks
+from lostmotion.mechanism.shape import Body, bodies_of
 from lostmotion.mechanism.tool import Payload, Tool
 from lostmotion.parts.bands import unknown_values
 from lostmotion.parts.base import Base
@@ -111,6 +112,11 @@ class Arm(Part):
     def places(self) -> tuple[str, ...]:
         """Return the names of the places, in the order of `frames` and `wrenches`."""
         return tuple(place.name for place in self.tree.places)
+
+    @functools.cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """Return the bodies that pictures of the arm show, each fixed to a place."""
+        return bodies_of(self.tree, self.joints, self.payload)
 
     @functools.cached_property
     def _working_joints(self) -> tuple[Joint, ...]:
