@@ -17,6 +17,7 @@ from lostmotion.error_model.draws import Stream, uniforms, visit_draws
 from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
+from lostmotion.error_model.remedies import STAGES
 from lostmotion.laws.distributions import Normal
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.carry import carry
@@ -25,7 +26,7 @@ from lostmotion.parts.error_source import Friction
 from lostmotion.propagation.analytic import Drawn, analytic, pooled
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo.montecarlo import run
-from lostmotion.propagation.montecarlo.waterfall import STAGES, waterfall
+from lostmotion.propagation.montecarlo.waterfall import waterfall
 from lostmotion.units import Toleranced
 from tests.parts.random_arms import example_arms, random_arms, random_poses
 

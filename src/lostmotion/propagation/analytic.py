@@ -19,8 +19,8 @@ from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantile, quantile, student
-from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import Poses
+from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import COMPARED
 from lostmotion.mechanism.serial import as_poses
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -121,6 +122,7 @@ def analytic(
     *,
     approach: float = 0.0,
     levels: Sequence[float] = LEVELS,
+    stage: str = STAGES[0],
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Analytic:
@@ -131,6 +133,7 @@ def analytic(
     poses     `Poses`, or q (pose, joint) in rad or m
     approach  sign of the joints' last motion, 0 where it is drawn at every visit
     levels    shares of the quantiles, from 0.25 to 0.9995
+    stage     which remedies are applied, one of `remedies.STAGES`
     threads   number of threads; it changes no bit of the result
     progress  called with the name of the step, the number of poses done, and the number of all poses
 
@@ -148,9 +151,9 @@ def analytic(
     if not len(q):
         raise refuse_argument("poses", "none", "at least one", poses=128)
     keep_freed()
-    drawn = Drawn(screws(arm, q[:TILE], approach=approach))
+    drawn = Drawn(screws_at_stage(arm, q[:TILE], stage, approach=approach))
     found: list[Analytic] = []
-    for one in _over(arm, q, _blocks(0, len(q)), approach, threads, lambda matrix: of_screws(matrix, drawn, wanted)):
+    for one in _over(arm, q, _blocks(0, len(q)), (stage, approach), threads, lambda matrix: of_screws(matrix, drawn, wanted)):
         found.append(one)
         if progress is not None:
             progress("summing up terms", min(len(found) * _BLOCK, len(q)), len(q))
@@ -174,11 +177,11 @@ def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS
     )
 
 
-def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, threads: int = 1) -> Pooled:
+def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, stage: str = STAGES[0], threads: int = 1) -> Pooled:
     """Return the figures over all these poses together; `found` are the figures at each of them. Other arguments as for `analytic`."""
     if len(poses) == 1:
         return _of_one(found)
-    drawn = Drawn(screws(arm, poses.q[:TILE], approach=approach))
+    drawn = Drawn(screws_at_stage(arm, poses.q[:TILE], stage, approach=approach))
     points = POINTS if len(poses) <= _FEW else POOLED_POINTS
     each = len(poses) // poses.replicates
     blocks = [block for first in range(0, len(poses), each) for block in _blocks(first, first + each)]
@@ -187,7 +190,7 @@ def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, th
     def count(matrix: PoseMatrix) -> NDArray[np.int64]:
         return drawn.pooled_counts(matrix, points)
 
-    for block, counts in zip(blocks, _over(arm, poses.q, blocks, approach, threads, count), strict=True):
+    for block, counts in zip(blocks, _over(arm, poses.q, blocks, (stage, approach), threads, count), strict=True):
         by_block += counts
         by_set[block.start // each] += counts.sum(axis=0)
     mean = _estimate(float(found.mean.mean()), float(found.mean_uncertainty.mean()), found.mean.reshape(poses.replicates, -1).mean(axis=1))
@@ -286,14 +289,16 @@ def _blocks(first: int, last: int) -> list[slice]:
     return [slice(start, min(start + _BLOCK, last)) for start in range(first, last, _BLOCK)]
 
 
-def _over(arm: Arm, q: Floats, blocks: Sequence[slice], approach: float, threads: int, work: Callable[[PoseMatrix], _Found]) -> Iterator[_Found]:
-    """Yield the result of `work` for the pose matrix of each block of poses, in order."""
+def _over(
+    arm: Arm, q: Floats, blocks: Sequence[slice], of: tuple[str, float], threads: int, work: Callable[[PoseMatrix], _Found]
+) -> Iterator[_Found]:
+    """Yield the result of `work` for the pose matrix of each block of poses, in order; `of`: stage and approach."""
     # Building a pose matrix is many short steps in Python: two threads that do it at once would slow each other down.
     building = Lock()
 
     def one(block: slice) -> _Found:
         with building:
-            matrix = screws(arm, q[block], approach=approach)
+            matrix = screws_at_stage(arm, q[block], of[0], approach=of[1])
         return work(matrix)
 
     if threads == 1:

@@ -1,14 +1,6 @@
 """Effect of calibration and compensation on the 95th percentile: the same robots and visits, without the errors that each remedy removes.
 
-Calibrated          removes every error drawn per robot that is a constant screw in the frame of its place: lengths, axis tilts and offsets, encoder
-                    zeros, base tilt. An ideal identification of the geometry finds these. It does not find harmonics (transmission error, encoder
-                    eccentricity, runout), which require a table per joint, nor errors that depend on the load (scatter of stiffness, size of a play
-                    that a load closes). Errors that are the same in every robot are removed by compensation, also constant ones.
-Load compensated    removes every design term: the controller knows pose, load, nominal stiffness and nominal play exactly.
-Mapped              removes every error drawn per robot, including harmonics and errors that depend on the load. The remaining errors differ from
-                    visit to visit, including the size of a free play. No remedy removes them.
-
-Each remedy is ideal, so the remaining error is a lower limit for a real one.
+The remedies are those of `error_model.remedies`, each of them ideal.
 """
 
 from __future__ import annotations
@@ -17,20 +9,16 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from lostmotion.error_model.intervals import Estimate, pooled_mean, pooled_quantile, quantile_drop
+from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired, Sample, thinned
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
-    from lostmotion.error_model.pose_matrix import Column
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.spatial import Floats
 
-STAGES: Final = ("as manufactured", "calibrated", "load compensated", "both", "both, and each robot mapped")
 LEVEL: Final = 0.95
 _POSES: Final = 512
 _ROBOTS: Final = 512
@@ -93,19 +81,3 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
 def _stage(name: str, sample: Sample, first: Sample) -> Stage:
     reduction = Estimate(0.0, 0.0, 0.0) if sample is first else quantile_drop((first.groups, first.sets), (sample.groups, sample.sets), LEVEL)
     return Stage(name, pooled_mean(sample.means), pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest), reduction)
-
-
-def remaining(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
-    """Return 1 for each column that remains at a stage of `STAGES`, else 0 (column,); `geometry`: names of terms that ideal calibration finds."""
-    calibrated = stage in {"calibrated", "both"}
-    compensated = stage in {"load compensated", "both", "both, and each robot mapped"}
-    mapped = stage == "both, and each robot mapped"
-    removed = [
-        (calibrated and info.name in geometry) or (compensated and info.level == "design") or (mapped and info.level == "robot") for info in infos
-    ]
-    return 1.0 - np.array(removed, dtype=float)
-
-
-def geometry_of(arm: Arm) -> frozenset[str]:
-    """Return the names of the terms that an ideal calibration of the geometry finds: drawn per robot, with a constant screw."""
-    return frozenset(of.name for of in arm.terms if of.term.level == "robot" and not of.term.form.reads)
