@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 
 import numpy as np
-import plotly.graph_objects as go
 import pytest
+from matplotlib.patches import StepPatch
+from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 import lostmotion
 from lostmotion.analyses.accuracy.plots import study as plots
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.propagation.montecarlo.histogram import linear_bins
-from lostmotion.reporting.plot import framed, label, styled
+from lostmotion.reporting.chart import label, named_rows, one
+from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.svg import inline_svg
 
 LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
 LINK["material"] = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}
@@ -48,9 +52,8 @@ def study_of(*joints: dict[str, object], visits: int = 3) -> lostmotion.Study:
 
 def titles_of(figure):
     """Return the titles of every axis that carries numbers."""
-    layout = figure.to_plotly_json()["layout"]
-    axes = [axis for key, axis in layout.get("scene", layout).items() if "axis" in key]
-    return [axis.get("title", {}).get("text", "") for axis in axes if "ticktext" not in axis]
+    both = [(axis, axis.get_label_text()) for on in figure.axes for axis in (on.xaxis, on.yaxis)]
+    return [title for axis, title in both if not isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter)]
 
 
 def test_every_axis_names_its_unit():
@@ -66,13 +69,17 @@ def test_every_axis_names_its_unit():
 def test_no_two_plots_share_a_key():
     """Keys name files and places on the page."""
     keys = [plot.key for plot in plots.plots(small_study())]
-    assert len(set(keys)) == len(keys) == 11
+    assert len(set(keys)) == len(keys) == 10
+
+
+def areas(figure):
+    """Return the sum of the steps in each histogram of a figure."""
+    return [float(patch.get_data().values.sum()) for on in figure.axes for patch in on.patches if isinstance(patch, StepPatch)]
 
 
 def test_histogram_counts_every_sample_once():
-    """64 poses x 32 robots x 3 visits leave 6144 samples in the bars, none lost at an edge."""
-    figure = plots.error_histogram(small_study())
-    assert sum(figure.data[0].y) == 64 * 32 * 3
+    """Each of the 64 poses x 32 robots x 3 visits is in a bar, none lost at an edge."""
+    assert areas(plots.error_histogram(small_study())) == [pytest.approx(100)]
 
 
 def test_histogram_agrees_with_the_quantile_it_marks():
@@ -97,8 +104,7 @@ def test_linear_bins_lose_no_sample(errors):
 
 def test_robot_histograms_count_every_robot():
     """32 robots were built, so each of AP and RP shows 32."""
-    figure = plots.accuracy_over_robots(small_study())
-    assert [sum(bars.y) for bars in figure.data] == [32, 32]
+    assert areas(plots.accuracy_over_robots(small_study())) == [32, 32]
 
 
 def test_one_visit_has_no_repeatability_to_draw():
@@ -109,26 +115,34 @@ def test_one_visit_has_no_repeatability_to_draw():
         plots.accuracy_over_robots(study)
 
 
+def names_of(figure):
+    """Return the names beside the bars of a figure, from the top."""
+    return [each.get_text() for each in figure.axes[0].get_yticklabels()]
+
+
 def test_budget_bars_add_to_the_whole():
-    """Shares, with the small parts put together as others, make 100 %."""
+    """Shares, with the small parts put together as others, make 100 %, the largest on top."""
     figure = plots.budget(small_study())
-    assert sum(figure.data[0].x) == pytest.approx(100)
-    assert figure.layout.yaxis.ticktext[-1] == "5 others"
-    assert list(figure.data[0].x[:-1]) == sorted(figure.data[0].x[:-1], reverse=True)
+    widths = [bar.get_width() for bar in figure.axes[0].patches]
+    assert sum(widths) == pytest.approx(100)
+    assert names_of(figure)[-1] == "5 others"
+    assert widths[:-1] == sorted(widths[:-1], reverse=True)
 
 
 def test_budget_names_the_largest_contributor_first():
     """The bar on top is the part that costs most."""
     study = small_study()
-    assert plots.budget(study).layout.yaxis.ticktext[0] == costs(study.sampled.tally)[0].part.removeprefix("joints.")
+    assert names_of(plots.budget(study))[0] == costs(study.sampled.tally)[0].part.removeprefix("joints.")
 
 
 def test_levels_end_at_what_remains():
     """The three stacked bars reach to the r.m.s. as manufactured, without design errors, and with the visits' alone."""
     study = small_study()
     squares = study.sampled.tally.levels / study.sampled.tally.poses
-    figure = plots.levels(study.budget)
-    reached = np.sum([bars.x for bars in figure.data], axis=0)
+    reached = np.zeros(3)
+    for bar in plots.levels(study.budget).axes[0].patches:
+        row = round(bar.get_y() + bar.get_height() / 2)
+        reached[row] = max(reached[row], bar.get_x() + bar.get_width())
     expected = np.sqrt([squares.sum(), squares[1:].sum(), squares[2]])
     assert reached / reached[0] == pytest.approx(expected / expected[0])
 
@@ -136,36 +150,39 @@ def test_levels_end_at_what_remains():
 def test_forces_and_torques_do_not_share_an_axis():
     """A sliding joint holds newtons, a turning one newton metres."""
     figure = plots.torques(study_of(SLIDING, *TURNING[:2]))
-    assert [figure.layout.xaxis.title.text, figure.layout.xaxis2.title.text] == ["holding torque, magnitude [N m]", "holding force, magnitude [N]"]
+    assert [on.get_xlabel() for on in figure.axes] == ["holding torque, magnitude [N m]", "holding force, magnitude [N]"]
 
 
-def test_projections_have_equal_axes_and_one_colour_scale():
-    """A millimetre up is a millimetre across, and a colour means the same error on every map."""
+def test_sections_have_equal_axes_and_one_set_of_classes():
+    """A millimetre up is a millimetre across, and a colour means the same error on every section."""
     study = small_study()
-    figures = [plots.workspace_xoz(study), plots.workspace_xoy(study), plots.error_map(study)]
-    assert [figure.layout.yaxis.scaleanchor for figure in figures[:2]] == ["x", "x"]
-    scene = figures[2].layout.scene
-    room = [scene.aspectratio[name] for name in "xyz"]
-    sides = [end - begin for begin, end in (scene[f"{name}axis"].range for name in "xyz")]
-    assert np.array(room) / room[0] == pytest.approx(np.array(sides) / sides[0])
-    scales = {(trace.marker.cmin, trace.marker.cmax) for figure in figures for trace in figure.data if trace.marker.colorscale}
-    assert len(scales) == 1
+    figures = [plots.seen_from_the_side(study), plots.seen_from_above(study)]
+    assert [figure.axes[0].get_aspect() for figure in figures] == [1.0, 1.0]
+    names = [[each.get_text() for each in figure.legends[0].get_texts()][:7] for figure in figures]
+    assert names[0] == names[1]
+
+
+def test_a_turning_column_is_seen_in_one_section():
+    """Turned about its vertical axis, each tool point keeps its distance and height: the section is as wide as the arm reaches from the axis."""
+    study = small_study()
+    on = plots.seen_from_the_side(study).axes[0]
+    assert on.get_xlabel() == "distance from the axis of O [mm]"
+    assert on.get_xlim()[1] >= 1e3 * np.hypot(*study.workspace.points[:, :2].T).max()
+    lying = lostmotion.Arm.model_validate({"name": "no column", "joints": TURNING[1:]})
+    assert plots.seen_from_the_side(lostmotion.study(lying, 16, 16, 2, threads=1)).axes[0].get_xlabel() == "x [mm]"
 
 
 @pytest.mark.parametrize("joints", [(STIFF,), (SLIDING,), (SLIDING, *TURNING[:1])], ids=["no errors", "one slide", "slide and turn"])
 def test_odd_arms_are_drawn(joints):
     """An arm stated to be free of errors, a single slide, a flat workspace: every plot is still made and finite where it has numbers."""
     for plot in plots.plots(study_of(*({**joint, "lumped": {"angle": 0.0}} for joint in joints))):
-        assert "NaN" not in plot.figure.to_json(), plot.key
+        assert "nan" not in inline_svg(plot).lower(), plot.key
 
 
 def test_names_cannot_carry_mark_up_into_a_plot():
-    """Plotly reads tags in its texts; a name that looks like one is shown as written, and a long one is cut."""
-    assert label("<b>A</b>") == "&lt;b&gt;A&lt;/b&gt;"
+    """A name that looks like a tag or like a formula is shown as written, and a long one is cut."""
+    figure, on = one("<i>title</i>", 60)
+    named_rows(on, ["<b>A</b>", "$x^2$"])
+    shown = re.findall(r">([^<>]*[A$t][^<>]*)</text>", inline_svg(Plot("k", "s", figure, "")))
+    assert shown == ["&lt;b&gt;A&lt;/b&gt;", "$x^2$", "&lt;i&gt;title&lt;/i&gt;"]
     assert len(label("x" * 200)) == 36
-
-
-def test_a_plot_alone_looks_like_one_of_several_axes():
-    """A figure that is laid out when it is made has the layout of one that is styled afterwards."""
-    bars = go.Bar(x=[1, 2], y=[3, 4])
-    assert framed("title", bars, height=300).to_plotly_json() == styled(go.Figure([bars]), "title", height=300).to_plotly_json()

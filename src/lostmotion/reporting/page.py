@@ -10,6 +10,8 @@ import re
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.reporting.layout import plain
+from lostmotion.reporting.palette import css_variables
+from lostmotion.reporting.svg import inline_svg
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -130,7 +132,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 <meta http-equiv="Content-Security-Policy" content="{policy}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{name}: {_text(sheet.subject)}</title>
-<style>{_PAGE_CSS.replace("FONT", FONT)}{_TABLES_CSS}</style>
+<style>:root{{{css_variables()}--font:{FONT}}}.chart{{max-width:100%;height:auto}}{_PAGE_CSS.replace("FONT", FONT)}{_TABLES_CSS}</style>
 </head>
 <body class="lostmotion">
 <header>
@@ -151,7 +153,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 </footer>
 <noscript><p>The plots need JavaScript; every figure is in the tables.</p></noscript>
 <script>{library}</script>
-{"".join(_data(plot) for plot in drawn)}<script>{_DRAW}</script>
+{"".join(_data(plot) for plot in drawn if not hasattr(plot.figure, "savefig"))}<script>{_DRAW}</script>
 </body>
 </html>
 """
@@ -174,7 +176,7 @@ def _card(card: Card) -> str:
 
 
 def _section(section: Section, drawn: list[Plot]) -> str:
-    figures = "".join(f'<figure role="img" aria-label="{_text(plot.words)}"><div id="plot-{plot.key}"></div></figure>' for plot in drawn)
+    figures = "".join(_figure(plot) for plot in drawn)
     table = _table(section)
     long = " long" if len(section.columns) + sum(_with_interval(section)) > _BESIDE_A_PLOT else ""
     pair = f'<div class="pair{long}"><div class="table">{table}</div>{figures}</div>'
@@ -217,11 +219,18 @@ def _mark(index: int) -> str:
 
 def _data(plot: Plot) -> str:
     """Hold a plot's data as JSON that no text in it can break out of."""
-    figure: dict[str, Any] = json.loads(plot.figure.to_json())
+    figure: dict[str, Any] = json.loads(plot.figure.to_json())  # type: ignore[union-attr]  # until every chart is matplotlib's
     text = json.dumps({"data": figure["data"], "layout": figure["layout"]}, separators=(",", ":"), sort_keys=True)
     for char in "&<>":
         text = text.replace(char, f"\\u{ord(char):04x}")
     return f'<script type="application/json" data-plot="{plot.key}">{text}</script>\n'
+
+
+def _figure(plot: Plot) -> str:
+    """Show a plot: an SVG element where matplotlib drew it, else the place that the script fills."""
+    if hasattr(plot.figure, "savefig"):
+        return f"<figure>{inline_svg(plot)}</figure>"
+    return f'<figure role="img" aria-label="{_text(plot.words)}"><div id="plot-{plot.key}"></div></figure>'
 
 
 def _foldable(name: str) -> str:

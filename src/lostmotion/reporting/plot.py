@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     import numpy as np
     import plotly.graph_objects as go
+    from matplotlib.figure import Figure
 
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.spatial import Floats
@@ -49,7 +50,7 @@ class Plot:
 
     key: str
     section: str
-    figure: go.Figure
+    figure: Figure | go.Figure
     words: str
 
 
@@ -105,21 +106,6 @@ def histogram(edges: Floats, counts: np.ndarray, colour: str, hover: str) -> go.
     marker = {"color": colour, "line": {"color": "white", "width": 0.5}}
     share = 100 * counts / counts.sum()
     return go.Bar(x=middles, y=counts, width=width, marker=marker, customdata=share, hovertemplate=hover, showlegend=False)
-
-
-def mark(figure: go.Figure, estimate: Estimate, name: str, unit: str, *, axes: str = "", row: int = 0) -> None:
-    """Draw a line at an estimate over the shaded interval, and its value above the plot, `row` lines up."""
-    factor = PER_UNIT[unit]
-    value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))
-    place = {"xref": f"x{axes}", "yref": f"y{axes} domain"}
-    if math.isfinite(high - low):
-        figure.add_shape(type="rect", x0=low, x1=high, y0=0, y1=1, fillcolor=_BAND, line_width=0, **place)
-    top = 1 + 0.07 * row
-    figure.add_shape(type="line", x0=value, x1=value, y0=0, y1=top, line={"color": RED, "width": 1.3, "dash": "dot"}, **place)
-    shown = length(estimate.value, estimate.low, estimate.high)
-    figure.add_annotation(
-        x=value, y=top, text=f"{name} {shown}", showarrow=False, xanchor="right", yanchor="bottom", xshift=4, font={"color": RED, "size": 12}, **place
-    )
 
 
 def named(names: Sequence[str]) -> dict[str, Any]:

@@ -4,37 +4,29 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lostmotion.mechanism.load_causes import CAUSES, OUTBOARD_CAUSES, OWN_WEIGHT
-from lostmotion.reporting.plot import LEGEND, OF_CAUSE, framed, label, named
+from lostmotion.reporting.chart import label_axes, legend, named_rows, one, stacked
+from lostmotion.reporting.palette import OF_CAUSE
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from matplotlib.figure import Figure
 
     from lostmotion.analyses.accuracy.answer import Answer
 
 
-def bending(answer: Answer) -> go.Figure:
+def bending(answer: Answer) -> Figure:
     """Draw the largest deflection of each link (µm), stacked by cause; a cause that reduces the bending extends to the left."""
-    import plotly.graph_objects as go
-
     links = answer.bending
-    bars = []
+    figure, on = one("Largest deflection of each link", 36 + 8 * len(links))
+    rows = []
     for cause in (OWN_WEIGHT, *CAUSES):
-        parts = [bent.by_cause.get(cause, (0.0, 0.0, 0.0))[0] for bent in links]
-        if any(parts):
-            name = OUTBOARD_CAUSES.get(cause, cause)
-            bars.append(
-                go.Bar(
-                    x=[part * 1e6 for part in parts],
-                    y=list(range(len(links))),
-                    orientation="h",
-                    name=name,
-                    marker={"color": OF_CAUSE[cause]},
-                    hovertemplate=f"{name}: %{{x:.4~g}} µm<extra></extra>",
-                )
-            )
-    figure = framed("Largest deflection of each link", *bars, height=150 + 40 * len(links))
-    figure.update_xaxes(title_text="deflection of the link's tip [µm]")
-    figure.update_yaxes(**named([label(bent.joint) for bent in links]))
-    figure.update_layout(barmode="relative", bargap=0.35, legend=LEGEND, margin_t=84)
+        parts = np.array([bent.by_cause.get(cause, (0.0, 0.0, 0.0))[0] * 1e6 for bent in links])
+        if parts.any():
+            rows.append((OUTBOARD_CAUSES.get(cause, cause), OF_CAUSE[cause], parts))
+    stacked(on, rows)
+    named_rows(on, [bent.joint for bent in links])
+    label_axes(on, "deflection of the link's tip [µm]")
+    legend(figure)
     return figure

@@ -9,16 +9,21 @@ import numpy as np
 
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, ORANGE, PER_UNIT, Plot, framed, label, named
+from lostmotion.reporting.chart import PER_UNIT, label_axes, legend, named_rows, one, stacked, text
+from lostmotion.reporting.palette import LEVELS, LIGHT
+from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.sheet import Figure as Number
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import plotly.graph_objects as go
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.error_model.budget import Budget, Cost
+    from lostmotion.spatial import Floats
 
 LEVELS_TEXT: Final = "Stacked bars of the r.m.s. error as manufactured, with load and pose compensated, and each robot mapped as well."
 CAUSES_TEXT: Final = "Stacked bars of each kind of error's share of the mean square, by level."
@@ -26,115 +31,74 @@ _PARTS_SHOWN: Final = 15
 _LEAST_SHOWN: Final = 5e-4  # would show as 0.0 %
 
 
-def levels(found: Budget) -> go.Figure:
+def levels(found: Budget) -> Figure:
     """Draw the r.m.s. error as manufactured, compensated, and with each robot mapped, split by level."""
-    import plotly.graph_objects as go
-
     squares = found.rms**2 * np.maximum(found.levels, 0.0)
-    stages = ("as manufactured", "load and pose<br>compensated", "and each robot<br>mapped")
+    stages = ("as manufactured", "load and pose\ncompensated", "and each robot\nmapped")
     left = np.array([squares[k:].sum() for k in range(len(stages))])
     unit = length(math.sqrt(left[0])).unit
     size = np.sqrt(left) * PER_UNIT[unit]
-    figure = framed("Remaining r.m.s. error", height=330)
-    for k, (name, colour) in enumerate((("load and pose", ORANGE), ("each robot", BLUE), ("each visit", GREEN))):
-        share = np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)])
-        bar = go.Bar(
-            y=list(range(len(stages))),
-            x=size * share,
-            orientation="h",
-            name=name,
-            marker={"color": colour},
-            width=0.6,
-            customdata=100 * share,
-            hovertemplate=f"{name}: %{{customdata:.3~g}} % of this bar's mean square<extra></extra>",
-        )
-        figure.add_trace(bar)
+    figure, on = one("Remaining r.m.s. error", 66)
+    share = [np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)]) for k in range(len(stages))]
+    stacked(on, [(name, colour, size * each) for (name, colour), each in zip(LEVELS, share, strict=True)])
     for stage, whole in enumerate(left):
-        text = str(length(math.sqrt(whole)))
-        figure.add_annotation(x=math.sqrt(whole) * PER_UNIT[unit], y=stage, text=text, showarrow=False, xanchor="left", xshift=5)
-    figure.update_yaxes(**named(stages))
-    figure.update_xaxes(title_text=f"r.m.s. error [{unit}], split by mean square", range=[0, max(float(size[0]), 1e-12) * 1.25])
-    figure.update_layout(barmode="stack", legend=LEGEND, margin_t=80)
+        text(on, size[stage], stage, str(length(math.sqrt(whole))), xytext=(4, 0), va="center")
+    named_rows(on, stages)
+    on.set_xlim(0, max(float(size[0]), 1e-12) * 1.2)
+    label_axes(on, f"r.m.s. error [{unit}], split by mean square")
+    legend(figure)
     return figure
 
 
-def budget(answer: Answer) -> go.Figure:
+def budget(answer: Answer) -> Figure:
     """Draw the error budget by part: shares of the mean-square error in %, largest on top; a negative one cancels others."""
-    import plotly.graph_objects as go
-
     found = costs(answer.sampled.tally)
     by_size = sorted(found, key=lambda cost: -abs(cost.share))
     shown = sorted(by_size[:_PARTS_SHOWN], key=lambda cost: -cost.share)
     rest = by_size[_PARTS_SHOWN:]
-    names = [label(short_name(cost.part)) for cost in shown]
+    names = [short_name(cost.part) for cost in shown]
     shares = [100 * cost.share for cost in shown]
-    hover = [
-        f"{name}<br>{share:.3g} % of the mean square<br>{cost.alone * 1e6:.4g} µm r.m.s. alone"
-        for name, share, cost in zip(names, shares, shown, strict=True)
-    ]
     if rest:
         names.append(f"{len(rest)} others")
         shares.append(100 * sum(cost.share for cost in rest))
-        hover.append(f"{len(rest)} others together<br>{shares[-1]:.3g} % of the mean square")
-    bars = go.Bar(
-        x=shares,
-        y=list(range(len(names))),
-        orientation="h",
-        width=0.7,
-        marker={"color": [ORANGE if share < 0 else BLUE for share in shares]},
-        text=[_percent(share) for share in shares],
-        textposition="outside",
-        cliponaxis=False,
-        textfont={"size": 12},
-        hovertext=hover,
-        hovertemplate="%{hovertext}<extra></extra>",
-        showlegend=False,
+    figure, on = one("Share of mean square by part", 24 + 5.2 * len(names))
+    values = np.array(shares)
+    stacked(
+        on, [("adds to the error", LIGHT["robot"], np.maximum(values, 0.0)), ("cancels others", LIGHT["design"], np.minimum(values, 0.0))], height=0.7
     )
-    figure = framed("Share of mean square by part", bars, height=130 + 23 * len(names))
-    low, high = min([0.0, *shares]), max([0.0, *shares])
-    room = 0.14 * ((high - low) or 1.0)
-    figure.update_xaxes(
-        title_text="share of mean square [%]", range=[low - (room if low < 0 else 0), high + room], zeroline=True, zerolinecolor="#888888"
-    )
-    figure.update_yaxes(**named(names))
-    if low < 0:
-        figure.add_annotation(
-            x=0, y=1, xref="x", yref="paper", yanchor="bottom", xanchor="right", xshift=-4, text="cancels others", showarrow=False, font={"size": 12}
-        )
+    for row, share in enumerate(shares):
+        text(on, max(share, 0.0), row, str(Number(share, "%")), xytext=(4, 0), va="center")
+    _shares(on, names, values)
+    if values.min() < 0:
+        legend(figure)
     return figure
 
 
-def by_level(found: Sequence[Cost], title: str) -> go.Figure:
+def by_level(found: Sequence[Cost], title: str) -> Figure:
     """Draw shares of the mean square in %, stacked by level; negative shares cancel others."""
-    import plotly.graph_objects as go
-
     shown = [cost for cost in found if abs(cost.share) >= _LEAST_SHOWN][:_PARTS_SHOWN]
     rest = [cost for cost in found if cost not in shown]
-    names = [label(short_name(cost.part)) for cost in shown]
-    shares = np.array([cost.levels for cost in shown]).reshape(-1, 3)
+    names = [short_name(cost.part) for cost in shown]
+    shares = 100 * np.array([cost.levels for cost in shown]).reshape(-1, 3)
     if rest:
         names.append(f"{len(rest)} other{'s' if len(rest) > 1 else ''}")
-        shares = np.vstack([shares, np.sum([cost.levels for cost in rest], axis=0)])
-    figure = framed(title, height=140 + 25 * len(names))
-    for k, (name, colour) in enumerate((("load and pose", ORANGE), ("each robot", BLUE), ("each visit", GREEN))):
-        bar = go.Bar(
-            x=100 * shares[:, k],
-            y=list(range(len(names))),
-            orientation="h",
-            width=0.7,
-            name=name,
-            marker={"color": colour},
-            hovertemplate=f"{name}: %{{x:.3~g}} % of the mean square<extra></extra>",
-        )
-        figure.add_trace(bar)
-    for row, levels_of in enumerate(shares):
-        end = 100 * float(levels_of[levels_of > 0].sum())
-        figure.add_annotation(x=end, y=row, text=_percent(100 * float(levels_of.sum())), showarrow=False, xanchor="left", xshift=5, font={"size": 12})
-    low, high = min(0.0, 100 * float(shares.min(initial=0.0))), 100 * float(np.maximum(shares, 0).sum(axis=1).max(initial=0.0))
-    figure.update_xaxes(title_text="share of mean square [%]", range=[1.05 * low, 1.16 * (high or 1.0)], zeroline=True, zerolinecolor="#888888")
-    figure.update_yaxes(**named(names))
-    figure.update_layout(barmode="relative", legend=LEGEND, margin_t=80)
+        shares = np.vstack([shares, 100 * np.sum([cost.levels for cost in rest], axis=0)])
+    figure, on = one(title, 30 + 5.2 * len(names))
+    low, high = stacked(on, [(name, colour, shares[:, k]) for k, (name, colour) in enumerate(LEVELS)], height=0.7)
+    for row, of_levels in enumerate(shares):
+        text(on, high[row], row, str(Number(float(of_levels.sum()), "%")), xytext=(4, 0), va="center")
+    _shares(on, names, np.concatenate([low, high]))
+    legend(figure)
     return figure
+
+
+def _shares(on: Axes, names: Sequence[str], values: Floats) -> None:
+    """Label bars of shares (%), and leave room for their numbers."""
+    low, high = min(0.0, float(values.min(initial=0.0))), max(0.0, float(values.max(initial=0.0)))
+    room = (high - low) or 1.0
+    on.set_xlim(low - (0.04 * room if low < 0 else 0), high + 0.16 * room)
+    named_rows(on, names)
+    label_axes(on, "share of mean square [%]")
 
 
 def of_budget(found: Budget, places: Sequence[Budget]) -> list[Plot]:
@@ -158,7 +122,3 @@ def at_places(places: Sequence[Budget]) -> list[Plot]:
         for k, found in enumerate(places, start=1)
         if found.parts
     ]
-
-
-def _percent(share: float) -> str:
-    return f"{share:.1f} %" if abs(share) >= 0.05 else "< 0.1 %"  # noqa: PLR2004 - would show as 0.0

@@ -2,78 +2,47 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+import math
 from typing import TYPE_CHECKING
 
-from lostmotion.reporting.plot import BLUE, GREEN, INK, PER_UNIT, RED, framed
+from lostmotion.reporting.chart import PER_UNIT, grid, label_axes, one, text
+from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from matplotlib.figure import Figure
 
     from lostmotion.propagation.montecarlo.waterfall import Waterfall
 
-# The stages of `studies.montecarlo.waterfall.STAGES` that follow each other, and what is done from one to the next.
+# The stages of `propagation.montecarlo.waterfall.STAGES` that follow each other, and what is done from one to the next.
 _STEPS = (
-    ("as manufactured", "as<br>manufactured"),
-    ("calibrated", "geometry<br>calibrated"),
-    ("both", "load<br>compensated"),
-    ("both, and each robot mapped", "harmonics, stiffness<br>mapped"),
+    ("as manufactured", "as\nmanufactured"),
+    ("calibrated", "geometry\ncalibrated"),
+    ("both", "load\ncompensated"),
+    ("both, and each robot mapped", "harmonics,\nstiffness mapped"),
 )
+_WIDE = 0.62
 
 
-def waterfall(found: Waterfall) -> go.Figure:
-    """Draw the reduction of the 95th percentile by each remedy in turn, with 95 % intervals."""
-    import plotly.graph_objects as go
-
+def waterfall(found: Waterfall) -> Figure:
+    """Draw what remains of the 95th percentile after each remedy with its 95 % interval, and above it, paler, what the remedy removes."""
     stages = {stage.name: stage for stage in found.stages}
     at = [stages[name].q95 for name, _ in _STEPS]
     unit = length(at[0].value).unit
-    factor = PER_UNIT[unit]
-    values = [estimate.value * factor for estimate in at]
-    steps = [values[0], *(after - before for before, after in pairwise(values)), 0.0]
-    names = [*(text for _, text in _STEPS), "left"]
-    # As many digits as the interval of the drop leaves meaning.
-    offs = [stages[name].reduction for name, _ in _STEPS]
-    drops = [length(step / factor, step / factor, step / factor + off.high - off.low) for step, off in zip(steps[:-1], offs, strict=True)]
-    shown = [str(length(at[0].value, at[0].low, at[0].high)), *(str(drop).replace("-", "−") for drop in drops[1:])]
-    shown.append(str(length(at[-1].value, at[-1].low, at[-1].high)))
-    bars = go.Waterfall(
-        x=names,
-        y=steps,
-        measure=["absolute", *["relative"] * (len(steps) - 2), "total"],
-        customdata=shown,
-        width=0.62,
-        connector={"line": {"color": "#888888", "width": 1, "dash": "dot"}},
-        increasing={"marker": {"color": RED}},
-        decreasing={"marker": {"color": GREEN}},
-        totals={"marker": {"color": BLUE}},
-        hovertemplate="%{x}: %{customdata}<extra></extra>",
-        showlegend=False,
-    )
-    left = [*values, values[-1]]
-    ends = [*at, at[-1]]
-    bounds = go.Scatter(
-        x=names,
-        y=left,
-        mode="markers",
-        marker={"size": 1, "color": INK},
-        error_y={
-            "type": "data",
-            "symmetric": False,
-            "array": [estimate.high * factor - value for estimate, value in zip(ends, left, strict=True)],
-            "arrayminus": [value - estimate.low * factor for estimate, value in zip(ends, left, strict=True)],
-            "color": INK,
-            "thickness": 1.3,
-            "width": 7,
-        },
-        hovertemplate=f"remaining:  %{{y:.4~g}} {unit}<extra></extra>",
-        showlegend=False,
-    )
-    figure = framed("95th percentile, one remedy after the other", bars, bounds, height=400)
-    for k, text in enumerate(shown):
-        top = max(left[k], left[max(k - 1, 0)] if k < len(left) - 1 else 0.0, ends[k].high * factor)
-        figure.add_annotation(x=names[k], y=top, text=text, showarrow=False, yanchor="bottom", yshift=3, font={"size": 12})
-    figure.update_yaxes(title_text=f"95th percentile of the position error [{unit}]", range=[0, 1.18 * max(*left, 1e-12)])
-    figure.update_xaxes(tickvals=names, ticktext=names, showgrid=False, tickangle=0)
+    values = [estimate.value * PER_UNIT[unit] for estimate in at]
+    figure, on = one("95th percentile, one remedy after the other", 76)
+    grid(on)
+    for k, (value, estimate) in enumerate(zip(values, at, strict=True)):
+        before = values[k - 1] if k else value
+        on.bar(k, value, width=_WIDE, color=LIGHT["robot"], linewidth=0)
+        on.bar(k, before - value, bottom=value, width=_WIDE, color=LIGHT["visit"] if before >= value else LIGHT["warn"], alpha=0.3, linewidth=0)
+        if k:
+            on.plot([k - 1 + _WIDE / 2, k + _WIDE / 2], [before, before], color=LIGHT["quiet"], linewidth=0.8, linestyle=(0, (2, 2)))
+        ends = [end * PER_UNIT[unit] if math.isfinite(end) else value for end in (estimate.low, estimate.high)]
+        on.errorbar(k, value, [[max(value - ends[0], 0.0)], [max(ends[1] - value, 0.0)]], color=LIGHT["ink"], linewidth=1.1, capsize=3)
+        text(on, k, max(value, ends[1]), str(length(estimate.value, estimate.low, estimate.high)), xytext=(0, 4), ha="center", va="bottom")
+    on.set_xticks(range(len(_STEPS)), [words for _, words in _STEPS], color=LIGHT["ink"])
+    on.tick_params(axis="x", length=0)
+    on.set_ylim(0, 1.14 * max(*values, 1e-12))
+    label_axes(on, y=f"95th percentile of the error [{unit}]")
     return figure

@@ -1,0 +1,305 @@
+"""The pieces that charts are made of: figures in mm, axes, bars, histograms, marks and legends. Matplotlib is loaded when a chart is drawn.
+
+Figures are made without pyplot and change no setting of matplotlib. Their colours are those of the light palette.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from lostmotion.reporting.palette import CLASSES, LIGHT
+from lostmotion.reporting.sheet import length
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+    from contextlib import AbstractContextManager
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.spatial import Floats
+
+WIDTH: Final = 130.0
+PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
+SMALL: Final = 8.5
+_TEXT: Final = 9.5
+_TITLE: Final = 10.5
+_LEFT: Final = 0.012
+_MM: Final = 1 / 25.4
+_LONGEST_LABEL: Final = 36
+_BAND: Final = 0.18
+# Of the axes' width, from where on words stand to the left of what they mark.
+_ROOM_LEFT: Final = 0.45
+_STYLE: Final[dict[Any, Any]] = {
+    "font.family": "sans-serif",
+    "font.size": _TEXT,
+    "text.color": LIGHT["ink"],
+    "text.parse_math": False,
+    "axes.edgecolor": LIGHT["quiet"],
+    "axes.linewidth": 0.8,
+    "axes.labelcolor": LIGHT["quiet"],
+    "axes.titlesize": _TEXT,
+    "axes.titlecolor": LIGHT["ink"],
+    "axes.titlelocation": "left",
+    "axes.titlepad": 8.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.facecolor": "none",
+    "axes.unicode_minus": True,
+    "figure.facecolor": LIGHT["paper"],
+    "legend.frameon": False,
+    "legend.fontsize": SMALL,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "lostmotion",
+}
+# Groups of settings that change what is drawn; the others belong to windows and the machine.
+_DRAWING: Final = {
+    "axes",
+    "contour",
+    "errorbar",
+    "font",
+    "grid",
+    "legend",
+    "lines",
+    "patch",
+    "path",
+    "pdf",
+    "polaraxes",
+    "savefig",
+    "svg",
+    "text",
+} | {f"{axis}{what}" for axis in "xy" for what in ("axis", "tick")}
+
+
+def settings() -> AbstractContextManager[None]:
+    """Return a context with matplotlib's own settings and those of all charts, whatever the user's are; they are back afterwards."""
+    import matplotlib as mpl
+
+    own: dict[Any, Any] = {key: value for key, value in mpl.rcParamsDefault.items() if key.partition(".")[0] in _DRAWING}
+    return mpl.rc_context({**own, **_STYLE})
+
+
+def figure(height: float, width: float = WIDTH) -> Figure:
+    """Return an empty figure of this size (mm) whose axes are placed so that nothing overlaps."""
+    from matplotlib.figure import Figure
+
+    with settings():
+        return Figure(figsize=(width * _MM, height * _MM), layout="constrained")
+
+
+def axes(on: Figure, title: str = "", *, rows: int = 1, columns: int = 1, **how: Any) -> np.ndarray:  # noqa: ANN401 - options of Figure.subplots
+    """Return new axes (rows, columns) on a figure, the title above the first."""
+    with settings():
+        made: np.ndarray = on.subplots(rows, columns, squeeze=False, **how)
+        for each in made.flat:
+            each.tick_params(colors=LIGHT["quiet"], labelsize=SMALL, length=3, width=0.8)
+            each.set_axisbelow(True)
+        if title:
+            on.suptitle(title, x=_LEFT, ha="left", fontsize=_TITLE, parse_math=False)
+    return made
+
+
+def one(title: str, height: float, *, width: float = WIDTH) -> tuple[Figure, Axes]:
+    """Return a figure of this height (mm) and its only axes."""
+    made = figure(height, width)
+    return made, axes(made, title)[0, 0]
+
+
+def axes_by_unit(title: str, counts: Mapping[str, int], *, bar: float = 9.0) -> tuple[Figure, dict[str, Axes]]:
+    """Return a figure with axes for each unit that has bars, one below the other, as high as its bars (mm each)."""
+    shown = {unit: count for unit, count in counts.items() if count}
+    made = figure(20 + sum(count * bar + 13 for count in shown.values()))
+    panels = axes(made, title, rows=len(shown), height_ratios=list(shown.values()))[:, 0]
+    return made, dict(zip(shown, panels, strict=True))
+
+
+def grid(on: Axes, axis: Literal["x", "y", "both"] = "y") -> None:
+    """Draw thin lines at the ticks of an axis, "x", "y" or "both", behind everything else."""
+    on.grid(visible=True, axis=axis, color=LIGHT["line"], linewidth=0.6)
+
+
+def label_axes(on: Axes, x: str = "", y: str = "") -> None:
+    """Name both axes with their units, in the axis colour."""
+    if x:
+        on.set_xlabel(x, color=LIGHT["quiet"])
+    if y:
+        on.set_ylabel(y, color=LIGHT["quiet"])
+
+
+def text(on: Axes, x: float, y: float, words: str, *, colour: str = LIGHT["ink"], size: float = SMALL, **how: Any) -> None:  # noqa: ANN401
+    """Write words at a point of the axes, without any markup in them. Shifts in pt: `xytext`."""
+    where: dict[str, Any] = {"textcoords": "offset points", "xytext": (0, 0), "annotation_clip": False} | how
+    on.annotate(words, (x, y), color=colour, fontsize=size, parse_math=False, **where)
+
+
+def legend(on: Figure, *, extra: Iterable[Any] = ()) -> None:
+    """Draw one legend between the title and the axes: every name once, in as many columns as fit."""
+    found: dict[str, Any] = {}
+    for each in on.axes:
+        for handle, name in zip(*each.get_legend_handles_labels(), strict=True):
+            found.setdefault(name, handle)
+    found |= {str(handle.get_label()): handle for handle in extra}
+    if not found:
+        return
+    longest = max(len(name) for name in found)
+    fit = max(1, int(on.get_figwidth() / _MM / (1.75 * longest + 11)))
+    _legend(on, found, min(fit, len(found)))
+
+
+def _legend(on: Figure, entries: dict[str, Any], columns: int, title: str = "", *, above: bool = True) -> None:
+    """Draw a legend above or below all axes. Above, the figure's title becomes the legend's: matplotlib would draw one over the other."""
+    import matplotlib as mpl
+
+    heading = on.get_suptitle() if above else title
+    size, colour = (_TITLE, LIGHT["ink"]) if above else (SMALL, LIGHT["quiet"])
+    if above:
+        on.suptitle("")
+    with mpl.rc_context(_STYLE):
+        made = on.legend(
+            list(entries.values()),
+            list(entries),
+            loc="outside upper left" if above else "outside lower left",
+            ncols=columns,
+            title=heading,
+            title_fontsize=size,
+            alignment="left",
+            borderpad=0.1,
+            handlelength=1.2,
+            columnspacing=1.4,
+        )
+    made.get_title().set_color(colour)
+    for each in (*made.get_texts(), made.get_title()):
+        each.set_parse_math(False)
+
+
+def swatch(name: str, colour: str) -> Any:  # noqa: ANN401 - an artist of matplotlib
+    """Return a legend entry of one colour."""
+    from matplotlib.patches import Patch
+
+    return Patch(facecolor=colour, label=name)
+
+
+def named_rows(on: Axes, names: Sequence[str]) -> None:
+    """Write names beside bars at 0, 1, 2 …, the first on top, without a line or ticks."""
+    on.set_yticks(range(len(names)), [label(name) for name in names], color=LIGHT["ink"], parse_math=False)
+    on.set_ylim(len(names) - 0.5, -0.5)
+    on.spines["left"].set_visible(False)
+    on.tick_params(axis="y", length=0)
+
+
+def stacked(on: Axes, rows: Sequence[tuple[str, str, Floats]], *, height: float = 0.62) -> tuple[Floats, Floats]:
+    """Draw horizontal bars stacked by name and colour, negative parts to the left of zero; return both ends of each bar.
+
+    `rows` are (name, colour, values), one value for each bar.
+    """
+    count = len(rows[0][2]) if rows else 0
+    low, high = np.zeros(count), np.zeros(count)
+    for name, colour, values in rows:
+        starts = np.where(values < 0, low, high)
+        drawn = np.flatnonzero(values)
+        on.barh(drawn, values[drawn], left=starts[drawn], height=height, color=colour, label=name, linewidth=0)
+        low, high = low + np.minimum(values, 0), high + np.maximum(values, 0)
+    if (low < 0).any():
+        zero_line(on)
+    return low, high
+
+
+def grouped(on: Axes, rows: Sequence[tuple[str, str, Floats]], *, height: float = 0.74) -> None:
+    """Draw horizontal bars side by side: `rows` are (name, colour, values), one value for each group."""
+    thick = height / len(rows)
+    for k, (name, colour, values) in enumerate(rows):
+        middles = np.arange(len(values)) + (k - (len(rows) - 1) / 2) * thick
+        on.barh(middles, values, height=0.92 * thick, color=colour, label=name, linewidth=0)
+    if any((values < 0).any() for _, _, values in rows):
+        zero_line(on)
+
+
+def zero_line(on: Axes, axis: str = "x") -> None:
+    """Draw a line at zero, from which bars extend to both sides."""
+    (on.axvline if axis == "x" else on.axhline)(0.0, color=LIGHT["quiet"], linewidth=0.8)
+
+
+def histogram(on: Axes, edges: Floats, counts: np.ndarray, colour: str = LIGHT["robot"], name: str = "") -> None:
+    """Draw counts between edges as one outline filled with a colour."""
+    on.stairs(counts, edges, fill=True, color=colour, label=name or None, linewidth=0)
+    on.set_xlim(edges[0], edges[-1])
+    on.set_ylim(bottom=0)
+
+
+def mark(on: Axes, estimate: Estimate, name: str, unit: str, *, row: int = 0) -> None:
+    """Draw a line at an estimate over its shaded interval, and its value above the axes, `row` lines up."""
+    factor = PER_UNIT[unit]
+    value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))
+    if math.isfinite(high - low) and high > low:
+        on.axvspan(low, high, color=LIGHT["warn"], alpha=_BAND, linewidth=0)
+    words = f"{name} {length(estimate.value, estimate.low, estimate.high)}".strip()
+    mark_at(on, value, words, row=row)
+
+
+def mark_at(on: Axes, value: float, words: str, *, row: int = 0) -> None:
+    """Draw a dotted line at a value, and words above the axes, `row` lines up, on that side of the line that has room. Set the limits first."""
+    low, high = on.get_xlim()
+    low, high = on.set_xlim(min(low, value), max(high, value))
+    leftwards = value - low > _ROOM_LEFT * (high - low)
+    top = 12.0 * row + 2
+    on.axvline(value, color=LIGHT["warn"], linewidth=1.2, linestyle=(0, (1.5, 1.5)))
+    if row:
+        line = {"arrowstyle": "-", "color": LIGHT["warn"], "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
+        on.annotate("", (value, 1), xytext=(0, top + 9), xycoords=on.get_xaxis_transform(), textcoords="offset points", arrowprops=line)
+    how: dict[str, Any] = {"xytext": (3 if leftwards else -3, top), "ha": "right" if leftwards else "left", "va": "bottom"}
+    ground = {"facecolor": LIGHT["paper"], "linewidth": 0, "pad": 0.5}  # over the lines of higher rows
+    text(on, value, 1, words, colour=LIGHT["warn"], xycoords=on.get_xaxis_transform(), bbox=ground, **how)
+
+
+def class_of(values: Floats, limits: Sequence[float]) -> np.ndarray:
+    """Return the class of each value by its limits; -1 where a value is not finite."""
+    return np.where(np.isfinite(values), np.searchsorted(limits, values, side="right"), -1)
+
+
+def class_names(limits: Sequence[float]) -> list[str]:
+    """Return the name of each class by its limits: "< 0.4", "0.4 to 0.6", ..., "> 1.4"."""
+    ends = [f"{limit:.10g}".replace("-", "−") for limit in limits]
+    return [f"< {ends[0]}", *(f"{low} to {high}" for low, high in pairwise(ends)), f"> {ends[-1]}"]
+
+
+def class_legend(on: Figure, limits: Sequence[float], title: str, extra: Iterable[Any] = ()) -> None:
+    """Draw the colours of the seven classes with their limits below all axes, and above them what they mean, with its unit."""
+    entries = [*(swatch(name, colour) for name, colour in zip(class_names(limits), CLASSES, strict=True)), *extra]
+    _legend(on, {str(entry.get_label()): entry for entry in entries}, 4, title, above=False)
+
+
+def cells(on: Axes, x: Floats, y: Floats, classes: np.ndarray, colours: Sequence[str] = CLASSES) -> None:
+    """Draw cells between edges x (across + 1,) and y (up + 1,) in the colours of their classes (across, up): one path for each class.
+
+    Neighbours in a row of the same class are merged, which keeps the file small; negative classes are left empty.
+    """
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    for k, colour in enumerate(colours):
+        points: list[tuple[float, float]] = []
+        codes: list[int] = []
+        for row in range(classes.shape[1]):
+            ends = np.flatnonzero(np.diff(np.concatenate([[0], (classes[:, row] == k).astype(int), [0]])))
+            for a, b in ends.reshape(-1, 2):
+                points += [(x[a], y[row]), (x[b], y[row]), (x[b], y[row + 1]), (x[a], y[row + 1]), (x[a], y[row])]
+                codes += [int(Path.MOVETO), *3 * [int(Path.LINETO)], int(Path.CLOSEPOLY)]
+        if points:
+            on.add_patch(PathPatch(Path(np.array(points), codes), facecolor=colour, linewidth=0, antialiased=False))
+    on.set_xlim(x[0], x[-1])
+    on.set_ylim(y[0], y[-1])
+
+
+def ringed(on: Axes, x: float, y: float, name: str) -> None:
+    """Draw a ring about a point that the legend names."""
+    on.plot([x], [y], linestyle="none", marker="o", markersize=8, markerfacecolor="none", color=LIGHT["warn"], markeredgewidth=1.6, label=name)
+
+
+def label(name: str) -> str:
+    """Return a name of the arm, cut where it is too long to draw."""
+    return name if len(name) <= _LONGEST_LABEL else name[: _LONGEST_LABEL - 1] + "…"

@@ -1,0 +1,87 @@
+"""A chart as SVG text within a page: its colours are CSS variables, its letters are text, and the same figure gives the same bytes."""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.reporting.chart import settings
+from lostmotion.reporting.palette import LIGHT
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from lostmotion.reporting.plot import Plot
+
+_UNDATED: Final[dict[str, Any]] = {"Date": None, "Creator": None, "Format": None, "Type": None}
+_COLOUR: Final = re.compile(r"#[0-9a-f]{6}")
+_FAMILY: Final = re.compile(r"font-family: [^;\"]*(?:; )?|; font-family: [^;\"]*(?=\")")
+# Attributes that hold coordinates; numbers in texts are never touched.
+_COORDINATES: Final = re.compile(r' (d|transform|x|y|width|height|points)="([^"]*)"')
+_NUMBER: Final = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+_REFERENCE: Final = re.compile(r'(?:url\(#|href="#)([^")]+)')
+_PLACES: Final = 2
+
+
+def inline_svg(plot: Plot) -> str:
+    """Return the plot as an SVG element for a page, described by its words, with identifiers that start with its key."""
+    text = raw_svg(plot.figure)
+    text = text[text.index("<svg") :].strip()
+    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->|<style[^>]*>.*?</style>", "", text, flags=re.DOTALL)
+    box = re.search(r'viewBox="([^"]+)"', text)
+    sides = box[1].split() if box else ["0", "0", "1", "1"]
+    width, height = (round(float(side) * 4 / 3) for side in sides[2:])  # pt to px
+    head = (
+        f'<svg class="chart" role="img" aria-label="{html.escape(plot.words)}" viewBox="{" ".join(sides)}" width="{width}" height="{height}" '
+        'style="font-family: var(--font)" stroke-linejoin="round" stroke-linecap="butt" xmlns="http://www.w3.org/2000/svg">'
+    )
+    text = re.sub(r"<svg [^>]*>", lambda _: head, _FAMILY.sub("", text), count=1)
+    text = _own_identifiers(text, plot.key)
+    text = _COORDINATES.sub(_rounded, text)
+    names = {colour: name for name, colour in LIGHT.items()}
+    text = re.sub(r'style="[^"]*"', lambda style: _COLOUR.sub(lambda each: f"var(--{names[each[0]]})", style[0]), text)
+    text = re.sub(r' transform="rotate\(-?0 [^)]*\)"|<defs>\s*</defs>', "", text)
+    return _without_groups(re.sub(r"\s*\n\s*", "\n", text))
+
+
+def raw_svg(figure: Figure) -> str:
+    """Return a figure as matplotlib writes it, in its own colours and with its texts as texts; no clock is read."""
+    with settings(), io.BytesIO() as content:
+        figure.savefig(content, format="svg", metadata=_UNDATED)
+        return content.getvalue().decode()
+
+
+def _without_groups(text: str) -> str:
+    """Leave out the groups that say nothing: those without an attribute, with their ends."""
+    kept: list[bool] = []
+
+    def group(tag: re.Match[str]) -> str:
+        if tag[0] != "</g>":
+            kept.append(tag[0] != "<g>")
+            return tag[0] if kept[-1] else ""
+        return tag[0] if kept.pop() else ""
+
+    return re.sub(r"\n{2,}", "\n", re.sub(r"<g(?: [^>]*)?>|</g>", group, text))
+
+
+def _own_identifiers(text: str, key: str) -> str:
+    """Put the plot's key before identifiers that are referred to, and drop the others: several plots share one page."""
+    used = set(_REFERENCE.findall(text))
+    text = re.sub(r' id="([^"]*)"', lambda found: f' id="{key}-{found[1]}"' if found[1] in used else "", text)
+    text = re.sub(r"url\(#", f"url(#{key}-", text)
+    return re.sub(r'(?:xlink:)?href="#', f'href="#{key}-', text)
+
+
+def _rounded(attribute: re.Match[str]) -> str:
+    """Return an attribute with its coordinates to 0.01 pt and without the spaces that SVG does not need."""
+    shorter = _NUMBER.sub(_short, attribute[2])
+    if attribute[1] == "d":
+        shorter = re.sub(r"\s*([A-Za-z])\s*", r"\1", shorter).strip()
+    return f' {attribute[1]}="{shorter}"'
+
+
+def _short(number: re.Match[str]) -> str:
+    text = f"{float(number[0]):.{_PLACES}f}".rstrip("0").rstrip(".")
+    return "0" if text in {"-0", ""} else text
