@@ -42,8 +42,8 @@ def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
     assert [row["label"] for row in stages] == ["as manufactured", "calibrated", "load compensated", "both", "both, and each robot mapped"]
     assert all(figure["interval"] for row in stages for figure in row["figures"])
     page = (tmp_path / "out" / "report.html").read_text()
-    assert 'data-plot="waterfall"' in page
-    assert 'data-plot="budget-at-3"' in page
+    assert 'id="plot-waterfall"' in page
+    assert 'id="plot-budget-at-3"' in page
 
 
 def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
@@ -62,7 +62,7 @@ def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
         for label, figures in told["analytic"][key]:
             assert [figure["value"] for figure in figures] == [figure["value"] for figure in by_samples[label]], (key, label)
     page = (tmp_path / "analytic" / "report.html").read_text()
-    assert all(f'data-plot="{plot}"' in page for plot in ("levels", "budget", "causes", "budget-at-1", "budget-at-3"))
+    assert all(f'id="plot-{plot}"' in page for plot in ("levels", "budget", "causes", "budget-at-1", "budget-at-3"))
 
 
 @pytest.mark.parametrize(

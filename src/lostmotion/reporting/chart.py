@@ -202,7 +202,8 @@ def stacked(on: Axes, rows: Sequence[tuple[str, str, Floats]], *, height: float 
     for name, colour, values in rows:
         starts = np.where(values < 0, low, high)
         drawn = np.flatnonzero(values)
-        on.barh(drawn, values[drawn], left=starts[drawn], height=height, color=colour, label=name, linewidth=0)
+        if len(drawn):
+            on.barh(drawn, values[drawn], left=starts[drawn], height=height, color=colour, label=name, linewidth=0)
         low, high = low + np.minimum(values, 0), high + np.maximum(values, 0)
     if (low < 0).any():
         zero_line(on)

@@ -229,7 +229,7 @@ def _data(plot: Plot) -> str:
 def _figure(plot: Plot) -> str:
     """Show a plot: an SVG element where matplotlib drew it, else the place that the script fills."""
     if hasattr(plot.figure, "savefig"):
-        return f"<figure>{inline_svg(plot)}</figure>"
+        return f'<figure id="plot-{plot.key}">{inline_svg(plot)}</figure>'
     return f'<figure role="img" aria-label="{_text(plot.words)}"><div id="plot-{plot.key}"></div></figure>'
 
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import html
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
-
-from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,7 +13,6 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
     from matplotlib.figure import Figure
 
-    from lostmotion.error_model.intervals import Estimate
     from lostmotion.spatial import Floats
 
 # Colours that colour-blind readers distinguish, also in grey print (M. Okabe, K. Ito 2008); the scale is viridis, dark where the error is large.
@@ -34,7 +30,6 @@ OF_CAUSE: Final = {
     "own weight": "#CC79A7",
 }
 INK: Final = "#222222"
-_BAND: Final = "rgba(178,58,0,0.18)"
 FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
 
 _LONGEST_LABEL: Final = 36

@@ -54,7 +54,7 @@ def raw_svg(figure: Figure) -> str:
 
 
 def _without_groups(text: str) -> str:
-    """Leave out the groups that say nothing: those without an attribute, with their ends."""
+    """Remove the groups that have no attribute, with their ends."""
     kept: list[bool] = []
 
     def group(tag: re.Match[str]) -> str:
@@ -67,7 +67,7 @@ def _without_groups(text: str) -> str:
 
 
 def _own_identifiers(text: str, key: str) -> str:
-    """Put the plot's key before identifiers that are referred to, and drop the others: several plots share one page."""
+    """Put the plot's key before identifiers that are referred to, and remove the others: several plots share one page."""
     used = set(_REFERENCE.findall(text))
     text = re.sub(r' id="([^"]*)"', lambda found: f' id="{key}-{found[1]}"' if found[1] in used else "", text)
     text = re.sub(r"url\(#", f"url(#{key}-", text)
