@@ -109,9 +109,9 @@ def test_a_name_without_its_ratio_shows_all_its_rows():
 
 
 def test_the_whole_catalogue_is_shown_without_criteria():
-    """Reducers by source, bearing tables, fits, materials; with a kind, that kind alone."""
+    """Reducers by source, bearing tables, fits, materials, presets; with a kind, that kind alone."""
     keys = [section.key for section in catalogue_sheet(Criteria()).sections]
-    assert keys == ["gearboxes"] * 8 + ["bearings"] * 2 + ["materials"]
+    assert keys == ["gearboxes"] * 8 + ["bearings"] * 2 + ["materials", "presets"]
     assert {section.key for section in catalogue_sheet(Criteria(), "bearing").sections} == {"bearings"}
     assert {section.key for section in catalogue_sheet(Criteria(min_torque=1.0)).sections} == {"gearboxes"}
     facts = catalogue_sheet(Criteria()).facts

@@ -9,8 +9,7 @@ from typing import get_args
 import pytest
 
 from lostmotion.laws.polymers import HOUR, REFERENCE, creep_factor, temperature_factor
-from lostmotion.laws.process_tolerance import process_tolerance
-from lostmotion.parts.gearbox.cycloidal.process import Process
+from lostmotion.laws.process_tolerance import Process, process_tolerance
 
 
 @pytest.mark.parametrize(
@@ -23,6 +22,10 @@ from lostmotion.parts.gearbox.cycloidal.process import Process
         ("ISO 2768 m", 121.0, 0.5),
         ("ISO 2768 c", 5.0, 0.3),
         ("ISO 2768 c", 399.0, 1.2),
+        ("ISO 2768 f", 401.0, 0.3),
+        ("ISO 2768 m", 1000.0, 0.8),
+        ("ISO 2768 m", 3000.0, 2.0),
+        ("ISO 2768 c", 1500.0, 3.0),
         ("IT7", 40.0, 0.0125),
         ("IT6", 70.0, 0.0095),
         ("IT11", 20.0, 0.065),
@@ -45,8 +48,9 @@ def test_a_larger_dimension_is_never_made_more_exactly():
     for process in get_args(Process):
         found = [process_tolerance(process, size) for size in sizes if size < 0.4]
         assert all(second >= first > 0 for first, second in itertools.pairwise(found)), process
-    with pytest.raises(ValueError, match=r"no general tolerance of ISO 2768 m at 500 mm"):
-        process_tolerance("ISO 2768 m", 0.5)
+    for process, size, end in (("ISO 2768 m", 5.0, 4000), ("ISO 2768 f", 2.5, 2000)):
+        with pytest.raises(ValueError, match=rf"no general tolerance of {process} at {size * 1e3:.0f} mm: up to {end} mm"):
+            process_tolerance(process, size)
 
 
 def test_creep_of_polycarbonate_is_that_of_its_data_sheet():

@@ -32,7 +32,7 @@ FROM_CATALOGUE: Final = " is taken from the catalogue"
 _MOST_MAKERS: Final = 4
 
 # A stated field replaces the row's fields that express the same figure.
-_REPLACES: Final = {"backlash": {"lost_motion", "lost_motion_torque"}, "lost_motion": {"backlash"}, "stiffness": {"zone_torques"}}
+REPLACES: Final = {"backlash": {"lost_motion", "lost_motion_torque"}, "lost_motion": {"backlash"}, "stiffness": {"zone_torques"}}
 _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error", "stiffness_scatter")
 _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
 _INERTIAS: Final = 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'
@@ -180,7 +180,7 @@ class GearboxRow(_Printed):
         The row's upper limits and source are added. `values` selects the errors for which the maker prints only upper limits: the "limit" itself, or
         the "typical" value where the row has one, which is then marked as assumed. Values whose source is from memory are marked as assumed too.
         """
-        replaced = {other for name in stated for other in _REPLACES.get(name, ())}
+        replaced = {other for name in stated for other in REPLACES.get(name, ())}
         typical = {name: self.typical[name] for name in self.typical_fields if name not in stated} if values == "typical" else {}
         kept = {name: typical.get(name, value) for name, value in self.part.items() if name not in replaced}
         inertia = next((value for ratio, value in self.inertia_by_ratio.items() if _is_ratio(stated.get("ratio"), float(ratio))), None)

@@ -196,8 +196,8 @@ def _of_link(link: Link, *, whole: bool) -> dict[str, State]:
     if not link.reach:
         return {}
     length: State = "ideal"
-    if link.length.tolerance or "length_tolerance" in link.model_fields_set:
-        length = "assumed" if whole or {"length", "length_tolerance"} & set(link.assumed) else "stated"
+    if link.length.tolerance or "length_tolerance" in link.model_fields_set or link.process is not None:
+        length = "assumed" if whole or {"length", "length_tolerance"} & set(link.assumptions) else "stated"
     bending = _state(link, ("section", "compliance", "measured", "rigid"), ("material",), whole=whole)
     return {"link bending": bending, "link length": length}
 
@@ -258,6 +258,8 @@ def _walk(value: object, owner: str, source: str) -> Iterator[tuple[AssumedValue
         source = value.source or source
         for key, reason in value.assumptions.items():
             # the source that the file quotes for its own values is not the source of a default
-            yield AssumedValue(owner, key, reason, "" if reason.startswith(DEFAULT) else source), value
+            preset = getattr(value, "preset", None)
+            origin = preset.source if preset is not None and key in preset.keys else "" if reason.startswith(DEFAULT) else source
+            yield AssumedValue(owner, key, reason, origin), value
     for name in value_keys(type(value)):
         yield from _walk(getattr(value, name), f"{owner}.{name}", source)

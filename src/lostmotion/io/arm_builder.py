@@ -13,6 +13,7 @@ from lostmotion.io.draft import STAND_IN, Draft, step_of
 from lostmotion.io.limits import MOST_MISTAKES, listed, refuse_all
 from lostmotion.io.links import place_links
 from lostmotion.io.own_reducers import OWN_EXAMPLES
+from lostmotion.io.presets import TABLE, TABLE_EXAMPLE, place_presets
 from lostmotion.io.reducers import ALSO as IN_GEARBOXES
 from lostmotion.io.reducers import place_reducers
 from lostmotion.io.text import refuse
@@ -38,7 +39,7 @@ _TYPES: Final = ("revolute", "prismatic", "fixed")
 # What a file may ask for besides an arm; a command of its own does it.
 SWEEP: Final = "sweep"
 SWEEP_EXAMPLE: Final = '[sweep] with "gearboxes.NAME.backlash" = ["0.5 arcmin", "1 arcmin"]'
-SHARED_EXAMPLES: Final = {**{table: f"[{table}.NAME]" for table in SHARED}, **OWN_EXAMPLES, SWEEP: SWEEP_EXAMPLE}
+SHARED_EXAMPLES: Final = {**{table: f"[{table}.NAME]" for table in SHARED}, **OWN_EXAMPLES, TABLE: TABLE_EXAMPLE, SWEEP: SWEEP_EXAMPLE}
 # No arm has as many, shared parts counted wherever they are used; a hostile file would have them all checked one by one.
 _MOST_ENTRIES: Final = 20_000
 
@@ -66,6 +67,7 @@ def build_arm(draft: Draft) -> Arm:
 
 def _fill_in_shared_parts(draft: Draft) -> None:
     """Put the shared parts where joints name them; note names that lead nowhere, and shared parts that nobody names."""
+    place_presets(draft)
     place_reducers(draft)
     place_clearances(draft)
     named = place_links(draft)

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic.json_schema import GenerateJsonSchema
 
 from lostmotion.catalogue.gearboxes import CheckedRow
+from lostmotion.catalogue.presets import PARTS, presets
 from lostmotion.io.arm_builder import MATERIALS_OF_GEARBOXES, SHARED, SWEEP
 from lostmotion.io.clearances import ALSO as IN_BEARINGS
 from lostmotion.io.dh import DH_KEYS, Row
 from lostmotion.io.own_reducers import FILE, ROWS
+from lostmotion.io.presets import DEFAULTS, TABLE
+from lostmotion.io.presets import KEY as PRESET_KEY
 from lostmotion.io.reducers import KEY as CATALOGUE_KEY
 from lostmotion.io.reducers import VALUES
 from lostmotion.mechanism.arm import Arm
@@ -60,6 +63,7 @@ def json_schema() -> Schema:
     for model, examples in IN_BEARINGS.items():
         fits = {key: {"type": "string", "description": _FIT, "examples": [_value(text)]} for key, text in examples.items()}
         kinds[model.__name__]["properties"] |= fits
+    _name_presets(kinds)
     stock = _take_parts_by_name(kinds)
     for joint in _JOINTS:
         kinds[joint]["properties"] |= {key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]} for key in DH_KEYS}
@@ -69,6 +73,12 @@ def json_schema() -> Schema:
         "type": "string",
         "description": f"a file with [[{ROWS}]], beside this one or below",
         "examples": ["my_reducers.toml"],
+    }
+    schema["properties"][TABLE] = {
+        "type": "object",
+        "description": "presets of all joints, axes and links that name none of their own",
+        "properties": {key: {"enum": _presets_of(part, key if part == "joint" else "")} for key, part in DEFAULTS.items()},
+        "additionalProperties": False,
     }
     schema["properties"][SWEEP] = {"type": "object", "description": _SWEEP, "examples": [{"gearboxes.wrist.backlash": ["0.5 arcmin", "1 arcmin"]}]}
     schema = _with_renamed_references(schema, {name: kind["title"] for name, kind in kinds.items()})
@@ -81,6 +91,7 @@ _REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fi
 _VALUES: Final = "with `catalogue`: typical values where the maker prints only upper limits; default: the limits"
 _FIT: Final = "a zone of ISO 286-2, in place of the interference; the bearing's ring is of the normal class"
 _SWEEP: Final = "for `lostmotion sweep`: keys of this file, each with a list of values, or a range { from, to, steps, spacing }"
+_PRESET: Final = "typical values of a class of parts, which count as assumed; what the file states takes precedence"
 _COMPLIANCE_FILE: Final = {"type": "string", "description": "a CSV with a matrix (6, 6), beside this file or below", "examples": ["forearm.csv"]}
 _ROW: Final = {
     "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",
@@ -121,6 +132,28 @@ def _require_tags(schema: Schema) -> None:
             waiting += piece.values()
         elif isinstance(piece, list):
             waiting += piece
+
+
+def _presets_of(part: str, joint: str = "", kind: str = "") -> list[str]:
+    """Return the names of the presets of a part that suit a type of joint and, where they are of one kind, a kind of part."""
+    fitting = (row for row in presets().get(part, {}).values() if not joint or row.type in ("", joint))
+    return [row.name for row in fitting if not kind or row.values.get("kind", kind) == kind]
+
+
+def _name_presets(kinds: dict[str, Schema]) -> None:
+    """Allow the name of a preset where a part may take its values from one."""
+    for kind in kinds.values():
+        fields = kind.get("properties", {})
+        if PRESET_KEY not in fields:
+            continue
+        title = str(kind["title"])
+        joint = next((word.removesuffix("Joint").lower() for word in _JOINTS if title.endswith(word)), "")
+        part = "joint" if title in _JOINTS else next((part for part in PARTS if title.lower().startswith(part)), "bearing")
+        names = _presets_of(part, joint, str(fields.get("kind", {}).get("const", "")))
+        fields.pop(PRESET_KEY)
+        if names:
+            fields[PRESET_KEY] = {"enum": names, "description": _PRESET}
+    del kinds["Preset"]
 
 
 def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:

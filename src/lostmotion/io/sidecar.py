@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 # What a sidecar may say of a joint and of its link, with an example each; the rest is the URDF's.
 _OF_JOINT: Final = {
+    "preset": 'preset = "hobby servo"',
     "gearbox": 'gearbox = "large"',
     "bearing": 'bearing = "large"',
     "encoder": 'encoder = { zero = "0.2 arcmin" }',
@@ -39,6 +40,8 @@ _OF_JOINT: Final = {
     "source": 'source = "maker\'s data sheet, 2024"',
 }
 _OF_LINK: Final = {
+    "preset": 'preset = "printed PLA"',
+    "process": 'process = "ISO 2768 m"',
     "length_tolerance": 'length_tolerance = "50 µm"',
     "mass": 'mass = "2.5 kg"',
     "section": 'section = "tube"',

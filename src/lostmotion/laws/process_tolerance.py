@@ -8,7 +8,7 @@
 | SLA, SLA fine | 0.1 mm, 0.05 mm, at least 0.2 % | print services; the share [M 75] |
 | SLS | 0.13 mm, at least 0.2 % | Xometry's guide for SLS |
 | MJF | as SLS | [M 75] |
-| ISO 2768 f, m, c | table, 0.5 to 400 mm | DIN ISO 2768-1:1991, table 1 |
+| ISO 2768 f, m, c | table, 0.5 to 4000 mm, f to 2000 mm | DIN ISO 2768-1:1991, table 1 |
 | IT5 to IT11 | half of the grade | ISO 286-1, see `iso286`; sizes below 3 mm as those just above, larger than 250 mm as 250 mm |
 
 Holes printed by FFF are 0.1 to 0.3 mm too small, those by SLS up to 0.3 mm, unless they are reamed: a bias, which no tolerance describes.
@@ -17,10 +17,29 @@ Holes printed by FFF are 0.1 to 0.3 mm too small, those by SLS up to 0.3 mm, unl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 from lostmotion.laws.iso286 import RANGES, grade_width
 
+Process = Literal[
+    "FFF",
+    "FFF industrial",
+    "FFF desktop",
+    "SLA",
+    "SLA fine",
+    "SLS",
+    "MJF",
+    "ISO 2768 f",
+    "ISO 2768 m",
+    "ISO 2768 c",
+    "IT5",
+    "IT6",
+    "IT7",
+    "IT8",
+    "IT9",
+    "IT10",
+    "IT11",
+]
 _MM: Final = 1e-3
 _UM: Final = 1e-6
 
@@ -43,11 +62,11 @@ _PRINTS: Final = {
     "MJF": _Print(0.13 * _MM, 0.002),
 }
 # Upper ends of the ranges of size, mm, and ± there, mm.
-_GENERAL_SIZES: Final = (3, 6, 30, 120, 400)
+_GENERAL_SIZES: Final = (3, 6, 30, 120, 400, 1000, 2000, 4000)
 _GENERAL: Final = {
-    "ISO 2768 f": (0.05, 0.05, 0.1, 0.15, 0.2),
-    "ISO 2768 m": (0.1, 0.1, 0.2, 0.3, 0.5),
-    "ISO 2768 c": (0.2, 0.3, 0.5, 0.8, 1.2),
+    "ISO 2768 f": (0.05, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5),
+    "ISO 2768 m": (0.1, 0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 2.0),
+    "ISO 2768 c": (0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 3.0, 4.0),
 }
 _GRADES: Final = {f"IT{grade}": grade for grade in range(5, 12)}
 
@@ -55,16 +74,17 @@ _GRADES: Final = {f"IT{grade}": grade for grade in range(5, 12)}
 def process_tolerance(process: str, size: float) -> float:
     """Return the ± tolerance (m) of a dimension of this size (m, above zero) by the process that makes it, one of those above.
 
-    Raises ValueError for a general tolerance beyond 400 mm, KeyError for an unknown process.
+    Raises ValueError for a general tolerance beyond its table, KeyError for an unknown process.
     """
     if process in _PRINTS:
         made = _PRINTS[process]
         return max(made.least, made.share * size)
     millimetres = size / _MM
     if process in _GENERAL:
-        for end, tolerance in zip(_GENERAL_SIZES, _GENERAL[process], strict=True):
+        tolerances = _GENERAL[process]
+        for end, tolerance in zip(_GENERAL_SIZES, tolerances, strict=False):
             if millimetres <= end * (1 + 1e-9):  # a size computed from another differs by rounding
                 return tolerance * _MM
-        raise ValueError(f"no general tolerance of {process} at {millimetres:.4g} mm: up to 400 mm")
+        raise ValueError(f"no general tolerance of {process} at {millimetres:.4g} mm: up to {_GENERAL_SIZES[len(tolerances) - 1]} mm")
     within = min(max(millimetres, RANGES[0] * (1 + 1e-9)), float(RANGES[-1]))
     return grade_width(_GRADES[process], within) / 2 * _UM

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 from lostmotion.laws.distributions import Normal, Uniform, of_tolerance
 from lostmotion.parts.error_source import ErrorSource, Lead
 from lostmotion.parts.forms import Constant
-from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.provenance import OfClass
 from lostmotion.parts.standard_terms import harmonic_terms, limit_terms, parameter
 from lostmotion.units import Distribution, Quantity, ToleranceLaw
 
@@ -21,7 +21,7 @@ AmountT = TypeVar("AmountT", bound=float)
 NoiseLaw = Annotated[ToleranceLaw, Distribution(("normal", "normal without limits", "uniform"))]
 
 
-class Encoder(Sourced, ErrorSource, Generic[AmountT]):
+class Encoder(OfClass, ErrorSource, Generic[AmountT]):
     """An encoder on the motor or on the output. On a sliding joint all its errors are lengths at the slide, whatever the ratio.
 
     side          "motor": on a turning joint its errors reach the output divided by the gear ratio. "output": they reach it undivided, and

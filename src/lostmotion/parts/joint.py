@@ -24,7 +24,7 @@ from lostmotion.parts.gearbox.gearbox import AmountT, HasPlay, PlayInLoop
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox, is_drawn
 from lostmotion.parts.link import Direction, ElasticLink, Frame, Link, Vector, unit
 from lostmotion.parts.lumped import Lumped
-from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.provenance import OfClass
 from lostmotion.parts.standard_terms import limit_terms, parameter
 from lostmotion.spatial import across
 from lostmotion.units import Quantity
@@ -84,7 +84,7 @@ PlaceName = Annotated[
 ]
 
 
-class Mounting(Sourced, ErrorSource):
+class Mounting(OfClass, ErrorSource):
     """Tolerances of the joint's axis in the previous link: ± tilt about, and ± offset along, the two directions across it."""
 
     shareable: ClassVar[bool] = False
@@ -106,7 +106,7 @@ class Mounting(Sourced, ErrorSource):
         return out
 
 
-class _Joint(Sourced):
+class _Joint(OfClass):
     """Base class of joints, moving or fixed.
 
     after  name of the parent place: "base", or NAME.seat, NAME or NAME.tip of an earlier joint. Default: the tip of the previous joint, the

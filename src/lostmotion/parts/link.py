@@ -10,13 +10,14 @@ from pydantic import model_validator
 
 from lostmotion.laws import beam
 from lostmotion.laws.distributions import Normal, of_tolerance
+from lostmotion.laws.process_tolerance import Process, process_tolerance
 from lostmotion.parts.compliance import Compliance, Measured
 from lostmotion.parts.error_source import ErrorSource, Expansion, LengthAmount, LengthDim, Mass, TemperatureDifference
 from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
 from lostmotion.parts.profile import Section, beam_of, section_error
-from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.provenance import DEFAULT, OfClass
 from lostmotion.parts.section import Rod, refuse_section
 from lostmotion.parts.standard_terms import ENVIRONMENT, VARIATION, limit_terms, parameter, varying
 from lostmotion.parts.term import Motion, Parameter, Term
@@ -30,11 +31,12 @@ if TYPE_CHECKING:
 __all__ = ["Direction", "ElasticLink", "Frame", "Link", "Material", "Rod", "Vector", "unit"]
 
 
-class Link(Sourced):
+class Link(OfClass):
     """The body between a joint and the next one, as a beam along the straight line between them.
 
     length, direction   from this joint's frame to the next seat; or `tip`, the whole frame
     length_tolerance    ± limit of the distance to the next seat, where `length` does not state it (a tip from DH or URDF)
+    process             sets the ± limit of that distance where none is stated, by `laws.process_tolerance`; it counts as assumed
     section, material   a uniform section, or one that changes along the link (stepped, tapered); composite sections state their own materials
     compliance          instead of a section: matrix (6, 6) at the tip and in its axes
     measured            instead of a section: a force on the tip and the measured deflection
@@ -51,6 +53,7 @@ class Link(Sourced):
     length: LengthDim = Toleranced(0.0)
     direction: Direction = "x"
     length_tolerance: LengthAmount = 0.0
+    process: Process | None = None
     tip: Frame | None = None
     section: Section | None = None
     material: Material | None = None
@@ -71,6 +74,10 @@ class Link(Sourced):
             raise refuse_section("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
         if self.length_tolerance and not self.reach:
             raise refuse_section("length_tolerance on a link of zero length", "a link with a length or a tip", 'length = "400 mm ± 50 µm"')
+        try:
+            _ = self.process_tolerance
+        except ValueError as error:
+            raise refuse_section(str(error), "a shorter link, or its length_tolerance", 'length_tolerance = "0.5 mm"') from None
         self._check_stiffness()
         if self.up is not None and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach:
             raise refuse_section("up along the link itself", "a direction across the link", 'up = "z"')
@@ -102,6 +109,18 @@ class Link(Sourced):
                 raise refuse_section(
                     bending.inconsistency(self.reach), "a deflection possible for a bar", 'deflection = "0.2 mm", slope = "2 arcmin"'
                 )
+
+    @property
+    def process_tolerance(self) -> float:
+        """Return the ± limit (m) of the length by the process that makes the link; zero where a limit is stated, or no process."""
+        stated = self.length.tolerance or "length_tolerance" in self.model_fields_set
+        return 0.0 if self.process is None or stated or not self.reach else process_tolerance(self.process, self.reach)
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, with the tolerance by process."""
+        found, limit = super().assumptions, self.process_tolerance
+        return {**found, "length_tolerance": f"{DEFAULT} tolerance of {self.process}, ± {1e3 * limit:.2g} mm"} if limit else found
 
     @functools.cached_property
     def tip_pose(self) -> Floats:
@@ -215,10 +234,11 @@ class ElasticLink(ErrorSource):
         link = self.link
         if link.length.tolerance:
             along, limit, law = unit(link.direction), link.length.tolerance, of_tolerance(link.length.law)
-        elif link.length_tolerance:
-            along, limit, law = link.tip_pose[:3, 3] / link.reach, link.length_tolerance, of_tolerance("normal")
         else:
-            return []
+            limit, law = link.length_tolerance or link.process_tolerance, of_tolerance("normal")
+            if not limit:
+                return []
+            along = link.tip_pose[:3, 3] / link.reach
         form = Constant(np.concatenate([np.zeros(3), self.tip_from_joint @ along]))
         return limit_terms("length", form, limit, law, parameter("length tolerance", limit, "m"))
 

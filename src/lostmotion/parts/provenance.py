@@ -23,7 +23,7 @@ DEFAULT: Final = "default"
 DEFAULT_SCATTER: Final = f"{DEFAULT} scatter, {FRICTION_SCATTER_TEXT}"
 LONGEST_SOURCE: Final = 500
 # Keys that identify a part or its provenance, and hold no values.
-NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "kind", "type", "name", "model", "notes", "after"})
+NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "preset", "kind", "type", "name", "model", "notes", "after"})
 
 Keys = Annotated[tuple[Annotated[Line, Field(max_length=80)], ...], Field(max_length=100)]
 
@@ -76,6 +76,38 @@ class Sourced(Part):
             if listing not in changed and kept != names:
                 changed[listing] = kept
         return super().model_copy(update=changed or update, deep=deep)
+
+
+class Preset(Part):
+    """The class of parts whose typical values a part takes where its own are not stated.
+
+    name    of the class, as in the catalogue
+    keys    whose values are those of the class; they count as assumed
+    source  where those values come from
+    """
+
+    name: Annotated[Line, Field(max_length=80)]
+    keys: Keys = ()
+    source: Annotated[Line, Field(max_length=LONGEST_SOURCE)] = ""
+
+
+class OfClass(Sourced):
+    """A part that may take typical values of its class from a preset of the catalogue. In a file, `preset` is the name of the class."""
+
+    preset: Preset | None = None
+
+    @property
+    def assumptions(self) -> dict[str, str]:
+        """Return the values that are not stated as facts: key to reason, those of the preset with its name."""
+        own = super().assumptions
+        return own if self.preset is None else {**own, **dict.fromkeys(self.preset.keys, f"preset {self.preset.name}")}
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with other values; a value that is set here is no longer that of the preset."""
+        if self.preset is not None and update and "preset" not in update and set(update) & set(self.preset.keys):
+            kept = tuple(key for key in self.preset.keys if key not in update)
+            update = {**update, "preset": self.preset.model_copy(update={"keys": kept})}
+        return super().model_copy(update=update, deep=deep)
 
 
 def value_keys(model: type[Part]) -> list[str]:

@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
 @question(folder="")
 def catalog(
-    name: Annotated[str | None, Argument("One entry as a whole: a reducer with or without its ratio, a material, a table of bearings.")] = None,
+    name: Annotated[
+        str | None, Argument("One entry as a whole: a reducer with or without its ratio, a material, table of bearings, or preset.")
+    ] = None,
     *,
-    kind: Annotated[Literal["gearbox", "bearing", "material"] | None, Argument("Entries of this kind alone.")] = None,
+    kind: Annotated[Literal["gearbox", "bearing", "material", "preset"] | None, Argument("Entries of this kind alone.")] = None,
     maker: Annotated[str, Argument("Part of the maker's name.")] = "",
     ratio: Annotated[Amount | None, Argument("Ratio for which the figures are valid.", Quantity("", "100", above=0))] = None,
     min_torque: Annotated[Amount | None, Argument("Least rated torque, '300 N m'.", Quantity("N m", "300 N m", above=0))] = None,
@@ -34,7 +36,7 @@ def catalog(
         Argument("TOML with [[reducers]] of your own, searched as well.", reducers_of, metavar="REDUCERS", aliases=("--file",)),
     ] = (),
 ) -> Catalog:
-    """Search the catalogue of reducers, bearings and materials; every figure with its source and its confidence.
+    """Search the catalogue of reducers, bearings, materials and presets; every figure with its source and its confidence.
 
     Raises
     ------

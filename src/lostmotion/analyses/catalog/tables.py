@@ -11,6 +11,7 @@ from lostmotion.band import limits_of
 from lostmotion.catalogue import data_file, materials
 from lostmotion.catalogue.clearances import tables
 from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, gearbox_models, gearboxes, mark_of, source_in_words
+from lostmotion.catalogue.presets import PARTS, PresetRow, presets
 from lostmotion.catalogue.search import Criteria, SearchResult, search, searchable_figures
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
 from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, Sheet, as_stated
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.parts.link import Material
 
-Kind = Literal["gearbox", "bearing", "material"]
+Kind = Literal["gearbox", "bearing", "material", "preset"]
 
 _UNITS: Final = {"rated torque": ("N m", 1.0), "stiffness": ("N m/arcmin", ARCMIN), "lost motion": ("arcmin", 1 / ARCMIN), "mass": ("kg", 1.0)}
 _TABLES: Final[dict[Literal["clearances", "fits"], str]] = {"clearances": "radial clearance by bore", "fits": "deviation by diameter"}
@@ -46,6 +47,8 @@ def catalogue_sheet(wanted: Criteria, kind: Kind | None = None, name: str | None
         others += _table_sections()
     if kind == "material" or (kind is None and wanted.empty):
         others.append(_material_section())
+    if kind == "preset" or (kind is None and wanted.empty):
+        others.append(_preset_section())
     unstated = {figure: [_label(row) for row in rows] for figure, rows in found.not_stated.items()}
     facts: dict[str, Any] = {"not_stated": unstated}
     if with_gearboxes:
@@ -54,7 +57,7 @@ def catalogue_sheet(wanted: Criteria, kind: Kind | None = None, name: str | None
         facts[section.key] = [*facts.get(section.key, []), *(row.label for row in section.rows)]
     return Sheet(
         name="Catalogue",
-        subject="reducers, bearings, materials",
+        subject="reducers, bearings, materials, presets",
         verdict="",
         cards=(),
         sections=(*_gearbox_sections(found.rows), *others),
@@ -158,6 +161,14 @@ def _material_section() -> Section:
     return Section("materials", "Materials", ("Young", "shear", "Poisson", "density", "scatter ±", "expansion"), lines)
 
 
+def _preset_section() -> Section:
+    rows = (row for of_part in presets().values() for row in of_part.values())
+    lines = tuple(Row(row.name, (), f"{row.type} {row.part}".strip() + f"; {source_in_words(row.source)}") for row in rows)
+    return Section(
+        "presets", "Presets", (), lines, 'typical values of a class of parts, all of them assumed: preset = "NAME" in the table of that part'
+    )
+
+
 def _of_material(material: Material) -> tuple[Figure, ...]:
     return (
         _of_range(material.young, 1e-9, "GPa"),
@@ -180,6 +191,10 @@ def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[Gearbo
     if kind in (None, "material") and name in materials():
         lines = tuple(Row(key, (), source_in_words(str(value))) for key, value in data_file("materials.toml")[name].items())
         return _sheet(name, [Section("materials", "Material", (), lines)], [{"name": name, **data_file("materials.toml")[name]}])
+    rows_of_presets = [row for of_part in presets().values() for row in of_part.values() if row.name == name]
+    if kind in (None, "preset") and rows_of_presets:
+        sections = [Section("presets", f"Preset of a {row.part}", (), tuple(_lines_of(row))) for row in rows_of_presets]
+        return _sheet(name, sections, [{"name": name, "part": row.part, **row.values, "source": row.source} for row in rows_of_presets])
     for file, what in _TABLES.items():
         if kind in (None, "bearing") and name in tables(file):
             table = tables(file)[name]
@@ -194,10 +209,26 @@ def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[Gearbo
             return _sheet(name, sections, [_plain(row) for row in rows])
     known = [*materials()] if kind in (None, "material") else []
     known += [entry for file in _TABLES for entry in tables(file)] if kind in (None, "bearing") else []
+    known += [each for of_part in presets().values() for each in of_part] if kind in (None, "preset") else []
     models = [*itertools.chain.from_iterable(row.models for row in own), *gearbox_models()] if kind is None else []
     near = nearest(name, [*known, *models])
     expected = "a name of the catalogue: " + ", ".join(known) + (", or a reducer" if models else "")
     raise InputError([Problem("the catalogue", "NAME", shown(name), expected, f'lostmotion catalog "{near or known[0]}"', near)])
+
+
+def _lines_of(row: PresetRow) -> list[Row]:
+    """Return every value of a preset, as it would stand in a file, and its source."""
+    lines = []
+    for key, value in row.values.items():
+        inner = value.items() if isinstance(value, dict) and key in PARTS else [("", value)]
+        lines += [Row(f"{key}.{step}" if step else key, (), _text(each)) for step, each in inner]
+    return [*lines, Row("source", (), source_in_words(row.source))]
+
+
+def _text(value: Any) -> str:  # noqa: ANN401 - a value of a TOML
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_text(each)}" for key, each in value.items())
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
 def _named(name: str, ratio: float | None, own: Sequence[GearboxRow], *, alone: bool) -> Sequence[GearboxRow]:

@@ -9,12 +9,12 @@ import numpy as np
 from lostmotion.parts.bearing.runout import runout_terms
 from lostmotion.parts.error_source import AngularStiffness, ErrorSource, LengthAmount, LengthPlus, LinearStiffness, PartFigure
 from lostmotion.parts.forms import Linear
-from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.provenance import OfClass
 from lostmotion.parts.standard_terms import parameter
 from lostmotion.parts.term import Motion, Term
 
 
-class CrossedRoller(Sourced, ErrorSource):
+class CrossedRoller(OfClass, ErrorSource):
     """A preloaded bearing by catalogue stiffness; an omitted value is assumed rigid or exact.
 
     moment_stiffness  against tilting; default: k D^2/8 per radian of axial_stiffness k and pitch_diameter D, where both are stated

@@ -20,7 +20,7 @@ from lostmotion.parts.error_source import (
 )
 from lostmotion.parts.forms import Linear
 from lostmotion.parts.play import Seat
-from lostmotion.parts.provenance import Sourced, with_friction
+from lostmotion.parts.provenance import OfClass, with_friction
 from lostmotion.parts.standard_terms import End, circle, parameter, play_terms
 from lostmotion.parts.term import Draw, Holding, Motion, Term
 from lostmotion.spatial import skew
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 SIDES: Final = (("inboard", -1.0), ("outboard", 1.0))
 
 
-class RollingPair(Sourced, ErrorSource):
+class RollingPair(OfClass, ErrorSource):
     """A spaced pair of rolling bearings, each with the same working clearance.
 
     clearance         diametral working clearance of each bearing; ± is its scatter over bearings

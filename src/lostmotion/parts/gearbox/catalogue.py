@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from lostmotion.parts.error_source import Lead
 from lostmotion.parts.gearbox.gearbox import AmountT, FrictionT, Gearbox, LoadT, PlayT, StiffnessT
+from lostmotion.parts.provenance import OfClass
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.parts.term import Motion
 
 
-class CatalogueGearbox(Gearbox[AmountT, PlayT, StiffnessT, LoadT, FrictionT]):
+class CatalogueGearbox(Gearbox[AmountT, PlayT, StiffnessT, LoadT, FrictionT], OfClass):
     """A reducer or drive described by catalogue values, as `Gearbox` lists them; an omitted value is assumed ideal.
 
     ratio  turns of the motor per turn of the output, or of the screw

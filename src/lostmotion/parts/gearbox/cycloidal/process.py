@@ -7,7 +7,7 @@ tolerance of their diameter, and the eccentricity half of that of the throw.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.laws.process_tolerance import process_tolerance
 from lostmotion.parts.provenance import DEFAULT
@@ -15,25 +15,6 @@ from lostmotion.parts.provenance import DEFAULT
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.tolerances import Scatter
 
-Process = Literal[
-    "FFF",
-    "FFF industrial",
-    "FFF desktop",
-    "SLA",
-    "SLA fine",
-    "SLS",
-    "MJF",
-    "ISO 2768 f",
-    "ISO 2768 m",
-    "ISO 2768 c",
-    "IT5",
-    "IT6",
-    "IT7",
-    "IT8",
-    "IT9",
-    "IT10",
-    "IT11",
-]
 _COMMON: Final = 2 / 3
 _EACH: Final = 1 / 3
 
