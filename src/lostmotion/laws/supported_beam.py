@@ -124,27 +124,47 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Respon
     bending, shearing = np.array([(piece.bending, piece.shear) for piece in beam.pieces])[of_piece].T
     matrices, shears = _stiffness(bending, shearing, np.diff(at))
     elements = [np.flatnonzero(of_piece == piece) for piece in range(len(beam.pieces))]
-    parts = [_assembled(dofs, own, matrices[own]) for own in elements]
+    parts = [[_Springs(_places(own), matrices[own])] for own in elements]
     if sandwich:
-        parts = [part + _of_second(piece, at, own) for part, piece, own in zip(parts, beam.pieces, elements, strict=True)]
+        parts = [[*part, _of_second(piece, at, own)] for part, piece, own in zip(parts, beam.pieces, elements, strict=True)]
     held = np.zeros(dofs, dtype=bool)
     for support in beam.supports:
-        spring = np.zeros((dofs, dofs))
-        for direction, stiffness in enumerate((support.stiffness, support.tilt)):
-            one = _DIRECTIONS * node[support.at] + direction
-            held[one] |= math.isinf(stiffness)
-            spring[one, one] = stiffness if math.isfinite(stiffness) else 0.0
+        ways = _DIRECTIONS * node[support.at] + np.arange(_DIRECTIONS)
+        stiffness = np.array([support.stiffness, support.tilt])
+        held[ways] |= np.isinf(stiffness)
         if sandwich:
             held[_DIRECTIONS * len(at) + node[support.at]] = math.isinf(support.tilt)
-        parts.append(spring)
-    parts += [_foundation(each, at, shears, dofs) for each in beam.foundations]
+        parts.append([_Springs(ways[:, None], np.where(np.isinf(stiffness), 0.0, stiffness)[:, None, None])])
+    parts += [_foundation(each, at, shears) for each in beam.foundations]
     forces = np.stack([_load(low, high, at, shears, dofs) for low, high in loads], axis=-1)
-    whole, free = np.sum(parts, axis=0), ~held
+    whole, free = _assembled(dofs, [springs for part in parts for springs in part]), ~held
     moved = np.zeros_like(forces)
     moved[free] = _solved(whole[np.ix_(free, free)], forces[free])
-    unbalanced = np.sum(parts[: len(beam.pieces)] + parts[len(beam.pieces) + len(beam.supports) :], axis=0) @ moved - forces
-    reactions = np.stack([unbalanced[_DIRECTIONS * node[each.at]] for each in beam.supports]) if beam.supports else np.zeros((0, len(loads)))
-    return Response(np.stack([moved.T @ part @ moved for part in parts]), reactions)
+    reactions = np.zeros((len(beam.supports), len(loads)))
+    for reaction, support in zip(reactions, beam.supports, strict=True):
+        one = _DIRECTIONS * node[support.at]
+        reaction[:] = whole[one] @ moved - forces[one] if math.isinf(support.stiffness) else -support.stiffness * moved[one]
+    return Response(np.stack([np.sum([springs.energy(moved) for springs in part], axis=0) for part in parts]), reactions)
+
+
+@dataclass(frozen=True, slots=True)
+class _Springs:
+    """Elements with a stiffness matrix each: the degrees of freedom that they join, (element, k), and the matrices (element, k, k)."""
+
+    places: np.ndarray
+    matrices: Floats
+
+    def energy(self, moved: Floats) -> Floats:
+        """Return twice the energy (load, load) under displacements (dof, load)."""
+        own = moved[self.places]
+        return np.asarray(np.tensordot(own, self.matrices @ own, axes=((0, 1), (0, 1))))
+
+
+def _assembled(dofs: int, parts: Sequence[_Springs]) -> Floats:
+    """Return the stiffness matrix of all elements on all degrees of freedom."""
+    at = np.concatenate([(dofs * each.places[:, :, None] + each.places[:, None, :]).ravel() for each in parts])
+    entries = np.concatenate([each.matrices.ravel() for each in parts])
+    return np.bincount(at, entries, minlength=dofs**2).reshape(dofs, dofs)
 
 
 def _solved(matrix: Floats, forces: Floats) -> Floats:
@@ -185,23 +205,13 @@ def _stiffness(bending: Floats, shearing: Floats, long: Floats) -> tuple[Floats,
     return (bending / ((1 + shear) * long**3))[:, None, None] * np.moveaxis(np.array(rows), -1, 0), shear
 
 
-def _of_second(piece: Piece, at: Floats, elements: np.ndarray) -> Floats:
-    """Return the stiffness matrix of elements (element,) of the second beam, on all degrees of freedom."""
+def _of_second(piece: Piece, at: Floats, elements: np.ndarray) -> _Springs:
+    """Return elements (element,) of the second beam."""
     nodes, (bending, shear) = len(at), piece.second or (0.0, 1.0)
     long = np.diff(at)[elements]
     one = _stiffness(np.full_like(long, bending), np.full_like(long, shear), long)[0]
     ends = np.stack([elements, elements + 1], axis=-1)
-    places = np.stack([_DIRECTIONS * ends, _DIRECTIONS * nodes + ends], axis=-1).reshape(-1, 4)
-    out = np.zeros(((_DIRECTIONS + 1) * nodes,) * 2)
-    np.add.at(out, (places[:, :, None], places[:, None, :]), one)
-    return out
-
-
-def _assembled(dofs: int, elements: np.ndarray, matrices: Floats) -> Floats:
-    """Return the stiffness matrix of elements (element,) from their own (element, 4, 4), on all degrees of freedom."""
-    out, at = np.zeros((dofs, dofs)), _places(elements)
-    np.add.at(out, (at[:, :, None], at[:, None, :]), matrices)
-    return out
+    return _Springs(np.stack([_DIRECTIONS * ends, _DIRECTIONS * nodes + ends], axis=-1).reshape(-1, 4), one)
 
 
 def _places(elements: np.ndarray) -> np.ndarray:
@@ -227,19 +237,19 @@ def _shapes(long: Floats, shear: Floats) -> tuple[Floats, Floats, Floats]:
     return _GAUSS[1] / 2 * length, np.stack(shift, axis=-1) / whole, np.stack(turn, axis=-1) / whole
 
 
-def _foundation(each: Foundation, at: Floats, shears: Floats, dofs: int) -> Floats:
+def _foundation(each: Foundation, at: Floats, shears: Floats) -> list[_Springs]:
     under = np.flatnonzero((each.start <= at[:-1]) & (at[1:] <= each.end))
     weight, shift, turn = _shapes(np.diff(at)[under], shears[under])
     lateral, tilting = (
-        _assembled(dofs, under, stiffness * np.einsum("eg,egi,egj->eij", weight, shape, shape))
-        for stiffness, shape in ((each.stiffness, shift), (each.tilt, turn))
+        stiffness * np.einsum("eg,egi,egj->eij", weight, shape, shape) for stiffness, shape in ((each.stiffness, shift), (each.tilt, turn))
     )
+    out = [_Springs(_places(under), lateral + tilting)]
     if each.floating:
-        along = np.zeros(dofs)
-        along[: _DIRECTIONS * len(at) : _DIRECTIONS] = 1.0
-        pushed = lateral @ along
-        lateral = lateral - np.outer(pushed, pushed) / float(along @ pushed)
-    return lateral + tilting
+        moved = np.arange(_DIRECTIONS * len(at))
+        along = np.where(moved % _DIRECTIONS == 0, 1.0, 0.0)
+        pushed = np.bincount(_places(under).ravel(), (lateral @ along[_places(under)][..., None]).ravel(), minlength=len(moved))
+        out.append(_Springs(moved[None], -np.outer(pushed, pushed)[None] / float(along @ pushed)))
+    return out
 
 
 def _load(low: float, high: float, at: Floats, shears: Floats, dofs: int) -> Floats:
