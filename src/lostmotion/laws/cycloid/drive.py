@@ -181,7 +181,7 @@ def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigi
     return load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, bodies=drive.bodies(crank), threads=threads).checked()
 
 
-def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False) -> Floats:
+def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False, threads: int = 1) -> Floats:
     """Return the angle (crank, draw), rad, at which a disc with interfering flanks rests without torque; NaN for a disc with play.
 
     gap     (crank, draw, N) m
@@ -194,7 +194,9 @@ def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid
     out = np.full(interfering.shape, math.nan)
     if len(chosen):
         small = _REST * torque
-        either = [loaded_disc(drive, each, crank, gap[:, chosen], rigid_eccentric=rigid_eccentric).rotation[0] for each in (-small, small)]
+        either = [
+            loaded_disc(drive, each, crank, gap[:, chosen], rigid_eccentric=rigid_eccentric, threads=threads).rotation[0] for each in (-small, small)
+        ]
         out[:, chosen] = np.where(interfering[:, chosen], (either[0] + either[1]) / 2, math.nan)
     return out
 

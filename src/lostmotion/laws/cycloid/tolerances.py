@@ -161,7 +161,7 @@ def simulate(drive: Drive, scatter: Scatter, torque: Floats, crank: Floats, gear
         rest = (ahead[disc] - behind[disc]) / 2
         if len(torque):
             turned = crank + 2 * math.pi * disc / drive.discs
-            rest = rest_angle(drive, turned, gap[disc], float(np.abs(torque).min()))
+            rest = rest_angle(drive, turned, gap[disc], float(np.abs(torque).min()), threads=threads)
         ahead[disc], behind[disc] = np.where(interfering[disc], (rest, -rest), (ahead[disc], behind[disc]))
     free = clearance_angle(drive, scatter, gearboxes, seed) / 2
     early, uneven = _output_pins(drive, scatter, crank, gearboxes, seed)
