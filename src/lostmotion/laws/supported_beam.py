@@ -164,7 +164,7 @@ def _assembled(dofs: int, parts: Sequence[_Springs]) -> Floats:
     """Return the stiffness matrix of all elements on all degrees of freedom."""
     at = np.concatenate([(dofs * each.places[:, :, None] + each.places[:, None, :]).ravel() for each in parts])
     entries = np.concatenate([each.matrices.ravel() for each in parts])
-    return np.bincount(at, entries, minlength=dofs**2).reshape(dofs, dofs)
+    return np.asarray(np.bincount(at, entries, minlength=dofs**2), dtype=float).reshape(dofs, dofs)
 
 
 def _solved(matrix: Floats, forces: Floats) -> Floats:
