@@ -17,6 +17,7 @@ from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.error_source import ErrorSource, Friction
 from lostmotion.parts.gearbox.cycloidal.sources import ErrorHarmonic, Loop, Play, TransmissionError, WindUp
+from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.joint import Mounting
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
@@ -60,7 +61,13 @@ def full_screw_drive(s: float) -> ErrorSource:
         hysteresis=s * 1e-6,
         transmission_error=s * 1e-5,
         lead=0.01,
+        lead_error=s * 1e-4,
     )
+
+
+def full_guideway(s: float) -> ErrorSource:
+    """Return a guideway with every error motion it can have, all s times as large."""
+    return Guideway(straightness=(s * 2e-5, s * 1e-5), pitch=s * 1e-4, yaw=s * 5e-5, roll=s * 2e-4, wavelength=0.7, up=[0.3, 0.4, 0.5])
 
 
 def full_rolling(s: float) -> ErrorSource:
@@ -100,7 +107,12 @@ def full_base(s: float) -> ErrorSource:
 def full_encoder(side: str) -> Callable[[float], ErrorSource]:
     """Return an encoder with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
     fields = {"resolution": 1e-4, "noise": 1e-5, "eccentricity": 3e-4, "zero": 1e-4}
-    return lambda s: encoder(side=side, ratio=50, **{name: s * size for name, size in fields.items()}).model_copy(update={"lead": 0.01})
+
+    def made(s: float) -> ErrorSource:
+        stated = encoder(side=side, ratio=50, **{name: s * size for name, size in fields.items()})
+        return stated.model_copy(update={"lead": 0.01, "scale_error": s * 1e-4})
+
+    return made
 
 
 class DrawnGearbox(ErrorSource):
@@ -126,6 +138,7 @@ PARTS: dict[str, Callable[[float], ErrorSource]] = {
     "cycloidal gearbox": DrawnGearbox,
     "gearbox": full_gearbox,
     "screw drive": full_screw_drive,
+    "guideway": full_guideway,
     "bearing pair": full_rolling,
     "crossed roller": full_crossed,
     "motor encoder": full_encoder("motor"),

@@ -27,6 +27,7 @@ KINDS: Final = (
     "hysteresis",
     "transmission error",
     "bearing",
+    "guideway",
     "encoder",
     "axis mounting",
     "link bending",
@@ -41,7 +42,8 @@ _OF_GEARBOX: Final = {
     "stiffness": (("stiffness",), ("zone_torques", "stiffness_scatter")),
     "hysteresis": (("hysteresis",), ()),
 }
-_OF_ENCODER: Final = ("resolution", "noise", "eccentricity", "zero")
+_OF_ENCODER: Final = ("resolution", "noise", "eccentricity", "zero", "scale_error")
+_OF_GUIDEWAY: Final = ("straightness", "pitch", "yaw", "roll")
 _OF_LUMPED: Final = ("angle", "offset")
 _OF_MOUNT: Final = ("angular_stiffness", "linear_stiffness", "compliance", "tracks")
 # Key of links and materials that counts only where a temperature is stated.
@@ -167,6 +169,8 @@ def _of_joint(joint: Joint) -> dict[str, State]:
     if joint.type != "fixed":
         found |= _of_gearbox(joint.gearbox, whole="gearbox" in joint.assumed)
         found["bearing"] = _of_bearing(joint.bearing, whole="bearing" in joint.assumed)
+        if joint.type == "prismatic":
+            found["guideway"] = _state(joint.guideway, _OF_GUIDEWAY, whole="guideway" in joint.assumed)
         found["encoder"] = _state(joint.encoder, _OF_ENCODER, ("ratio",), whole="encoder" in joint.assumed)
         found["lumped"] = _state(joint.lumped, _OF_LUMPED, _all(joint.lumped), whole="lumped" in joint.assumed)
     found["axis mounting"] = _state(joint.mounting, _all(joint.mounting), whole="mounting" in joint.assumed)
@@ -180,7 +184,8 @@ def _of_gearbox(gearbox: Sourced | None, *, whole: bool) -> dict[str, State]:
         springs: State = "assumed" if whole or _any_assumed(gearbox) else "stated"
         has_friction = _state(gearbox, ("friction", "friction_torque")) != "ideal"
         return {"backlash": drawn, "stiffness": springs, "hysteresis": drawn if has_friction else "ideal", "transmission error": drawn}
-    out = {kind: _state(gearbox, main, besides, whole=whole) for kind, (main, besides) in _OF_GEARBOX.items()}
+    own: Mapping[str, tuple[str, ...]] = getattr(gearbox, "described_by", {})
+    out = {kind: _state(gearbox, (*main, *own.get(kind, ())), besides, whole=whole) for kind, (main, besides) in _OF_GEARBOX.items()}
     errors = [name for name in _all(gearbox) if name == "transmission_error" or name.endswith("_error")]
     return {**out, "transmission error": _state(gearbox, errors, whole=whole)}
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _JOINTS: Final = ("RevoluteJoint", "PrismaticJoint", "FixedJoint")
 _TURNING_GEARBOX: Final = "GearboxOfRevoluteJoint"
+_DEFAULT_GEARBOXES: Final = (_TURNING_GEARBOX, "GearboxOfPrismaticJoint")
 _DESCRIPTION: Final = (
     "An arm for lostmotion: joints from base to tool with their gearboxes, bearings, encoders and links. Quantities are text with a unit, "
     '"400 mm ± 50 µm"; parts that joints share stand in tables and are named where they are used.'
@@ -126,7 +127,7 @@ def _require_tags(schema: Schema) -> None:
         if isinstance(piece, dict):
             for reference in piece.get("discriminator", {}).get("mapping", {}).values():
                 kind = schema["$defs"][reference.removeprefix("#/$defs/")]
-                if kind["title"] == _TURNING_GEARBOX:
+                if kind["title"] in _DEFAULT_GEARBOXES:
                     continue
                 kind["required"] = sorted({*kind.get("required", ()), piece["discriminator"]["propertyName"]})
             waiting += piece.values()

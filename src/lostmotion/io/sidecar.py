@@ -32,6 +32,7 @@ _OF_JOINT: Final = {
     "preset": 'preset = "hobby servo"',
     "gearbox": 'gearbox = "large"',
     "bearing": 'bearing = "large"',
+    "guideway": 'guideway = { straightness = "20 µm", pitch = "20 arcsec" }',
     "encoder": 'encoder = { zero = "0.2 arcmin" }',
     "mounting": 'mounting = { tilt = "0.5 arcmin" }',
     "lumped": 'lumped = { angle = "0.5 arcmin" }',

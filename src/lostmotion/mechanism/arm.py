@@ -134,7 +134,7 @@ class Arm(Part):
             if joint.mounting is not None:
                 axis = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
                 out.append(PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, axis))
-            motion = Motion(joint.twist, functools.partial(self.holding, k), rise, varies)
+            motion = Motion(joint.twist, functools.partial(self.holding, k), rise, varies, None if joint.type == "fixed" else joint.limits)
             for name, source in joint.sources.items():
                 out.append(PlacedPart(f"{owner}.{name}", name.partition(" ")[0], column, moved, source, motion))
             out.append(PlacedPart(f"{owner}.link", "link", column, tip, joint.elastic_link, no_motion))

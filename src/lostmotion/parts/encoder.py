@@ -8,10 +8,10 @@ from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.distributions import Normal, Uniform, of_tolerance
-from lostmotion.parts.error_source import ErrorSource, Lead
+from lostmotion.parts.error_source import ErrorSource, Gradient, Lead
 from lostmotion.parts.forms import Constant
 from lostmotion.parts.provenance import OfClass
-from lostmotion.parts.standard_terms import harmonic_terms, limit_terms, parameter
+from lostmotion.parts.standard_terms import harmonic_terms, limit_terms, parameter, proportional_terms
 from lostmotion.units import Distribution, Quantity, ToleranceLaw
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ class Encoder(OfClass, ErrorSource, Generic[AmountT]):
                   is no worst case; "uniform"; or a table of rows [value in units of the noise, probability of a smaller one]
     eccentricity  ± amplitude of the error over one turn of the encoder, with a random phase per robot; not for a linear scale
     zero          ± limit of the joint's zero offset after mastering, at the output
+    scale_error   of a linear scale, on a sliding joint only: ± share by which its graduation is too long or too short, from the joint's zero
     ratio         turns of the encoder per turn of the output, or of the screw; default: the joint's gear ratio
     lead          of the screw, on a sliding joint; default: the lead of the joint's gearbox
     """
@@ -44,6 +45,7 @@ class Encoder(OfClass, ErrorSource, Generic[AmountT]):
     noise_law: NoiseLaw = "normal"
     eccentricity: AmountT | None = None
     zero: AmountT | None = None
+    scale_error: Gradient | None = None
     ratio: Annotated[float, Quantity("", "121", above=0)] | None = None
     lead: Lead | None = None
     dead_band: AmountT | None = None
@@ -74,6 +76,8 @@ class Encoder(OfClass, ErrorSource, Generic[AmountT]):
             out += harmonic_terms("eccentricity 1", "eccentricity", motion.twist, turns, size, sized, motion.turns(self.lead))
         if self.zero:
             out += limit_terms("zero", along, self.zero, Normal(), self._sized("zero", motion))
+        if self.scale_error:
+            out += proportional_terms("scale error", motion, self.scale_error, parameter("scale_error", self.scale_error, ""), "scale error")
         return out
 
     def _sized(self, key: str, motion: Motion) -> Parameter:

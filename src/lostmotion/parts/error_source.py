@@ -47,6 +47,8 @@ Torque = Annotated[float, Quantity("N m", "12 N m")]
 TorqueAmount = Annotated[float, Quantity("N m", "12 N m", low=0)]
 AngularStiffness = Annotated[float, Quantity("N m/rad", "12 N m/arcmin", above=0, band="log-uniform")]
 LinearStiffness = Annotated[float, Quantity("N/m", "200 N/µm", above=0, band="log-uniform")]
+# A length per length: of a scale, or of the lead of a screw.
+Gradient = Annotated[float, Quantity("", "50 µm/m", low=0, high=0.01)]
 Share = Annotated[float, Quantity("", "10 %", low=0, high=0.33)]
 # Of any solid: from fibres, which shrink, to soft polymers.
 Expansion = Annotated[float, Quantity("1/K", "23e-6 1/K", low=-50e-6, high=1e-3, band="uniform")]

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A piecewise linear function of a load of zero or more.
+    """A piecewise linear function of a load of zero or more, or of a joint's value.
 
-    load    (n,) rising, N m or N
+    load    (n,) rising, N m or N; or rad or m
     value   (n,) value at each load, in any unit
     beyond  slope for loads above the last one
     """
@@ -83,18 +83,22 @@ class _Along(Form):
 
 @dataclass(frozen=True, eq=False)
 class Constant(_Along):
-    """The same screw at every pose."""
+    """The same screw at every pose, or one that follows the joint's own value.
+
+    travel  factor over the joint's value, rad or m; None: one
+    """
 
     direction: Floats
+    travel: Curve | None = None
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return no fields: the screw is constant."""
-        return ()
+        """Return no fields for a constant screw, "angle" for one that follows the joint's value."""
+        return () if self.travel is None else ("angle",)
 
-    def size(self, at: Condition) -> float:  # noqa: ARG002 - the screw is constant
-        """Return one."""
-        return 1.0
+    def size(self, at: Condition) -> Floats | float:
+        """Return one, or the factor (pose,)."""
+        return 1.0 if self.travel is None else self.travel(at.angle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,11 +132,20 @@ class Harmonic(_Along):
 
 @dataclass(frozen=True, eq=False)
 class Spring(_Along):
-    """A curve of the load along `direction`. Odd in the load for a spring; with `odd` False even, as half the width of a friction loop is."""
+    """A curve of the load along `direction`. Odd in the load for a spring; with `odd` False even, as half the width of a friction loop is.
+
+    travel  factor over the joint's value, rad or m, of a spring whose length changes with it; None: one
+    """
 
     direction: Floats
     curve: Curve
     odd: bool = True
+    travel: Curve | None = None
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Return "wrench", and "angle" for a spring that follows the joint's value."""
+        return ("wrench",) if self.travel is None else ("angle", "wrench")
 
     @property
     def elastic(self) -> bool:
@@ -142,13 +155,16 @@ class Spring(_Along):
     def size(self, at: Condition) -> Floats:
         """Return the deflection (pose,), rad or m."""
         load = at.along(self.direction)
-        value = self.curve(np.abs(load))
+        value = self.curve(np.abs(load)) * self._factor(at)
         return np.asarray(np.sign(load) * value if self.odd else value)
 
     def compliance(self, at: Condition) -> Floats:
         """Return the tangent compliance (pose, 6, 6), rad and m per N m and N; at a knot of the curve, the one towards larger loads."""
-        slope = self.curve.slope(np.abs(at.along(self.direction)))
+        slope = self.curve.slope(np.abs(at.along(self.direction))) * self._factor(at)
         return np.asarray(np.multiply.outer(slope * self.odd, np.outer(self.direction, self.direction)))
+
+    def _factor(self, at: Condition) -> Floats | float:
+        return 1.0 if self.travel is None else self.travel(at.angle)
 
 
 @dataclass(frozen=True, eq=False)

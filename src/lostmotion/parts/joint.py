@@ -7,7 +7,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Generic, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
@@ -22,6 +22,8 @@ from lostmotion.parts.error_source import AngleAmount, ErrorSource, Grouped, Len
 from lostmotion.parts.forms import Constant
 from lostmotion.parts.gearbox.gearbox import AmountT, HasPlay, PlayInLoop
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox, is_drawn
+from lostmotion.parts.gearbox.slide import SlideFigures
+from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.link import Direction, ElasticLink, Frame, Link, Vector, unit
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.provenance import OfClass
@@ -39,6 +41,8 @@ Bearing = Annotated[RollingPair | CrossedRoller | BallPair | RollerPair | Crosse
 
 
 # Fields of a bearing for turning joints only; along a slide the drive carries the load.
+# Fields of a drive or an encoder for sliding joints only.
+_SLIDING_ONLY: Final = ("lead", "lead_error", "scale_error")
 _TURNING_ONLY: Final = ("axial_play", "axial_stiffness", "radial_runout", "axial_runout")
 
 
@@ -168,8 +172,8 @@ class FixedJoint(_Joint):
 
 
 def _lead_of(part: Part) -> float | None:
-    """Return the lead of a drive or encoder; None for kinds without that field."""
-    lead: float | None = getattr(part, "lead", None)
+    """Return the travel per turn of a drive or encoder; None for kinds without it."""
+    lead: float | None = getattr(part, "per_turn", getattr(part, "lead", None))
     return lead
 
 
@@ -188,7 +192,7 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
             own = {"ratio": encoder.ratio or abs(gearbox.ratio), "lead": encoder.lead or _lead_of(gearbox)}
             encoder = encoder.model_copy(update=own)
         in_loop = encoder is not None and encoder.side == "output"
-        found = {"gearbox": None if in_loop else gearbox, "bearing": self.bearing, "encoder": encoder, "lumped": self.lumped}
+        found = {"gearbox": None if in_loop else gearbox, "bearing": self.bearing, **self._own_sources, "encoder": encoder, "lumped": self.lumped}
         out: dict[str, ErrorSource] = {}
         for name, source in found.items():
             if isinstance(source, Grouped):
@@ -196,6 +200,11 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
             elif source is not None:
                 out[name] = source
         return out if not in_loop or gearbox is None or encoder is None else self._open_play(gearbox, encoder.dead_band) | out
+
+    @property
+    def _own_sources(self) -> dict[str, ErrorSource | None]:
+        """Return the error sources that only this type of joint has."""
+        return {}
 
     @staticmethod
     def _open_play(gearbox: TurningGearbox | SlidingDrive, dead_band: float | None) -> dict[str, ErrorSource]:
@@ -235,8 +244,9 @@ class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):
     @field_validator("gearbox", "encoder")
     @classmethod
     def _has_no_lead(cls, part: TurningGearbox | Encoder[AngleAmount] | None) -> TurningGearbox | Encoder[AngleAmount] | None:
-        if part is not None and _lead_of(part) is not None:
-            raise _refuse("a lead on a turning joint", "a lead on sliding joints only", 'type = "prismatic"')
+        nowhere = [key for key in _SLIDING_ONLY if getattr(part, key, None) is not None]
+        if nowhere:
+            raise _refuse(f"a {nowhere[0]} on a turning joint", f"a {nowhere[0]} on sliding joints only", 'type = "prismatic"')
         return part
 
     @functools.cached_property
@@ -246,10 +256,18 @@ class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):
 
 
 class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
-    """A joint that slides along `axis` between `limits`; its drive's screw or pulley makes a turn per `lead`."""
+    """A joint that slides along `axis` between `limits`; its drive's screw or pulley makes a turn per `lead`.
+
+    guideway  error motions of the carriage
+    """
 
     type: Literal["prismatic"] = "prismatic"
     limits: SlidingLimits
+    guideway: Guideway | None = None
+
+    @property
+    def _own_sources(self) -> dict[str, ErrorSource | None]:
+        return {"guideway": self.guideway}
 
     @property
     def load_unit(self) -> str:
@@ -276,7 +294,7 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
     @field_validator("gearbox")
     @classmethod
     def _harmonics_have_a_lead(cls, drive: SlidingDrive | None) -> SlidingDrive | None:
-        if drive is not None and drive.transmission_error is not None and drive.lead is None:
+        if drive is not None and drive.transmission_error is not None and _lead_of(drive) is None:
             example = 'gearbox = { transmission_error = "20 µm", lead = "10 mm" }'
             raise _refuse("transmission_error without a lead on a sliding joint", "lead, the travel per turn of the screw or pulley", example)
         return drive
@@ -290,10 +308,25 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
             example = 'encoder = { side = "output", zero = "20 µm" }'
             raise _refuse("eccentricity of an encoder along the slide", "no eccentricity: a scale does not turn", example)
         drive = info.data.get("gearbox")
-        if "gearbox" in info.data and encoder.lead is None and (drive is None or drive.lead is None):
+        if "gearbox" in info.data and encoder.lead is None and (drive is None or _lead_of(drive) is None):
             expected = "lead, the travel per turn of the screw or pulley, of the gearbox or of the encoder"
             raise _refuse("eccentricity without a lead on a sliding joint", expected, 'gearbox = { lead = "10 mm" }')
         return encoder
+
+    @model_validator(mode="after")
+    def _guideway_has_a_direction_up(self) -> Self:
+        try:
+            _ = None if self.guideway is None else self.guideway.directions(unit(self.axis))
+        except ValueError as error:
+            raise _refuse(str(error), "a direction across the axis", 'up = "z"') from None
+        return self
+
+    @model_validator(mode="after")
+    def _drive_covers_the_range(self) -> Self:
+        problem = self.gearbox.range_error(self.limits) if isinstance(self.gearbox, SlideFigures) else None
+        if problem:
+            raise _refuse(*problem)
+        return self
 
     @functools.cached_property
     def twist(self) -> Floats:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
+import numpy as np
+
 from lostmotion.laws.distributions import Cosine, Normal, Sine, of_tolerance
-from lostmotion.parts.forms import Harmonic, Spring
+from lostmotion.parts.forms import Constant, Curve, Harmonic, Spring
 from lostmotion.parts.play import HeldPlay, Seat
 from lostmotion.parts.term import LAST_MOTION, Draw, Parameter, Term
 from lostmotion.spatial import across
@@ -15,7 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.laws.distributions import Law
-    from lostmotion.parts.forms import Curve
     from lostmotion.parts.term import Form, Motion
     from lostmotion.spatial import Floats
     from lostmotion.units import Toleranced
@@ -26,6 +27,8 @@ PHASES: Final[dict[Literal["sine", "cosine"], Law]] = {"sine": Cosine(), "cosine
 ENVIRONMENT: Final = "environment"
 # Cause of what the ± of the arm's temperature moves.
 VARIATION: Final = "temperature variation"
+# A factor equal to the joint's value, over more than any joint's range.
+_PROPORTIONAL: Final = Curve(np.array([-1e3, 1e3]), np.array([-1e3, 1e3]))
 # Cause of the periodic error of any reducer.
 TRANSMISSION_ERROR: Final = "transmission error"
 
@@ -102,15 +105,23 @@ def harmonic_terms(
     ]
 
 
-def spring_terms(direction: Floats, curve: Curve, scatter: float, sized: Parameter, name: str, stream: str) -> list[Term]:
+def proportional_terms(name: str, motion: Motion, limit: float, sized: Parameter, cause: str) -> list[Term]:
+    """Return the terms of an error along the motion that grows in proportion to the joint's value: ±limit per unit of it, drawn per robot."""
+    return limit_terms(name, Constant(motion.twist, _PROPORTIONAL), limit, Normal(), sized, cause=cause)
+
+
+def spring_terms(
+    direction: Floats, curve: Curve, scatter: float, sized: Parameter, name: str, stream: str, travel: Curve | None = None
+) -> list[Term]:
     """Return the terms of the wind-up of a spring, and of its scatter over robots.
 
     direction     (6,) unit twist
     curve         wind-up over the load, rad or m
     scatter       tolerance of the wind-up as a share of it, three standard deviations; 0: no scatter
     name, stream  name of the scatter's term and of its draw
+    travel        factor over the joint's value, as in `Spring`
     """
-    form = Spring(direction, curve)
+    form = Spring(direction, curve, travel=travel)
     out = [Term("wind-up", "wind-up", form, parameter=sized, exponent=-1)]
     if scatter:
         out.append(Term(name, name, form, scatter / Normal().bound, Draw(stream, Normal()), parameter=sized, exponent=-1))

@@ -46,12 +46,14 @@ class Motion:
     holding  returns the largest static load of the joint; called only by parts whose friction is not stated
     rise     temperature of the whole arm above that of its drawings, K, with its ± variation; None where no temperature is stated
     varies   whether temperatures vary from robot to robot, or from visit to visit
+    limits   range of the joint, rad or m; None for a part by itself
     """
 
     twist: Floats
     holding: Callable[[], Holding] = Holding
     rise: Toleranced | None = None
     varies: Literal["robot", "visit"] = "robot"
+    limits: tuple[float, float] | None = None
 
     @property
     def turning(self) -> bool:

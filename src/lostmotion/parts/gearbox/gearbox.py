@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Final, Generic, Protocol, Self, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Generic, Protocol, Self, TypeVar, runtime_checkable
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -109,6 +109,8 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     A kind adds its `kind` and its `ratio`, turns of the input per turn of the output.
     """
 
+    # Keys of a kind, besides those of any gearbox, that describe its "stiffness" or its "backlash".
+    described_by: ClassVar[dict[str, tuple[str, ...]]] = {}
     kind: str
     model: Annotated[Line, Field(max_length=80)] = ""
     rated_torque: LoadT | None = None
@@ -216,7 +218,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
             zones = len(self.stiffness) if isinstance(self.stiffness, list) else 1
             sized = Parameter("stiffness", float(self.zones[0]), motion.stiffness_unit, zones)
             curve = Curve.of_zones(self.zones, self.zone_torques)
-            out += spring_terms(motion.twist, curve, self.stiffness_scatter, sized, "stiffness scatter", "stiffness")
+            out += spring_terms(motion.twist, curve, self.stiffness_scatter, sized, "stiffness scatter", "stiffness", self._travel(motion))
         out += backlash_terms(motion, self.play, self._friction_in(motion.holding).load)
         if self.hysteresis is not None:
             out.append(loop_term(Constant(motion.twist), self.hysteresis / 2, parameter("hysteresis", self.hysteresis, motion.unit)))
@@ -248,6 +250,10 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     def not_specified(self) -> str:
         """Return the members that are not described and therefore bounded: none, because the stated stiffness includes all."""
         return ""
+
+    def _travel(self, motion: Motion) -> Curve | None:  # noqa: ARG002 - for kinds whose spring has another length at every position
+        """Return the factor of the wind-up over the joint's value; None where the stiffness does not depend on it."""
+        return None
 
     @property
     def own_figures(self) -> list[PartFigure]:

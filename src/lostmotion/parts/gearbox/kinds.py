@@ -22,6 +22,7 @@ from lostmotion.parts.error_source import (
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.gearbox import Gearbox, TurningFigures
+from lostmotion.parts.gearbox.slide import SlideFigures
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
@@ -34,21 +35,25 @@ def _of_default_kind(stated: Any) -> Any:  # noqa: ANN401 - whatever a file hold
     return {"kind": DEFAULT_KIND, **stated} if isinstance(stated, dict) else stated
 
 
-# Kinds described by data-sheet figures, on a turning joint.
+_Slide: TypeAlias = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount, FrictionForce]
+# Kinds described by data-sheet figures, on a turning joint and on a sliding one.
 if TYPE_CHECKING:
     _StatedTurning: TypeAlias = TurningFigures
+    _StatedSliding: TypeAlias = _Slide | SlideFigures
 else:
-    _KINDS = [each for each in vars(package).values() if isinstance(each, type) and issubclass(each, TurningFigures)]
-    _StatedTurning = Union[(CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque], *_KINDS)]
+    _ALL = [each for each in vars(package).values() if isinstance(each, type)]
+    _TURNING = [each for each in _ALL if issubclass(each, TurningFigures)]
+    _StatedTurning = Union[(CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque], *_TURNING)]
+    _StatedSliding = Union[(_Slide, *(each for each in _ALL if issubclass(each, SlideFigures)))]
 TurningGearbox = Annotated[_StatedTurning | CycloidalGearbox, Field(discriminator="kind"), BeforeValidator(_of_default_kind)]
-SlidingDrive: TypeAlias = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount, FrictionForce]
+SlidingDrive = Annotated[_StatedSliding, Field(discriminator="kind"), BeforeValidator(_of_default_kind)]
 # Described by data-sheet figures, on a turning or a sliding joint; and of any kind.
-StatedGearbox: TypeAlias = _StatedTurning | SlidingDrive
+StatedGearbox: TypeAlias = _StatedTurning | _StatedSliding
 AnyGearbox: TypeAlias = StatedGearbox | CycloidalGearbox
 
 
 # Type checkers cannot express isinstance with a parametrised Pydantic class.
-_SLIDES: Final[type[Any]] = SlidingDrive
+_SLIDES: Final[tuple[type[Any], ...]] = (_Slide, SlideFigures)
 
 
 def is_gearbox(part: object) -> TypeGuard[AnyGearbox]:
