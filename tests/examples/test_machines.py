@@ -8,11 +8,27 @@ import lostmotion
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
-# File, mean RP and AP (m) of a small study at seed 1, and the range of RP (m) that makers print for machines of this class.
-# AP has no published range: makers of such arms do not print it.
+# File, mean RP and AP (m) of a small study at seed 1, and the range of RP (m) for machines of this class, from data sheets or measurements.
+# AP has no range where makers of such machines print none.
 MACHINES = (
     # Makers print ±0.02 to ±0.04 mm for the first two joints of a SCARA of 600 mm.
     ("scara.toml", 30.6e-6, 0.129e-3, (20e-6, 40e-6)),
+    # Makers print 0.02 to 0.1 mm; an ABB IRB 1600 is accurate to 0.65 mm along a line (Slamani et al., 2012).
+    ("six-axis.toml", 68.8e-6, 0.763e-3, (20e-6, 100e-6)),
+    # ABB prints 0.20 mm for its IRB 460, of this payload and reach; others 0.05 to 0.5 mm.
+    ("palletiser.toml", 0.119e-3, 1.46e-3, (50e-6, 0.5e-3)),
+    # Makers print ±0.03 to ±0.1 mm for axes on racks and belts.
+    ("gantry.toml", 54.0e-6, 94.5e-6, (30e-6, 100e-6)),
+    # One servo with a spring repeats to ±0.3 mm at 100 mm (SO-ARM100, issue 134); 1° of open play is 7 mm at 400 mm.
+    ("printed-hobby-arm.toml", 3.70e-3, 14.8e-3, (0.3e-3, 10e-3)),
+    # The maker prints ±0.03 mm, from one side.
+    ("ur5e.urdf", 44.6e-6, 0.909e-3, (30e-6, 100e-6)),
+    # The paper prints none; cycloidal arms of this size are sold with hundredths of a millimetre.
+    ("z-arm.toml", 68.4e-6, 0.670e-3, (10e-6, 100e-6)),
+    # ±10 K from visit to visit make 950 mm of aluminium ±0.22 mm longer or shorter.
+    ("arm-in-the-sun.toml", 0.276e-3, 1.06e-3, (0.1e-3, 0.4e-3)),
+    # A tilt of ±0.5° about two axes, cut at three standard deviations, at a reach of 1 to 1.5 m: RP between 4 and 20 mm.
+    ("tracked-base.toml", 10.2e-3, 1.65e-3, (4e-3, 20e-3)),
 )
 
 

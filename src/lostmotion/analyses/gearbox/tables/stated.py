@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.gear import GearStudy
     from lostmotion.analyses.gearbox.readings import Readings
     from lostmotion.analyses.gearbox.tables.units import Units
-    from lostmotion.parts.error_source import Friction
+    from lostmotion.parts.error_source import Friction, PartFigure
     from lostmotion.parts.gearbox.kinds import AnyGearbox, StatedGearbox
 
 # Fields that determine the play, and the hysteresis.
@@ -157,10 +157,14 @@ def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
         limits = (load.nominal - load.tolerance, load.nominal + load.tolerance) if load.tolerance else (math.nan, math.nan)
         value = units.of_torque(load.nominal, STATED, *limits, ends="assumed limits" if gearbox.friction.scatter_assumed else "stated limits")
         rows.append(Row(f"friction without load, as {units.what}", (value,), friction_note(gearbox.friction, units)))
-    for own in gearbox.own_figures:
-        figure = Figure(math.degrees(own.value), "deg", samples=STATED) if own.unit == "rad" else _pure(own.value)
-        rows.append(Row(own.label, (figure,), own.note))
+    rows += [Row(own.label, (_own_figure(own, units),), own.note) for own in gearbox.own_figures]
     return Section("stated", "What is stated", ("value",), tuple(rows))
+
+
+def _own_figure(own: PartFigure, units: Units) -> Figure:
+    if own.unit == "rad":
+        return Figure(math.degrees(own.value), "deg", samples=STATED)
+    return units.of_stiffness(own.value, STATED) if own.unit == "N/m" else _pure(own.value)
 
 
 def friction_note(friction: Friction, units: Units) -> str:
