@@ -58,10 +58,10 @@ def main() -> None:
     )
     for name in ("ur5e.urdf", "z-arm.toml"):
         model = lostmotion.controller(EXAMPLES / name)
-        for precision in ("double", "float"):
+        for precision, unroll in (("double", False), ("double", True), ("float", False), ("float", True)):
             with tempfile.TemporaryDirectory() as made:
                 folder = Path(made)
-                lostmotion.export_c(EXAMPLES / name, out=folder / "model", precision=precision)
+                lostmotion.export_c(EXAMPLES / name, out=folder / "model", precision=precision, unroll=unroll)
                 source = folder / "model" / "src"
                 core, tables = folder / "core.o", folder / "tables.o"
                 for file, target in (("lm_core.c", core), ("lm_model.c", tables)):
@@ -75,7 +75,9 @@ def main() -> None:
             compared = f"{casadi * 1e6:.3f}, {predict / casadi:.1f}" if with_casadi else "not installed"
             code, data = (sum(map(int, line.split()[:2])) for line in sizes)
             times = ", ".join(f"{each * 1e6:.2f}" for each in (predict, position, pose))
-            print(f"{name}, {precision}: {times} | {position / predict:.2f}, {pose / predict:.2f} | {compared} | {spread:.2f} | {code} + {data}")
+            form = "unrolled" if unroll else "looped"
+            ratios = f"{position / predict:.2f}, {pose / predict:.2f}"
+            print(f"{name}, {precision}, {form}: {times} | {ratios} | {compared} | {spread:.2f} | {code} + {data}")
 
 
 if __name__ == "__main__":

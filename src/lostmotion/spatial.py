@@ -25,7 +25,7 @@ _SMALL_ANGLE = 1e-4
 
 def skew(vector: Floats) -> Floats:
     """Return the matrix (..., 3, 3) of the cross product with a vector (..., 3) from the left."""
-    out = np.zeros((*vector.shape[:-1], 3, 3))
+    out = np.zeros((*vector.shape[:-1], 3, 3), dtype=np.result_type(vector, float))
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     out[..., 0, 1], out[..., 0, 2] = -z, y
     out[..., 1, 0], out[..., 1, 2] = z, -x
@@ -36,7 +36,9 @@ def skew(vector: Floats) -> Floats:
 def cross(a: Floats, b: Floats) -> Floats:
     """Return a x b for vectors (..., 3), faster than np.cross on short arrays."""
     shape = np.broadcast_shapes(a.shape, b.shape)
-    out = np.moveaxis(np.empty((3, *shape[:-1])), 0, -1)  # one component after the other in memory, so that steps run along the vectors
+    out = np.moveaxis(
+        np.empty((3, *shape[:-1]), dtype=np.result_type(a, b, float)), 0, -1
+    )  # one component after the other in memory, so that steps run along the vectors
     out[..., 0] = a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1]
     out[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
     out[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

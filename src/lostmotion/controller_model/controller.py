@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.controller_model.accurate_percentile import accurate95
 from lostmotion.controller_model.percentile import percentile95
-from lostmotion.controller_model.prediction import frames, local_error, to_tool, wrenches
+from lostmotion.controller_model.prediction import factors_of, frames, tool_error
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -128,44 +128,18 @@ class Controller:
         return np.select([bad, outside, heavy], [INPUT, RANGE, LOAD], OK)
 
     def _evaluate(self, q: Floats, load: Floats, gravity: Floats, side: Floats) -> Prediction:
-        tables = self.tables
-        count, joints = q.shape
-        turns, points = frames(tables, q)
-        carried = wrenches(tables, turns, points, load, gravity)
-        tool, turn = points[-1], turns[-1]
-        torques, along, jacobian = np.zeros((count, joints)), np.zeros((count, joints)), np.zeros((count, 6, joints))
-        elsewhere, screw, covariance = np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, 3, 3))
-        shared = np.zeros((len(tables.draws), count, 3))
-        flags, beyond = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=bool)
-        for k, record in enumerate(tables.records):
-            axis = 5 if record.slides else 2
-            if record.joint >= 0:
-                torques[:, record.joint] = -carried[k, :, axis]
-            if not record.carries_tool:
-                continue
-            carry = to_tool(turns[k], tool - points[k])
-            value, last = (q[:, record.joint], side[:, record.joint]) if record.joint >= 0 else (np.zeros(count), np.zeros(count))
-            local = local_error(record, value, carried[k], np.einsum("pij,pi->pj", turns[k], gravity), last)
-            screw += np.einsum("pij,pj->pi", carry, local.mean)
-            other = local.mean
-            if record.joint >= 0:
-                jacobian[:, :, record.joint] = carry[:, :, axis]
-                along[:, record.joint] = local.mean[:, axis]
-                other = other.copy()
-                other[:, axis] = 0.0
-            elsewhere += np.einsum("pij,pj->pi", carry, other)
-            shift = carry[:, 3:]
-            covariance += shift @ local.covariance @ shift.transpose(0, 2, 1)
-            for draw, own in local.shared.items():
-                shared[draw] += np.einsum("pij,pj->pi", shift, own)
-            flags |= np.where(local.open_play, OPEN_PLAY, 0)
-            beyond |= local.beyond
-        covariance += np.einsum("dpi,dpj->pij", shared, shared)
-        flags |= np.where((np.abs(torques) > tables.rated).any(axis=1), OVERLOAD, 0)
-        mean_square = np.einsum("pii->p", covariance) + (screw[:, 3:] ** 2).sum(axis=1)
-        length = self._percentile(screw[:, 3:], covariance)
-        status = np.where(beyond, LOAD, OK)
-        return Prediction(status, flags, turn, tool, torques, along, elsewhere, screw, covariance, mean_square, length, jacobian)
+        found = tool_error(self.tables, q, load, gravity, side, factors_of)
+        open_play = np.any([each.open_play for each in found.factors], axis=0)
+        beyond = np.any([each.beyond for each in found.factors], axis=0)
+        overload = (np.abs(found.torques) > self.tables.rated).any(axis=1)
+        mean_square = np.einsum("pii->p", found.covariance) + (found.screw[:, 3:] ** 2).sum(axis=1)
+        return Prediction(
+            status=np.where(beyond, LOAD, OK),
+            flags=np.where(open_play, OPEN_PLAY, 0) + np.where(overload, OVERLOAD, 0),
+            mean_square=mean_square,
+            length95=self._percentile(found.screw[:, 3:], found.covariance),
+            **{name: values for name, values in found._asdict().items() if name != "factors"},
+        )
 
     def compensate(
         self,

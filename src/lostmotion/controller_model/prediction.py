@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
@@ -12,11 +11,11 @@ from scipy.special import ndtr
 from lostmotion.spatial import cross, skew
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Record, Tables
+    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Record, Shared, Tables
     from lostmotion.spatial import Floats
 
 # A load below this share of the whole wrench is rounding (`laws.clearance`).
@@ -27,27 +26,79 @@ _ALL: Final = 0.999999
 _LEAST: Final = 1e-140
 
 
-@dataclass(frozen=True)
-class Local:
-    """Mean and covariance of the screw at one place, in its axes.
+class Factors(NamedTuple):
+    """What the errors of one place depend on.
 
-    mean        (pose, 6) rad and m
-    covariance  (pose, 6, 6)
-    shared      by index of the shared draw: (pose, 6)
-    open_play   (pose,) whether a load leaves a play open in some robots
-    beyond      (pose,) whether a load is beyond a table of displacements
+    values     the factors (pose,) of its record, in their order
+    open_play  (pose,) whether a load leaves a play open in some robots
+    beyond     (pose,) whether a load is beyond a table of displacements
     """
 
-    mean: Floats
-    covariance: Floats
-    shared: dict[int, Floats]
+    values: list[Floats]
     open_play: NDArray[np.bool_]
     beyond: NDArray[np.bool_]
 
 
+class ToolError(NamedTuple):
+    """State and error of the tool; the names are those of `controller.Prediction`. `factors` are those of each place that has any."""
+
+    turn: Floats
+    point: Floats
+    torques: Floats
+    joints: Floats
+    elsewhere: Floats
+    screw: Floats
+    covariance: Floats
+    jacobian: Floats
+    factors: list[Factors]
+
+
+def tool_error(
+    tables: Tables, q: Floats, load: Floats, gravity: Floats, side: Floats, factors_of: Callable[[Record, Floats, Floats], Factors]
+) -> ToolError:
+    """Return state and error of the tool at valid inputs, in the shapes of `Controller.predict`.
+
+    factors_of  function that evaluates the factors of a record from the joint value (pose,) and the wrench (pose, 6) in the axes of the place
+
+    Only additions, products, sines and cosines: the arrays may hold symbols in place of numbers.
+    """
+    (count, joints), kind = q.shape, q.dtype
+    turns, points = frames(tables, q)
+    carried = wrenches(tables, turns, points, load, gravity)
+    tool = points[-1]
+    torques, along, jacobian = np.zeros((count, joints), kind), np.zeros((count, joints), kind), np.zeros((count, 6, joints), kind)
+    elsewhere, screw, covariance = np.zeros((count, 6), kind), np.zeros((count, 6), kind), np.zeros((count, 3, 3), kind)
+    shared = np.zeros((len(tables.draws), count, 3), kind)
+    found = []
+    for k, record in enumerate(tables.records):
+        axis = 5 if record.slides else 2
+        if record.joint >= 0:
+            torques[:, record.joint] = -carried[k, :, axis]
+        if not record.carries_tool:
+            continue
+        carry = to_tool(turns[k], tool - points[k])
+        value, last = (q[:, record.joint], side[:, record.joint]) if record.joint >= 0 else (np.zeros(count), np.zeros(count))
+        factors = factors_of(record, value, carried[k])
+        found.append(factors)
+        mean, spread, own = local_error(record, factors.values, carried[k], np.einsum("pij,pi->pj", turns[k], gravity), last)
+        if record.joint >= 0:
+            jacobian[:, :, record.joint] = carry[:, :, axis]
+            along[:, record.joint] = mean[:, axis]
+            screw += carry[:, :, axis] * mean[:, axis, None]
+            mean = mean.copy()
+            mean[:, axis] = 0.0
+        elsewhere += np.einsum("pij,pj->pi", carry, mean)
+        shift = carry[:, 3:]
+        covariance += shift @ spread @ shift.transpose(0, 2, 1)
+        for draw, part in own.items():
+            shared[draw] += np.einsum("pij,pj->pi", shift, part)
+    covariance += np.einsum("dpi,dpj->pij", shared, shared)
+    return ToolError(turns[-1], tool, torques, along, elsewhere, screw + elsewhere, covariance, jacobian, found)
+
+
 def frames(tables: Tables, q: Floats) -> tuple[Floats, Floats]:
     """Return rotations (place, pose, 3, 3) and origins (place, pose, 3), m, of the places in the base's axes, for q (pose, joint)."""
-    turns, points = np.empty((len(tables.records), len(q), 3, 3)), np.empty((len(tables.records), len(q), 3))
+    turns, points = np.empty((len(tables.records), len(q), 3, 3), dtype=q.dtype), np.empty((len(tables.records), len(q), 3), dtype=q.dtype)
     turns[0], points[0] = np.eye(3), 0.0
     for k, record in enumerate(tables.records[1:], start=1):
         before = turns[record.parent]
@@ -73,8 +124,7 @@ def wrenches(tables: Tables, turns: Floats, points: Floats, load: Floats, gravit
     load     (pose, 10) mass, centre of mass, force and moment in the tool's axes, as in `Tables.load`
     gravity  (pose, 3) in the base's axes, m/s^2
     """
-    force = np.zeros(points.shape)
-    moment = np.zeros(points.shape)
+    force, moment = np.zeros(points.shape, dtype=points.dtype), np.zeros(points.shape, dtype=points.dtype)
     last = len(tables.records) - 1
     for k in range(last, -1, -1):
         record = tables.records[k]
@@ -93,36 +143,37 @@ def wrenches(tables: Tables, turns: Floats, points: Floats, load: Floats, gravit
     return np.concatenate(local, axis=2)
 
 
-def local_error(record: Record, value: Floats, wrench: Floats, gravity: Floats, side: Floats) -> Local:
-    """Return mean and covariance of the screw at one place.
+def local_error(record: Record, factors: Sequence[Floats], wrench: Floats, gravity: Floats, side: Floats) -> tuple[Floats, Floats, dict[int, Floats]]:
+    """Return mean (pose, 6) and covariance (pose, 6, 6) of the screw at one place, in its axes, and by shared draw its part (pose, 6).
 
-    value    (pose,) joint value, rad or m
+    factors  (pose,) each, of the record
     wrench   (pose, 6) and gravity (pose, 3) in the axes of the place
     side     (pose,) sign of the joint's last motion; 0 where it is not known
     """
-    factors, open_play, beyond = _factors(record, value, wrench)
     sizes = [factors[a] * factors[b] * factors[c] for a, b, c in record.sizes]
-    behind = [np.ones_like(side), -side, 1 - side**2]  # the output trails the motor: it rests behind its last motion
-    mean = record.mean + wrench @ record.compliance.T + gravity @ record.own_weight.T + _sum(record.entries, sizes, behind, len(value))
-    covariance = np.broadcast_to(record.covariance, (len(value), 6, 6))
+    behind = [np.ones_like(side), -side, 1 - side * side]  # the output trails the motor: it rests behind its last motion
+    mean = record.mean + _linear(record, wrench, gravity) + _sum(record.entries, sizes, behind, len(side))
+    covariance = np.broadcast_to(record.covariance, (len(side), 6, 6))
     for product in record.products:
         factor = sizes[product.first] * sizes[product.second] * behind[product.side]
         covariance = covariance + factor[:, None, None] * product.matrix
-    shared = {
-        each.draw: wrench @ each.compliance.T + gravity @ each.own_weight.T + _sum(each.entries, sizes, behind, len(value)) for each in record.shared
-    }
-    return Local(mean, covariance, shared, open_play, beyond)
+    shared = {each.draw: _linear(each, wrench, gravity) + _sum(each.entries, sizes, behind, len(side)) for each in record.shared}
+    return mean, covariance, shared
+
+
+def _linear(of: Record | Shared, wrench: Floats, gravity: Floats) -> Floats:
+    return np.asarray(wrench @ of.compliance.T + gravity @ of.own_weight.T)
 
 
 def _sum(entries: Sequence[Entry], sizes: Sequence[Floats], behind: Sequence[Floats], count: int) -> Floats:
-    out = np.zeros((count, 6))
+    out: Floats = np.zeros((count, 6))
     for entry in entries:
-        out += (sizes[entry.size] * behind[entry.side])[:, None] * entry.direction
+        out = out + (sizes[entry.size] * behind[entry.side])[:, None] * entry.direction
     return out
 
 
-def _factors(record: Record, value: Floats, wrench: Floats) -> tuple[list[Floats], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the factors (pose,) of a record in their order, whether a play is open, and whether a load is beyond a table."""
+def factors_of(record: Record, value: Floats, wrench: Floats) -> Factors:
+    """Return the factors of a record at joint values (pose,), rad or m, and wrenches (pose, 6) in the axes of its place."""
     out = [np.ones(len(value))]
     out += [_curve(curve, wrench @ curve.way) for curve in record.curves]
     for harmonic in record.harmonics:
@@ -142,7 +193,7 @@ def _factors(record: Record, value: Floats, wrench: Floats) -> tuple[list[Floats
         displacements, above = _displacements(table, loads, lengths)
         out += displacements
         beyond |= above
-    return out, open_play, beyond
+    return Factors(out, open_play, beyond)
 
 
 def _length(load: Floats) -> Floats:
@@ -189,7 +240,7 @@ def _displacements(table: LoadTable, loads: Sequence[Floats], lengths: Sequence[
 
 def to_tool(turn: Floats, from_place: Floats) -> Floats:
     """Return the tool's twist per twist at a place (pose, 6, 6), for rotations of the place and the vector from it to the tool point (pose, 3)."""
-    out = np.zeros((len(turn), 6, 6))
+    out = np.zeros((len(turn), 6, 6), dtype=turn.dtype)
     out[:, :3, :3] = out[:, 3:, 3:] = turn
     out[:, 3:, :3] = -skew(from_place) @ turn
     return out

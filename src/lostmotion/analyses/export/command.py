@@ -24,6 +24,7 @@ def export_c(
     out: Annotated["str | Path", Argument("Folder for the sources.", path_of, metavar="FOLDER", aliases=("-o",))],
     sidecar: SidecarArgument = None,
     precision: Annotated[Literal["double", "float"], Argument("Type of all numbers in C.")] = "double",
+    unroll: Annotated[bool, Argument("Write the prediction out for this arm, without loops: faster, with more code.")] = False,
     largest_payload: _LargestPayload = None,
     force: Annotated[bool, Argument("Replace files of an earlier export.")] = False,
 ) -> dict[str, Any]:
@@ -44,7 +45,7 @@ def export_c(
 
     model = controller(asked.arm, largest_payload=asked.largest_payload)
     remarks = remarks_on(asked.arm)
-    files = c_files(asked.arm, model, remarks, single=asked.precision == "float")
+    files = c_files(asked.arm, model, remarks, single=asked.precision == "float", unroll=asked.unroll)
     folder = write_files(files, asked.out, force=asked.force)
     return {"folder": str(folder), "files": sorted(files), "sha256": input_hash(asked.arm), "joints": list(model.tables.joints), "remarks": remarks}
 

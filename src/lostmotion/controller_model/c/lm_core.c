@@ -47,10 +47,6 @@
 #define LM_LARGEST_STEP ((lm_real)0.01)
 #define LM_ROTATION_LENGTH ((lm_real)0.1)
 
-/* Index of an element of a symmetric 6 x 6 matrix in its upper triangle. */
-static const int lm_upper[6][6] = {{0, 1, 2, 3, 4, 5},    {1, 6, 7, 8, 9, 10},   {2, 7, 11, 12, 13, 14},
-                                   {3, 8, 12, 15, 16, 17}, {4, 9, 13, 16, 18, 19}, {5, 10, 14, 17, 19, 20}};
-
 static const lm_output lm_no_output = {0};
 static const lm_command lm_no_command = {0};
 
@@ -77,11 +73,6 @@ static lm_real lm_clip(lm_real value, lm_real low, lm_real high)
     return lm_least_of(lm_largest_of(value, low), high);
 }
 
-static lm_real lm_sign(lm_real value)
-{
-    return (value > LM_ZERO) ? LM_ONE : ((value < LM_ZERO) ? -LM_ONE : LM_ZERO);
-}
-
 static lm_real lm_dot(const lm_real a[], const lm_real b[], int count)
 {
     lm_real sum = LM_ZERO;
@@ -97,59 +88,12 @@ static lm_real lm_dot3(const lm_real a[3], const lm_real b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static lm_real lm_dot6(const lm_real a[6], const lm_real b[6])
-{
-    return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
-}
-
 /* sum += a x b */
 static void lm_add_cross(const lm_real a[3], const lm_real b[3], lm_real sum[3])
 {
     sum[0] += a[1] * b[2] - a[2] * b[1];
     sum[1] += a[2] * b[0] - a[0] * b[2];
     sum[2] += a[0] * b[1] - a[1] * b[0];
-}
-
-/* sum += turn v */
-static void lm_add_turned(const lm_real turn[9], const lm_real v[3], lm_real sum[3])
-{
-    int k;
-    for (k = 0; k < 3; k++) {
-        sum[k] += lm_dot3(&turn[3 * k], v);
-    }
-}
-
-/* out = turn' v */
-static void lm_into(const lm_real turn[9], const lm_real v[3], lm_real out[3])
-{
-    int k;
-    for (k = 0; k < 3; k++) {
-        out[k] = turn[k] * v[0] + turn[3 + k] * v[1] + turn[6 + k] * v[2];
-    }
-}
-
-/* sum += factor v */
-static void lm_add6(lm_real factor, const lm_real v[6], lm_real sum[6])
-{
-    sum[0] += factor * v[0];
-    sum[1] += factor * v[1];
-    sum[2] += factor * v[2];
-    sum[3] += factor * v[3];
-    sum[4] += factor * v[4];
-    sum[5] += factor * v[5];
-}
-
-/* sum += v v', as xx xy xz yy yz zz */
-static void lm_add_square(lm_real factor, const lm_real v[3], lm_real sum[6])
-{
-    const lm_real x = factor * v[0];
-    const lm_real y = factor * v[1];
-    sum[0] += x * v[0];
-    sum[1] += x * v[1];
-    sum[2] += x * v[2];
-    sum[3] += y * v[1];
-    sum[4] += y * v[2];
-    sum[5] += factor * v[2] * v[2];
 }
 
 static int lm_finite(const lm_real values[], int count)
@@ -243,50 +187,15 @@ static void lm_frames(const lm_real q[], lm_state *state)
     }
 }
 
-/* Wrenches: each place carries its own weight, the payload where it is the tool, and the wrenches of its children. */
-static void lm_wrenches(const lm_input *input, lm_state *state)
+#if LM_EVALUATED > 0
+static lm_real lm_sign(lm_real value)
 {
-    int k;
-    int i;
-    for (k = 0; k < LM_PLACES; k++) {
-        for (i = 0; i < 3; i++) {
-            state->moment[k][i] = LM_ZERO;
-            state->force[k][i] = LM_ZERO;
-        }
-    }
-    for (k = LM_PLACES - 1; k >= 0; k--) {
-        const lm_place *place = &lm_places[k];
-        lm_real *moment = state->moment[k];
-        lm_real *force = state->force[k];
-        lm_real mass = place->mass;
-        lm_real first[3];
-        lm_real lever[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
-        for (i = 0; i < 3; i++) {
-            first[i] = place->moment[i];
-        }
-        if (k == LM_PLACES - 1) {
-            mass += input->load[0];
-            for (i = 0; i < 3; i++) {
-                first[i] += input->load[0] * input->load[1 + i];
-            }
-            lm_add_turned(state->turn[k], &input->load[4], force);
-            lm_add_turned(state->turn[k], &input->load[7], moment);
-        }
-        lm_add_turned(state->turn[k], first, lever);
-        lm_add_cross(lever, input->gravity, moment);
-        for (i = 0; i < 3; i++) {
-            force[i] += mass * input->gravity[i];
-        }
-        if (k > 0) {
-            lm_real arm[3];
-            for (i = 0; i < 3; i++) {
-                arm[i] = state->point[k][i] - state->point[place->parent][i];
-                state->force[place->parent][i] += force[i];
-                state->moment[place->parent][i] += moment[i];
-            }
-            lm_add_cross(arm, force, state->moment[place->parent]);
-        }
-    }
+    return (value > LM_ZERO) ? LM_ONE : ((value < LM_ZERO) ? -LM_ONE : LM_ZERO);
+}
+
+static lm_real lm_dot6(const lm_real a[6], const lm_real b[6])
+{
+    return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
 }
 
 static lm_real lm_pieces_at(lm_real at, lm_real base, int first, int count)
@@ -448,8 +357,8 @@ typedef struct {
     int beyond; /* a load beyond a table */
 } lm_local;
 
-/* All factors of a place in their order, then its sizes. */
-static void lm_evaluate(const lm_place *place, lm_real value, lm_local *local)
+/* All factors of a place in their order. */
+static void lm_find_factors(const lm_place *place, lm_real value, lm_local *local)
 {
     lm_real *factors = local->factors;
     int count = 1;
@@ -514,108 +423,8 @@ static void lm_evaluate(const lm_place *place, lm_real value, lm_local *local)
         count += 9;
     }
 #endif
-    for (k = 0; k < place->sizes; k++) {
-        const lm_size *size = &lm_sizes[place->size + k];
-        local->sizes[k] = factors[size->a] * factors[size->b] * factors[size->c];
-    }
 }
-
-/* out += compliance wrench + own_weight gravity + entries */
-static void lm_add_linear(const lm_local *local, const lm_real *compliance, const lm_real *own_weight, lm_real out[6])
-{
-    int k;
-    if (compliance != NULL) {
-        for (k = 0; k < 6; k++) {
-            out[k] += lm_dot6(&compliance[6 * k], local->wrench);
-        }
-    }
-    if (own_weight != NULL) {
-        for (k = 0; k < 6; k++) {
-            out[k] += lm_dot3(&own_weight[3 * k], local->gravity);
-        }
-    }
-}
-
-static void lm_add_entries(const lm_local *local, int first, int count, lm_real out[6])
-{
-    int k;
-    for (k = first; k < first + count; k++) {
-        const lm_entry *entry = &lm_entries[k];
-        const lm_real factor = local->sizes[entry->size] * local->behind[entry->side];
-        lm_add6(factor, entry->direction, out);
-    }
-}
-
-/* Twist of the tool per twist at a place: columns of turn, and their cross products with the vector to the tool point. */
-static void lm_carry(const lm_real turn[9], const lm_real to_tool[3], lm_real shift[3][6])
-{
-    int j;
-    for (j = 0; j < 3; j++) {
-        const lm_real x = turn[j];
-        const lm_real y = turn[3 + j];
-        const lm_real z = turn[6 + j];
-        shift[0][j] = y * to_tool[2] - z * to_tool[1];
-        shift[1][j] = z * to_tool[0] - x * to_tool[2];
-        shift[2][j] = x * to_tool[1] - y * to_tool[0];
-        shift[0][3 + j] = x;
-        shift[1][3 + j] = y;
-        shift[2][3 + j] = z;
-    }
-}
-
-/* covariance += S of the place, carried to the tool */
-static void lm_add_covariance(const lm_place *place, const lm_local *local, const lm_real shift[3][6], lm_real covariance[6])
-{
-    lm_real variance = place->axis_variance;
-    lm_real v[3];
-    int k;
-    int i;
-    for (k = place->axis_product; k < place->axis_product + place->axis_products; k++) {
-        const lm_axis_product *product = &lm_axis_products[k];
-        variance += local->sizes[product->first] * local->sizes[product->second] * local->behind[product->side] * product->value;
-    }
-    if (place->joint >= 0) {
-        for (i = 0; i < 3; i++) {
-            v[i] = shift[i][place->axis];
-        }
-        lm_add_square(variance, v, covariance);
-    }
-    for (k = place->column; k < place->column + place->columns; k++) {
-        for (i = 0; i < 3; i++) {
-            v[i] = lm_dot6(shift[i], lm_columns[k].direction);
-        }
-        lm_add_square(LM_ONE, v, covariance);
-    }
-    if (place->products > 0) {
-        lm_real own[21];
-        lm_real part[3][6];
-        for (k = 0; k < 21; k++) {
-            own[k] = LM_ZERO;
-        }
-        for (k = place->product; k < place->product + place->products; k++) {
-            const lm_product *product = &lm_products[k];
-            const lm_real factor = local->sizes[product->first] * local->sizes[product->second] * local->behind[product->side];
-            for (i = 0; i < 21; i++) {
-                own[i] += factor * product->matrix[i];
-            }
-        }
-        for (i = 0; i < 6; i++) {
-            lm_real row[6];
-            for (k = 0; k < 6; k++) {
-                row[k] = own[lm_upper[i][k]];
-            }
-            for (k = 0; k < 3; k++) {
-                part[k][i] = lm_dot6(shift[k], row);
-            }
-        }
-        covariance[0] += lm_dot6(part[0], shift[0]);
-        covariance[1] += lm_dot6(part[0], shift[1]);
-        covariance[2] += lm_dot6(part[0], shift[2]);
-        covariance[3] += lm_dot6(part[1], shift[1]);
-        covariance[4] += lm_dot6(part[1], shift[2]);
-        covariance[5] += lm_dot6(part[2], shift[2]);
-    }
-}
+#endif
 
 #ifdef LM_ACCURATE_LENGTH
 #define LM_SADDLE_STEPS 8
@@ -854,6 +663,229 @@ static lm_real lm_percentile(const lm_real mean[3], const lm_real covariance[6],
     return length;
 }
 
+/* Status, flags and length of the error, from torques, screw and covariance. */
+static void lm_finish(lm_output *output, int open_play, int beyond)
+{
+    int k;
+    output->status = LM_OK;
+    output->flags = (open_play != 0) ? LM_OPEN_PLAY : 0;
+    for (k = 0; k < LM_JOINTS; k++) {
+        output->flags |= (LM_FABS(output->torques[k]) > lm_rated[k]) ? LM_OVERLOAD : 0;
+    }
+    output->mean_square = output->covariance[0] + output->covariance[3] + output->covariance[5] + lm_dot3(&output->screw[3], &output->screw[3]);
+    output->length95 = lm_percentile(&output->screw[3], output->covariance, output->mean_square);
+    if (beyond != 0) {
+        *output = lm_no_output;
+        output->status = LM_LOAD;
+    }
+}
+
+/* The prediction at inputs that were checked. */
+static void lm_predict_valid(const lm_input *input, lm_output *output);
+
+#ifdef LM_UNROLLED
+#include "lm_unrolled.h"
+#else
+/* Index of an element of a symmetric 6 x 6 matrix in its upper triangle. */
+static const int lm_upper[6][6] = {{0, 1, 2, 3, 4, 5},    {1, 6, 7, 8, 9, 10},   {2, 7, 11, 12, 13, 14},
+                                   {3, 8, 12, 15, 16, 17}, {4, 9, 13, 16, 18, 19}, {5, 10, 14, 17, 19, 20}};
+
+/* sum += turn v */
+static void lm_add_turned(const lm_real turn[9], const lm_real v[3], lm_real sum[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        sum[k] += lm_dot3(&turn[3 * k], v);
+    }
+}
+
+/* out = turn' v */
+static void lm_into(const lm_real turn[9], const lm_real v[3], lm_real out[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        out[k] = turn[k] * v[0] + turn[3 + k] * v[1] + turn[6 + k] * v[2];
+    }
+}
+
+/* sum += factor v */
+static void lm_add6(lm_real factor, const lm_real v[6], lm_real sum[6])
+{
+    sum[0] += factor * v[0];
+    sum[1] += factor * v[1];
+    sum[2] += factor * v[2];
+    sum[3] += factor * v[3];
+    sum[4] += factor * v[4];
+    sum[5] += factor * v[5];
+}
+
+/* sum += v v', as xx xy xz yy yz zz */
+static void lm_add_square(lm_real factor, const lm_real v[3], lm_real sum[6])
+{
+    const lm_real x = factor * v[0];
+    const lm_real y = factor * v[1];
+    sum[0] += x * v[0];
+    sum[1] += x * v[1];
+    sum[2] += x * v[2];
+    sum[3] += y * v[1];
+    sum[4] += y * v[2];
+    sum[5] += factor * v[2] * v[2];
+}
+
+/* Wrenches: each place carries its own weight, the payload where it is the tool, and the wrenches of its children. */
+static void lm_wrenches(const lm_input *input, lm_state *state)
+{
+    int k;
+    int i;
+    for (k = 0; k < LM_PLACES; k++) {
+        for (i = 0; i < 3; i++) {
+            state->moment[k][i] = LM_ZERO;
+            state->force[k][i] = LM_ZERO;
+        }
+    }
+    for (k = LM_PLACES - 1; k >= 0; k--) {
+        const lm_place *place = &lm_places[k];
+        lm_real *moment = state->moment[k];
+        lm_real *force = state->force[k];
+        lm_real mass = place->mass;
+        lm_real first[3];
+        lm_real lever[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+        for (i = 0; i < 3; i++) {
+            first[i] = place->moment[i];
+        }
+        if (k == LM_PLACES - 1) {
+            mass += input->load[0];
+            for (i = 0; i < 3; i++) {
+                first[i] += input->load[0] * input->load[1 + i];
+            }
+            lm_add_turned(state->turn[k], &input->load[4], force);
+            lm_add_turned(state->turn[k], &input->load[7], moment);
+        }
+        lm_add_turned(state->turn[k], first, lever);
+        lm_add_cross(lever, input->gravity, moment);
+        for (i = 0; i < 3; i++) {
+            force[i] += mass * input->gravity[i];
+        }
+        if (k > 0) {
+            lm_real arm[3];
+            for (i = 0; i < 3; i++) {
+                arm[i] = state->point[k][i] - state->point[place->parent][i];
+                state->force[place->parent][i] += force[i];
+                state->moment[place->parent][i] += moment[i];
+            }
+            lm_add_cross(arm, force, state->moment[place->parent]);
+        }
+    }
+}
+
+/* All sizes of a place: products of its factors. */
+static void lm_find_sizes(const lm_place *place, lm_local *local)
+{
+    const lm_real *factors = local->factors;
+    int k;
+    for (k = 0; k < place->sizes; k++) {
+        const lm_size *size = &lm_sizes[place->size + k];
+        local->sizes[k] = factors[size->a] * factors[size->b] * factors[size->c];
+    }
+}
+
+/* out += compliance wrench + own_weight gravity + entries */
+static void lm_add_linear(const lm_local *local, const lm_real *compliance, const lm_real *own_weight, lm_real out[6])
+{
+    int k;
+    if (compliance != NULL) {
+        for (k = 0; k < 6; k++) {
+            out[k] += lm_dot6(&compliance[6 * k], local->wrench);
+        }
+    }
+    if (own_weight != NULL) {
+        for (k = 0; k < 6; k++) {
+            out[k] += lm_dot3(&own_weight[3 * k], local->gravity);
+        }
+    }
+}
+
+static void lm_add_entries(const lm_local *local, int first, int count, lm_real out[6])
+{
+    int k;
+    for (k = first; k < first + count; k++) {
+        const lm_entry *entry = &lm_entries[k];
+        const lm_real factor = local->sizes[entry->size] * local->behind[entry->side];
+        lm_add6(factor, entry->direction, out);
+    }
+}
+
+/* Twist of the tool per twist at a place: columns of turn, and their cross products with the vector to the tool point. */
+static void lm_carry(const lm_real turn[9], const lm_real to_tool[3], lm_real shift[3][6])
+{
+    int j;
+    for (j = 0; j < 3; j++) {
+        const lm_real x = turn[j];
+        const lm_real y = turn[3 + j];
+        const lm_real z = turn[6 + j];
+        shift[0][j] = y * to_tool[2] - z * to_tool[1];
+        shift[1][j] = z * to_tool[0] - x * to_tool[2];
+        shift[2][j] = x * to_tool[1] - y * to_tool[0];
+        shift[0][3 + j] = x;
+        shift[1][3 + j] = y;
+        shift[2][3 + j] = z;
+    }
+}
+
+/* covariance += S of the place, carried to the tool */
+static void lm_add_covariance(const lm_place *place, const lm_local *local, const lm_real shift[3][6], lm_real covariance[6])
+{
+    lm_real variance = place->axis_variance;
+    lm_real v[3];
+    int k;
+    int i;
+    for (k = place->axis_product; k < place->axis_product + place->axis_products; k++) {
+        const lm_axis_product *product = &lm_axis_products[k];
+        variance += local->sizes[product->first] * local->sizes[product->second] * local->behind[product->side] * product->value;
+    }
+    if (place->joint >= 0) {
+        for (i = 0; i < 3; i++) {
+            v[i] = shift[i][place->axis];
+        }
+        lm_add_square(variance, v, covariance);
+    }
+    for (k = place->column; k < place->column + place->columns; k++) {
+        for (i = 0; i < 3; i++) {
+            v[i] = lm_dot6(shift[i], lm_columns[k].direction);
+        }
+        lm_add_square(LM_ONE, v, covariance);
+    }
+    if (place->products > 0) {
+        lm_real own[21];
+        lm_real part[3][6];
+        for (k = 0; k < 21; k++) {
+            own[k] = LM_ZERO;
+        }
+        for (k = place->product; k < place->product + place->products; k++) {
+            const lm_product *product = &lm_products[k];
+            const lm_real factor = local->sizes[product->first] * local->sizes[product->second] * local->behind[product->side];
+            for (i = 0; i < 21; i++) {
+                own[i] += factor * product->matrix[i];
+            }
+        }
+        for (i = 0; i < 6; i++) {
+            lm_real row[6];
+            for (k = 0; k < 6; k++) {
+                row[k] = own[lm_upper[i][k]];
+            }
+            for (k = 0; k < 3; k++) {
+                part[k][i] = lm_dot6(shift[k], row);
+            }
+        }
+        covariance[0] += lm_dot6(part[0], shift[0]);
+        covariance[1] += lm_dot6(part[0], shift[1]);
+        covariance[2] += lm_dot6(part[0], shift[2]);
+        covariance[3] += lm_dot6(part[1], shift[1]);
+        covariance[4] += lm_dot6(part[1], shift[2]);
+        covariance[5] += lm_dot6(part[2], shift[2]);
+    }
+}
+
 static void lm_predict_valid(const lm_input *input, lm_output *output)
 {
     lm_state state;
@@ -885,15 +917,12 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
         lm_into(turn, state.moment[k], &local.wrench[0]);
         lm_into(turn, state.force[k], &local.wrench[3]);
         if (place->joint >= 0) {
-            const lm_real torque = -local.wrench[place->axis];
-            output->torques[place->joint] = torque;
-            output->flags |= (LM_FABS(torque) > lm_rated[place->joint]) ? LM_OVERLOAD : 0;
+            output->torques[place->joint] = -local.wrench[place->axis];
         }
         if (place->errs != 0) {
             lm_real to_tool[3];
             lm_real shift[3][6];
             lm_real mean[6];
-            lm_real along;
             lm_real side = LM_ZERO;
             lm_real value = LM_ZERO;
             for (i = 0; i < 3; i++) {
@@ -907,7 +936,8 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
             local.behind[1] = -side;
             local.behind[2] = LM_ONE - side * side;
             lm_into(turn, input->gravity, local.gravity);
-            lm_evaluate(place, value, &local);
+            lm_find_factors(place, value, &local);
+            lm_find_sizes(place, &local);
             lm_carry(turn, to_tool, shift);
             lm_real linear[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
             lm_add_linear(&local, place->compliance, place->own_weight, linear);
@@ -917,6 +947,7 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
             lm_add_entries(&local, place->entry, place->entries, mean);
             if (place->joint >= 0) {
                 const int axis = place->axis;
+                lm_real along;
                 for (i = place->axis_entry; i < place->axis_entry + place->axis_entries; i++) {
                     const lm_axis_entry *entry = &lm_axis_entries[i];
                     mean[axis] += local.sizes[entry->size] * local.behind[entry->side] * entry->value;
@@ -956,14 +987,9 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
     for (i = 0; i < 6; i++) {
         output->screw[i] += output->elsewhere[i];
     }
-    output->flags |= (local.open_play != 0) ? LM_OPEN_PLAY : 0;
-    output->mean_square = output->covariance[0] + output->covariance[3] + output->covariance[5] + lm_dot3(&output->screw[3], &output->screw[3]);
-    output->length95 = lm_percentile(&output->screw[3], output->covariance, output->mean_square);
-    if (local.beyond != 0) {
-        *output = lm_no_output;
-        output->status = LM_LOAD;
-    }
+    lm_finish(output, local.open_play, local.beyond);
 }
+#endif
 
 void lm_defaults(lm_input *input)
 {
