@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from chart_texts import axis_titles, unprinted
 
 import lostmotion
 from lostmotion import InputError
@@ -111,11 +112,10 @@ def test_every_example_has_its_sheet(path):
     keys = {section.key for section in sheet.sections}
     for plot in bearing_plots(found):
         assert plot.section in keys
-        layout = plot.figure.to_plotly_json()["layout"]
-        if plot.key == "element-loads":  # no x and y, but angles in degrees and loads in newtons
-            assert layout["polar"]["radialaxis"]["ticksuffix"] == " N"
-        else:
-            assert all("[" in axis["title"]["text"] for name, axis in layout.items() if "axis" in name), plot.key
+        assert all("[" in title for title in axis_titles(plot)), plot.key
+        assert not unprinted(plot, sheet), plot.key
+        if plot.key == "element-loads":  # no x and y: loads by their angle
+            assert plot.figure.get_suptitle() == "Load of each element [N] by its angle from the radial load"
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)

@@ -118,17 +118,17 @@ def test_the_schema_is_printed_as_json(tmp_path):
 
 
 def test_importing_the_package_loads_no_heavy_library():
-    """`import lostmotion` loads neither NumPy nor Numba nor plotly: the start stays fast."""
-    code = "import sys, lostmotion; print([m for m in ('numpy', 'numba', 'scipy', 'pydantic', 'plotly', 'xarray', 'rich') if m in sys.modules])"
+    """`import lostmotion` loads neither NumPy nor Numba nor matplotlib: the start stays fast."""
+    code = "import sys, lostmotion; print([m for m in ('numpy', 'numba', 'scipy', 'pydantic', 'matplotlib', 'xarray', 'rich') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
 
 def test_reading_an_arm_compiles_nothing():
-    """Parts and formats load neither Numba nor plotly nor xarray, though parts are full of laws."""
+    """Parts and formats load neither Numba nor matplotlib nor xarray, though parts are full of laws."""
     code = (
         f"import sys; from pathlib import Path; from lostmotion.io import read; read(Path({str(EXAMPLES / 'z-arm.toml')!r})); "
-        "print([m for m in ('numba', 'plotly', 'xarray', 'scipy.stats') if m in sys.modules])"
+        "print([m for m in ('numba', 'matplotlib', 'xarray', 'scipy.stats') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -16,6 +16,7 @@ from typing import Any
 import ezdxf
 import numpy as np
 import pytest
+from chart_texts import axis_titles, unprinted
 
 import lostmotion
 from lostmotion import InputError, LostmotionError
@@ -296,11 +297,8 @@ def test_every_sheet_and_plot_is_whole(name, tmp_path):
     keys = {section.key for section in sheet.sections}
     for plot in gearbox_plots(found):
         assert plot.section in keys
-        layout = plot.figure.to_plotly_json()["layout"]
-        titles = [axis["title"].get("text", "") for key, axis in layout.items() if "axis" in key and "ticktext" not in axis]
-        titled = [title for title in titles if title]
-        assert len(titled) >= (1 if plot.key == "members" else 2), plot.key
-        assert all("[" in title for title in titled), plot.key
+        assert all("[" in title for title in axis_titles(plot)), plot.key
+        assert not unprinted(plot, sheet), plot.key
     assert json.dumps(found.result(), allow_nan=False)
     assert "<table" in found._repr_html_()
 

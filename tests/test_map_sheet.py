@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from chart_texts import axis_titles, unprinted
+from lostmotion.analyses.workspace_map.surfaces import level_surface
 from rich.console import Console
 
 import lostmotion
@@ -18,7 +20,6 @@ from lostmotion import Arm
 from lostmotion.analyses.workspace_map.cell_statistics import QUANTILE
 from lostmotion.analyses.workspace_map.plots import map_plots
 from lostmotion.analyses.workspace_map.radial import radial_section, vertical_axis
-from lostmotion.analyses.workspace_map.surfaces import level_surface
 from lostmotion.analyses.workspace_map.tables.map_labels import percentile_label
 from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.screen import print_sheet
@@ -98,28 +99,33 @@ def test_a_narrow_screen_cuts_no_word(mapped):
 
 
 def test_plots_show_the_map(mapped):
-    """Slices show the cells of their height with equal axes, one colour scale and the target's contour; isosurfaces are within reach."""
+    """Slices show the cells of their height with equal axes, one set of classes and the target's contour; every figure in them is printed."""
     found = mapped
     at = np.array([0.4, 0.1, 0.64])
-    plots = {plot.key: plot.figure for plot in map_plots(found, at)}
-    assert set(plots) == {"slice-xy", "slice-xz", "slice-yz", "surfaces", "share", "budget"}
+    plots = {plot.key: plot for plot in map_plots(found, at)}
+    assert set(plots) == {"slice-xy", "slice-xz", "slice-yz", "slices-z", "slices-y", "share", "budget"}
     grid = found.reached.grid
+    classes = set()
     for key, axis in (("slice-xy", 2), ("slice-xz", 1), ("slice-yz", 0)):
-        heat, line = plots[key].data[0], plots[key].data[1]
+        figure = plots[key].figure
+        (on,) = figure.axes
         index = int(np.argmin(np.abs(grid.centres_along(axis) - at[axis])))
-        assert np.allclose(np.asarray(heat.z), 1e3 * np.take(found.selected, index, axis=axis).T, rtol=1e-6, equal_nan=True)
-        assert plots[key].layout.yaxis.scaleanchor == "x"
-        assert heat.colorbar.title.text == "95th percentile, worst configuration [mm]"
-        assert (heat.zmin, heat.zmax) == (1e3 * np.nanmin(found.selected), 1e3 * np.nanmax(found.selected))
-        assert line.contours.start == 1.0
-        assert f"{grid.centres_along(axis)[index] * 1e3:.4g} mm" in plots[key].layout.title.text
-    for mesh in plots["surfaces"].data[:-1]:
-        assert np.min(mesh.y) >= 1e3 * grid.centres_along(1)[0]
-        assert len(mesh.i)
-    assert plots["surfaces"].layout.scene.aspectmode == "data"
-    curve = plots["share"].data[2]
-    assert curve.y[-1] == 100
-    assert curve.x[-1] == pytest.approx(1e3 * found.figures[QUANTILE, 2][found.centre].max())
+        known = np.isfinite(np.take(found.selected, index, axis=axis)).sum()
+        drawn = sum(np.ptp(ring[:, 0]) * np.ptp(ring[:, 1]) for patch in on.patches for ring in patch.get_path().vertices.reshape(-1, 5, 2))
+        assert drawn == pytest.approx(known * (1e3 * grid.edge) ** 2)
+        assert on.get_aspect() == 1.0
+        assert on.get_legend_handles_labels()[1][0] == "target 1 mm"
+        (legend,) = figure.legends
+        assert legend.get_title().get_text() == "95th percentile, worst configuration [mm]"
+        classes.add(tuple(each.get_text() for each in legend.get_texts()[:7]))
+        assert f"{grid.centres_along(axis)[index] * 1e3:.4g} mm" in figure.get_suptitle()
+    assert len(classes) == 1
+    assert len(plots["slices-z"].figure.axes) == 6
+    curve = plots["share"].figure.axes[0].lines[2]
+    assert curve.get_ydata()[-1] == 100
+    assert curve.get_xdata()[-1] == pytest.approx(1e3 * found.figures[QUANTILE, 2][found.centre].max())
+    assert not set().union(*(unprinted(plot, found.sheet) for plot in plots.values()))
+    assert all("[" in title for plot in plots.values() for title in axis_titles(plot))
 
 
 def test_the_map_is_written_with_names_and_units(mapped, tmp_path):

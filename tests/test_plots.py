@@ -8,16 +8,17 @@ import re
 
 import numpy as np
 import pytest
+from chart_texts import axis_titles, unprinted
 from matplotlib.patches import StepPatch
-from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 import lostmotion
 from lostmotion.analyses.accuracy.plots import study as plots
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.propagation.montecarlo.histogram import linear_bins
-from lostmotion.reporting.chart import label, named_rows, one
+from lostmotion.reporting.chart import label, mark_at, named_rows, one
 from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.section import from_above, from_the_side
 from lostmotion.reporting.svg import inline_svg
 
 LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
@@ -50,20 +51,28 @@ def study_of(*joints: dict[str, object], visits: int = 3) -> lostmotion.Study:
     return lostmotion.study(arm, 16, 16, visits, threads=1)
 
 
-def titles_of(figure):
-    """Return the titles of every axis that carries numbers."""
-    both = [(axis, axis.get_label_text()) for on in figure.axes for axis in (on.xaxis, on.yaxis)]
-    return [title for axis, title in both if not isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter)]
-
-
 def test_every_axis_names_its_unit():
     """A thesis prints these plots: whoever sees one alone knows what is drawn and in which unit."""
     for plot in plots.plots(small_study()):
-        titles = titles_of(plot.figure)
+        titles = axis_titles(plot)
         assert titles, plot.key
         for title in titles:
             shared = plot.key == "ap-rp" and not title  # the two panels count robots on the left one's axis
-            assert shared or (title.endswith("]") or "], " in title), (plot.key, title)
+            assert shared or title.endswith("]") or "], " in title, (plot.key, title)
+
+
+def test_every_figure_in_a_plot_is_in_the_tables():
+    """Whoever reads a number in a plot finds the same number in the tables and in result.json."""
+    study = small_study()
+    assert {plot.key: unprinted(plot, study.sheet) for plot in study.plots} == {plot.key: set() for plot in study.plots}
+
+
+def test_a_figure_that_no_table_prints_is_found():
+    """The check of the texts sees a wrong number."""
+    study = small_study()
+    figure, on = one("95th percentile", 60)
+    mark_at(on, 0.5, "95th percentile 1.2345 mm")
+    assert unprinted(Plot("k", "s", figure, ""), study.sheet) == {"1.2345"}
 
 
 def test_no_two_plots_share_a_key():
@@ -156,7 +165,7 @@ def test_forces_and_torques_do_not_share_an_axis():
 def test_sections_have_equal_axes_and_one_set_of_classes():
     """A millimetre up is a millimetre across, and a colour means the same error on every section."""
     study = small_study()
-    figures = [plots.seen_from_the_side(study), plots.seen_from_above(study)]
+    figures = [draw(plots.mean_errors(study)) for draw in (from_the_side, from_above)]
     assert [figure.axes[0].get_aspect() for figure in figures] == [1.0, 1.0]
     names = [[each.get_text() for each in figure.legends[0].get_texts()][:7] for figure in figures]
     assert names[0] == names[1]
@@ -165,11 +174,11 @@ def test_sections_have_equal_axes_and_one_set_of_classes():
 def test_a_turning_column_is_seen_in_one_section():
     """Turned about its vertical axis, each tool point keeps its distance and height: the section is as wide as the arm reaches from the axis."""
     study = small_study()
-    on = plots.seen_from_the_side(study).axes[0]
+    on = from_the_side(plots.mean_errors(study)).axes[0]
     assert on.get_xlabel() == "distance from the axis of O [mm]"
     assert on.get_xlim()[1] >= 1e3 * np.hypot(*study.workspace.points[:, :2].T).max()
     lying = lostmotion.Arm.model_validate({"name": "no column", "joints": TURNING[1:]})
-    assert plots.seen_from_the_side(lostmotion.study(lying, 16, 16, 2, threads=1)).axes[0].get_xlabel() == "x [mm]"
+    assert from_the_side(plots.mean_errors(lostmotion.study(lying, 16, 16, 2, threads=1))).axes[0].get_xlabel() == "x [mm]"
 
 
 @pytest.mark.parametrize("joints", [(STIFF,), (SLIDING,), (SLIDING, *TURNING[:1])], ids=["no errors", "one slide", "slide and turn"])

@@ -108,7 +108,7 @@ def test_public_functions_have_typed_arguments(name):
 
 def test_help_loads_nothing_heavy():
     """`lostmotion --help`, and that of each command, load neither NumPy nor what checks files nor what prints tables."""
-    heavy = ("numpy", "numba", "scipy", "pint", "lxml", "plotly", "xarray", "rich", "zarr", "tomlkit")
+    heavy = ("numpy", "numba", "scipy", "pint", "lxml", "matplotlib", "xarray", "rich", "zarr", "tomlkit")
     for words in (["--help"], ["map", "--help"], ["iso9283", "--help"]):
         code = (
             f"import sys; sys.argv = ['lostmotion', *{words!r}]\n"
@@ -124,7 +124,7 @@ def test_help_loads_nothing_heavy():
 def test_a_wrong_input_is_refused_before_anything_heavy_is_loaded(tmp_path):
     """A file that is not there or is no TOML, and wrong words beside it: one message, without arrays, units, checks of files or tables."""
     (tmp_path / "torn.toml").write_text("name = \n", encoding="utf-8")
-    heavy = ("numpy", "numba", "scipy", "pint", "lxml", "plotly", "xarray", "rich", "zarr", "tomlkit")
+    heavy = ("numpy", "numba", "scipy", "pint", "lxml", "matplotlib", "xarray", "rich", "zarr", "tomlkit")
     for words in (
         ["study", "none.toml"],
         ["map", "torn.toml"],

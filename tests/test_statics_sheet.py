@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from chart_texts import axis_titles, unprinted
 
 import lostmotion
 from lostmotion.analyses.accuracy.plots.study import plots as arm_plots
@@ -99,14 +100,35 @@ def test_plots_show_the_figures_of_the_survey(found):
     sheet = statics_sheet(found)
     drawn = {plot.key: plot for plot in statics_plots(found)}
     assert {plot.section for plot in drawn.values()} <= {section.key for section in sheet.sections}
-    held = np.sum([bar.x for bar in drawn["causes"].figure.data], axis=0)
+    held = widths(drawn["causes"].figure)
     np.testing.assert_allclose(held, [abs(node.required.value) for node in found.joint_loads], rtol=1e-9, atol=1e-9)
-    ring = drawn["compliance-xoz"].figure.data[1]
-    np.testing.assert_allclose([ring.x[0], ring.y[0]], 1e3 * found.tool_positions[found.softest_pose, [0, 2]], atol=0.06)
-    surface = drawn["ellipsoid"].figure.data[0]
-    furthest = np.sqrt(surface.x**2 + surface.y**2 + surface.z**2).max()
-    assert furthest == pytest.approx(1e6 * found.translational.values[0, 0], rel=0.02)
-    np.testing.assert_allclose(drawn["shares"].figure.data[0].x, 100 * np.sort(found.shares)[::-1], rtol=1e-9)
+    (ring,) = [line for line in drawn["compliance-xoz"].figure.axes[0].lines if line.get_label() == "most compliant pose"]
+    at = 1e3 * found.tool_positions[found.softest_pose]
+    np.testing.assert_allclose([ring.get_xdata()[0], ring.get_ydata()[0]], [np.hypot(at[0], at[1]), at[2]], atol=1e-6)
+    bars = [bar.get_width() for bar in drawn["shares"].figure.axes[0].patches[: len(found.parts)]]
+    np.testing.assert_allclose(bars, 100 * np.sort(found.shares)[::-1], rtol=1e-9)
+    assert not set().union(*(unprinted(plot, sheet) for plot in drawn.values()))
+    assert all("[" in title for plot in drawn.values() for title in axis_titles(plot))
+
+
+def test_outlines_of_the_ellipsoid_are_its_shadows(found):
+    """Points of the ellipsoid lie within its outline on each plane of the base's axes, and reach it."""
+    on = {plot.key: plot for plot in statics_plots(found)}["ellipsoid"].figure.axes
+    turns = np.random.default_rng(3).normal(size=(3, 200_000))
+    ball = turns / np.linalg.norm(turns, axis=0)
+    points = 1e6 * found.translational.directions[0] @ (found.translational.values[0][:, None] * ball)
+    for panel, (across, up) in zip(on, ((0, 1), (0, 2), (1, 2)), strict=True):
+        outline = panel.lines[0].get_xydata()
+        np.testing.assert_allclose(np.abs(outline).max(axis=0), np.abs(points[[across, up]]).max(axis=1), rtol=5e-3)
+
+
+def widths(figure):
+    """Return the sums of the widths of stacked bars, by row."""
+    sums = {}
+    for bar in (bar for on in figure.axes for bar in on.patches):
+        row = round(bar.get_y() + bar.get_height() / 2)
+        sums[row] = sums.get(row, 0.0) + bar.get_width()
+    return [sums.get(row, 0.0) for row in range(max(sums) + 1)]
 
 
 def test_a_rigid_arm_has_a_sheet_without_compliance():
@@ -131,7 +153,7 @@ def test_a_study_reports_bending_by_cause(found):
         parts = [values for name, values in rows.items() if name.startswith(f"{joint}, ")]
         np.testing.assert_allclose(np.sum(parts, axis=0), rows[joint], rtol=1e-9)
     (plot,) = [plot for plot in arm_plots(study) if plot.key == "bending"]
-    np.testing.assert_allclose(np.sum([bar.x for bar in plot.figure.data], axis=0), [rows[name][0] for name in ("O", "A", "B", "roll")], rtol=1e-9)
+    np.testing.assert_allclose(widths(plot.figure), [rows[name][0] for name in ("O", "A", "B", "roll")], rtol=1e-9)
     rigid = Arm(name="rigid", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5, "mass": 2.0, "rigid": True})])
     study = lostmotion.study(rigid, 16, robots=2, visits=2)
     assert "bending" not in [section.key for section in sections(study)]

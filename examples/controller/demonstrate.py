@@ -23,8 +23,10 @@ from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.propagation.exact import compose, draws_of
 from lostmotion.propagation.montecarlo.waterfall import Waterfall, geometry_of, waterfall
+from lostmotion.reporting.chart import PER_UNIT, label_axes, legend, one
 from lostmotion.reporting.page import contents
-from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, PER_UNIT, Plot, framed
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length
 
 ARM = Path(__file__).parents[1] / "z-arm-drawn.toml"
@@ -166,19 +168,16 @@ def sheet_of(arm: lostmotion.Arm, found: Demonstration) -> tuple[Sheet, list[Plo
 
 
 def _bars(drawn: dict[str, Figure], study: dict[str, Figure]) -> object:
-    import plotly.graph_objects as go
-
     unit = drawn["as commanded"].unit
-    bars = []
-    for title, figures, colour in (("drawn robots", drawn, BLUE), ("study", study, GREEN)):
+    figure, on = one("95th percentile of the position error", 90)
+    for k, (title, figures, colour) in enumerate((("drawn robots", drawn, LIGHT["robot"]), ("study", study, LIGHT["visit"]))):
         factor = [PER_UNIT[unit] / PER_UNIT[each.unit] for each in figures.values()]
         values, low, high = (np.array([getattr(each, end) for each in figures.values()]) * factor for end in ("value", "low", "high"))
-        ends = {"type": "data", "symmetric": False, "array": high - values, "arrayminus": values - low, "thickness": 1.3}
-        bars.append(go.Bar(x=[name.replace(" ", "<br>") for name in figures], y=values, name=title, marker_color=colour, error_y=ends))
-    figure = framed("95th percentile of the position error", *bars, height=420)
-    figure.update_yaxes(title_text=f"95th percentile [{unit}]")
-    figure.update_xaxes(tickangle=0)
-    figure.update_layout(barmode="group", legend=LEGEND)
+        at = np.arange(len(figures)) + 0.4 * (k - 0.5)
+        on.bar(at, values, 0.38, yerr=np.nan_to_num([values - low, high - values]), color=colour, ecolor=LIGHT["ink"], label=title)
+    on.set_xticks(range(len(drawn)), [name.replace(" ", "\n") for name in drawn])
+    label_axes(on, y=f"95th percentile [{unit}]")
+    legend(figure)
     return figure
 
 

@@ -6,6 +6,7 @@ Figures are made without pyplot and change no setting of matplotlib. Their colou
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, Literal
 
@@ -97,7 +98,8 @@ def axes(on: Figure, title: str = "", *, rows: int = 1, columns: int = 1, **how:
     with settings():
         made: np.ndarray = on.subplots(rows, columns, squeeze=False, **how)
         for each in made.flat:
-            each.tick_params(colors=LIGHT["quiet"], labelsize=SMALL, length=3, width=0.8)
+            each.tick_params(which="both", colors=LIGHT["quiet"], labelsize=SMALL, width=0.8)
+            each.tick_params(length=3)
             each.set_axisbelow(True)
         if title:
             on.suptitle(title, x=_LEFT, ha="left", fontsize=_TITLE, parse_math=False)
@@ -134,7 +136,7 @@ def label_axes(on: Axes, x: str = "", y: str = "") -> None:
 def text(on: Axes, x: float, y: float, words: str, *, colour: str = LIGHT["ink"], size: float = SMALL, **how: Any) -> None:  # noqa: ANN401
     """Write words at a point of the axes, without any markup in them. Shifts in pt: `xytext`."""
     where: dict[str, Any] = {"textcoords": "offset points", "xytext": (0, 0), "annotation_clip": False} | how
-    on.annotate(words, (x, y), color=colour, fontsize=size, parse_math=False, **where)
+    on.annotate(re.sub(r"(?<![\w.])-(?=\d)", "−", words), (x, y), color=colour, fontsize=size, parse_math=False, **where)
 
 
 def legend(on: Figure, *, extra: Iterable[Any] = ()) -> None:
@@ -147,7 +149,7 @@ def legend(on: Figure, *, extra: Iterable[Any] = ()) -> None:
     if not found:
         return
     longest = max(len(name) for name in found)
-    fit = max(1, int(on.get_figwidth() / _MM / (1.75 * longest + 11)))
+    fit = max(1, int(on.get_figwidth() / _MM / (1.6 * longest + 9.5)))
     _legend(on, found, min(fit, len(found)))
 
 
@@ -274,7 +276,7 @@ def class_legend(on: Figure, limits: Sequence[float], title: str, extra: Iterabl
     _legend(on, {str(entry.get_label()): entry for entry in entries}, 4, title, above=False)
 
 
-def cells(on: Axes, x: Floats, y: Floats, classes: np.ndarray, colours: Sequence[str] = CLASSES) -> None:
+def cells(on: Axes, x: np.ndarray, y: np.ndarray, classes: np.ndarray, colours: Sequence[str] = CLASSES) -> None:
     """Draw cells between edges x (across + 1,) and y (up + 1,) in the colours of their classes (across, up): one path for each class.
 
     Neighbours in a row of the same class are merged, which keeps the file small; negative classes are left empty.
@@ -296,9 +298,33 @@ def cells(on: Axes, x: Floats, y: Floats, classes: np.ndarray, colours: Sequence
     on.set_ylim(y[0], y[-1])
 
 
+def dots(on: Axes, x: Floats, y: Floats, colour: str, name: str, size: float = 2.2) -> None:
+    """Draw many points as one path of lines without length and with round ends: a tenth of the size of as many markers. Set the limits yourself."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    vertices = np.repeat(np.column_stack([x, y]), 2, axis=0)
+    vertices[1::2, 0] += 1e-9 * max(float(np.abs(vertices).max(initial=0.0)), 1e-9)  # some renderers draw no line without length
+    path = Path(vertices, [int(Path.MOVETO), int(Path.LINETO)] * len(x))
+    path.should_simplify = False
+    on.add_patch(PathPatch(path, facecolor="none", edgecolor=colour, linewidth=size, capstyle="round"))
+    on.plot([], [], linestyle="none", marker="o", markersize=size, color=colour, markeredgewidth=0, label=name)
+
+
 def ringed(on: Axes, x: float, y: float, name: str) -> None:
     """Draw a ring about a point that the legend names."""
-    on.plot([x], [y], linestyle="none", marker="o", markersize=8, markerfacecolor="none", color=LIGHT["warn"], markeredgewidth=1.6, label=name)
+    on.plot(
+        [x],
+        [y],
+        linestyle="none",
+        marker="o",
+        markersize=8,
+        markerfacecolor="none",
+        color=LIGHT["warn"],
+        markeredgewidth=1.6,
+        label=name,
+        clip_on=False,
+    )
 
 
 def label(name: str) -> str:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import html
 import json
 import re
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.reporting.layout import plain
 from lostmotion.reporting.palette import css_variables
@@ -74,7 +72,7 @@ dl.words dd{margin:0}
 @page{size:A4;margin:16mm 15mm}
 @media print{
 body{padding:0;max-width:none;font-size:10.5pt}
-nav,.modebar{display:none!important}
+nav{display:none!important}
 .pair{display:block}
 figure{margin:10px auto 0;break-inside:avoid}
 .table{overflow:visible;break-inside:avoid}
@@ -84,16 +82,7 @@ h2{break-after:avoid}
 section{margin-top:22px}
 }
 """
-_DRAW: Final = """
-for (const block of document.querySelectorAll('script[type="application/json"]')) {
-  const plot = JSON.parse(block.textContent);
-  Plotly.newPlot("plot-" + block.dataset.plot, plot.data, plot.layout, {
-    responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "",
-    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
-    toImageButtonOptions: {format: "svg", filename: block.dataset.plot},
-  });
-}
-"""
+FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, sans-serif"
 
 
 def contents(sheet: Sheet, drawn: Sequence[Plot]) -> dict[str, bytes]:
@@ -113,13 +102,7 @@ def tables(sheet: Sheet) -> str:
 
 def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
     """Lay out report.html: verdict, key figures, sections with their plots, what the words mean, where it came from. No request leaves it."""
-    from plotly.offline import get_plotlyjs
-
-    from lostmotion.reporting.plot import FONT
-
-    library = get_plotlyjs().replace("</script", "<\\/script")
-    allowed = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()}'" for code in (library, _DRAW))
-    policy = f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:"
+    policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
     name = _text(sheet.name)
     links = " ".join(f'<a href="#{section.key}">{_text(section.title)}</a>' for section in sheet.sections)
     warnings = "".join(f'<p class="warn" role="alert"><strong>Warning:</strong> {_unbroken(warning)}</p>' for warning in sheet.warnings)
@@ -151,9 +134,6 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 <section id="source"><h2>Where it comes from</h2><p>{_text(f"lostmotion {version}, {sheet.source}")}</p>
 <p>{_beside(sheet)}</p></section>
 </footer>
-<noscript><p>The plots need JavaScript; every figure is in the tables.</p></noscript>
-<script>{library}</script>
-{"".join(_data(plot) for plot in drawn if not hasattr(plot.figure, "savefig"))}<script>{_DRAW}</script>
 </body>
 </html>
 """
@@ -176,7 +156,7 @@ def _card(card: Card) -> str:
 
 
 def _section(section: Section, drawn: list[Plot]) -> str:
-    figures = "".join(_figure(plot) for plot in drawn)
+    figures = "".join(f'<figure id="plot-{plot.key}">{inline_svg(plot)}</figure>' for plot in drawn)
     table = _table(section)
     long = " long" if len(section.columns) + sum(_with_interval(section)) > _BESIDE_A_PLOT else ""
     pair = f'<div class="pair{long}"><div class="table">{table}</div>{figures}</div>'
@@ -215,22 +195,6 @@ def _cells(figure: Figure, samples: list[str], *, interval: bool) -> str:
 
 def _mark(index: int) -> str:
     return chr(ord("a") + index)
-
-
-def _data(plot: Plot) -> str:
-    """Hold a plot's data as JSON that no text in it can break out of."""
-    figure: dict[str, Any] = json.loads(plot.figure.to_json())  # type: ignore[union-attr]  # until every chart is matplotlib's
-    text = json.dumps({"data": figure["data"], "layout": figure["layout"]}, separators=(",", ":"), sort_keys=True)
-    for char in "&<>":
-        text = text.replace(char, f"\\u{ord(char):04x}")
-    return f'<script type="application/json" data-plot="{plot.key}">{text}</script>\n'
-
-
-def _figure(plot: Plot) -> str:
-    """Show a plot: an SVG element where matplotlib drew it, else the place that the script fills."""
-    if hasattr(plot.figure, "savefig"):
-        return f'<figure id="plot-{plot.key}">{inline_svg(plot)}</figure>'
-    return f'<figure role="img" aria-label="{_text(plot.words)}"><div id="plot-{plot.key}"></div></figure>'
 
 
 def _foldable(name: str) -> str:

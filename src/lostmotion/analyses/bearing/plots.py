@@ -9,14 +9,17 @@ import numpy as np
 
 from lostmotion.analyses.bearing.tables import row_names
 from lostmotion.propagation.montecarlo.histogram import binned
-from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, ORANGE, RED, Plot, framed, histogram, styled
+from lostmotion.reporting.chart import axes, figure, grid, histogram, label_axes, legend, mark_at, one
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.sheet import Figure as Number
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from matplotlib.figure import Figure
 
     from lostmotion.analyses.bearing.bearing import Curve, Examined
 
-_CASES = (("lowest clearance", GREEN), ("middle", BLUE), ("highest", ORANGE))
+_CASES = (("lowest clearance", LIGHT["visit"]), ("middle", LIGHT["robot"]), ("highest", LIGHT["design"]))
 
 
 def bearing_plots(found: Examined) -> list[Plot]:
@@ -33,103 +36,62 @@ def bearing_plots(found: Examined) -> list[Plot]:
     return drawn
 
 
-def clearance_histogram(found: Examined) -> go.Figure:
+def clearance_histogram(found: Examined) -> Figure:
     """Draw the working clearance of simulated bearings. All of them are counted, between the limits of their dimensions."""
     working = found.samples["working"] * 1e6
     spread = found.bearing.spreads["working"]
     # A clearance whose dimensions have no tolerance is the same in every bearing.
     edges, counts = binned(working, about=30) if np.ptp(working) > 1e-6 else (working[0] + np.array([-0.5, 0.5]), np.array([len(working)]))  # noqa: PLR2004 - µm
-    bars = histogram(edges, counts, BLUE, "%{x:.3~g} µm ± half a bin<br>%{y} bearings, %{customdata:.2f} %<extra></extra>")
-    figure = framed(f"Working clearance of {found.count} simulated bearings", bars, height=380)
-    for value, name, anchor in ((spread.lowest, "lowest", "left"), (spread.highest, "highest", "right")):
-        figure.add_vline(x=value * 1e6, line={"color": RED, "width": 1.3, "dash": "dot"})
-        figure.add_annotation(
-            x=value * 1e6,
-            y=1,
-            yref="paper",
-            yanchor="bottom",
-            xanchor=anchor,
-            text=f"{name} {value * 1e6:.1f} µm",
-            showarrow=False,
-            font={"color": RED},
-        )
-    figure.update_xaxes(title_text="working clearance [µm], below zero preload", showgrid=False)
-    figure.update_yaxes(title_text=f"bearings per {float(edges[1] - edges[0]):.3g} µm [1]")
-    figure.update_layout(margin_t=72, bargap=0)
-    return figure
+    made, on = one(f"Working clearance of {found.count} simulated bearings", 80)
+    histogram(on, edges, counts)
+    for row, (value, name) in enumerate(((spread.lowest, "lowest"), (spread.highest, "highest"))):
+        mark_at(on, value * 1e6, f"{name} {Number(value * 1e6, 'µm')}", row=row)
+    label_axes(on, "working clearance [µm], below zero preload", f"bearings per {float(edges[1] - edges[0]):.3g} µm [1]")
+    return made
 
 
-def radial_curve(found: Examined) -> go.Figure:
+def radial_curve(found: Examined) -> Figure:
     """Draw the displacement under a radial load alone, through the play and then against the elements."""
     return _curve(found.radial, "Shift under a radial load alone", "radial load", "shift across")
 
 
-def axial_curve(found: Examined) -> go.Figure:
+def axial_curve(found: Examined) -> Figure:
     """Draw the displacement under an axial load alone. Raises ValueError for bearings that carry none."""
     if found.axial is None:
         raise ValueError("cylindrical rollers carry no axial load")
     return _curve(found.axial, "Shift under an axial load alone", "axial load", "shift along")
 
 
-def element_loads(found: Examined) -> go.Figure:
+def element_loads(found: Examined) -> Figure:
     """Draw the load of each rolling element at the middle clearance. By its angle from the radial load, 0° on its side."""
-    import plotly.graph_objects as go
-    from plotly.subplots import make_subplots
+    from matplotlib.ticker import MaxNLocator
 
     names, rows = row_names(found), found.settled.loads
     largest = max(float(np.nanmax(each[1])) for each in rows) or 1.0
-    figure = styled(
-        make_subplots(rows=1, cols=len(rows), specs=[[{"type": "polar"}] * len(rows)], horizontal_spacing=0.2), "Load of each element", height=400
-    )
-    for column, (name, loads) in enumerate(zip(names, rows, strict=True), start=1):
+    made = figure(84)
+    panels = axes(made, "Load of each element [N] by its angle from the radial load", columns=len(rows), subplot_kw={"projection": "polar"})[0]
+    for on, name, loads in zip(panels, names, rows, strict=True):
         count = loads.shape[1]
-        bars = go.Barpolar(
-            r=loads[1],
-            theta=np.arange(count) * 360 / count,
-            width=[0.7 * 360 / count] * count,
-            marker={"color": BLUE},
-            hovertemplate=f"{name}, %{{theta:.0f}}°: %{{r:.4~g}} N<extra></extra>",
-            showlegend=False,
-        )
-        figure.add_trace(bars, row=1, col=column)
-    figure.update_polars(
-        radialaxis={"range": [0, 1.05 * largest], "ticksuffix": " N", "angle": 90, "tickangle": 90, "nticks": 4, "gridcolor": "#dddddd"},
-        angularaxis={"rotation": -90, "direction": "counterclockwise", "ticksuffix": "°", "dtick": 45, "gridcolor": "#dddddd"},
-        domain_y=[0, 0.9],
-    )
-    for column, name in enumerate(names):
-        figure.add_annotation(
-            x=0.5 if len(names) == 1 else 0.2 + 0.6 * column,
-            y=1.0,
-            xref="paper",
-            yref="paper",
-            yanchor="bottom",
-            text=name,
-            xanchor="center",
-            showarrow=False,
-            font={"size": 13},
-        )
-    figure.update_layout(margin={"l": 40, "r": 40, "t": 70, "b": 30})
-    return figure
+        on.bar(np.arange(count) * 2 * math.pi / count, np.nan_to_num(loads[1]), width=0.7 * 2 * math.pi / count, color=LIGHT["robot"], linewidth=0)
+        on.set_theta_zero_location("S")
+        on.set_ylim(0, 1.05 * largest)
+        on.set_thetagrids(range(0, 360, 45), [f"{angle}°" for angle in range(0, 360, 45)])
+        on.yaxis.set_major_locator(MaxNLocator(3))
+        on.set_rlabel_position(180)
+        grid(on, "both")
+        on.spines["polar"].set_color(LIGHT["line"])
+        on.set_title(name, loc="center")
+    return made
 
 
-def _curve(curve: Curve, title: str, load: str, shift: str) -> go.Figure:
-    import plotly.graph_objects as go
-
+def _curve(curve: Curve, title: str, load: str, shift: str) -> Figure:
     unit, factor = ("kN", 1e-3) if float(curve.loads[-1]) >= 1e4 else ("N", 1.0)  # noqa: PLR2004 - where people change units
-    traces = [
-        go.Scatter(
-            x=curve.loads * factor,
-            y=np.where(np.isfinite(shifts), shifts, math.nan) * 1e6,
-            mode="lines",
-            name=name,
-            line={"color": colour, "width": 2},
-            hovertemplate=f"{name}<br>%{{x:.4~g}} {unit}: %{{y:.4~g}} µm<extra></extra>",
-        )
-        for (name, colour), shifts in zip(_CASES, curve.shifts, strict=True)
-    ]
-    figure = framed(title, *traces, height=360)
-    figure.update_xaxes(title_text=f"{load} [{unit}]", rangemode="tozero")
-    figure.update_yaxes(title_text=f"{shift} [µm]", rangemode="tozero")
-    figure.update_layout(legend=LEGEND, margin_t=80)
-    return figure
+    made, on = one(title, 78)
+    grid(on, "both")
+    for (name, colour), shifts in zip(_CASES, curve.shifts, strict=True):
+        on.plot(curve.loads * factor, np.where(np.isfinite(shifts), shifts, math.nan) * 1e6, color=colour, linewidth=1.6, label=name)
+    on.set_xlim(left=0)
+    on.set_ylim(bottom=min(0.0, on.get_ylim()[0]))
+    label_axes(on, f"{load} [{unit}]", f"{shift} [µm]")
+    legend(made)
+    return made

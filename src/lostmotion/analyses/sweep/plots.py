@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.analyses.sweep.tables.sweep import LEVEL
-from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, styled
+from lostmotion.reporting.chart import PER_UNIT, axes, cells, class_legend, class_of, figure, grid, label, label_axes, legend, one, text
+from lostmotion.reporting.palette import LIGHT, class_limits
+from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.sheet import Figure as Number
 from lostmotion.runs.design_names import design_name, short_keys
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    import plotly.graph_objects as go
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.io.sweep import Axis
@@ -24,10 +28,10 @@ if TYPE_CHECKING:
 
     _Curve = tuple[str, str, Callable[[Outcome], Estimate | None]]
 
-# Viridis, dark where the error is large.
-_SCALE: Final = ((0.0, "#fde725"), (0.25, "#5ec962"), (0.5, "#21918c"), (0.75, "#3b528b"), (1.0, "#440154"))
-_SHADES: Final = {BLUE: "rgba(0,114,178,0.15)", ORANGE: "rgba(230,159,0,0.18)", GREEN: "rgba(0,158,115,0.15)", RED: "rgba(178,58,0,0.15)"}
-_DASHES: Final = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
+_COLOURS: Final = tuple(LIGHT[name] for name in ("robot", "design", "visit", "warn", "ink", "other"))
+_DASHES: Final = ("-", "--", ":", "-.", (0, (8, 2)), (0, (8, 2, 2, 2)))
+# Classes from this one on are so far from the paper in lightness that text on them has the paper's colour.
+_DARK_FROM: Final = 3
 _MOST_CURVES: Final = 6
 _MOST_LABELLED: Final = 6
 _PAIRED: Final = "paired differences from the first design are more precise"
@@ -70,110 +74,103 @@ def _unit(largest: float) -> str:
     return "µm" if largest < 1e-4 else "mm" if largest < 1 else "m"  # noqa: PLR2004 - where people change units
 
 
-def _positions(axis: Axis, name: str) -> tuple[list[Any], dict[str, Any]]:
-    """Return the positions of a key's values on an axis, and the axis' format: quantities to scale, other values as text."""
+def _positions(on: Axes, axis: Axis, name: str) -> Floats:
+    """Return the positions of a key's values on the x axis, and name the axis: quantities to scale, other values as text."""
     if axis.quantities is None:
-        return [label(text) for text in axis.labels], {"title_text": label(name), "type": "category"}
+        at = np.arange(len(axis.labels), dtype=float)
+        on.set_xticks(at, [label(text) for text in axis.labels], parse_math=False)
+        on.set_xlim(-0.5, len(at) - 0.5)
+        label_axes(on, label(name))
+        return at
     numbers, unit = axis.quantities
-    title = f"{label(name)} [{label(unit)}]" if unit else label(name)
     rising = np.sort(numbers)
     ratios = rising[1:] / rising[:-1] if rising[0] > 0 and len(rising) > 2 else np.array([1.0, 2.0])  # noqa: PLR2004 - two have any ratio
-    even_in_log = bool(np.allclose(ratios, ratios[0], rtol=1e-6) and ratios[0] > 1 + 1e-9)
-    return list(numbers), {"title_text": title, "type": "log" if even_in_log else "linear"}
+    if np.allclose(ratios, ratios[0], rtol=1e-6) and ratios[0] > 1 + 1e-9:
+        from matplotlib.ticker import FuncFormatter, NullFormatter
+
+        on.set_xscale("log")
+        on.set_xticks(rising)
+        on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        on.xaxis.set_minor_formatter(NullFormatter())
+    label_axes(on, f"{label(name)} [{unit or 1}]")
+    return np.asarray(numbers, dtype=float)
 
 
-def _curves(order: Order, outcomes: Sequence[Outcome], curves: Sequence[_Curve], title: str) -> go.Figure:
+def _curves(order: Order, outcomes: Sequence[Outcome], curves: Sequence[_Curve], title: str) -> Figure:
     """Plot estimates over one key, with intervals as bands, or as error bars where the values have no order."""
-    import plotly.graph_objects as go
-
     axis = order.axes[0]
-    x, axis_format = _positions(axis, short_keys(order.axes)[0])
-    ranked = np.argsort(x, kind="stable") if axis.quantities is not None else np.arange(len(x))
+    made, on = one(title, 84)
+    grid(on)
+    x = _positions(on, axis, short_keys(order.axes)[0])
+    ranked = np.argsort(x, kind="stable")
     estimates = {name: [pick(outcomes[k]) for k in ranked] for name, _, pick in curves}
-    values = [each.value for members in estimates.values() for each in members if each is not None]
-    unit = _unit(max(values, default=1.0))
-    factor = PER_UNIT[unit]
-    along = [x[k] for k in ranked]
-    traces = []
+    unit = _unit(max((each.value for members in estimates.values() for each in members if each is not None), default=1.0))
     for name, colour, _ in curves:
-        members = [each for each in estimates[name] if each is not None]
-        y, low, high = (np.array([getattr(each, end) for each in members]) * factor for end in ("value", "low", "high"))
-        hover = f"%{{x}}: %{{y:.4~g}} {unit}, %{{customdata}}<extra>{name}</extra>"
-        intervals = [f"{a:.4g} … {b:.4g}" if math.isfinite(b - a) else "no interval" for a, b in zip(low, high, strict=True)]
+        found = [(x[k], each) for k, each in zip(ranked, estimates[name], strict=True) if each is not None]
+        along = np.array([place for place, _ in found])
+        y, low, high = (np.array([getattr(each, end) for _, each in found]) * PER_UNIT[unit] for end in ("value", "low", "high"))
         if axis.quantities is None:
-            bars = {"type": "data", "symmetric": False, "array": high - y, "arrayminus": y - low, "thickness": 1.3}
-            marker = {"color": colour, "size": 9}
-            traces.append(go.Scatter(x=along, y=y, mode="markers", name=name, error_y=bars, marker=marker, customdata=intervals, hovertemplate=hover))
+            ends = np.nan_to_num([y - low, high - y], posinf=0.0)
+            on.errorbar(along, y, yerr=ends, fmt="o", color=colour, markersize=5, elinewidth=1.1, capsize=3, label=name)
             continue
         if np.isfinite(high - low).all():
-            band = {"x": [*along, *along[::-1]], "y": [*high, *low[::-1]], "fill": "toself", "fillcolor": _SHADES[colour], "line": {"width": 0}}
-            traces.append(go.Scatter(**band, mode="lines", hoverinfo="skip", showlegend=False))
-        line = {"color": colour, "width": 2}
-        traces.append(go.Scatter(x=along, y=y, mode="lines+markers", name=name, line=line, customdata=intervals, hovertemplate=hover))
-    figure = framed(title, *traces, height=430)
-    figure.update_xaxes(**axis_format)
-    figure.update_yaxes(title_text=f"position error [{unit}]", rangemode="tozero")
-    figure.update_layout(legend=LEGEND, margin_t=84)
-    return figure
+            on.fill_between(along, low, high, color=colour, alpha=0.2, linewidth=0)
+        on.plot(along, y, color=colour, linewidth=1.6, marker="o", markersize=4, label=name)
+    on.set_ylim(bottom=0)
+    label_axes(on, y=f"position error [{unit}]")
+    legend(made)
+    return made
 
 
-def over_one(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
+def over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the error over one key, with 95 % confidence intervals."""
-    curves = (("95th percentile", BLUE, lambda each: each.quantiles[LEVEL]), ("mean", ORANGE, lambda each: each.mean))
+    curves = (("95th percentile", LIGHT["robot"], lambda each: each.quantiles[LEVEL]), ("mean", LIGHT["design"], lambda each: each.mean))
     return _curves(order, outcomes, curves, "Position error, with 95 % confidence interval")
 
 
-def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
+def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot AP and RP over one key, with 95 % confidence intervals."""
     curves = (
-        ("AP, 95th percentile of robots", GREEN, lambda each: each.ap and each.ap[1]),
-        ("RP, 95th percentile of robots", RED, lambda each: each.rp and each.rp[1]),
+        ("AP, 95th percentile of robots", LIGHT["visit"], lambda each: each.ap and each.ap[1]),
+        ("RP, 95th percentile of robots", LIGHT["warn"], lambda each: each.rp and each.rp[1]),
     )
     return _curves(order, outcomes, curves, "Accuracy and repeatability, with 95 % confidence intervals")
 
 
-def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str = "") -> go.Figure:
-    """Plot a map over two keys; cells whose interval overlaps that of the smallest are marked.
+def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str = "") -> Figure:
+    """Plot a map over two keys in classes; cells whose interval overlaps that of the smallest are marked.
 
-    Colours span the ends of the intervals, so that differences within them are faint. `hint` names a more precise comparison.
+    The classes span the ends of the intervals, so that differences within them are faint. `hint` names a more precise comparison.
     """
-    import plotly.graph_objects as go
-
     first, second = order.axes
     names = [label(name) for name in short_keys(order.axes)]
     shape = (len(first.values), len(second.values))
-    largest = max(each.value for each in estimates)
-    unit = _unit(largest)
-    values = np.array([each.value * PER_UNIT[unit] for each in estimates]).reshape(shape)
-    intervals = np.array([f"{each.low * PER_UNIT[unit]:.4g} … {each.high * PER_UNIT[unit]:.4g} {unit}" for each in estimates]).reshape(shape)
+    unit = _unit(max(each.value for each in estimates))
+    factor = PER_UNIT[unit]
+    values = np.array([each.value * factor for each in estimates]).reshape(shape)
     overlapping = _overlap_smallest(estimates)
-    marks = np.array(["≈ " if each else "" for each in overlapping]).reshape(shape)
-    cell_text = {"texttemplate": "%{text}%{z:.3g}", "textfont": {"size": 12}} if shape[1] <= _MOST_LABELLED else {}
-    ends = [end * PER_UNIT[unit] for each in estimates for end in (each.low, each.value, each.high) if math.isfinite(end)]
-    cells = go.Heatmap(
-        z=values,
-        x=[label(text) for text in second.labels],
-        y=[label(text) for text in first.labels],
-        text=marks,
-        zmin=max(min(ends), 0.0),
-        zmax=max(ends),
-        customdata=intervals,
-        colorscale=[list(stop) for stop in _SCALE],
-        colorbar={"title": {"text": unit, "side": "top"}, "thickness": 14, "outlinewidth": 0},
-        hovertemplate=f"{names[0]} %{{y}}, {names[1]} %{{x}}<br>%{{text}}%{{z:.4~g}} {unit} (%{{customdata}})<extra></extra>",
-        xgap=1,
-        ygap=1,
-        **cell_text,
-    )
-    figure = framed(f"{title} [{unit}]", cells, height=min(220 + 44 * shape[0], 700))
+    ends = [end * factor for each in estimates for end in (each.low, each.value, each.high) if math.isfinite(end)]
+    limits = class_limits(max(min(ends), 0.0), max(ends))
+    classes = class_of(values, limits)
+    made, on = one(title, min(50 + 9.0 * shape[0], 170.0))
+    cells(on, np.arange(shape[1] + 1) - 0.5, np.arange(shape[0] + 1) - 0.5, classes.T)
+    if shape[1] <= _MOST_LABELLED:
+        for k, each in enumerate(estimates):
+            row, column = divmod(k, shape[1])
+            colour = LIGHT["ink"] if classes[row, column] < _DARK_FROM else LIGHT["paper"]
+            words = ("≈ " if overlapping[k] else "") + str(Number(each.value * factor, unit, each.low * factor, each.high * factor))
+            text(on, column, row, words, colour=colour, ha="center", va="center")
+    on.set_xticks(range(shape[1]), [label(each) for each in second.labels], parse_math=False)
+    on.set_yticks(range(shape[0]), [label(each) for each in first.labels], parse_math=False)
+    on.tick_params(length=0)
     note = ""
     if all(overlapping):
-        note = "≈ all intervals overlap that of the smallest:<br>" + (hint or "differences may be chance")
+        note = "\n≈ all intervals overlap that of the smallest:\n" + (hint or "differences may be chance")
     elif any(overlapping):
-        note = "≈ interval overlaps that of the smallest:<br>" + (hint or "may be as small")
-    figure.update_xaxes(title_text=f"{names[1]}<br>{note}" if note else names[1], type="category", showgrid=False)
-    figure.update_yaxes(title_text=names[0], type="category", showgrid=False)
-    return figure
+        note = "\n≈ interval overlaps that of the smallest:\n" + (hint or "may be as small")
+    label_axes(on, names[1] + note, names[0])
+    class_legend(made, limits, f"[{unit}]")
+    return made
 
 
 def _overlap_smallest(estimates: Sequence[Estimate]) -> list[bool]:
@@ -184,78 +181,36 @@ def _overlap_smallest(estimates: Sequence[Estimate]) -> list[bool]:
     return overlapping if sum(overlapping) > 1 else [False] * len(estimates)
 
 
-def effects(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
+def effects(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the main effect of each key: the mean over all other keys, and every design."""
-    import plotly.graph_objects as go
-    from plotly.subplots import make_subplots
-
     shape = tuple(len(axis.values) for axis in order.axes)
     unit = _unit(max(each.quantiles[LEVEL].value for each in outcomes))
     errors: Floats = np.array([each.quantiles[LEVEL].value * PER_UNIT[unit] for each in outcomes]).reshape(shape)
-    count = len(shape)
-    figure = make_subplots(rows=count, cols=1, vertical_spacing=min(0.34 / count, 0.12), shared_yaxes="all")
-    for k, (axis, name) in enumerate(zip(order.axes, short_keys(order.axes), strict=True)):
-        x, axis_format = _positions(axis, name)
+    made = figure(22 + 56.0 * len(shape))
+    panels = axes(made, "Main effects on the 95th percentile of the error", rows=len(shape), sharey=True)[:, 0]
+    for k, (on, axis, name) in enumerate(zip(panels, order.axes, short_keys(order.axes), strict=True)):
+        x = _positions(on, axis, name)
         at = np.indices(shape)[k].ravel()
-        dots = {"color": BLUE, "size": 5, "opacity": 0.45}
-        names = [label(design_name(order.axes, each.design)) for each in outcomes]
-        hover = f"%{{customdata}}: %{{y:.4~g}} {unit}<extra></extra>"
-        figure.add_trace(
-            go.Scatter(
-                x=[x[j] for j in at],
-                y=errors.ravel(),
-                mode="markers",
-                marker=dots,
-                name="one design",
-                customdata=names,
-                hovertemplate=hover,
-                showlegend=k == 0,
-            ),
-            row=k + 1,
-            col=1,
-        )
-        means = errors.mean(axis=tuple(j for j in range(count) if j != k))
-        ranked = np.argsort(x, kind="stable") if axis.quantities is not None else np.arange(len(x))
-        figure.add_trace(
-            go.Scatter(
-                x=[x[j] for j in ranked],
-                y=means[ranked],
-                mode="lines+markers",
-                name="mean over the other keys",
-                line={"color": RED, "width": 2},
-                hovertemplate=f"mean at %{{x}}: %{{y:.4~g}} {unit}<extra></extra>",
-                showlegend=k == 0,
-            ),
-            row=k + 1,
-            col=1,
-        )
-        figure.update_xaxes(row=k + 1, col=1, **axis_format)
-        figure.update_yaxes(row=k + 1, col=1, title_text=f"95th percentile [{unit}]")
-    styled(figure, "Main effects on the 95th percentile of the error", height=110 + 230 * count)
-    figure.update_layout(legend=LEGEND, margin_t=84)
-    return figure
+        on.plot(x[at], errors.ravel(), linestyle="none", marker="o", markersize=3, color=LIGHT["robot"], alpha=0.5, label="one design")
+        means = errors.mean(axis=tuple(j for j in range(len(shape)) if j != k))
+        ranked = np.argsort(x, kind="stable")
+        on.plot(x[ranked], means[ranked], color=LIGHT["warn"], linewidth=1.6, marker="o", markersize=4, label="mean over the other keys")
+        label_axes(on, y=f"95th percentile [{unit}]")
+    legend(made)
+    return made
 
 
-def spread(order: Order, outcomes: Sequence[Outcome]) -> go.Figure:
+def spread(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the cumulative distribution of the error of each design."""
-    import plotly.graph_objects as go
-
     unit = _unit(max(each.worst[0].error for each in outcomes))
-    colours = (BLUE, ORANGE, GREEN, RED, INK, "#CC79A7")
-    traces = [
-        go.Scatter(
-            x=each.spread[0] * PER_UNIT[unit],
-            y=100 * each.spread[1],
-            mode="lines",
-            name=label(design_name(order.axes, each.design)),
-            line={"color": colours[k], "width": 2, "dash": _DASHES[k]},
-            hovertemplate=f"%{{y:.2f}} % within %{{x:.4~g}} {unit}<extra></extra>",
-            showlegend=len(outcomes) > 1,
-        )
-        for k, each in enumerate(outcomes)
-    ]
-    figure = framed("Cumulative distribution of the position error", *traces, height=430)
-    figure.update_xaxes(title_text=f"position error [{unit}]", rangemode="tozero")
-    figure.update_yaxes(title_text="samples [%]", range=[0, 101])
-    figure.update_layout(legend={**LEGEND, "orientation": "v", "x": 1, "xanchor": "right", "y": 0.05, "yanchor": "bottom"})
-    return figure
+    made, on = one("Cumulative distribution of the position error", 88)
+    grid(on, "both")
+    for k, each in enumerate(outcomes):
+        name = label(design_name(order.axes, each.design)) if len(outcomes) > 1 else None
+        x, y = each.spread[0] * PER_UNIT[unit], 100 * each.spread[1]
+        on.plot(x, y, color=_COLOURS[k], linestyle=_DASHES[k], linewidth=1.6, label=name)
+    on.set_xlim(left=0)
+    on.set_ylim(0, 101)
+    label_axes(on, f"position error [{unit}]", "samples [%]")
+    legend(made)
+    return made

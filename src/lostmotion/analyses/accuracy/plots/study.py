@@ -8,7 +8,6 @@ import numpy as np
 
 from lostmotion.analyses.accuracy.plots.bending import bending
 from lostmotion.analyses.accuracy.plots.budget import CAUSES_TEXT, LEVELS_TEXT, at_places, budget, by_level, levels
-from lostmotion.analyses.accuracy.plots.section import seen_from_above, seen_from_the_side
 from lostmotion.analyses.accuracy.plots.waterfall import waterfall
 from lostmotion.analyses.accuracy.plots.zone import errors_in_zone
 from lostmotion.analyses.accuracy.tables.zone import seen_in
@@ -18,6 +17,7 @@ from lostmotion.propagation.montecarlo.histogram import binned, linear_bins
 from lostmotion.reporting.chart import PER_UNIT, axes, axes_by_unit, figure, grouped, histogram, label_axes, legend, mark, named_rows, one
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.section import PoseValues, from_above, from_the_side
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
@@ -31,12 +31,17 @@ if TYPE_CHECKING:
 def plots(answer: Answer) -> list[Plot]:
     """Return the plots of this study. In reading order; AP and RP only where poses were visited twice, a budget only where parts err."""
     drawn: list[tuple[str, str, Callable[[Answer], Figure], str]] = [
-        ("workspace-xoz", "workspace", seen_from_the_side, "Section of the workspace from the side, in classes of the mean position error."),
+        (
+            "workspace-xoz",
+            "workspace",
+            lambda answer: from_the_side(mean_errors(answer)),
+            "Section of the workspace from the side in classes of the mean error.",
+        ),
         (
             "workspace-xoy",
             "workspace",
-            seen_from_above,
-            "Horizontal section of the workspace through the worst pose, in classes of the mean position error.",
+            lambda answer: from_above(mean_errors(answer)),
+            "Horizontal section through the worst pose in classes of the mean error.",
         ),
         ("error-histogram", "error", error_histogram, "Histogram of the position error over the workspace with its 50th, 95th and 99th percentile."),
         ("ap-rp", "iso9283", accuracy_over_robots, "Histograms of AP and RP over the robots with the 95th percentile."),
@@ -68,6 +73,14 @@ def plots(answer: Answer) -> list[Plot]:
             inside = accuracy_over_robots(seen_in(answer, zone))
             places.append(Plot(f"zone-{k}-ap-rp", f"zone_{k}_iso9283", inside, f"Histograms of AP and RP over the robots in the zone {zone.name}."))
     return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing] + places
+
+
+def mean_errors(answer: Answer) -> PoseValues:
+    """Return the mean error at each pose, with the worst pose marked."""
+    means = answer.sampled.per_pose[:, kernel.MEAN]
+    unit = length(float(means.max())).unit
+    worst = int(means.argmax())
+    return PoseValues(answer.arm, answer.tool, means * PER_UNIT[unit], "mean error", unit, worst, "worst pose", answer.workspace.points)
 
 
 def error_histogram(answer: Answer) -> Figure:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.analyses.gearbox.tables.finite_elements import fem_key
-from lostmotion.reporting.plot import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed
+from lostmotion.reporting.chart import cells, class_legend, class_of, grid, label_axes, legend, one
+from lostmotion.reporting.palette import LIGHT, class_limits
+from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import ARCMIN, digits
+from lostmotion.reporting.sheet import Figure as Number
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from lostmotion.analyses.gearbox.finite_elements import FiniteElements
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
@@ -20,8 +24,10 @@ if TYPE_CHECKING:
 
 _MM: Final = 1e3
 # Pixels along each side of a picture.
-_WHOLE: Final = 300
-_ZOOM: Final = 160
+_WHOLE: Final = 220
+_ZOOM: Final = 120
+# Height of a picture, mm.
+_HEIGHT: Final = 150.0
 # Share of the pixels below the end of the colours of the whole stage: contacts exceed it.
 _SHOWN: Final = 0.995
 # Half a side of the zoom, in half-widths of the contact.
@@ -50,56 +56,56 @@ def _of_stage(found: FiniteElements) -> list[Plot]:
     ]
 
 
-def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> go.Figure:
-    """Draw a field of both wheels, with undeformed and deformed outlines."""
-    import plotly.graph_objects as go
-
+def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> Figure:
+    """Draw a field of both wheels in classes, with undeformed and deformed outlines."""
     radius = max(float(np.abs(each.points).max()) for each in found.fields)
     picture = np.fmax.reduce([raster(f, v, -radius, -radius, radius, _WHOLE) for f, v in zip(found.fields, values, strict=True)])
     top = float(np.nanquantile(picture, _SHOWN))
     moved = [_moved(found, k) for k in range(len(found.fields))]
     scale = _nice(_DRAWN * radius / max(float(np.abs(each).max()) for each in moved))
-    traces = [_picture(picture, -radius, -radius, radius, top, f"{unit}; contacts reach {digits(_largest(values))}")]
-    for line, factor, label in (
-        ({"color": "#999999", "width": 0.8}, 0.0, "unloaded"),
-        ({"color": INK, "width": 1.2}, scale, f"loaded, displacements x {scale:g}"),
+    figure, on = one(f"{name}, {found.name}, {Number(float(found.torque[-1]), 'N m')} at the output", _HEIGHT)
+    limits = _picture(on, picture, -radius, -radius, radius, top)
+    for colour, width, factor, words in (
+        (LIGHT["quiet"], 0.6, 0.0, "unloaded"),
+        (LIGHT["ink"], 0.9, scale, f"loaded, displacements x {scale:g}"),
     ):
         parts = [_outline(each, each.points + factor * by, _SPACING * radius) for each, by in zip(found.fields, moved, strict=True)]
-        x, y = np.concatenate(parts).T * _MM
-        traces.append(go.Scatter(x=np.round(x, 3), y=np.round(y, 3), mode="lines", line=line, name=label, hoverinfo="skip"))
-    figure = framed(f"{name}, {found.name}, {found.torque[-1]:.4g} N m at the output", *traces, height=640)
-    return _square(figure)
+        on.plot(*(np.concatenate(parts).T * _MM), color=colour, linewidth=width, label=words)
+    _square(on)
+    class_legend(figure, limits, f"{name.lower()} [{unit}]; contacts reach {digits(_largest(values))}", on.get_legend_handles_labels()[0])
+    return figure
 
 
-def contact(found: FiniteElements, stress: list[Floats]) -> go.Figure:
-    """Draw the stress around the contact with the largest pressure."""
+def contact(found: FiniteElements, stress: list[Floats]) -> Figure:
+    """Draw the stress around the contact with the largest pressure, in classes."""
     k = int(found.loaded.peak[-1].argmax())
     at = found.loaded.place[k]
     half = _AROUND * float(found.loaded.half_width[-1, k])
     pictures = [raster(f, v, at.real - half, at.imag - half, at.real + half, _ZOOM) for f, v in zip(found.fields, stress, strict=True)]
     picture = np.fmax.reduce(pictures)
-    traces = [_picture(picture, at.real - half, at.imag - half, at.real + half, float(np.nanmax(picture)), "MPa")]
-    title = f"Von Mises stress, {found.name}, at θ = {math.degrees(found.loaded.theta[k]):.1f}°"
-    return _square(framed(title, *traces, height=520))
+    figure, on = one(f"Von Mises stress, {found.name}, at θ = {math.degrees(found.loaded.theta[k]):.1f}°", _HEIGHT)
+    limits = _picture(on, picture, at.real - half, at.imag - half, at.real + half, float(np.nanmax(picture)))
+    _square(on)
+    class_legend(figure, limits, "von Mises stress [MPa]")
+    return figure
 
 
-def angles(found: FiniteElements) -> go.Figure:
+def angles(found: FiniteElements) -> Figure:
     """Draw the rotation over the torque, and the equivalent strain as an angle."""
-    import plotly.graph_objects as go
-
-    figure = framed(f"Rotation, and strain read as an angle, {found.name}", height=340)
-    solid = () if found.rotation_3d is None else (("rotation, 3-D", found.rotation_3d, {"color": INK, "width": 1.5}),)
-    for name, values, line in (
-        ("rotation, plane strain", found.rotation[0], {"color": BLUE, "width": 2}),
-        ("rotation, plane stress", found.rotation[1], {"color": ORANGE, "width": 2}),
+    figure, on = one(f"Rotation, and strain read as an angle, {found.name}", 84)
+    grid(on, "both")
+    solid = () if found.rotation_3d is None else (("rotation, 3-D", found.rotation_3d, LIGHT["ink"], "-"),)
+    for name, values, colour, line in (
+        ("rotation, plane strain", found.rotation[0], LIGHT["robot"], "-"),
+        ("rotation, plane stress", found.rotation[1], LIGHT["design"], "-"),
         *solid,
-        ("largest equivalent strain as an angle, the paper's conversion", found.strain, {"color": RED, "width": 1.5, "dash": "dash"}),
+        ("largest equivalent strain as an angle, the paper's conversion", found.strain, LIGHT["warn"], "--"),
     ):
-        hover = f"{name}<br>%{{x:.4~g}} N m: %{{y:.3~g}} arcmin<extra></extra>"
-        figure.add_trace(go.Scatter(x=found.torque, y=values / ARCMIN, name=name, mode="lines+markers", line=line, hovertemplate=hover))
-    figure.update_xaxes(title_text="torque at the output [N m]", rangemode="tozero")
-    figure.update_yaxes(title_text="angle [arcmin]", rangemode="tozero")
-    figure.update_layout(legend=LEGEND, margin_t=110)
+        on.plot(found.torque, values / ARCMIN, label=name, color=colour, linestyle=line, linewidth=1.4, marker="o", markersize=3)
+    on.set_xlim(left=0)
+    on.set_ylim(bottom=0)
+    label_axes(on, "torque at the output [N m]", "angle [arcmin]")
+    legend(figure)
     return figure
 
 
@@ -156,29 +162,18 @@ def _outline(field: Field, points: Floats, spacing: float) -> Floats:
     return np.array(lines)
 
 
-def _picture(values: Floats, left: float, low: float, right: float, top: float, unit: str) -> Any:  # noqa: ANN401 - plotly publishes no types
-    import plotly.graph_objects as go
-
+def _picture(on: Axes, values: Floats, left: float, low: float, right: float, top: float) -> list[float]:
+    """Draw values (row, column) on a square in classes from zero to `top`, and return the limits of the classes."""
     step = (right - left) / len(values)
-    return go.Heatmap(
-        z=values.astype(np.float32),
-        x0=_MM * (left + step / 2),
-        dx=_MM * step,
-        y0=_MM * (low + step / 2),
-        dy=_MM * step,
-        zmin=0,
-        zmax=top,
-        colorscale="Viridis",
-        colorbar={"title": {"text": unit, "side": "right"}, "thickness": 14, "outlinewidth": 0},
-        hovertemplate=f"%{{x:.4~g}}, %{{y:.4~g}} mm: %{{z:.3~g}} {unit.split(';', maxsplit=1)[0]}<extra></extra>",
-    )
+    x, y = (_MM * (start + step * np.arange(len(values) + 1)) for start in (left, low))
+    limits = class_limits(0.0, top)
+    cells(on, x, y, class_of(values.T, limits))
+    return limits
 
 
-def _square(figure: go.Figure) -> go.Figure:
-    figure.update_xaxes(title_text="x [mm]", showgrid=False, constrain="domain")
-    figure.update_yaxes(title_text="y [mm]", showgrid=False, scaleanchor="x", scaleratio=1, constrain="domain")
-    figure.update_layout(legend=LEGEND, margin_t=80)
-    return figure
+def _square(on: Axes) -> None:
+    on.set_aspect("equal")
+    label_axes(on, "x [mm]", "y [mm]")
 
 
 def _largest(values: list[Floats]) -> float:

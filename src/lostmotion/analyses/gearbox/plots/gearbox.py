@@ -10,10 +10,13 @@ import numpy as np
 from lostmotion.analyses.gearbox.plots.cycloidal import drawing_plots
 from lostmotion.analyses.gearbox.tables.units import units_of
 from lostmotion.parts.gearbox.kinds import is_drawn
-from lostmotion.reporting.plot import BLUE, GREEN, LEGEND, ORANGE, RED, Plot, framed, label
+from lostmotion.reporting.chart import grid, label, label_axes, legend, one, text
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.sheet import Figure as Number
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from matplotlib.figure import Figure
 
     from lostmotion.analyses.gearbox.gear import GearStudy, Loop
     from lostmotion.analyses.gearbox.tables.units import Units
@@ -37,63 +40,47 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
     return drawn
 
 
-def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> go.Figure:
+def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> Figure:
     """Return the plot of the output's angle under loading and unloading: the whole loop, the friction loop alone, and the points of the lost motion.
 
     Only torques up to `near` (N m) are shown.
     """
-    import plotly.graph_objects as go
-
     factor = units.angle_factor
+    zoomed = math.isfinite(near)
+    figure, on = one("The same near zero" if zoomed else "Torque-angle hysteresis", 92)
+    grid(on, "both")
     there_and_back = np.concatenate([loop.torque, loop.torque[::-1], loop.torque[:1]])
-    traces = []
-    for name, rising, falling, line in (
-        ("with play", loop.rising, loop.falling, {"color": BLUE, "width": 2}),
-        ("friction's loop alone", loop.friction_rising, loop.friction_falling, {"color": ORANGE, "width": 1.5, "dash": "dash"}),
+    for name, rising, falling, colour, line, width in (
+        ("with play", loop.rising, loop.falling, LIGHT["robot"], "-", 1.6),
+        ("friction's loop alone", loop.friction_rising, loop.friction_falling, LIGHT["design"], "--", 1.2),
     ):
         angle = np.concatenate([rising, falling[::-1], rising[:1]])
-        hover = f"{name}<br>%{{x:.4~g}} {units.torque}: %{{y:.4~g}} {units.angle}<extra></extra>"
-        traces.append(go.Scatter(x=_short(there_and_back), y=_short(angle * factor), mode="lines", name=name, line=line, hovertemplate=hover))
-    if loop.small is not None and len(loop.ends):
-        ends = loop.ends * factor
-        hover = f"lost motion, read at %{{x:.4~g}} {units.torque}: %{{y:.4~g}} {units.angle}<extra></extra>"
-        name = f"lost motion {ends[1] - ends[0]:.3g} {units.angle}"
-        marker = {"color": RED, "size": 8}
-        traces.append(go.Scatter(x=[-loop.small, loop.small], y=ends, mode="markers", name=name, marker=marker, hovertemplate=hover))
+        on.plot(there_and_back, angle * factor, color=colour, linestyle=line, linewidth=width, label=name)
     if loop.play:
         half = loop.play / 2 * factor
-        name, hover = f"play {2 * half:.3g} {units.angle}", f"play at zero {units.what}<extra></extra>"
-        traces.append(go.Scatter(x=[0, 0], y=[-half, half], mode="lines", name=name, line={"color": GREEN, "width": 5}, hovertemplate=hover))
-    zoomed = math.isfinite(near)
-    figure = framed("The same near zero" if zoomed else "Torque-angle hysteresis", *traces, height=460)
-    figure.update_xaxes(title_text=f"{units.what} on the output [{units.torque}]")
+        on.plot([0, 0], [-half, half], color=LIGHT["visit"], linewidth=4, solid_capstyle="butt", label=f"play {Number(2 * half, units.angle)}")
+    if loop.small is not None and len(loop.ends):
+        ends = loop.ends * factor
+        name = f"lost motion {Number(float(ends[1] - ends[0]), units.angle)}"
+        on.plot([-loop.small, loop.small], ends, color=LIGHT["warn"], linestyle="none", marker="o", markersize=5, label=name)
     if zoomed:
         highest = 1.08 * float(np.interp(near, loop.torque, loop.falling)) * factor
-        figure.update_xaxes(range=[-near, near])
-        figure.update_yaxes(range=[-highest, highest])
-    figure.update_yaxes(title_text=f"{'shift' if units.angle == 'µm' else 'angle'} of the output [{units.angle}]")
-    figure.update_layout(legend=LEGEND, margin_t=96)
+        on.set_xlim(-near, near)
+        on.set_ylim(-highest, highest)
+    label_axes(on, f"{units.what} on the output [{units.torque}]", f"{'shift' if units.angle == 'µm' else 'angle'} of the output [{units.angle}]")
+    legend(figure)
     return figure
 
 
-def stated_harmonics(harmonics: list[tuple[str, float, float]], units: Units) -> go.Figure:
+def stated_harmonics(harmonics: list[tuple[str, float, float]], units: Units) -> Figure:
     """Draw the stated harmonics over their cycles."""
-    import plotly.graph_objects as go
-
-    bars = go.Bar(
-        x=[f"{cycles:g}" for _, _, cycles in harmonics],
-        y=[size * units.angle_factor for _, size, _ in harmonics],
-        text=[label(name) for name, _, _ in harmonics],
-        textposition="outside",
-        marker={"color": BLUE},
-        hovertemplate=f"%{{text}}<br>%{{x}} cycles: %{{y:.3~g}} {units.angle}<extra></extra>",
-    )
-    figure = framed("Transmission error by harmonic", bars, height=340)
-    figure.update_xaxes(title_text=f"cycles per {units.limit} [1]", type="category", showgrid=False)
-    figure.update_yaxes(title_text=f"amplitude [{units.angle}]", rangemode="tozero")
+    figure, on = one("Transmission error by harmonic", 76)
+    sizes = [size * units.angle_factor for _, size, _ in harmonics]
+    on.bar(range(len(sizes)), sizes, width=0.6, color=LIGHT["robot"], linewidth=0)
+    for k, (name, _, _) in enumerate(harmonics):
+        text(on, k, sizes[k], label(name), xytext=(0, 3), ha="center", va="bottom")
+    on.set_xticks(range(len(sizes)), [f"{cycles:g}" for _, _, cycles in harmonics])
+    on.tick_params(axis="x", length=0)
+    on.set_xlim(-0.75, len(sizes) - 0.25)
+    label_axes(on, f"cycles per {units.limit} [1]", f"amplitude [{units.angle}]")
     return figure
-
-
-def _short(values: np.ndarray) -> np.ndarray:
-    """Return values rounded for the plot, to keep the page small."""
-    return np.asarray(np.round(values, 6))

@@ -9,128 +9,90 @@ import numpy as np
 
 from lostmotion.analyses.iso9283.tables.comparison import SHOWN
 from lostmotion.analyses.iso9283.tables.labels import load_label
-from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, framed, label, named, styled
+from lostmotion.reporting.chart import PER_UNIT, axes, figure, grid, label, label_axes, legend, named_rows, one
+from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from matplotlib.figure import Figure
 
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredRobot
 
 _SMALLEST: Final = 1e-10
-_COLOURS: Final = (BLUE, ORANGE, GREEN, RED)
+_COLOURS: Final = (LIGHT["robot"], LIGHT["design"], LIGHT["visit"], LIGHT["warn"])
+# From so many poses on, their names stand upright.
+_UPRIGHT_NAMES: Final = 9
 
 
-def side_by_side(compared: list[ComparedFigure]) -> go.Figure:
+def side_by_side(compared: list[ComparedFigure]) -> Figure:
     """Return the measured lengths over the range from the 5th to the 95th percentile of the predicted robots."""
-    import plotly.graph_objects as go
+    from matplotlib.ticker import FuncFormatter, NullFormatter
 
     shown = [each for name in SHOWN for each in compared if each.name == name and not each.angle and each.name != "AD_p" and each.measured.value > 0]
     shown = [each for each in shown if each.predicted.high.value > _SMALLEST]
     order = {key: k for k, key in enumerate(dict.fromkeys((each.name, each.pose) for each in shown))}
     shown.sort(key=lambda each: (order[each.name, each.pose], -each.load))
-    places = list(range(len(shown)))
-    low = np.array([max(each.predicted.low.value, _SMALLEST) for each in shown]) * 1e6
-    high = np.array([each.predicted.high.value for each in shown]) * 1e6
-    mean = [each.predicted.mean.value * 1e6 for each in shown]
-    value = np.array([each.measured.value for each in shown]) * 1e6
-    ends = [
-        [abs(end * 1e6 - v) if math.isfinite(end) else 0.0 for end in (each.measured.low, each.measured.high)]
-        for each, v in zip(shown, value, strict=True)
-    ]
-    colours = [GREEN if each.within else RED for each in shown]
-    # Thick lines instead of bars, which need a base that a logarithmic axis does not have.
-    bars = go.Scatter(
-        x=[x for pair in zip(low, high, [None] * len(low), strict=True) for x in pair],
-        y=[y for place in places for y in (place, place, None)],
-        mode="lines",
-        line={"color": "#9ec9e2", "width": 13},
-        name="predicted, 5th to 95th percentile",
-        hoverinfo="skip",
-    )
-    ticks = go.Scatter(
-        x=mean,
-        y=places,
-        mode="markers",
-        name="mean over robots",
-        marker={"symbol": "line-ns", "size": 13, "line": {"color": BLUE, "width": 2}},
-        hovertemplate="mean %{x:.4~g} µm<extra></extra>",
-    )
-    points = go.Scatter(
-        x=value,
-        y=places,
-        mode="markers",
-        name="measured (red: outside)",
-        marker={"color": colours, "size": 9, "symbol": "diamond"},
-        error_x={
-            "type": "data",
-            "symmetric": False,
-            "array": [end[1] for end in ends],
-            "arrayminus": [end[0] for end in ends],
-            "thickness": 1.3,
-            "color": INK,
-        },
-        hovertemplate="measured %{x:.4~g} µm<extra></extra>",
-    )
-    figure = framed("Predicted and measured", bars, ticks, points, height=170 + 26 * len(shown))
-    figure.update_xaxes(title_text="µm, logarithmic", type="log", dtick=1)
+    made, on = one("Predicted and measured", 44 + 6 * len(shown))
+    grid(on, "x")
+    for row, each in enumerate(shown):
+        low, high = (max(end, _SMALLEST) * 1e6 for end in (each.predicted.low.value, each.predicted.high.value))
+        # Lines instead of bars, which need a base that a logarithmic axis does not have.
+        on.plot([low, high], [row, row], color=LIGHT["c1"], linewidth=8, solid_capstyle="butt", label="predicted, 5th to 95th percentile")
+        how: dict[str, Any] = {"linestyle": "none", "marker": "|", "markersize": 9, "markeredgewidth": 1.6, "color": LIGHT["robot"]}
+        on.plot([each.predicted.mean.value * 1e6], [row], label="mean over robots", **how)
+        value = each.measured.value * 1e6
+        ends = [[abs(end * 1e6 - value) if math.isfinite(end) else 0.0] for end in (each.measured.low, each.measured.high)]
+        inside = ("measured, within", LIGHT["visit"]) if each.within else ("measured, outside", LIGHT["warn"])
+        on.errorbar([value], [row], xerr=ends, fmt="D", color=inside[1], markersize=4, ecolor=LIGHT["ink"], elinewidth=1.0, label=inside[0])
+    on.set_xscale("log")
     loads = {each.load for each in shown}
-    figure.update_yaxes(**named([load_label(f"{each.name}, {label(each.pose)}", each.load, loads) for each in shown]))
-    figure.update_layout(legend=LEGEND, margin_t=96)
-    return figure
+    named_rows(on, [load_label(f"{each.name}, {label(each.pose)}", each.load, loads) for each in shown])
+    on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    on.xaxis.set_minor_formatter(NullFormatter())
+    label_axes(on, "length, logarithmic [µm]")
+    legend(made)
+    return made
 
 
-def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> go.Figure:
+def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> Figure:
     """Return bars or a histogram of measured AP_p over the poses, with commanded and with best-fit frames."""
-    import plotly.graph_objects as go
-
     raw = np.array([pose.accuracy.value for pose in found.poses])
     fitted = np.array([pose.fitted for pose in found.poses])
     unit = length(float(raw.max())).unit
     factor = PER_UNIT[unit]
-    traces: list[Any] = []
+    made, on = one(title, 76)
     many = len(raw) > 20  # noqa: PLR2004 - too many to label
-    for values, name, colour in ((raw, "commanded frames", BLUE), (fitted, "best-fit frames", GREEN)):
+    for k, (values, name, colour) in enumerate(((raw, "commanded frames", LIGHT["robot"]), (fitted, "best-fit frames", LIGHT["visit"]))):
         if many:
-            bins = {"start": 0.0, "end": float(raw.max()) * factor, "size": float(raw.max()) * factor / 40}
-            traces.append(go.Histogram(x=values * factor, name=name, marker={"color": colour}, opacity=0.65, xbins=bins))
+            counts, edges = np.histogram(values * factor, 40, (0.0, max(float(raw.max()), float(fitted.max())) * factor))
+            on.stairs(counts, edges, fill=True, color=colour, alpha=0.6, linewidth=0, label=name)
         else:
-            names = [label(pose.name) for pose in found.poses]
-            traces.append(go.Bar(x=names, y=values * factor, name=name, marker={"color": colour}, hovertemplate=f"%{{y:.4~g}} {unit}<extra></extra>"))
-    figure = framed(title, *traces, height=340)
-    figure.update_xaxes(title_text=f"AP_p [{unit}]" if many else "pose", showgrid=many)
-    figure.update_yaxes(title_text="poses [1]" if many else f"AP_p [{unit}]", rangemode="tozero")
-    figure.update_layout(barmode="overlay" if many else "group", legend=LEGEND, margin_t=80)
-    return figure
+            on.bar(np.arange(len(values)) + (k - 0.5) * 0.38, values * factor, width=0.36, color=colour, linewidth=0, label=name)
+    if not many:
+        on.set_xticks(range(len(raw)), [label(pose.name) for pose in found.poses], color=LIGHT["ink"])
+        on.tick_params(axis="x", length=0, labelrotation=0 if len(raw) < _UPRIGHT_NAMES else 90)
+    label_axes(on, f"AP_p [{unit}]" if many else "pose", "poses [1]" if many else f"AP_p [{unit}]")
+    legend(made)
+    return made
 
 
-def measured_path(found: MeasuredRobot) -> go.Figure:
+def measured_path(found: MeasuredRobot) -> Figure:
     """Return measured AT and RT along each path under each load, with a point for each plane."""
-    import plotly.graph_objects as go
-    from plotly.subplots import make_subplots
-
     drawn = [(load, path) for load in found.loads for path in load.paths]
-    figure = styled(make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.09), "Measured along the path", height=420)
+    made = figure(96)
+    panels = axes(made, "Measured along the path", rows=2, sharex=True)[:, 0]
     several = len({path.name for _, path in drawn}) > 1
-    for row, word in enumerate(("AT", "RT"), 1):
-        unit = length(max(float(path.profile[row - 1].max()) for _, path in drawn)).unit
+    for row, (on, word) in enumerate(zip(panels, ("AT", "RT"), strict=True)):
+        grid(on)
+        unit = length(max(float(path.profile[row].max()) for _, path in drawn)).unit
         for k, (load, path) in enumerate(drawn):
             name = load_label(f"measured{f', {label(path.name)}' if several else ''}", load.load, found.loads)
-            trace = go.Scatter(
-                x=path.places * 1e3,
-                y=path.profile[row - 1] * PER_UNIT[unit],
-                name=name,
-                legendgroup=name,
-                showlegend=row == 1,
-                mode="lines+markers",
-                line={"color": _COLOURS[k % len(_COLOURS)], "width": 2},
-                marker={"size": 6},
-                hovertemplate=f"%{{x:.0f}} mm: {word} %{{y:.4~g}} {unit}<extra></extra>",
-            )
-            figure.add_trace(trace, row=row, col=1)
-        figure.update_yaxes(title_text=f"{word} [{unit}]", rangemode="tozero", row=row, col=1)
+            values = path.profile[row] * PER_UNIT[unit]
+            on.plot(path.places * 1e3, values, color=_COLOURS[k % len(_COLOURS)], linewidth=1.5, marker="o", markersize=3.5, label=name)
+        on.set_ylim(bottom=0)
+        label_axes(on, y=f"{word} [{unit}]")
     start = "the start of the path" if several else f"the start of {label(drawn[0][1].name)}"
-    figure.update_xaxes(title_text=f"distance from {start} [mm]", row=2, col=1)
-    figure.update_layout(legend=LEGEND, margin_t=80, showlegend=True)
-    return figure
+    label_axes(panels[1], f"distance from {start} [mm]")
+    legend(made)
+    return made

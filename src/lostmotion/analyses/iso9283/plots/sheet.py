@@ -13,23 +13,27 @@ from lostmotion.analyses.iso9283.plots.measured import measured_accuracy, measur
 from lostmotion.analyses.iso9283.tables.labels import load_label
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import tool_points
-from lostmotion.reporting.plot import BLUE, GREEN, INK, LEGEND, ORANGE, PER_UNIT, RED, Plot, framed, label, styled
+from lostmotion.reporting.chart import PER_UNIT, SMALL, axes, cells, dots, figure, grid, label, label_axes, legend, one, swatch, text
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from matplotlib.figure import Figure
 
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredRobot
     from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.analyses.iso9283.warm_up import Drift
-    from lostmotion.spatial import Floats
 
-_CLOUD: Final = "#cfcfcf"
-_POINTS: Final = 4096
+_POINTS: Final = 16384
+# Cells along each side of the reachable area.
+_CELLS: Final = 40
+# Opacity of the first load and of the second.
+_PALE: Final = (1.0, 0.5)
 _EDGES: Final = (0, 1, 2, 3, 0, 4, 5, 1, 5, 6, 2, 6, 7, 3, 7, 4)
 _PLANE: Final = (0, 1, 6, 7, 0)
-_ROBOT_COLOURS: Final = (BLUE, ORANGE, GREEN)
+_ROBOT_COLOURS: Final = (LIGHT["robot"], LIGHT["design"], LIGHT["visit"])
 _PANELS: Final = 5
 _SMALLEST: Final = 1e-10
 
@@ -97,177 +101,117 @@ def _measured(measured: MeasuredRobot) -> list[Plot]:
     return drawn
 
 
-def cube(found: PredictedRobots) -> go.Figure:
-    """Return the test cube in the workspace: cube, its plane, five poses, the path and reachable tool points, mm."""
-    import plotly.graph_objects as go
-
-    def line(points: Floats, name: str, colour: str, **style: Any) -> go.Scatter3d:  # noqa: ANN401 - plotly publishes no types
-        x, y, z = (points * 1e3).T
-        return go.Scatter3d(x=x, y=y, z=z, name=name, mode="lines", line={"color": colour, "width": 4, **style}, hoverinfo="skip")
-
+def cube(found: PredictedRobots) -> Figure:
+    """Return the test cube in the workspace from above and from the side: cube, its plane, five poses, the path and the reachable area, mm."""
     cloud = tool_points(found.arm, sample_poses(found.arm, _POINTS).q) * 1e3
-    corners, five = found.cube.corners, found.cube.poses[:, :3, 3]
-    marker = {"size": 1.3, "color": _CLOUD, "opacity": 0.6}
-    traces = [
-        go.Scatter3d(x=cloud[:, 0], y=cloud[:, 1], z=cloud[:, 2], mode="markers", name="reachable points", marker=marker, hoverinfo="skip"),
-        line(corners[list(_EDGES)], "test cube", INK),
-        line(corners[list(_PLANE)], "plane C1-C2-C7-C8", BLUE, dash="dash"),
-        line(five[list(found.path_ends)], "path", ORANGE),
-        go.Scatter3d(
-            x=five[:, 0] * 1e3,
-            y=five[:, 1] * 1e3,
-            z=five[:, 2] * 1e3,
-            mode="markers+text",
-            name="poses",
-            text=[f"<b>{name}</b>" for name in NAMES],
-            textposition=["middle right", "bottom left", "bottom right", "top right", "top left"],  # away from the cube, as the camera sees it
-            textfont={"size": 15, "color": INK},
-            marker={"size": 4.5, "color": RED},
-            hovertemplate="%{text} x %{x:.1f}, y %{y:.1f}, z %{z:.1f} mm<extra></extra>",
-        ),
-    ]
-    figure = framed("Test cube in the workspace", *traces, height=480)
-    axis = {"backgroundcolor": "white", "gridcolor": "#dddddd", "linecolor": "#888888", "showline": True, "zeroline": False, "nticks": 6}
-    scene = {f"{name}axis": {**axis, "tickfont": {"size": 11}, "title": {"text": f"{name} [mm]", "font": {"size": 13}}} for name in "xyz"}
-    figure.update_layout(
-        scene={**scene, "aspectmode": "data", "camera": {"eye": {"x": 1.25, "y": -1.58, "z": 0.82}, "center": {"x": 0, "y": 0, "z": -0.2}}},
-        legend={**LEGEND, "y": 0.98, "yanchor": "bottom"},
-        margin={"l": 0, "r": 0, "t": 74, "b": 0},
-    )
-    return figure
+    corners, five = found.cube.corners * 1e3, found.cube.poses[:, :3, 3] * 1e3
+    made = figure(88)
+    for on, (across, up) in zip(axes(made, "Test cube in the workspace", columns=2)[0], ((0, 1), (0, 2)), strict=True):
+        pair = [across, up]
+        counts, x, y = np.histogram2d(cloud[:, across], cloud[:, up], _CELLS)
+        cells(on, x, y, np.where(counts > 0, 0, -1), (LIGHT["line"],))
+        for points, name, colour, line in (
+            (corners[list(_EDGES)], "test cube", LIGHT["ink"], "-"),
+            (corners[list(_PLANE)], "plane C1-C2-C7-C8", LIGHT["robot"], "--"),
+            (five[list(found.path_ends)], "path", LIGHT["design"], "-"),
+        ):
+            on.plot(points[:, across], points[:, up], color=colour, linestyle=line, linewidth=1.2, label=name)
+        on.plot(five[:, across], five[:, up], linestyle="none", marker="o", markersize=3.5, color=LIGHT["warn"], label="poses")
+        seen: dict[tuple[float, ...], list[str]] = {}
+        for name, point in zip(NAMES, five, strict=True):
+            seen.setdefault(tuple(np.round(point[pair], 6)), []).append(name)
+        middle = five[0, pair]
+        for (right, high), names in seen.items():
+            side = (5 if right >= middle[0] else -5, 4 if high >= middle[1] else -4)
+            how: dict[str, Any] = {"ha": "left" if side[0] > 0 else "right", "va": "bottom" if side[1] > 0 else "top"}
+            text(on, right, high, ", ".join(names), xytext=side, **how)
+        on.set_aspect("equal")
+        on.locator_params(nbins=5)
+        label_axes(on, f"{'xyz'[across]} [mm]", f"{'xyz'[up]} [mm]")
+    legend(made, extra=[swatch("reachable", LIGHT["line"])])
+    return made
 
 
-def accuracy(found: PredictedRobots) -> go.Figure:
+def accuracy(found: PredictedRobots) -> Figure:
     """Return bars of the 95th percentile of AP_p at each pose and load, with commanded and with best-fit frames."""
-    import plotly.graph_objects as go
-
     top = max(float(over_robots(sheet.accuracy[k]).high.value) for sheet in found.loads for k in range(len(NAMES)))
     unit = length(top).unit
-    bars = []
-    for sheet, (raw, fitted) in zip(found.loads, ((BLUE, GREEN), ("#86bfe0", "#8fd3bd")), strict=False):
-        for values, colour, name in ((sheet.accuracy, raw, "commanded frames"), (sheet.fitted, fitted, "best-fit frames")):
-            high = [over_robots(values[k]).high.value * PER_UNIT[unit] for k in range(len(NAMES))]
-            text = f"{name}, {100 * sheet.load:.0f} % load"
-            bars.append(
-                go.Bar(x=list(NAMES), y=high, name=text, marker={"color": colour}, hovertemplate=f"{text}: %{{y:.4~g}} {unit}<extra></extra>")
-            )
-    figure = framed("95th percentile of AP_p over robots", *bars, height=360)
-    figure.update_yaxes(title_text=f"AP_p [{unit}]", rangemode="tozero")
-    figure.update_xaxes(title_text="pose", showgrid=False)
-    figure.update_layout(barmode="group", bargap=0.25, legend=LEGEND, margin_t=100)
-    return figure
+    rows = []
+    for sheet, pale in zip(found.loads, _PALE, strict=False):
+        for values, colour, name in ((sheet.accuracy, LIGHT["robot"], "commanded frames"), (sheet.fitted, LIGHT["visit"], "best-fit frames")):
+            high = np.array([over_robots(values[k]).high.value * PER_UNIT[unit] for k in range(len(NAMES))])
+            rows.append((f"{name}, {100 * sheet.load:.0f} % load", colour, pale, high))
+    made, on = one("95th percentile of AP_p over robots", 80)
+    thick = 0.76 / len(rows)
+    for k, (name, colour, pale, high) in enumerate(rows):
+        at = np.arange(len(NAMES)) + (k - (len(rows) - 1) / 2) * thick
+        on.bar(at, high, width=0.92 * thick, color=colour, alpha=pale, linewidth=0, label=name)
+    on.set_xticks(range(len(NAMES)), NAMES, color=LIGHT["ink"])
+    on.tick_params(axis="x", length=0)
+    label_axes(on, "pose", f"AP_p [{unit}]")
+    legend(made)
+    return made
 
 
-def visits(sets: list[Any], poses: list[str], names: list[str]) -> go.Figure:
+def visits(sets: list[Any], poses: list[str], names: list[str]) -> Figure:
     """Return the visits about their barycentres, a panel per pose, in top and side view at one scale; sets[robot][pose] (visit, 3), m."""
-    import plotly.graph_objects as go
-    from plotly.subplots import make_subplots
-
     most = max(float(np.abs(about).max()) for each in sets for about in each)
     unit = "µm" if most < 1e-3 else "mm"  # noqa: PLR2004 - usual change of unit
     limit = 1.15 * most * PER_UNIT[unit] or 1.0
-    count = len(poses)
-    figure = make_subplots(
-        rows=2,
-        cols=count,
-        shared_xaxes=True,
-        shared_yaxes=True,
-        horizontal_spacing=0.02,
-        vertical_spacing=0.04,
-        column_titles=[label(name) for name in poses],
-    )
-    figure = styled(figure, "Visits about their barycentres", height=400)
-    for each, name, colour in zip(sets, names, _ROBOT_COLOURS, strict=False):
-        for column, about in enumerate(each):
-            for row, axis in ((1, 1), (2, 2)):
-                points = np.asarray(about) * PER_UNIT[unit]
-                figure.add_trace(
-                    go.Scatter(
-                        x=points[:, 0],
-                        y=points[:, axis],
-                        mode="markers",
-                        name=name,
-                        legendgroup=name,
-                        showlegend=column == 0 and row == 1,
-                        marker={"size": 4, "color": colour, "opacity": 0.7},
-                        hovertemplate=f"%{{x:.3~g}}, %{{y:.3~g}} {unit}<extra>{name}</extra>",
-                    ),
-                    row=row,
-                    col=column + 1,
-                )
+    made = figure(80)
+    panels = axes(made, "Visits about their barycentres", rows=2, columns=len(poses), sharex=True, sharey=True)
     decade = 10.0 ** math.floor(math.log10(0.6 * limit))
     tick = max(step * decade for step in (1, 2, 5) if step * decade <= 0.6 * limit)  # well inside, or labels of neighbours run together
-    figure.update_xaxes(range=[-limit, limit], tickvals=[-tick, 0, tick], title_standoff=4)
-    figure.update_yaxes(range=[-limit, limit], tickvals=[-tick, 0, tick])
-    for column in range(1, count + 1):
-        figure.update_xaxes(title_text=f"x [{unit}]", row=2, col=column)
-    figure.update_yaxes(title_text=f"y [{unit}]", row=1, col=1)
-    figure.update_yaxes(title_text=f"z [{unit}]", row=2, col=1)
-    figure.update_layout(legend={**LEGEND, "y": 1.09}, margin_t=96)
-    return figure
+    for column, pose in enumerate(poses):
+        panels[0, column].set_title(label(pose), loc="center", fontsize=SMALL)
+        for on, axis in zip(panels[:, column], (1, 2), strict=True):
+            for each, name, colour in zip(sets, names, _ROBOT_COLOURS, strict=False):
+                points = np.asarray(each[column]) * PER_UNIT[unit]
+                dots(on, points[:, 0], points[:, axis], colour, name)
+            on.set_xlim(-limit, limit)
+            on.set_ylim(-limit, limit)
+            on.set_xticks([-tick, tick])
+            on.set_yticks([-tick, 0, tick])
+            on.set_aspect("equal")
+        label_axes(panels[1, column], f"x [{unit}]")
+    label_axes(panels[0, 0], y=f"y [{unit}]")
+    label_axes(panels[1, 0], y=f"z [{unit}]")
+    legend(made)
+    return made
 
 
-def path(found: PredictedRobots) -> go.Figure:
+def path(found: PredictedRobots) -> Figure:
     """Return AT and RT along the line: mean and 95th percentile over robots at each point."""
-    import plotly.graph_objects as go
-    from plotly.subplots import make_subplots
-
     a, b = (found.cube.poses[k, :3, 3] for k in found.path_ends)
     along = np.linspace(0, float(np.linalg.norm(b - a)) * 1e3, found.path_points)
-    figure = styled(make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.09), "Along the path", height=440)
-    for row, word in enumerate(("AT", "RT"), 1):
-        unit = length(max(float(sheet.path_profile[row - 1].max()) for sheet in found.loads)).unit
-        for sheet, colours in zip(found.loads, ((BLUE, RED), ("#86bfe0", "#e8a77f")), strict=False):
-            profile = sheet.path_profile[row - 1]
-            for values, name, colour, dash in (
-                (profile[:, 0], "mean", colours[0], "solid"),
-                (profile[:, 1], "95th percentile", colours[1], "dot"),
-            ):
-                text = load_label(name, sheet.load, found.loads)
-                trace = go.Scatter(
-                    x=along,
-                    y=values * PER_UNIT[unit],
-                    name=text,
-                    legendgroup=text,
-                    showlegend=row == 1,
-                    mode="lines",
-                    line={"color": colour, "dash": dash, "width": 2},
-                    hovertemplate=f"%{{x:.0f}} mm: {word} %{{y:.4~g}} {unit}<extra></extra>",
-                )
-                figure.add_trace(trace, row=row, col=1)
-        figure.update_yaxes(title_text=f"{word} [{unit}]", rangemode="tozero", row=row, col=1)
-    ends = " to ".join(NAMES[k] for k in found.path_ends)
-    figure.update_xaxes(title_text=f"distance along {ends} [mm]", row=2, col=1)
-    figure.update_layout(legend=LEGEND, margin_t=80)
-    return figure
+    made = figure(100)
+    panels = axes(made, "Along the path", rows=2, sharex=True)[:, 0]
+    for row, (on, word) in enumerate(zip(panels, ("AT", "RT"), strict=True)):
+        grid(on)
+        unit = length(max(float(sheet.path_profile[row].max()) for sheet in found.loads)).unit
+        for sheet, pale in zip(found.loads, _PALE, strict=False):
+            for k, (name, colour, line) in enumerate((("mean", LIGHT["robot"], "-"), ("95th percentile", LIGHT["warn"], "--"))):
+                values = sheet.path_profile[row][:, k] * PER_UNIT[unit]
+                on.plot(along, values, color=colour, linestyle=line, alpha=pale, linewidth=1.5, label=load_label(name, sheet.load, found.loads))
+        on.set_ylim(bottom=0)
+        label_axes(on, y=f"{word} [{unit}]")
+    label_axes(panels[1], f"distance along {' to '.join(NAMES[k] for k in found.path_ends)} [mm]")
+    legend(made)
+    return made
 
 
-def drift(found: Drift) -> go.Figure:
+def drift(found: Drift) -> Figure:
     """Return AP_p at P1 during warm-up: mean over robots and range from the 5th to the 95th percentile."""
-    import plotly.graph_objects as go
-
     hours = found.time / 3600
     low, high = np.quantile(found.accuracy, [0.05, 0.95], axis=1)
     unit = length(float(high.max())).unit
     factor = PER_UNIT[unit]
-    band = go.Scatter(
-        x=np.concatenate([hours, hours[::-1]]),
-        y=np.concatenate([high, low[::-1]]) * factor,
-        fill="toself",
-        mode="none",
-        fillcolor="rgba(0,114,178,0.18)",
-        name="5th to 95th percentile",
-        hoverinfo="skip",
-    )
-    mean = go.Scatter(
-        x=hours,
-        y=found.accuracy.mean(axis=1) * factor,
-        name="mean over robots",
-        line={"color": BLUE, "width": 2},
-        hovertemplate=f"%{{x:.2f}} h: %{{y:.4~g}} {unit}<extra></extra>",
-    )
-    figure = framed("AP_p at P1 during warm-up", band, mean, height=340)
-    figure.update_xaxes(title_text="time since cold start [h]")
-    figure.update_yaxes(title_text=f"AP_p [{unit}]", rangemode="tozero")
-    figure.update_layout(legend=LEGEND, margin_t=80)
-    return figure
+    made, on = one("AP_p at P1 during warm-up", 76)
+    grid(on)
+    on.fill_between(hours, low * factor, high * factor, color=LIGHT["robot"], alpha=0.2, linewidth=0, label="5th to 95th percentile")
+    on.plot(hours, found.accuracy.mean(axis=1) * factor, color=LIGHT["robot"], linewidth=1.6, label="mean over robots")
+    on.set_ylim(bottom=0)
+    on.set_xlim(hours[0], hours[-1])
+    label_axes(on, "time since cold start [h]", f"AP_p [{unit}]")
+    legend(made)
+    return made

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.reporting.plot import BLUE, INK, LEGEND, ORANGE, RED, Plot, framed, label, named
-from lostmotion.reporting.sheet import ARCMIN
+import numpy as np
+
+from lostmotion.reporting.chart import grid, grouped, label_axes, legend, named_rows, one, ringed
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.plot import Plot
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from matplotlib.figure import Figure
 
     from lostmotion.analyses.sizing.sizing import Sizing
 
@@ -22,89 +25,44 @@ def sizing_plots(result: Sizing) -> list[Plot]:
     ]
 
 
-def masses(result: Sizing) -> go.Figure:
+def masses(result: Sizing) -> Figure:
     """Plot the mass of each link, as stated and as sized (kg)."""
-    import plotly.graph_objects as go
-
-    names = [label(link.joint) for link in result.links]
-    values = (("now", [link.mass_before for link in result.links], ORANGE), ("sized", [link.mass for link in result.links], BLUE))
-    bars = [
-        go.Bar(
-            x=each,
-            y=list(range(len(names))),
-            orientation="h",
-            name=name,
-            marker={"color": colour},
-            hovertemplate=f"{name}: %{{x:.4~g}} kg<extra></extra>",
-        )
-        for name, each, colour in values
-    ]
-    figure = framed("Mass of each link", *bars, height=150 + 44 * len(names))
-    figure.update_xaxes(title_text="mass [kg]", rangemode="tozero")
-    figure.update_yaxes(**named(names))
-    figure.update_layout(barmode="group", bargap=0.3, bargroupgap=0.08, legend=LEGEND, margin_t=80)
-    return figure
+    made, on = one("Mass of each link", 34 + 9 * len(result.links))
+    before, after = (np.array([getattr(link, name) for link in result.links]) for name in ("mass_before", "mass"))
+    grouped(on, [("now", LIGHT["design"], before), ("sized", LIGHT["robot"], after)])
+    named_rows(on, [link.joint for link in result.links])
+    label_axes(on, "mass [kg]")
+    legend(made)
+    return made
 
 
-def utilisation(result: Sizing) -> go.Figure:
+def utilisation(result: Sizing) -> Figure:
     """Plot slope and deflection of each sized link at the worst pose over their limits (%)."""
-    import plotly.graph_objects as go
-
-    names = [label(link.joint) for link in result.links]
-    bars = [
-        go.Bar(
-            x=[100 * link.utilisation[k] for link in result.links],
-            y=list(range(len(names))),
-            orientation="h",
-            name=name,
-            marker={"color": colour},
-            hovertemplate=f"{name}: %{{x:.4~g}} %<extra></extra>",
-        )
-        for k, (name, colour) in enumerate((("slope", BLUE), ("deflection", ORANGE)))
-    ]
-    figure = framed("Utilisation of the limits at the worst pose", *bars, height=150 + 44 * len(names))
-    figure.add_shape(type="line", x0=100, x1=100, y0=0, y1=1, yref="y domain", line={"color": RED, "width": 1.3, "dash": "dot"})
-    figure.update_xaxes(title_text="utilisation [%]", rangemode="tozero")
-    figure.update_yaxes(**named(names))
-    figure.update_layout(barmode="group", bargap=0.3, bargroupgap=0.08, legend=LEGEND, margin_t=80)
-    return figure
+    made, on = one("Utilisation of the limits at the worst pose", 34 + 9 * len(result.links))
+    slope, deflection = (np.array([100 * link.utilisation[k] for link in result.links]) for k in range(2))
+    grouped(on, [("slope", LIGHT["robot"], slope), ("deflection", LIGHT["design"], deflection)])
+    on.axvline(100, color=LIGHT["warn"], linewidth=1.2, linestyle=(0, (1.5, 1.5)), label="limit")
+    named_rows(on, [link.joint for link in result.links])
+    label_axes(on, "utilisation [%]")
+    legend(made)
+    return made
 
 
-def trade_off(result: Sizing) -> go.Figure:
+def trade_off(result: Sizing) -> Figure:
     """Plot the r.m.s. tool error (mm) against the mass of the links (kg) for scaled limits."""
-    import plotly.graph_objects as go
-
-    limits = [f"{result.limits.slope * each.scale / ARCMIN:.3g}', length/{result.limits.deflection / each.scale:.0f}" for each in result.trade_off]
-    curve = go.Scatter(
-        x=[each.mass for each in result.trade_off],
-        y=[each.rms_error * 1e3 for each in result.trade_off],
-        mode="lines+markers",
-        name="scaled limits",
-        line={"color": BLUE, "width": 2},
-        marker={"size": 7, "symbol": ["circle" if each.meets_limits else "x" for each in result.trade_off]},
-        customdata=limits,
-        hovertemplate="%{customdata}<br>%{x:.4~g} kg, %{y:.4~g} mm<extra></extra>",
+    made, on = one("Mass of the links against tool error", 84)
+    grid(on, "both")
+    points = sorted((each.mass, each.rms_error * 1e3, each.meets_limits) for each in result.trade_off)
+    on.plot(
+        [x for x, _, _ in points], [y for _, y, _ in points], color=LIGHT["robot"], linewidth=1.5, marker="o", markersize=4, label="scaled limits"
     )
+    missed = [(x, y) for x, y, meets in points if not meets]
+    if missed:
+        on.plot(*zip(*missed, strict=True), linestyle="none", marker="x", color=LIGHT["warn"], markersize=7, label="limits not met")
     here = next(each for each in result.trade_off if each.scale == 1)
-    stated = go.Scatter(
-        x=[here.mass],
-        y=[here.rms_error * 1e3],
-        mode="markers",
-        name="stated limits",
-        marker={"size": 13, "symbol": "circle-open", "color": RED, "line": {"width": 2}},
-        hovertemplate="stated limits: %{x:.4~g} kg, %{y:.4~g} mm<extra></extra>",
-    )
+    ringed(on, here.mass, here.rms_error * 1e3, "stated limits")
     before = sum(link.mass_before for link in result.links)
-    now = go.Scatter(
-        x=[before],
-        y=[result.rms_error_before * 1e3],
-        mode="markers",
-        name="as stated",
-        marker={"size": 10, "symbol": "diamond", "color": INK},
-        hovertemplate="as stated: %{x:.4~g} kg, %{y:.4~g} mm<extra></extra>",
-    )
-    figure = framed("Mass of the links against tool error", curve, stated, now, height=420)
-    figure.update_xaxes(title_text="links [kg]")
-    figure.update_yaxes(title_text="r.m.s. tool error [mm]")
-    figure.update_layout(legend=LEGEND, margin_t=80)
-    return figure
+    on.plot([before], [result.rms_error_before * 1e3], linestyle="none", marker="D", markersize=5, color=LIGHT["ink"], label="as stated")
+    label_axes(on, "mass of the links [kg]", "r.m.s. tool error [mm]")
+    legend(made)
+    return made
