@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chart_texts import axis_titles, unprinted
 
 import lostmotion
 from lostmotion import InputError
@@ -27,6 +26,7 @@ from lostmotion.parts.bearing.pair import BallPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.sheet import find_row
+from tests.chart_texts import axis_titles, unprinted
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "bearing"
 OF_209 = {"bore": "45 mm", "outside_diameter": "85 mm", "balls": 9, "ball_diameter": "12.7 mm", "pitch_diameter": "65 mm", "span": "60 mm"}

@@ -16,7 +16,6 @@ from typing import Any
 import ezdxf
 import numpy as np
 import pytest
-from chart_texts import axis_titles, unprinted
 
 import lostmotion
 from lostmotion import InputError, LostmotionError
@@ -33,6 +32,7 @@ from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal import model as cycloidal_model
 from lostmotion.reporting.sheet import ARCMIN, find_row
+from tests.chart_texts import axis_titles, unprinted
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"
 NAMES = ("rv-like", "two-stage-lobes", "printed")

@@ -11,8 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from chart_texts import axis_titles, unprinted
-from lostmotion.analyses.workspace_map.surfaces import level_surface
 from rich.console import Console
 
 import lostmotion
@@ -24,6 +22,7 @@ from lostmotion.analyses.workspace_map.tables.map_labels import percentile_label
 from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import find_row, length
+from tests.chart_texts import axis_titles, unprinted
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -151,25 +150,6 @@ def test_turned_places_hold_the_box(mapped):
     assert all(box.centre[2] - box.size[2] / 2 >= 0.2 - 1e-9 for box in places)
     cells = np.concatenate([box.cells for box in places])
     assert len(np.unique(cells)) == len(cells)
-
-
-def test_surfaces_are_where_the_value_is():
-    """The isosurface of a linear field is its plane, that of a distance a closed sphere with its area; cubes with unknown corners are excluded."""
-    x, y, z = np.meshgrid(*[np.arange(24.0)] * 3, indexing="ij")
-    vertices, faces = level_surface(x + 2 * y - z, 13.3)
-    assert np.allclose(vertices @ [1, 2, -1], 13.3)
-    radius = np.sqrt((x - 11.3) ** 2 + (y - 11.6) ** 2 + (z - 11.1) ** 2)
-    vertices, faces = level_surface(radius, 8.0)
-    assert np.allclose(np.linalg.norm(vertices - [11.3, 11.6, 11.1], axis=1), 8, atol=0.06)
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(4 * math.pi * 64, rel=0.02)
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
-    radius[:12] = np.nan
-    vertices, faces = level_surface(radius, 8.0)
-    assert len(faces)
-    assert vertices[:, 0].min() >= 12
-    assert not len(level_surface(np.zeros((4, 1, 4)), 0.5)[1])
 
 
 def test_a_first_axis_that_turns_fully_has_a_radial_section():

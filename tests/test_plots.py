@@ -8,7 +8,6 @@ import re
 
 import numpy as np
 import pytest
-from chart_texts import axis_titles, unprinted
 from matplotlib.patches import StepPatch
 
 import lostmotion
@@ -20,6 +19,7 @@ from lostmotion.reporting.chart import label, mark_at, named_rows, one
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.section import from_above, from_the_side
 from lostmotion.reporting.svg import inline_svg
+from tests.chart_texts import axis_titles, unprinted
 
 LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
 LINK["material"] = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}

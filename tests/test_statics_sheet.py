@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chart_texts import axis_titles, unprinted
 
 import lostmotion
 from lostmotion.analyses.accuracy.plots.study import plots as arm_plots
@@ -24,6 +23,7 @@ from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.serial import joint_torques
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.reporting.sheet import find_row
+from tests.chart_texts import axis_titles, unprinted
 
 Z_ARM = Path(__file__).parents[1] / "examples" / "z-arm.toml"
 TILT = math.radians(10)
@@ -103,8 +103,9 @@ def test_plots_show_the_figures_of_the_survey(found):
     held = widths(drawn["causes"].figure)
     np.testing.assert_allclose(held, [abs(node.required.value) for node in found.joint_loads], rtol=1e-9, atol=1e-9)
     (ring,) = [line for line in drawn["compliance-xoz"].figure.axes[0].lines if line.get_label() == "most compliant pose"]
-    at = 1e3 * found.tool_positions[found.softest_pose]
-    np.testing.assert_allclose([ring.get_xdata()[0], ring.get_ydata()[0]], [np.hypot(at[0], at[1]), at[2]], atol=1e-6)
+    axis = lostmotion.frames(found.arm, np.zeros((1, len(found.arm.moving))))[found.arm.tree.moved[0], 0, :3, 3]
+    x, y, z = 1e3 * (found.tool_positions[found.softest_pose] - [axis[0], axis[1], 0])
+    np.testing.assert_allclose([ring.get_xdata()[0], ring.get_ydata()[0]], [np.hypot(x, y), z], atol=1e-6)
     bars = [bar.get_width() for bar in drawn["shares"].figure.axes[0].patches[: len(found.parts)]]
     np.testing.assert_allclose(bars, 100 * np.sort(found.shares)[::-1], rtol=1e-9)
     assert not set().union(*(unprinted(plot, sheet) for plot in drawn.values()))

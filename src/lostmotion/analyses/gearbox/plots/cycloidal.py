@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.analyses.gearbox.cycloidal import SHOWN
 from lostmotion.analyses.gearbox.plots.profile import profile
-from lostmotion.error_model.intervals import robots_quantile
+from lostmotion.analyses.gearbox.tables.cycloidal import samples_section
 from lostmotion.propagation.montecarlo.histogram import binned
 from lostmotion.reporting.chart import axes, figure, grid, histogram, label_axes, legend, mark_at, named_rows, one, text
 from lostmotion.reporting.palette import LIGHT
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.gearbox.cycloidal import Lobes, Transmission
     from lostmotion.analyses.gearbox.gear import GearStudy
+    from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
 
 _COLOURS: Final = (LIGHT["robot"], LIGHT["design"], LIGHT["visit"], LIGHT["warn"])
@@ -34,13 +35,16 @@ def drawing_plots(study: GearStudy) -> list[Plot]:
     drawn = study.drawn
     if drawn is None:
         raise ValueError("a gearbox by stated figures has no drawing")
-    counted = f"{study.count} simulated gearboxes"
+    counted, samples = f"{study.count} simulated gearboxes", samples_section(drawn, study.count)
     out = [
         Plot("profile", "geometry", profile(study), "Discs and ring at true scale, with the pitch point and the force on each lobe as an arrow."),
         Plot("lobe-loads", "lobes", lobe_loads(drawn.lobes), "Load and peak pressure of each lobe over its angle from the line of centres."),
-        Plot("play", "built", spread(drawn.play, "Play", counted, LIGHT["robot"]), f"Histogram of the play of {counted}."),
+        Plot("play", "built", spread(drawn.play, "play", samples, counted, LIGHT["robot"]), f"Histogram of the play of {counted}."),
         Plot(
-            "lost-motion", "built", spread(drawn.lost_motion, "Lost motion", counted, LIGHT["visit"]), f"Histogram of the lost motion of {counted}."
+            "lost-motion",
+            "built",
+            spread(drawn.lost_motion, "lost motion", samples, counted, LIGHT["visit"]),
+            f"Histogram of the lost motion of {counted}.",
         ),
     ]
     if drawn.members:
@@ -77,18 +81,18 @@ def lobe_loads(cases: tuple[Lobes, ...]) -> Figure:
     return made
 
 
-def spread(values: Floats, name: str, counted: str, colour: str) -> Figure:
-    """Draw the scatter of manufactured samples: a histogram with mean and 5, 50 and 95 % quantiles."""
+def spread(values: Floats, name: str, found: Section, counted: str, colour: str) -> Figure:
+    """Draw the scatter of manufactured samples (rad): a histogram with the mean and the quantiles that the table of samples prints."""
     shown = values / ARCMIN
     even = float(np.ptp(shown)) <= 1e-9 * max(float(np.abs(shown).max()), 1.0)
     wide = max(0.01 * abs(float(shown[0])), 1e-3)
     edges, counts = (shown[0] + wide * np.array([-0.5, 0.5]), np.array([len(shown)])) if even else binned(shown, about=40)
-    made, on = one(f"{name} of {counted}", 84)
+    made, on = one(f"{name[:1].upper()}{name[1:]} of {counted}", 84)
     histogram(on, edges, counts, colour)
-    marks = [(float(robots_quantile(shown, level)[0]), f"{100 * level:.0f} %") for level in (0.05, 0.5, 0.95)]
-    for row, (value, word) in enumerate([marks[0], marks[1], (float(shown.mean()), "mean"), marks[2]]):
-        mark_at(on, value, f"{word}  {Number(value, 'arcmin')}", row=row)
-    label_axes(on, f"{name.lower()} [arcmin]", f"gearboxes per {float(edges[1] - edges[0]):.3g} arcmin [1]")
+    marks = [(row.label.removeprefix(f"{name}: "), row.figures[0]) for row in found.rows if row.label.startswith(f"{name}: ")]
+    for row, (word, number) in enumerate(sorted(marks, key=lambda mark: mark[1].value)):
+        mark_at(on, number.value, f"{word}  {number}", row=row)
+    label_axes(on, f"{name} [arcmin]", f"gearboxes per {float(edges[1] - edges[0]):.3g} arcmin [1]")
     return made
 
 

@@ -8,30 +8,32 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lostmotion.analyses.gearbox.plots.cycloidal import drawing_plots
+from lostmotion.analyses.gearbox.tables.loop import loop_section
 from lostmotion.analyses.gearbox.tables.units import units_of
 from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.reporting.chart import grid, label, label_axes, legend, one, text
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import Figure as Number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lostmotion.analyses.gearbox.gear import GearStudy, Loop
     from lostmotion.analyses.gearbox.tables.units import Units
+    from lostmotion.reporting.sheet import Section
 
 
 def gearbox_plots(study: GearStudy) -> list[Plot]:
     """Return the plots of a gearbox in reading order."""
     units = units_of(study.gearbox)
     drawn = []
-    if study.loop is not None:
+    if study.loop is not None and study.read is not None:
         words = "Torque-angle hysteresis of the output, with the play and the lost motion marked."
-        drawn.append(Plot("hysteresis", "loop", hysteresis(study.loop, units), words))
+        found = loop_section(study.loop, study.read, study, units)
+        drawn.append(Plot("hysteresis", "loop", hysteresis(study.loop, found, units), words))
         near = max(4 * (study.loop.small or 0.0), 6 * study.loop.rest)
         if 0 < near < study.loop.torque[-1]:
-            drawn.append(Plot("hysteresis-near-zero", "loop", hysteresis(study.loop, units, near), f"{words} Only near zero."))
+            drawn.append(Plot("hysteresis-near-zero", "loop", hysteresis(study.loop, found, units, near), f"{words} Only near zero."))
     if is_drawn(study.gearbox):
         return [*drawing_plots(study), *drawn]
     if study.gearbox.harmonics:
@@ -40,11 +42,12 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
     return drawn
 
 
-def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> Figure:
+def hysteresis(loop: Loop, found: Section, units: Units, near: float = math.inf) -> Figure:
     """Return the plot of the output's angle under loading and unloading: the whole loop, the friction loop alone, and the points of the lost motion.
 
-    Only torques up to `near` (N m) are shown.
+    Only torques up to `near` (N m) are shown. `found` is the table whose play and lost motion are written beside.
     """
+    printed = {row.label: str(row.figures[0]) for row in found.rows}
     factor = units.angle_factor
     zoomed = math.isfinite(near)
     figure, on = one("The same near zero" if zoomed else "Torque-angle hysteresis", 92)
@@ -58,10 +61,10 @@ def hysteresis(loop: Loop, units: Units, near: float = math.inf) -> Figure:
         on.plot(there_and_back, angle * factor, color=colour, linestyle=line, linewidth=width, label=name)
     if loop.play:
         half = loop.play / 2 * factor
-        on.plot([0, 0], [-half, half], color=LIGHT["visit"], linewidth=4, solid_capstyle="butt", label=f"play {Number(2 * half, units.angle)}")
+        on.plot([0, 0], [-half, half], color=LIGHT["visit"], linewidth=4, solid_capstyle="butt", label=f"play {printed['play']}")
     if loop.small is not None and len(loop.ends):
         ends = loop.ends * factor
-        name = f"lost motion {Number(float(ends[1] - ends[0]), units.angle)}"
+        name = f"lost motion {printed['lost motion']}"
         on.plot([-loop.small, loop.small], ends, color=LIGHT["warn"], linestyle="none", marker="o", markersize=5, label=name)
     if zoomed:
         highest = 1.08 * float(np.interp(near, loop.torque, loop.falling)) * factor

@@ -43,7 +43,7 @@ def sections_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> 
     first = gearbox.first_stage
     both = branches_sections(gearbox, first if first is not None and first.kind == "cycloidal" else None, drawn)
     lobes = _lobes(gearbox, drawn)
-    return [_geometry(gearbox), lobes, _samples(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction, *both]
+    return [_geometry(gearbox), lobes, samples_section(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction, *both]
 
 
 def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count: int) -> str:
@@ -237,7 +237,8 @@ def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
     return Figure(force, "N", samples=_AS_DRAWN), Figure(peak / 1e9, "GPa", samples=_AS_DRAWN)
 
 
-def _samples(drawn: Drawn, count: int) -> Section:
+def samples_section(drawn: Drawn, count: int) -> Section:
+    """Return the scatter over manufactured samples: mean and percentiles of play, lost motion, wind-up and stiffness, and how many jam."""
     counted, read = f"{count} simulated gearboxes", drawn.read
     quantities = [("play", drawn.play, "arcmin", 1 / ARCMIN, ""), ("lost motion", drawn.lost_motion, "arcmin", 1 / ARCMIN, "")]
     quantities.append(("wind-up", read.wind_up, "arcmin", 1 / ARCMIN, f"at {as_stated(read.asked.torque)} N m, beyond the play"))
