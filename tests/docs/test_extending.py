@@ -139,9 +139,9 @@ def test_the_new_row_and_the_new_plot_show_the_distance_from_the_axis(copy):
 import json, lostmotion, numpy
 s = lostmotion.study("two.toml", poses=numpy.array([[0.0, 0.0], [0.0, numpy.pi / 2]]), robots=50, visits=10)
 plot = next(each for each in s.plots if each.key == "error-distribution")
-line = plot.figure.data[0]
+line = plot.figure.axes[0].lines[0]
 row = s.result()["figures"]["error"]["worst_pose_to_best_pose"]
-print(json.dumps({"ratio": row["value"], "x": list(map(float, line.x)), "y": list(map(float, line.y))}))
+print(json.dumps({"ratio": row["value"], "x": list(map(float, line.get_xdata())), "y": list(map(float, line.get_ydata()))}))
 """
     found = json.loads(copy.run("-c", code))
     assert found["ratio"] == pytest.approx(math.sqrt(2), rel=1e-9)

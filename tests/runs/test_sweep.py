@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -357,7 +358,7 @@ def test_designs_have_short_distinct_names(tmp_path):
     assert "gearboxes.small.ratio = 50 in all" in table.note
     plots = sweep_plots(found.store.order, found.outcomes)
     assert [plot.key for plot in plots] == ["designs", "iso9283", "spread"]
-    assert plots[0].figure.layout.xaxis.title.text == "mass [kg]"
+    assert plots[0].figure.axes[0].get_xlabel() == "mass [kg]"
     told = found.result()["designs"]
     assert [each["name"] for each in told] == ["mass 1 kg", "mass 3 kg"]
     assert told[1]["stated"] == {"payload.mass": "3 kg", "gearboxes.small.ratio": 50}
@@ -424,15 +425,23 @@ def test_a_map_marks_what_is_not_distinguishable_from_the_smallest(swept):
     """Overlapping intervals are marked and explained; separate intervals are not."""
     order = swept.store.order
     near = [Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5)) for value in (1.0, 1.1, 1.2, 1.3)]
-    figure = over_two(order, near, "error")
-    assert (figure.data[0].text == "≈ ").all()
-    assert "may be chance" in figure.layout.xaxis.title.text
-    assert (figure.data[0].zmin, figure.data[0].zmax) == pytest.approx((0.05, 0.18))
+    (on,) = over_two(order, near, "error").axes
+    assert all(each.get_text().startswith("≈ ") for each in on.texts)
+    assert "may be chance" in on.get_xlabel()
     apart = [*near[:2], *(Estimate(each.value + 1e-3, each.low + 1e-3, each.high + 1e-3) for each in near[2:])]
-    figure = over_two(order, apart, "error")
-    assert figure.data[0].text.ravel().tolist() == ["≈ ", "≈ ", "", ""]
-    assert "may be as small" in figure.layout.xaxis.title.text
+    (on,) = over_two(order, apart, "error").axes
+    assert [each.get_text().startswith("≈ ") for each in on.texts] == [True, True, False, False]
+    assert "may be as small" in on.get_xlabel()
     alone = [near[0], *(Estimate(each.value + 1e-3, each.low + 1e-3, each.high + 1e-3) for each in near[1:])]
-    figure = over_two(order, alone, "error")
-    assert not any(figure.data[0].text.ravel())
-    assert "≈" not in figure.layout.xaxis.title.text
+    (on,) = over_two(order, alone, "error").axes
+    assert not any("≈" in each.get_text() for each in on.texts)
+    assert "≈" not in on.get_xlabel()
+
+
+def test_classes_of_a_map_span_the_ends_of_the_intervals(swept):
+    """Differences within the intervals are faint: the limits of the classes lie between the lowest and the highest end."""
+    near = [Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5)) for value in (1.0, 1.1, 1.2, 1.3)]
+    (legend,) = over_two(swept.store.order, near, "error").legends
+    limits = [float(number) for each in legend.get_texts() for number in re.findall(r"[\d.]+", each.get_text())]
+    assert min(limits) <= 0.05 + 0.02
+    assert max(limits) >= 0.18 - 0.02
