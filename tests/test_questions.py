@@ -37,6 +37,7 @@ def test_the_command_line_asks_what_python_asks():
         "statics",
         "gear",
         "bearing",
+        "view",
         "catalog",
         "sweep",
         "replay",

@@ -9,6 +9,7 @@ from lostmotion.analyses.sizing.command import size as size
 from lostmotion.analyses.statics.command import statics as statics
 from lostmotion.analyses.gearbox.command import gear as gear
 from lostmotion.analyses.bearing.command import bearing as bearing
+from lostmotion.analyses.view.command import view as view
 from lostmotion.analyses.catalog.command import catalog as catalog
 from lostmotion.analyses.sweep.command import sweep as sweep
 from lostmotion.analyses.replay.command import replay as replay

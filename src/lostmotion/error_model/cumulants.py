@@ -95,7 +95,7 @@ def cumulants(terms: Sequence[Draws]) -> Cumulants:
 
 
 def _of_order(found: Mapping[tuple[int, ...], _Value], order: int) -> CumulantsOfOrder:
-    chosen = {terms: value for terms, value in found.items() if len(terms) == order and max(abs(value.plain), abs(value.with_moment)) > _ZERO}
+    chosen = {terms: value for terms, value in found.items() if len(terms) == order}
     orders = np.array([_orders(members) for members in chosen], float)
     plain, with_moment, stream, moment = (np.array(column) for column in zip(*chosen.values(), strict=True)) if chosen else np.zeros((4, 0))
     return CumulantsOfOrder(
@@ -105,7 +105,10 @@ def _of_order(found: Mapping[tuple[int, ...], _Value], order: int) -> CumulantsO
 
 @functools.lru_cache(maxsize=4096)
 def _of_group(draws: tuple[tuple[tuple[int, Law], ...], ...]) -> Mapping[tuple[int, ...], _Value]:
-    """Return the joint cumulants of terms that may depend on each other. Cached, since joints with the same kinds of parts have the same ones."""
+    """Return the joint cumulants of terms that may depend on each other, without those that are zero.
+
+    Cached, since joints with the same kinds of parts have the same ones.
+    """
     first = [_mean(draws, (k,)) for k in range(len(draws))]
 
     def central(terms: tuple[int, ...]) -> float:
@@ -118,16 +121,39 @@ def _of_group(draws: tuple[tuple[tuple[int, Law], ...], ...]) -> Mapping[tuple[i
 
     pairs = {terms: central(terms) for terms in combinations_with_replacement(range(len(draws)), 2)}
     found: dict[tuple[int, ...], _Value] = {}
+    single, several = _streams(draws)
     for order in (3, 4):
         for terms in combinations_with_replacement(range(len(draws)), order):
+            once = twice = 0
+            for k in terms:
+                twice |= (once & single[k]) | several[k]
+                once |= single[k]
+            if once & ~twice:
+                continue
             of_pairs = 0.0
             if order == 4:  # noqa: PLR2004 - the order itself
                 i, j, k, m = terms
                 of_pairs = pairs[i, j] * pairs[k, m] + pairs[i, k] * pairs[j, m] + pairs[i, m] * pairs[j, k]
             stream, power = _closing(draws, terms)
-            value = central(terms)
-            found[terms] = _Value(value - of_pairs) if stream < 0 else _Value(-of_pairs, value, stream, power - 3)
+            moment = central(terms)
+            value = _Value(moment - of_pairs) if stream < 0 else _Value(-of_pairs, moment, stream, power - 3)
+            if max(abs(value.plain), abs(value.with_moment)) > _ZERO:
+                found[terms] = value
     return found
+
+
+def _streams(draws: tuple[tuple[tuple[int, Law], ...], ...]) -> tuple[list[int], list[int]]:
+    """Return the streams with mean zero that each term draws from once, and those that it draws from several times, each as the bits of a number.
+
+    Where one of the former occurs in one term of a product only, the product has mean zero, and so has every product of pairs of its terms.
+    """
+    single, several = [], []
+    for term in draws:
+        counts = Counter(stream for stream, _ in term)
+        centred = {stream for stream, law in term if _mean(((((stream, law),)),), (0,)) == 0.0}
+        single.append(sum(1 << stream for stream in centred))
+        several.append(sum(1 << stream for stream, count in counts.items() if count > 1))
+    return single, several
 
 
 def _closing(draws: tuple[tuple[tuple[int, Law], ...], ...], terms: tuple[int, ...]) -> tuple[int, int]:

@@ -35,8 +35,9 @@ _JOINT, _JOINT_LENGTH, _OFFSET, _COLUMN, _RAIL = 1.12, 1.3, 0.8, 1.3, 0.6
 _PLATE: Final = (1.7, 0.25)
 # Diameters of the tool point and of the payload's centre of mass, as shares of the arm's length.
 _TOOL, _PAYLOAD = 0.016, 0.03
-# Cosine of the angle between axis and link above which the body of a joint begins at the seat and does not enclose it.
-_COAXIAL: Final = 0.95
+# Cosine of the angle between axis and link above which the body of a joint lies around the beginning of its link, and the share of the body's
+# length that is before the seat.
+_COAXIAL, _BEFORE = 0.95, 0.1
 _SIDES: Final = 48
 
 
@@ -161,7 +162,7 @@ def _of_motion(joint: Joint, at: JointPlaces, size: float) -> list[Body]:
         middle = np.zeros(3)
         if abs(along) > _COAXIAL:
             length = min(length, joint.link.reach / 2)
-            middle = np.sign(along) * axis * length / 2
+            middle = np.sign(along) * axis * (0.5 - _BEFORE) * length
         return [_bar(joint.name, "joint", at.seat, middle - axis * length / 2, middle + axis * length / 2, _JOINT * size)]
     axis, (low, high) = joint.twist[3:], joint.limits
     turned, wide = _along(axis), (_RAIL * size, _RAIL * size)

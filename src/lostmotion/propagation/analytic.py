@@ -157,8 +157,13 @@ def analytic(
         found.append(one)
         if progress is not None:
             progress("summing up terms", min(len(found) * _BLOCK, len(q)), len(q))
+    return joined(found)
+
+
+def joined(found: Sequence[Analytic]) -> Analytic:
+    """Return the figures of several sets of poses, at the same levels, as those of one set."""
     arrays = [name for name in Analytic.__dataclass_fields__ if name != "levels"]
-    return Analytic(wanted, *(np.concatenate([getattr(one, name) for one in found]) for name in arrays))
+    return Analytic(found[0].levels, *(np.concatenate([getattr(one, name) for one in found]) for name in arrays))
 
 
 def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS) -> Analytic:

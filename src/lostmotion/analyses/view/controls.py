@@ -1,0 +1,128 @@
+"""The panel of the view: sliders, switches and lists that change the session, and the texts and bars that show its figures."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.analyses.view import panel
+from lostmotion.analyses.view.choices import AS_IN_FILE, gearbox_names, section_names
+from lostmotion.analyses.view.classes import round_number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.analyses.view.classes import Classes
+    from lostmotion.analyses.view.live import Figures, Workspace
+    from lostmotion.analyses.view.session import Session
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
+    from lostmotion.spatial import Floats
+
+# Degrees or millimetres per step of a slider, unless its range is shorter than this many steps; then a round share of the range.
+_STEP: Final = 1.0
+_FEWEST_STEPS: Final = 50
+# Largest payload of the slider: a multiple of the file's, at least a share of the arm's own mass, kg.
+_PAYLOADS, _OF_ARM, _LEAST_PAYLOAD = 2.0, 0.25, 1.0
+
+
+class Controls:
+    """The panel of one view. `gui` is that of a viser server; `redraw` is called where the picture changes and no figure does."""
+
+    def __init__(self, gui: Any, session: Session, redraw: Callable[[], None], announce: Callable[[str], None]) -> None:  # noqa: ANN401
+        """Build the panel."""
+        self._gui, self._session, self._redraw, self._announce = gui, session, redraw, announce
+        self._refit = False
+        arm = session.arm
+        self._headline, self._legend, self._warning = gui.add_html(""), gui.add_html(""), gui.add_html("")
+        with gui.add_folder("Pose"):
+            self._sliders = [self._joint_slider(k, joint, value) for k, (joint, value) in enumerate(zip(arm.moving, session.q.tolist(), strict=True))]
+            # What each slider shows by itself: setting it calls its callback, which must not move the arm again.
+            self._shown = [slider.value for slider in self._sliders]
+            self._add_payload(arm)
+        with gui.add_folder("What if"):
+            self._add_switch("load compensated", "compensated", "The controller corrects every deflection that load and pose determine.")
+            self._add_switch("geometry calibrated", "calibrated", "Lengths, axes and encoder zeros of each robot are identified.")
+        self._budget, self._torques = gui.add_html(""), gui.add_html("")
+        with gui.add_folder("Other parts", expand_by_default=False):
+            for joint in arm.joints:
+                self._add_list(f"{joint.name} gearbox", joint, gearbox_names(joint), session.choose_gearbox)
+                self._add_list(f"{joint.name} link", joint, section_names(arm, joint), session.choose_section)
+        with gui.add_folder("Picture"):
+            self.shown = gui.add_dropdown("workspace", ("half", "all", "none"), hint="Click a point to go there.")
+            self.shown.on_update(lambda _: redraw())
+            gui.add_button("Fit colours to these errors").on_click(lambda _: self._ask_refit())
+            gui.add_button("Print this pose as --at").on_click(lambda _: self._print_pose())
+            self._pose_text = gui.add_html("")
+        self._status = gui.add_html("")
+
+    def show(self, found: Figures, over_all: Workspace | None, factor: float | None, count: int, milliseconds: float) -> None:
+        """Show the figures at a pose."""
+        self._headline.content = panel.headline(found, over_all, factor)
+        self._budget.content = panel.budget_bars(found.costs)
+        self._torques.content = panel.torque_bars(self._session.arm, found)
+        self._status.content = panel.status(count, milliseconds)
+
+    def show_legend(self, classes: Classes) -> None:
+        """Show the colour classes."""
+        self._legend.content = panel.legend(classes)
+
+    def warn(self, text: str) -> None:
+        """Show why something could not be computed."""
+        self._warning.content = panel.warning(text)
+
+    def take_refit(self) -> bool:
+        """Return whether new colour classes were asked for since the last call."""
+        asked, self._refit = self._refit, False
+        return asked
+
+    def go_to(self, q: Floats) -> None:
+        """Go to a pose q (joint,), rad and m, and let the sliders show it, rounded to their steps."""
+        self._session.move(q)
+        for k, (slider, joint, value) in enumerate(zip(self._sliders, self._session.arm.moving, q.tolist(), strict=True)):
+            low = slider.min
+            shown = min(max(low + slider.step * round((_displayed(joint, value) - low) / slider.step), low), slider.max)
+            self._shown[k] = slider.value = round(shown, 6)
+
+    def _joint_slider(self, index: int, joint: RevoluteJoint | PrismaticJoint, value: float) -> Any:  # noqa: ANN401 - a handle of viser
+        low, high = (round(_displayed(joint, limit), 6) for limit in joint.limits)
+        step = min(_STEP, round_number((high - low) / _FEWEST_STEPS))
+        start = min(max(round(low + step * round((_displayed(joint, value) - low) / step), 6), low), high)
+        slider = self._gui.add_slider(f"{joint.name} [{'°' if joint.type == 'revolute' else 'mm'}]", low, high, step, start)
+        slider.on_update(lambda _: self._on_slider(index, joint))
+        return slider
+
+    def _on_slider(self, index: int, joint: Joint) -> None:
+        value = self._sliders[index].value
+        if value != self._shown[index]:
+            self._shown[index] = value
+            self._session.move_joint(index, math.radians(value) if joint.type == "revolute" else value * 1e-3)
+
+    def _add_payload(self, arm: Arm) -> None:
+        most = round_number(max(_PAYLOADS * arm.payload.mass, _OF_ARM * arm.mass, _LEAST_PAYLOAD))
+        most = max(most, arm.payload.mass)
+        slider = self._gui.add_slider("payload [kg]", 0.0, most, round_number(most / 100), arm.payload.mass)
+        slider.on_update(lambda _: self._session.choose(payload=float(slider.value)))
+
+    def _add_switch(self, label: str, name: str, hint: str) -> None:
+        switch = self._gui.add_checkbox(label, initial_value=False, hint=hint)
+        switch.on_update(lambda _: self._session.choose(**{name: bool(switch.value)}))
+
+    def _add_list(self, label: str, joint: Joint, words: list[str], choose: Callable[[str, str], None]) -> None:
+        if words:
+            chooser = self._gui.add_dropdown(label, (AS_IN_FILE, *words))
+            chooser.on_update(lambda _: choose(joint.name, str(chooser.value)))
+
+    def _print_pose(self) -> None:
+        text = panel.pose_option(self._session.arm, self._session.q)
+        self._pose_text.content = panel.text_to_copy(text)
+        self._announce(text)
+
+    def _ask_refit(self) -> None:
+        self._refit = True
+        self._redraw()
+
+
+def _displayed(joint: Joint, value: float) -> float:
+    """Return a joint value in degrees or millimetres."""
+    return math.degrees(value) if joint.type == "revolute" else value * 1e3

@@ -1,0 +1,92 @@
+"""Where the camera stands, which pose is shown first, which part of the workspace is cut away, and which point a click means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, Self
+
+import numpy as np
+
+from lostmotion.mechanism.serial import frames
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+Shown = Literal["half", "all", "none"]
+# Direction from the middle of the workspace to the camera, with z up, and its distance over the size of the workspace.
+_CAMERA: Final = np.array([0.42, -0.86, 0.28])
+_DISTANCE: Final = 0.62
+# The half of the workspace behind the arm begins this share of its size behind the axis of the base.
+_BEHIND: Final = 0.06
+# A workspace that is thinner than this share of its size is not cut.
+_THIN: Final = 0.25
+# Largest distance of a click from the point that is meant, over the size of the workspace.
+_NEAR: Final = 0.015
+# The first pose has its tool at this share of the largest distance from the base's axis, or as near as possible to it.
+_REACHED: Final = 0.6
+_SEARCHED: Final = 512
+
+
+@dataclass(frozen=True)
+class Framing:
+    """What the camera sees.
+
+    size    extent of the workspace together with the base, m
+    middle  (3,) point in the middle of the picture, m
+    floor   lowest level of the workspace's picture along z, m
+    """
+
+    size: float
+    middle: Floats
+    floor: float
+
+    @classmethod
+    def of(cls, arm: Arm, points: Floats) -> Self:
+        """Return the framing for the tool points (pose, 3) of an arm, m; the base is always in the picture."""
+        corners = [body.corners() for body in arm.bodies if body.place == 0]
+        seen = np.concatenate([points, np.zeros((1, 3)), *corners])
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        floor = float(min(np.concatenate([np.zeros((1, 3)), *corners])[:, 2]))
+        return cls(float(np.linalg.norm(high - low)) or 1.0, (low + high) / 2, floor)
+
+    @property
+    def camera(self) -> Floats:
+        """Return the position of the camera (3,), m."""
+        return np.asarray(self.middle + _DISTANCE * self.size * _CAMERA / np.linalg.norm(_CAMERA))
+
+
+def first_pose(arm: Arm, poses: Poses) -> Floats:
+    """Return the pose (joint,) that is shown first: one of these with the arm above its base, half stretched, near the middle of its ranges."""
+    q = poses.q[:_SEARCHED]
+    at = frames(arm, q)[:, :, :3, 3]
+    aside = np.hypot(at[-1, :, 0], at[-1, :, 1])
+    below = np.maximum(-at[..., 2], 0.0).max(axis=0) / (np.abs(at).max() or 1.0)
+    low, high = arm.limits.T
+    off_middle = np.abs((q - (low + high) / 2) / (high - low)).mean(axis=1)
+    return np.asarray(q[np.argmin(4 * below + 2 * np.abs(aside / (aside.max() or 1.0) - _REACHED) + off_middle)])
+
+
+def visible(points: Floats, shown: Shown, size: float) -> NDArray[np.int64]:
+    """Return the indices of the tool points (pose, 3) that are drawn: those behind the arm, seen from the camera, all, or none."""
+    if shown == "none":
+        return np.empty(0, dtype=int)
+    if shown == "all" or np.ptp(points[:, 1]) < _THIN * size:
+        return np.arange(len(points))
+    return np.flatnonzero(points[:, 1] > _BEHIND * size)
+
+
+def picked(origin: Floats, direction: Floats, points: Floats, size: float) -> int | None:
+    """Return the index of the point (point, 3) that a click means; None where none is near.
+
+    The click is a ray from `origin` (3,) along `direction` (3,) in the base's frame. Of the points near it the first one counts.
+    """
+    along = direction / np.linalg.norm(direction)
+    to_points = points - origin
+    depth = to_points @ along
+    off = np.linalg.norm(to_points - np.outer(depth, along), axis=1)
+    near = np.flatnonzero((off < _NEAR * size) & (depth > 0))
+    return int(near[np.argmin(depth[near])]) if len(near) else None

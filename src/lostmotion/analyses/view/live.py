@@ -1,0 +1,106 @@
+"""Figures of an arm in the view: error, budget and torques at one pose, and the error over the workspace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.error_model.budget import Tally, costs
+from lostmotion.error_model.remedies import STAGES, screws_at_stage
+from lostmotion.mechanism.serial import joint_torques
+from lostmotion.propagation.analytic import Analytic, Drawn, joined, of_screws, pooled
+from lostmotion.propagation.error_magnitude import LEVELS, TILE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lostmotion.error_model.budget import Cost
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+_Q95: Final = LEVELS.index(0.95)
+# Poses of the workspace that are computed at a time, so that a new pose waits for few of them.
+_STRIDE: Final = 2 * TILE
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What the view shows at one pose, in SI.
+
+    q           (joint,) rad and m
+    at          (place, 4, 4) frames of the arm, m
+    error       figures of the error without sampling, at this one pose
+    costs       contribution of each part, the largest first
+    torques     (joint,) torque or force that each drive holds, N m or N
+    loads       (joint,) the same as a share of the rated torque; NaN where none is stated
+    """
+
+    q: Floats
+    at: Floats
+    error: Analytic
+    costs: list[Cost]
+    torques: Floats
+    loads: Floats
+
+    @property
+    def q95(self) -> float:
+        """Return the 95th percentile of the position error, m."""
+        return float(self.error.quantiles[0, _Q95])
+
+    @property
+    def is_precise(self) -> bool:
+        """Return whether the uncertainty of the figures is at most 5 % of them."""
+        return bool(self.error.valid[0])
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """The error over the workspace.
+
+    poses   joint values of the poses
+    points  (pose, 3) tool points, m
+    q95     (pose,) 95th percentile of the position error at each pose, m
+    whole   the same over all poses together, m
+    """
+
+    poses: Poses
+    points: Floats
+    q95: Floats
+    whole: Estimate
+
+
+class LiveArm:
+    """An arm at one stage of calibration and compensation, for figures at any pose.
+
+    The draws are those of a study without sampling over `poses`. So each figure equals that of `propagation.analytic` at poses that begin with these.
+    """
+
+    def __init__(self, arm: Arm, poses: Poses, stage: str = STAGES[0]) -> None:
+        """Prepare what does not depend on the pose."""
+        self.arm, self.poses, self.stage = arm, poses, stage
+        self._drawn = Drawn(screws_at_stage(arm, poses.q[:TILE], stage))
+
+    def figures(self, q: Floats) -> Figures:
+        """Return the figures at a pose q (joint,), rad and m."""
+        pose = np.asarray(q, dtype=float)[None]
+        matrix = screws_at_stage(self.arm, pose, self.stage)
+        torques = joint_torques(self.arm, pose)[0]
+        gearboxes = [joint.gearbox for joint in self.arm.moving]
+        rated = np.array([np.nan if each is None or each.rated_torque is None else each.rated_torque for each in gearboxes])
+        return Figures(pose[0], matrix.at[:, 0], of_screws(matrix, self._drawn), costs(Tally.of(matrix)), torques, np.abs(torques) / rated)
+
+    def workspace(self) -> Iterator[Workspace | None]:
+        """Yield None after each part of the work, then the error over the workspace."""
+        found, points = [], []
+        for first in range(0, len(self.poses), _STRIDE):
+            matrix = screws_at_stage(self.arm, self.poses.q[first : first + _STRIDE], self.stage)
+            found.append(of_screws(matrix, self._drawn))
+            points.append(matrix.at[-1, :, :3, 3])
+            yield None
+        error = joined(found)
+        whole = pooled(self.arm, self.poses, error, stage=self.stage).quantiles[_Q95]
+        yield Workspace(self.poses, np.concatenate(points), error.quantiles[:, _Q95], whole)

@@ -1,0 +1,131 @@
+"""The arm, its error and its workspace as nodes of a viser scene. Nodes are changed in place; a body of another form is a new node."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.analyses.view.classes import round_number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.analyses.view.framing import Framing
+    from lostmotion.analyses.view.live import Figures
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.shape import Body
+    from lostmotion.spatial import Floats
+
+_COLOURS: Final = {
+    "base": (98, 108, 118),
+    "link": (188, 196, 204),
+    "offset": (150, 158, 166),
+    "joint": (64, 76, 88),
+    "rail": (98, 108, 118),
+    "tool": (150, 158, 166),
+    "payload": (240, 169, 60),
+}
+_ERROR: Final = (255, 154, 107)
+# Semi-axis over standard deviation of the ellipsoid that contains 95 % of a normal vector: root of the quantile of chi-square with three degrees.
+_WITHIN_95: Final = 2.7955
+# Sizes of marks over the size of the picture.
+_TOOL, _SHAFT, _HEAD, _HEAD_LENGTH, _POINT, _THINNEST = 0.006, 0.004, 0.011, 0.025, 0.0095, 0.002
+_SIDES: Final = 40
+
+
+class Scene:
+    """Everything that is seen; `server` is a viser server, `draw_meshes` moves the meshes of a URDF to joint values, None without meshes."""
+
+    def __init__(self, server: Any, arm: Arm, framing: Framing, draw_meshes: Callable[[Floats], None] | None = None) -> None:  # noqa: ANN401
+        """Set up camera, floor and marks."""
+        self._scene, self._size, self._draw_meshes = server.scene, framing.size, draw_meshes
+        self._nodes: list[tuple[Body, Any]] = []
+        self._cloud: Any = None
+        gravity = arm.gravity_in_base
+        up = -gravity / arm.gravity if arm.gravity else np.array([0.0, 0.0, 1.0])
+        self._scene.set_up_direction(tuple(up.tolist()))
+        self._scene.configure_default_lights(enabled=True)
+        server.initial_camera.position = tuple(framing.camera.tolist())
+        server.initial_camera.look_at = tuple(framing.middle.tolist())
+        wide, cell = round_number(1.5 * self._size), round_number(self._size / 12)
+        self._scene.add_grid(
+            "/floor",
+            width=wide,
+            height=wide,
+            cell_size=cell,
+            section_size=5 * cell,
+            cell_color=(60, 70, 80),
+            section_color=(80, 92, 104),
+            position=(0.0, 0.0, framing.floor),
+        )
+        self._tool = self._scene.add_icosphere("/tool_point", _TOOL * self._size, _ERROR)
+        self._ellipsoid = self._scene.add_icosphere("/ellipsoid", 1.0, _ERROR, opacity=0.45, cast_shadow=False)
+        sizes = {"shaft_radius": _SHAFT * self._size, "head_radius": _HEAD * self._size, "head_length": _HEAD_LENGTH * self._size}
+        self._arrow = self._scene.add_arrows("/mean_error", np.zeros((1, 2, 3), dtype=np.float32), _ERROR, **sizes)
+
+    def show_shape(self, arm: Arm) -> None:
+        """Show the bodies of an arm; none where the meshes of its URDF are shown."""
+        wanted = [] if self._draw_meshes is not None else [body for body in arm.bodies if body.name != "tool point"]
+        if len(wanted) != len(self._nodes):
+            for _, node in self._nodes:
+                node.remove()
+            self._nodes = [(body, self._body(number, body)) for number, body in enumerate(wanted)]
+            return
+        for number, (body, (before, node)) in enumerate(zip(wanted, self._nodes, strict=True)):
+            if (body.form, body.near, body.far, body.length) == (before.form, before.near, before.far, before.length):
+                self._nodes[number] = body, node
+                continue
+            node.remove()
+            self._nodes[number] = body, self._body(number, body)
+
+    def show_pose(self, found: Figures, factor: float | None) -> None:
+        """Move everything to a pose; its error is drawn larger by this factor, not at all without one."""
+        from viser.transforms import SO3
+
+        if self._draw_meshes is not None:
+            self._draw_meshes(found.q)
+        for body, node in self._nodes:
+            pose = found.at[body.place] @ body.pose
+            node.position, node.wxyz = pose[:3, 3], SO3.from_matrix(pose[:3, :3]).wxyz
+        tool = found.at[-1, :3, 3]
+        self._tool.position = tool
+        self._ellipsoid.visible = self._arrow.visible = factor is not None
+        if factor is None:
+            return
+        end = tool + factor * found.error.bias[0]
+        squares, axes = np.linalg.eigh(found.error.covariance[0])
+        axes[:, 0] *= np.linalg.det(axes)  # a rotation, not a reflection
+        self._ellipsoid.position, self._ellipsoid.wxyz = end, SO3.from_matrix(axes).wxyz
+        self._ellipsoid.scale = tuple(np.maximum(_WITHIN_95 * factor * np.sqrt(np.maximum(squares, 0.0)), _THINNEST * self._size).tolist())
+        self._arrow.points = np.array([[tool, end]], dtype=np.float32)
+
+    def show_workspace(self, points: Floats, colours: np.ndarray) -> None:
+        """Show tool points (point, 3), m, in their colours (point, 3)."""
+        if self._cloud is None:
+            self._cloud = self._scene.add_point_cloud(
+                "/workspace", np.zeros((1, 3)), (0, 0, 0), point_size=_POINT * self._size, point_shape="square", point_shading="flat", visible=False
+            )
+        self._cloud.visible = bool(len(points))
+        if len(points):
+            self._cloud.points, self._cloud.colors = points.astype(np.float16), colours
+
+    def _body(self, number: int, body: Body) -> Any:  # noqa: ANN401 - a handle of viser
+        name, colour = f"/arm/{number}", _COLOURS[body.kind]
+        if body.form == "sphere":
+            return self._scene.add_icosphere(name, body.length / 2, colour)
+        if body.near != body.far:
+            from scipy.spatial import ConvexHull
+
+            own = np.linalg.inv(body.pose)
+            corners = body.corners(_SIDES) @ own[:3, :3].T + own[:3, 3]
+            hull = ConvexHull(corners)
+            faces = hull.simplices.copy()
+            inward = (np.cross(corners[faces[:, 1]] - corners[faces[:, 0]], corners[faces[:, 2]] - corners[faces[:, 0]]) * hull.equations[:, :3]).sum(
+                1
+            ) < 0
+            faces[inward] = faces[inward][:, ::-1]
+            return self._scene.add_mesh_simple(name, corners, faces, color=colour, flat_shading=True)
+        if body.form == "box":
+            return self._scene.add_box(name, colour, (*body.near, body.length))
+        return self._scene.add_cylinder(name, body.near[0] / 2, body.length, colour, radial_segments=_SIDES)

@@ -1,0 +1,155 @@
+"""The view in the browser: scene and panel on a viser server of this computer, and the thread that computes."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import signal
+import threading
+import time
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.analyses.view.classes import classes_of, enlargement
+from lostmotion.analyses.view.controls import Controls
+from lostmotion.analyses.view.framing import Framing, picked, visible
+from lostmotion.analyses.view.live import Figures, Workspace
+from lostmotion.analyses.view.scene import Scene
+from lostmotion.analyses.view.session import Refused
+from lostmotion.mechanism.serial import tool_points
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lostmotion.analyses.view.classes import Classes
+    from lostmotion.analyses.view.session import Session
+    from lostmotion.error_model.poses import Poses
+
+# The view has no password, so no other computer may reach it.
+_HOST: Final = "127.0.0.1"
+_BRAND: Final = (64, 140, 210)
+_IDLE: Final = 0.25
+
+
+class Window:
+    """One arm in the browser, until it is stopped."""
+
+    def __init__(self, session: Session, poses: Poses, port: int, urdf: Path | None, announce: Callable[[str], None]) -> None:
+        """Start the server and build scene and panel.
+
+        poses     of the workspace
+        port      the next free one is taken where it is in use
+        urdf      the file whose meshes are shown, None for the bodies of the arm
+        announce  called with each line of text that the user asks for
+        """
+        import viser
+
+        from lostmotion.analyses.view.meshes import meshes_of
+
+        self._session, self._arm = session, session.arm
+        with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner
+            self._server: Any = viser.ViserServer(host=_HOST, port=port, label=f"lostmotion: {self._arm.name}", verbose=False)
+        gui = self._server.gui
+        gui.configure_theme(dark_mode=True, control_width="large", show_logo=False, show_share_button=False, brand_color=_BRAND)
+        gui.main_panel.dock_right()
+        self._framing = Framing.of(self._arm, tool_points(self._arm, poses.q))
+        draw_meshes, self._note = (None, "") if urdf is None else meshes_of(self._server, urdf, self._arm)
+        self._scene = Scene(self._server, self._arm, self._framing, draw_meshes)
+        self._scene.show_shape(self._arm)
+        self._figures: Figures | None = None
+        self._workspace: Workspace | None = None
+        self._points = np.empty(0, dtype=int)
+        self._classes: Classes | None = None
+        self._factor: float | None = None
+        self._count, self._milliseconds = 0, 0.0
+        self._stop, self._redraw = threading.Event(), threading.Event()
+        self._failure: Exception | None = None
+        self._controls = Controls(gui, session, self._redraw.set, announce)
+        self._controls.warn(self._note)
+        self._server.scene.on_click()(self._on_click)
+        self._worker = threading.Thread(target=self._work, daemon=True, name="lostmotion view")
+        self._worker.start()
+
+    @property
+    def url(self) -> str:
+        """Return the address for a browser on this computer."""
+        return f"http://{_HOST}:{self._server.get_port()}"
+
+    def wait(self) -> None:
+        """Serve until ctrl-C or SIGTERM, then stop the thread and the server. Raises what stopped the thread that computes."""
+        in_main = threading.current_thread() is threading.main_thread()
+        before = signal.signal(signal.SIGTERM, lambda *_: self._stop.set()) if in_main else None
+        try:
+            while not self._stop.wait(_IDLE):
+                pass
+        except KeyboardInterrupt:
+            pass
+        finally:
+            self.stop()
+            if in_main:
+                signal.signal(signal.SIGTERM, before)
+        if self._failure is not None:
+            raise self._failure
+
+    def stop(self) -> None:
+        """Stop the thread that computes, then the server."""
+        self._stop.set()
+        self._worker.join()
+        with contextlib.redirect_stdout(io.StringIO()):  # viser says that it has stopped
+            self._server.stop()
+
+    def _work(self) -> None:
+        """Compute what is asked for, one thing after the other, and show it."""
+        try:
+            while not self._stop.is_set():
+                self._session.wait(_IDLE)
+                began = time.perf_counter()
+                found = self._session.step()
+                self._milliseconds = 1e3 * (time.perf_counter() - began) if isinstance(found, Figures) else self._milliseconds
+                if found is not None or self._redraw.is_set():
+                    self._redraw.clear()
+                    with self._server.atomic():
+                        self._show(found)
+        except Exception as error:  # noqa: BLE001 - raised again by the thread that waits
+            self._failure = error
+            self._stop.set()
+
+    def _show(self, found: Figures | Workspace | Refused | None) -> None:
+        if isinstance(found, Refused):
+            self._controls.warn(found.reason)
+            return
+        if self._session.arm is not self._arm:
+            self._arm = self._session.arm
+            self._scene.show_shape(self._arm)
+        if isinstance(found, Figures):
+            self._figures = found
+            self._controls.warn(self._note)
+        else:
+            self._workspace = found or self._workspace
+            self._show_workspace()
+        if self._figures is not None:
+            self._count += 1
+            self._scene.show_pose(self._figures, self._factor)
+            self._controls.show(self._figures, self._workspace, self._factor, self._count, self._milliseconds)
+
+    def _show_workspace(self) -> None:
+        """Colour the workspace. Classes and enlargement stay as they are at first, so that changes can be compared, until new ones are asked for."""
+        if self._workspace is None:
+            return
+        if self._classes is None or self._controls.take_refit():
+            self._classes = classes_of(self._workspace.q95)
+            self._factor = enlargement(self._workspace.q95, self._framing.size)
+            self._controls.show_legend(self._classes)
+        self._points = visible(self._workspace.points, self._controls.shown.value, self._framing.size)
+        self._scene.show_workspace(self._workspace.points[self._points], self._classes.colours(self._workspace.q95[self._points]))
+
+    def _on_click(self, event: Any) -> None:  # noqa: ANN401 - an event of viser
+        workspace, points = self._workspace, self._points
+        if workspace is None or not len(points):
+            return
+        ray = np.array(event.ray_origin), np.array(event.ray_direction)
+        index = picked(*ray, workspace.points[points], self._framing.size)
+        if index is not None:
+            self._controls.go_to(workspace.poses.q[points[index]])
