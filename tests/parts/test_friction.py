@@ -36,6 +36,7 @@ PARTS: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "strain wave": ("gearbox", {"flexspline_teeth": 200, "circular_spline_teeth": 202, **PLAY}),
     "worm": ("gearbox", {"wheel_teeth": 60, **PLAY}),
+    "belt": ("gearbox", {"ratio": 4.0, "belt_stiffness": 4.5e5, "strand": 0.2, "pulley_radius": 0.04, **PLAY}),
     "cycloidal": ("gearbox", {**DRAWING, "relief": {"roller": "4 µm"}}),
     "rolling": ("bearing", {"clearance": 3e-5, "axial_play": 2e-5, "span": 0.06}),
     **{str(drawing["kind"]): ("bearing", {**drawing, "clearance": 2e-5}) for drawing in BEARINGS},
@@ -165,7 +166,7 @@ def test_a_mistake_in_a_file_is_shown_with_its_key(tmp_path: Path):
         lostmotion.read(path)
     torque, force = sorted(refused.value.problems, key=lambda each: each.key, reverse=True)
     assert str(torque) == (
-        f"{path}: joints.A.gearbox.friction_torque\n  found     '0.5 N m ± 120 %' (the tolerance reaches out of range)\n"
+        f"{path}:7: joints.A.gearbox.friction_torque\n  found     '0.5 N m ± 120 %' (the tolerance reaches out of range)\n"
         '  expected  torque (N m), zero or more, with or without ± tolerance\n  example   friction_torque = "1 N m ± 30 %"'
     )
     assert force.key == "joints.A.bearing.closing_force"
