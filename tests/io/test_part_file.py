@@ -128,3 +128,14 @@ def test_a_gear_file_has_materials_of_its_own(file):
     assert {problem.key for problem in refused.value.problems} == {"materials.onyx.young"}
     with pytest.raises(InputError, match="unknown key"):
         read_bearing(file(PAIR + "[materials.onyx]\nyoung = 1\n"))
+
+
+def test_a_drive_of_a_slide_is_refused_by_its_own_mistakes(tmp_path):
+    """A belt of a sliding joint with one wrong unit has one mistake: it is not read as a belt of a turning joint."""
+    path = tmp_path / "belt.toml"
+    path.write_text(
+        '[gearbox]\nkind = "belt"\nbelt_stiffness = "450 mm"\nbelt_length = "3 m"\nstart = "0.2 m"\nbacklash = "20 µm"\n', encoding="utf-8"
+    )
+    with pytest.raises(InputError) as refused:
+        read_gearbox(path)
+    assert [problem.key for problem in refused.value.problems] == ["gearbox.belt_stiffness"]

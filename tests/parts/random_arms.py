@@ -69,6 +69,7 @@ def random_arm(seed: int) -> Arm:
     count = int(rng.integers(3, 8))
     kinds = ["revolute", *rng.choice(["revolute", "revolute", "revolute", "prismatic", "fixed"], count - 1)]
     base, joints = made.base(), [made.joint(f"J{k}", str(kind)) for k, kind in enumerate(kinds)]
+    _guideways(np.random.default_rng([seed, 2]), joints)
     return Arm(
         name=f"random arm {seed}",
         base=base,
@@ -99,6 +100,14 @@ def _surroundings(rng: np.random.Generator, joints: list[dict[str, Any]]) -> dic
             joint["bearing"] |= {"housing_interference": 2e-5, "housing_expansion": float(rng.uniform(10e-6, 30e-6))}
     temperature = Toleranced(float(rng.uniform(273, 310)), float(rng.uniform(0, 10)), str(rng.choice(["normal", "uniform"])))
     return {"temperature": temperature, "temperature_varies": str(rng.choice(["robot", "visit"]))}
+
+
+def _guideways(rng: np.random.Generator, joints: list[dict[str, Any]]) -> None:
+    """Add error motions to the sliding joints, by draws of their own so that all else stays as it is."""
+    for joint in joints:
+        if joint["type"] == "prismatic":
+            names = ("pitch", "yaw", "roll")
+            joint["guideway"] = {"straightness": tuple(rng.uniform(0, 5e-5, 2).tolist()), **{name: float(rng.uniform(0, 3e-4)) for name in names}}
 
 
 @functools.cache

@@ -10,10 +10,9 @@ import pytest
 from pydantic import ValidationError
 
 from lostmotion.error_model.provenance import assumed_in_part
-from lostmotion.laws.process_tolerance import process_tolerance
+from lostmotion.laws.process_tolerance import Process, process_tolerance
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.model import wind_up
-from lostmotion.parts.gearbox.cycloidal.process import Process
 from tests.parts.test_cycloidal_members import DRAWING, PLASTIC
 
 
@@ -79,6 +78,6 @@ def test_infill_softens_plates_and_layers_soften_standing_parts():
 
 
 def test_a_process_without_tolerances_for_a_size_is_refused():
-    """General tolerances end at 400 mm."""
-    with pytest.raises(ValidationError, match="no general tolerance of ISO 2768 m"):
-        drawing(process="ISO 2768 m", ring_radius="210 mm", pin_radius="18 mm", output_pins=None, disc={}, ring_outer_radius=None)
+    """General tolerances of class f end at 2 m."""
+    with pytest.raises(ValidationError, match="no general tolerance of ISO 2768 f at 2100 mm: up to 2000 mm"):
+        drawing(process="ISO 2768 f", ring_radius="1050 mm", pin_radius="90 mm", output_pins=None, disc={}, ring_outer_radius=None)

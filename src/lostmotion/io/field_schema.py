@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 Options = list[Any]
-_ORIGIN: Final = frozenset({"assumed", "source", "upper_limits"})
+_ORIGIN: Final = frozenset({"preset", "assumed", "source", "upper_limits"})
 
 
 def options_of(annotation: Any, marks: Iterable[Any] = ()) -> Options:  # noqa: ANN401 - any annotation

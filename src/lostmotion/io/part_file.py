@@ -132,7 +132,8 @@ def _alone(file: str, stem: str, tree: dict[str, Any], kind: Kind) -> OnePart[An
         else:
             part = getattr(arm.joints[0], kind)
             return OnePart(arm.name, single(part) if alone else part, arm.notes)
-    raise refusals[0]
+    # A part of a sliding joint is refused as such: as one of a turning joint it would have more mistakes.
+    raise min(refusals, key=lambda refusal: len(refusal.problems))
 
 
 def _draft(file: str, stem: str, tree: dict[str, Any], kind: Kind, joint: dict[str, Any], *, alone: bool) -> Draft:
