@@ -39,6 +39,8 @@ _TOOL, _PAYLOAD = 0.016, 0.03
 # length that is before the seat.
 _COAXIAL, _BEFORE = 0.95, 0.1
 _SIDES: Final = 48
+# Shorter distances (m) are rounding, and no bar is drawn.
+_NOTHING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,7 +131,11 @@ class _Shape:
         place = self.places[seat]
         to_seat = place.pose[:3, 3]
         if place.parent:
-            return [_bar(f"{joint.name}.offset", "offset", place.parent, np.zeros(3), to_seat, _OFFSET * size)] if to_seat.any() else []
+            return (
+                [_bar(f"{joint.name}.offset", "offset", place.parent, np.zeros(3), to_seat, _OFFSET * size)]
+                if np.linalg.norm(to_seat) > _NOTHING
+                else []
+            )
         foot = np.array([*to_seat[:2], 0.0])
         wide, thick = _PLATE
         if abs(to_seat[2]) > thick * size:
@@ -142,7 +148,7 @@ class _Shape:
         place = self.places[last]
         size = self._thickness.get(place.parent) or self.length * _THIN
         out = []
-        if place.parent and place.pose[:3, 3].any():
+        if place.parent and np.linalg.norm(place.pose[:3, 3]) > _NOTHING:
             out.append(_bar("tool", "tool", place.parent, np.zeros(3), place.pose[:3, 3], _OFFSET * size))
         out.append(_ball("tool point", "tool", last, np.zeros(3), _TOOL * self.length))
         if payload.mass:

@@ -60,6 +60,17 @@ def test_a_typical_error_is_drawn_as_a_twentieth_of_the_picture():
     assert 0.03 < factor * 1.2e-3 / 3.0 < 0.1
 
 
+def test_an_arm_above_its_workspace_is_in_the_picture():
+    """The rails of a gantry are not part of its base, and its workspace is not around it."""
+    arm = lostmotion.read(EXAMPLES / "gantry.toml")
+    poses = sample_poses(arm, 64)
+    framing = Framing.of(arm, tool_points(arm, poses.q), poses.q[0])
+    at = frames(arm, poses.q[:1])[:, 0]
+    corners = np.concatenate([body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies])
+    assert (np.linalg.norm(corners - framing.middle, axis=1) <= framing.size / 2 + 1e-9).all()
+    assert 0.3 < len(visible(tool_points(arm, poses.q), "half", framing.size)) / 64 < 0.6
+
+
 @pytest.mark.parametrize("file", ["z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml"])
 def test_the_first_pose_shows_the_arm_above_its_base(file):
     """No place of the arm is below the base, and the tool is neither at the axis nor at full stretch; base and workspace are in the picture."""
@@ -70,7 +81,7 @@ def test_the_first_pose_shows_the_arm_above_its_base(file):
     points = tool_points(arm, poses.q)
     assert at[:, 2].min() > -0.02
     assert 0.3 < np.hypot(*at[-1, :2]) / np.hypot(*points[:, :2].T).max() < 0.9
-    framing = Framing.of(arm, points)
+    framing = Framing.of(arm, points, q)
     assert np.linalg.norm(framing.camera - framing.middle) < framing.size
     assert (np.linalg.norm(points - framing.middle, axis=1) <= framing.size / 2 + 1e-9).all()
     assert framing.floor <= 0
@@ -87,6 +98,7 @@ def test_a_click_means_the_first_point_near_the_ray():
 def test_half_of_the_workspace_is_that_behind_the_arm():
     """A plane workspace has no half behind it and is shown whole."""
     points = np.array([[0, -1.0, 0], [0, 0, 0], [0, 1.0, 0]])
+    assert visible(points + np.array([0, 5, 0]), "half", 2.0).tolist() == [2]
     assert visible(points, "half", 2.0).tolist() == [2]
     assert visible(points, "all", 2.0).tolist() == [0, 1, 2]
     assert visible(points, "none", 2.0).tolist() == []

@@ -44,10 +44,19 @@ class Controls:
             self._add_switch("load compensated", "compensated", "The controller corrects every deflection that load and pose determine.")
             self._add_switch("geometry calibrated", "calibrated", "Lengths, axes and encoder zeros of each robot are identified.")
         self._budget, self._torques = gui.add_html(""), gui.add_html("")
-        with gui.add_folder("Other parts", expand_by_default=False):
-            for joint in arm.joints:
-                self._add_list(f"{joint.name} gearbox", joint, gearbox_names(joint), session.choose_gearbox)
-                self._add_list(f"{joint.name} link", joint, section_names(arm, joint), session.choose_section)
+        offers = [
+            (f"{joint.name} {part}", joint, words, choose)
+            for joint in arm.joints
+            for part, words, choose in (
+                ("gearbox", gearbox_names(joint), session.choose_gearbox),
+                ("link", section_names(arm, joint), session.choose_section),
+            )
+            if words
+        ]
+        if offers:
+            with gui.add_folder("Other parts", expand_by_default=False):
+                for offer in offers:
+                    self._add_list(*offer)
         with gui.add_folder("Picture"):
             self.shown = gui.add_dropdown("workspace", ("half", "all", "none"), hint="Click a point to go there.")
             self.shown.on_update(lambda _: redraw())
@@ -109,9 +118,8 @@ class Controls:
         switch.on_update(lambda _: self._session.choose(**{name: bool(switch.value)}))
 
     def _add_list(self, label: str, joint: Joint, words: list[str], choose: Callable[[str, str], None]) -> None:
-        if words:
-            chooser = self._gui.add_dropdown(label, (AS_IN_FILE, *words))
-            chooser.on_update(lambda _: choose(joint.name, str(chooser.value)))
+        chooser = self._gui.add_dropdown(label, (AS_IN_FILE, *words))
+        chooser.on_update(lambda _: choose(joint.name, str(chooser.value)))
 
     def _print_pose(self) -> None:
         text = panel.pose_option(self._session.arm, self._session.q)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 Shown = Literal["half", "all", "none"]
 # Direction from the middle of the workspace to the camera, with z up, and its distance over the size of the workspace.
 _CAMERA: Final = np.array([0.42, -0.86, 0.28])
-_DISTANCE: Final = 0.62
-# The half of the workspace behind the arm begins this share of its size behind the axis of the base.
+_DISTANCE: Final = 0.68
+# The half of the workspace behind the arm begins this share of its size behind its middle.
 _BEHIND: Final = 0.06
 # A workspace that is thinner than this share of its size is not cut.
 _THIN: Final = 0.25
@@ -45,12 +45,13 @@ class Framing:
     floor: float
 
     @classmethod
-    def of(cls, arm: Arm, points: Floats) -> Self:
-        """Return the framing for the tool points (pose, 3) of an arm, m; the base is always in the picture."""
-        corners = [body.corners() for body in arm.bodies if body.place == 0]
-        seen = np.concatenate([points, np.zeros((1, 3)), *corners])
+    def of(cls, arm: Arm, points: Floats, q: Floats) -> Self:
+        """Return the framing for the tool points (pose, 3), m, and for the arm itself at q (joint,), rad and m."""
+        at = frames(arm, q)[:, 0]
+        corners = {body: body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies}
+        seen = np.concatenate([points, np.zeros((1, 3)), *corners.values()])
         low, high = seen.min(axis=0), seen.max(axis=0)
-        floor = float(min(np.concatenate([np.zeros((1, 3)), *corners])[:, 2]))
+        floor = min([0.0, *(float(each[:, 2].min()) for body, each in corners.items() if body.kind == "base")])
         return cls(float(np.linalg.norm(high - low)) or 1.0, (low + high) / 2, floor)
 
     @property
@@ -74,9 +75,10 @@ def visible(points: Floats, shown: Shown, size: float) -> NDArray[np.int64]:
     """Return the indices of the tool points (pose, 3) that are drawn: those behind the arm, seen from the camera, all, or none."""
     if shown == "none":
         return np.empty(0, dtype=int)
-    if shown == "all" or np.ptp(points[:, 1]) < _THIN * size:
+    low, high = points[:, 1].min(), points[:, 1].max()
+    if shown == "all" or high - low < _THIN * size:
         return np.arange(len(points))
-    return np.flatnonzero(points[:, 1] > _BEHIND * size)
+    return np.flatnonzero(points[:, 1] > (low + high) / 2 + _BEHIND * size)
 
 
 def picked(origin: Floats, direction: Floats, points: Floats, size: float) -> int | None:

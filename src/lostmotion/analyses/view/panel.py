@@ -53,7 +53,7 @@ def budget_bars(costs: Sequence[Cost]) -> str:
 
 
 def torque_bars(arm: Arm, found: Figures) -> str:
-    """Return bars of the holding torque of each drive.
+    """Return bars of the torque or force that each drive holds.
 
     They are shares of the rated torque, red above it. Drives without a rating have no bar; where none has one, bars compare the torques.
     """
@@ -63,7 +63,7 @@ def torque_bars(arm: Arm, found: Figures) -> str:
         (joint.name, size, f"{digits(abs(torque))} {joint.load_unit}")
         for joint, size, torque in zip(arm.moving, sizes, found.torques.tolist(), strict=True)
     ]
-    title = "Holding torque, share of rated" if rated else "Holding torque (no rating is stated)"
+    title = "Holding load of the drives, share of rated" if rated else "Holding load of the drives (no rating stated)"
     return _block(_title(title) + _bars(rows, _BLUE, full=1.0 if rated else None))
 
 

@@ -54,7 +54,7 @@ class Window:
         gui = self._server.gui
         gui.configure_theme(dark_mode=True, control_width="large", show_logo=False, show_share_button=False, brand_color=_BRAND)
         gui.main_panel.dock_right()
-        self._framing = Framing.of(self._arm, tool_points(self._arm, poses.q))
+        self._framing = Framing.of(self._arm, tool_points(self._arm, poses.q), session.q)
         draw_meshes, self._note = (None, "") if urdf is None else meshes_of(self._server, urdf, self._arm)
         self._scene = Scene(self._server, self._arm, self._framing, draw_meshes)
         self._scene.show_shape(self._arm)
