@@ -119,6 +119,7 @@ def test_presets_of_a_whole_arm_apply_where_a_joint_names_none(tmp_path):
         ("preset = 3", "joints.A.preset", "hobby servo"),
         ('link = { length = "1 m", preset = "oak" }', "joints.A.link.preset", "printed PLA"),
         ('gearbox = { kind = "worm", wheel_teeth = 60, preset = "small planetary" }', "joints.A.gearbox.kind", "small planetary"),
+        ('encoder = { preset = "17 bits" }', "joints.A.encoder.preset", "there is none"),
         ('lumped = { preset = "hobby servo" }', "joints.A.lumped.preset", "angle"),
     ],
 )

@@ -119,7 +119,7 @@ def _named(draft: Draft, holder: dict[str, Any], part: str, kind: str, path: Pat
 
 
 def _row(draft: Draft, name: object, part: str, kind: str, path: Path) -> PresetRow | None:
-    fitting = {row.name: row for row in presets()[part].values() if not kind or row.type in ("", kind)}
+    fitting = {row.name: row for row in presets().get(part, {}).values() if not kind or row.type in ("", kind)}
     if isinstance(name, str) and name in fitting:
         return fitting[name]
     near = nearest(name, fitting) if isinstance(name, str) else ""
