@@ -25,7 +25,7 @@ static double now(void)
 
 static void call(int what, int pose)
 {
-    const lm_options options = {1, what == 2};
+    const lm_options options = {1, what == 2, (lm_real)1e-5, (lm_real)0.01};
     lm_output output;
     lm_command command;
     if (what == 0) {

@@ -5,15 +5,15 @@
 
 int main(void)
 {
-    double in[2 * LM_JOINTS + 15];
+    double in[2 * LM_JOINTS + 17];
     double out[LM_FLAT_PREDICTION + LM_FLAT_COMMAND];
-    while (fread(in, sizeof(double), 2 * LM_JOINTS + 15, stdin) == 2 * LM_JOINTS + 15) {
+    while (fread(in, sizeof(double), 2 * LM_JOINTS + 17, stdin) == 2 * LM_JOINTS + 17) {
         const double *load = in + LM_JOINTS;
         const double *gravity = load + 10;
         const double *side = gravity + 3;
         const double *options = side + LM_JOINTS;
         lm_flat_predict(in, load, gravity, side, out);
-        lm_flat_compensate(in, load, gravity, side, (int)options[0], (int)options[1], out + LM_FLAT_PREDICTION);
+        lm_flat_compensate(in, load, gravity, side, options, out + LM_FLAT_PREDICTION);
         if (fwrite(out, sizeof(double), LM_FLAT_PREDICTION + LM_FLAT_COMMAND, stdout) != LM_FLAT_PREDICTION + LM_FLAT_COMMAND) {
             return 1;
         }

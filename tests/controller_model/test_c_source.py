@@ -14,6 +14,7 @@ import pytest
 
 import lostmotion
 from lostmotion.controller_model.controller import Controller
+from lostmotion.laws.distributions import Cosine, Normal, Sine
 from tests.error_model.test_continuity import scara
 from tests.parts.random_arms import EXAMPLES, random_arm
 
@@ -62,7 +63,8 @@ def inputs(model, count, seed=7):
     load = tables.load * rng.uniform(0.5, 1.2, size=(count, 10)) + rng.normal(size=(count, 10)) * [0, 0.01, 0.01, 0.01, 5, 5, 5, 0.2, 0.2, 0.2]
     gravity = tables.gravity + rng.normal(size=(count, 3)) * 0.5
     side = rng.integers(-1, 2, size=q.shape).astype(float)
-    options = np.column_stack([rng.integers(1, 3, size=count), rng.integers(0, 2, size=count)]).astype(float)
+    damping, step = np.array([[1e-5, 0.01], [1e-4, 0.002]])[rng.integers(0, 2, size=count)].T
+    options = np.column_stack([rng.integers(1, 3, size=count), rng.integers(0, 2, size=count), damping, step])
     return q, load, gravity, side, options
 
 
@@ -79,11 +81,11 @@ def expected(model, given):
     found = model.predict(q, load, gravity, side)
     count, joints = q.shape
     sent = np.zeros((count, 7 + joints))
-    for passes in (1, 2):
-        for whole in (0, 1):
-            chosen = (options == [passes, whole]).all(axis=1)
-            result = model.compensate(q[chosen], load[chosen], gravity[chosen], side[chosen], passes=passes, whole_pose=bool(whole))
-            sent[chosen] = np.column_stack([result.status, result.command, result.left])
+    for row in np.unique(options, axis=0):
+        chosen, (passes, whole, damping, step) = (options == row).all(axis=1), row
+        named = {"passes": int(passes), "whole_pose": bool(whole), "damping": damping, "largest_step": step}
+        result = model.compensate(q[chosen], load[chosen], gravity[chosen], side[chosen], **named)
+        sent[chosen] = np.column_stack([result.status, result.command, result.left])
     upper = np.triu_indices(3)
     return {
         "status": found.status[:, None],
@@ -211,6 +213,73 @@ def test_the_object_calls_nothing_but_mathematics(exported, compiler):
     names = {name for name in listed if name != "U" and not name.startswith("lm_")}
     assert names <= {"sin", "cos", "sincos", "sqrt", "erfc", "pow", "atan2", "memset", "memcpy", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail"}
     assert {"sin", "sincos"} & names
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_an_option_out_of_its_range_has_a_status(exported, precision):
+    """A damping of zero, of infinity or that is no number, and a negative largest step: status 1 and zeros."""
+    folder, model = exported("z-arm")
+    q, load, gravity, side, options = (each.copy() for each in inputs(model, 6))
+    options[:, 2:] = [[1e-5, 0.01], [0.0, 0.01], [np.nan, 0.01], [np.inf, 0.01], [1e-5, -1.0], [1e-5, np.nan]]
+    found = computed(built(folder, *SANITIZERS, *PRECISIONS[precision]), (q, load, gravity, side, options), q.shape[1])[:, 34 + 8 * q.shape[1] :]
+    assert np.isin(found[0, 0], [0, 4])
+    assert (found[1:, 0] == 1).all()
+    assert not found[1:, 1:].any()
+
+
+def test_the_default_joint_values_are_valid(tmp_path):
+    """Zero, or the middle of a range without zero, in C as in Python."""
+    arm = ARMS["z-arm"]()
+    first = arm.joints[0].model_copy(update={"limits": (0.2, 1.0)})
+    arm = arm.model_copy(update={"joints": (first, *arm.joints[1:])})
+    lostmotion.export_c(arm, out=tmp_path)
+    main = tmp_path / "defaults.c"
+    text = 'lm_input in; lm_output out; lm_defaults(&in); printf("%d %.17g %.17g", lm_predict(&in, &out), in.q[0], in.q[1]); return 0;'
+    main.write_text(f'#include "lm_core.h"\n#include <stdio.h>\nint main(void) {{ {text} }}\n')
+    printed = subprocess.run([built(tmp_path, main=main)], capture_output=True, text=True, check=True).stdout.split()
+    assert [float(each) for each in printed] == pytest.approx([0, 0.6, 0])
+    np.testing.assert_allclose(lostmotion.controller(arm).tables.start, [0.6, 0, 0, 0, 0])
+
+
+def test_a_calibrated_export_is_the_calibrated_model(tmp_path):
+    """Estimates of zero errors, stiffness and a harmonic reach the C source: it computes what the calibrated Python model computes, not the other."""
+    arm = lostmotion.read(EXAMPLES / "z-arm.toml")
+    streams = (("joints.A.encoder.zero", Normal()), ("joints.B.gearbox.stiffness", Normal()))
+    streams += tuple(("joints.A.gearbox.transmission error 1", law) for law in (Cosine(), Sine()))
+    known = lostmotion.Calibration(streams, np.array([0.7, -1.1, 0.9, -0.3]), np.diag([0.01, 0.04, 0.02, 0.02]))
+    made = lostmotion.export_c(arm, out=tmp_path, unroll=True, calibration=known)
+    assert made["sha256"] != lostmotion.export_c(arm, out=tmp_path / "other")["sha256"]
+    assert "one calibrated robot, with 4 estimates" in (tmp_path / "README.md").read_text()
+    model, joints = lostmotion.controller(arm, calibration=known), len(arm.moving)
+    given = inputs(model, 200)
+    screw, covariance = slice(20 + 2 * joints, 26 + 2 * joints), slice(26 + 2 * joints, 32 + 2 * joints)
+    upper = np.triu_indices(3)
+    expects, others = (each.predict(*given[:4]) for each in (model, lostmotion.controller(arm)))
+    for form in ([], ["-DLM_LOOPED"]):
+        found = computed(built(tmp_path, *form), given, joints)
+        assert (np.abs(found[:, screw] - expects.screw) <= 1e-12 * size(expects.screw)[:, None]).all()
+        assert (np.abs(found[:, covariance] - expects.covariance[:, *upper]) <= 1e-12 * size(expects.covariance[:, *upper])[:, None]).all()
+    assert (np.abs(found[:, screw] - others.screw).max(axis=1) > 1e-6).all()
+
+
+@pytest.mark.skipif("gcc" not in COMPILERS, reason="gcc is not installed: it alone reports the stack")
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("name", ["ur5e", "drawn"])
+def test_the_readme_states_the_sizes(tmp_path, name, precision):
+    """Structures as the compiler lays them out, and a stack that the largest chain of calls does not exceed."""
+    lostmotion.export_c(ARMS[name](), out=tmp_path, precision=precision)
+    flags = [*FLAGS, "-fstack-usage", "-Isrc", "src/lm_core.c", "src/lm_model.c", "test/self_test.c", "-o", "program", "-lm"]
+    subprocess.run(["gcc", *flags], cwd=tmp_path, check=True)
+    printed = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True).stdout
+    stated = {
+        what: int(count.replace(" ", ""))
+        for what, count in re.findall(r"^\| (.*) \| ([\d ]+) \|$", (tmp_path / "README.md").read_text(), re.MULTILINE)
+    }
+    for what in ("lm_input", "lm_output", "lm_command"):
+        assert f"{what} {stated[f'`{what}`']}" in printed
+    taken = {line.split(":")[-1].split("\t")[0]: int(line.split("\t")[1]) for line in next(tmp_path.glob("*lm_core.su")).read_text().splitlines()}
+    chain = taken["lm_compensate"] + taken["lm_predict"] + taken["lm_predict_valid"]
+    assert 0.6 * stated["stack of `lm_compensate` and what it calls, about"] < chain <= stated["stack of `lm_compensate` and what it calls, about"]
 
 
 def test_the_command_line_writes_the_same_sources_twice(tmp_path):

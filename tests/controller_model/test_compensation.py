@@ -10,7 +10,7 @@ import pytest
 
 import lostmotion
 from lostmotion.controller_model.controller import LARGEST_STEP, OK, SINGULAR
-from lostmotion.controller_model.prediction import frames
+from lostmotion.controller_model.remainder import reached, remainder
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.propagation.exact import compose
 from tests.controller_model.test_prediction import one_joint
@@ -24,13 +24,6 @@ def case(name):
     low, high = np.clip(arm.limits, -2.8, 2.8).T
     q = np.random.default_rng(2).uniform(low + 0.02, high - 0.02, size=(1500, len(low)))
     return arm, lostmotion.controller(arm), q
-
-
-def reached(model, command):
-    """Return the tool points (pose, 3) that the model expects at a command: joints with their deflection, then the rest."""
-    found = model.predict(command)
-    _, points = frames(model.tables, command + found.joints)
-    return points[-1] + found.elsewhere[:, 3:]
 
 
 def composed(arm, command):
@@ -57,6 +50,33 @@ def test_one_pass_leaves_a_thousandth_of_the_error():
         assert np.median(share) <= 2e-3
         assert np.quantile(share, 0.95) <= 5e-3
         assert share.max() <= 1e-2
+
+
+def test_the_readme_of_an_export_measures_what_remains():
+    """Median, 95th percentile and worst case at regular poses, as measured here pose by pose; without a regular pose there are none."""
+    _, model, q = case("ur5e.urdf")
+    share, regular = shares(model, q, functools.partial(reached, model))
+    share = share[regular > 0.1]
+    found = remainder(model, q, 1)
+    assert found == pytest.approx((len(share), np.median(share), np.quantile(share, 0.95), share.max()))
+    assert remainder(model, q[regular <= 0.1], 1).poses == 0
+
+
+def test_damping_and_the_largest_step_are_options():
+    """More damping takes smaller steps near singular poses and leaves more; a smaller largest step is never exceeded; other values are refused."""
+    _, model, q = case("ur5e.urdf")
+    q = q.copy()
+    q[:, 4] = 1e-3  # two axes of the wrist nearly in line
+    usual, damped, short = (model.compensate(q, **each) for each in ({}, {"damping": 1e-2}, {"largest_step": 1e-4}))
+    steps = [np.abs(each.command - q + each.prediction.joints).max(axis=1) for each in (usual, damped, short)]
+    left = [np.linalg.norm(each.left[:, 3:], axis=1) for each in (usual, damped, short)]
+    assert np.median(steps[1]) < np.median(steps[0])
+    assert np.median(left[1]) > 10 * np.median(left[0])
+    assert steps[2].max() <= 1e-4 * (1 + 1e-9)
+    assert (short.status == SINGULAR).any()
+    for wrong in ({"damping": 0.0}, {"damping": math.nan}, {"largest_step": -1.0}, {"largest_step": math.inf}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            model.compensate(q, **wrong)
 
 
 @pytest.mark.parametrize("name", ["ur5e.urdf", "z-arm.toml"])

@@ -126,6 +126,19 @@ def test_payload_and_gravity_can_be_changed(running):
     np.testing.assert_allclose(running.values("length95"), found.length95, rtol=1e-10)
 
 
+def test_damping_and_the_largest_step_are_parameters(running):
+    """They change the command as in Python; joint values start at zero or within their range."""
+    model, names = lostmotion.controller(EXAMPLES / "ur5e.urdf"), joints()
+    q = np.linspace(-1, 1, len(names))
+    running.set(**{f"q.{name}": value for name, value in zip(names, q, strict=True)})
+    running.set(damping=1e-2, largest_step=2e-4)
+    sent = model.compensate(q, damping=1e-2, largest_step=2e-4).command[0]
+    np.testing.assert_allclose(running.values(*(f"command.{name}" for name in names)), sent, atol=1e-12)
+    assert np.abs(sent - model.compensate(q).command[0]).max() > 1e-6
+    running.set(damping=0.0)
+    assert running.status() == 1
+
+
 @pytest.mark.parametrize(("value", "status"), [(math.nan, 1), (math.inf, 1), (100.0, 2)])
 def test_a_bad_input_gives_a_status_and_zeros(running, value, status):
     """The step warns, and no older result remains."""

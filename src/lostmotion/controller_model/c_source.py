@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
@@ -95,6 +95,27 @@ def sizes_of(tables: Tables) -> Sizes:
         max(len(tables.draws), 1),
         len(tables.records),
     )
+
+
+class Bytes(NamedTuple):
+    """Sizes of the structures of the C core, and of its arrays on the stack while it compensates, in bytes."""
+
+    input: int
+    output: int
+    command: int
+    stack: int
+
+
+def bytes_of(tables: Tables, number_size: int) -> Bytes:
+    """Return sizes in bytes for numbers of 4 or 8 bytes, on machines with integers of 4."""
+    joints, sizes = len(tables.joints), sizes_of(tables)
+    given, output = 2 * joints + 13, 9 + 3 + 2 * joints + 12 + 6 + 2 + 6 * joints
+    command, of_integers = joints + 6, max(number_size, 4)
+    frames, local = 18 * sizes.places, 12 + sizes.factors + sizes.sizes
+    # Frames twice, one place of the prediction, a second result and its input, rows of the Jacobian and the normal matrix, and small arrays.
+    numbers_held = 2 * frames + local + 3 * sizes.draws + output + given + 6 * joints + 36 + 150
+    stack = numbers_held + 512 // number_size
+    return Bytes(given * number_size, output * number_size + 8, command * number_size + of_integers, stack * number_size)
 
 
 def table_source(tables: Tables) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -21,8 +22,10 @@ if TYPE_CHECKING:
 OK, INPUT, RANGE, LOAD, SINGULAR = range(5)
 # Flags of a pose: a play is open in some robots, so that the direction of approach counts; a drive is above its rated torque.
 OPEN_PLAY, OVERLOAD = 1, 2
-# Damping of the inverse of the position Jacobian, m^2 (Y. Nakamura, H. Hanafusa, J. Dyn. Sys. Meas. Control 108 (1986) 163).
+# Damping of the inverse of the position Jacobian, m^2, and its limits (Y. Nakamura, H. Hanafusa, J. Dyn. Sys. Meas. Control 108 (1986) 163).
 DAMPING: Final = 1e-5
+_LEAST_DAMPING: Final = 1e-8
+_LARGEST_DAMPING: Final = 1.0
 # Length that turns a rotation into a displacement where the whole pose is corrected, m.
 ROTATION_LENGTH: Final = 0.1
 # Largest step of a joint (rad or m) that corrects bending and bearings; the step of a drive's own deflection has no limit.
@@ -141,7 +144,7 @@ class Controller:
             **{name: values for name, values in found._asdict().items() if name != "factors"},
         )
 
-    def compensate(
+    def compensate(  # noqa: PLR0913 - the inputs and the options of lm_compensate
         self,
         q: Floats,
         load: Floats | None = None,
@@ -150,19 +153,27 @@ class Controller:
         *,
         passes: Literal[1, 2] = 1,
         whole_pose: bool = False,
+        damping: float = DAMPING,
+        largest_step: float = LARGEST_STEP,
     ) -> Compensation:
         """Return the joint command whose tool is expected at the pose that q has without errors.
 
         What deflects along the joints is subtracted from the command, exactly. What links, bearings and base move is removed through the damped
         inverse of the Jacobian.
 
-        passes      one leaves about 0.1 % of the expected error; a second one corrects the change of the load and the curvature
-        whole_pose  whether the rotation is corrected with the position
+        passes        one leaves about 0.1 % of the expected error; a second one corrects the change of the load and the curvature
+        whole_pose    whether the rotation is corrected with the position
+        damping       of the inverse, m^2, from 1e-8 to 1: more means smaller steps near singular poses, and more error left
+        largest_step  of a joint for what links, bearings and base move, rad or m; steps beyond it are reduced together
 
-        Other arguments and errors as `predict`.
+        Other arguments and errors as `predict`; ValueError for an option out of its range.
         """
         if passes not in {1, 2}:
             raise ValueError(f"passes is {passes}; expected 1 or 2")
+        if not _LEAST_DAMPING <= damping <= _LARGEST_DAMPING:
+            raise ValueError(f"damping is {damping}; expected 1e-8 to 1 m^2 (for example 1e-5)")
+        if not 0 <= largest_step < math.inf:
+            raise ValueError(f"largest_step is {largest_step}; expected a positive angle or length (for example 0.01)")
         first = self.predict(q, load, gravity, side)
         good = first.status == OK
         wanted, *inputs = (each[good] for each in self._inputs(q, load, gravity, side))
@@ -173,7 +184,7 @@ class Controller:
             if number:
                 at = self._evaluate(sent, *inputs)
                 residual = self._residual(start, at, reached)
-            step, reduced = self._step(at.jacobian, residual, whole_pose=whole_pose)
+            step, reduced = _step(at.jacobian, residual, damping, largest_step, whole_pose=whole_pose)
             asked = reached + step - at.joints
             sent, left, cut = self._within_limits(asked, sent, residual + _moved(at, sent + at.joints - reached), at, whole_pose=whole_pose)
             reached = sent + at.joints
@@ -190,16 +201,6 @@ class Controller:
         change = turns[-1] @ start.turn.transpose(0, 2, 1)
         turn = np.stack([change[:, 2, 1] - change[:, 1, 2], change[:, 0, 2] - change[:, 2, 0], change[:, 1, 0] - change[:, 0, 1]], axis=1) / 2
         return np.concatenate([turn, points[-1] - start.point], axis=1) + at.elsewhere
-
-    def _step(self, jacobian: Floats, error: Floats, *, whole_pose: bool) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return the step of the joints that removes an error of the tool, and whether its size was reduced."""
-        rows, weight = _rows(whole_pose=whole_pose)
-        own = jacobian[:, rows] * weight[:, None]
-        normal = own @ own.transpose(0, 2, 1) + DAMPING * np.eye(len(weight))
-        step = -np.einsum("pij,pi->pj", own, np.linalg.solve(normal, (error[:, rows] * weight)[..., None])[..., 0])
-        largest = np.abs(step).max(axis=1, initial=0.0)
-        short = largest > LARGEST_STEP
-        return step * np.where(short, LARGEST_STEP / np.where(short, largest, 1.0), 1.0)[:, None], short
 
     def _within_limits(
         self, asked: Floats, before: Floats, error: Floats, at: Prediction, *, whole_pose: bool
@@ -219,6 +220,17 @@ class Controller:
         sent = before + np.where(cut, best, 1.0)[:, None] * change
         sent = np.where(cut[:, None], sent, asked)
         return sent, error + _moved(at, sent - before), cut
+
+
+def _step(jacobian: Floats, error: Floats, damping: float, largest_step: float, *, whole_pose: bool) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the step of the joints that removes an error of the tool, and whether its size was reduced."""
+    rows, weight = _rows(whole_pose=whole_pose)
+    own = jacobian[:, rows] * weight[:, None]
+    normal = own @ own.transpose(0, 2, 1) + damping * np.eye(len(weight))
+    step = -np.einsum("pij,pi->pj", own, np.linalg.solve(normal, (error[:, rows] * weight)[..., None])[..., 0])
+    largest = np.abs(step).max(axis=1, initial=0.0)
+    short = largest > largest_step
+    return step * np.where(short, largest_step / np.where(short, largest, 1.0), 1.0)[:, None], short
 
 
 def _rows(*, whole_pose: bool) -> tuple[slice, Floats]:

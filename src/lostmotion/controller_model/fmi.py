@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from lostmotion.controller_model.controller import DAMPING, LARGEST_STEP
 from lostmotion.version import __version__
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def variables_of(tables: Tables) -> list[Variable]:
             slides[record.joint] = record.slides
     of_joint, held = ["m" if each else "rad" for each in slides], ["N" if each else "N.m" for each in slides]
     out = [Variable("time", "time", "independent", "not used: the model has no state", "s")]
-    out += [Variable(f"q.{joint}", f"input.q[{k}]", "input", "joint value", of_joint[k], 0.0) for k, joint in enumerate(joints)]
+    out += [Variable(f"q.{joint}", f"input.q[{k}]", "input", "joint value", of_joint[k], float(tables.start[k])) for k, joint in enumerate(joints)]
     sides = "sign of the last motion, 0 where it is not known"
     out += [Variable(f"side.{joint}", f"input.side[{k}]", "input", sides, "", 0.0) for k, joint in enumerate(joints)]
     payload = (("mass", "kg"), *((f"centre.{axis}", "m") for axis in _AXES))
@@ -73,6 +74,10 @@ def variables_of(tables: Tables) -> list[Variable]:
     out += [Variable(f"gravity.{a}", f"input.gravity[{k}]", "parameter", falls, "m/s2", float(tables.gravity[k])) for k, a in enumerate(_AXES)]
     out.append(Variable("passes", "options.passes", "parameter", "passes of the compensation, 1 or 2", "", 1, integer=True, limits=(1, 2)))
     out.append(Variable("whole_pose", "options.whole_pose", "parameter", "1: the rotation is corrected as well as the position", "", 0, integer=True))
+    out.append(Variable("damping", "options.damping", "parameter", "of the inverse of the Jacobian, 1e-8 to 1", "m2", DAMPING))
+    out.append(
+        Variable("largest_step", "options.largest_step", "parameter", "of a joint for what links, bearings and base move, rad or m", "", LARGEST_STEP)
+    )
     return [*out, *_outputs(joints, of_joint, held)]
 
 

@@ -212,3 +212,9 @@ class Tables:
     load: Floats
     gravity: Floats
     valid: Validity
+
+    @property
+    def start(self) -> Floats:
+        """Return joint values (joint,) to start with, rad or m: zero, or the middle of a range without it."""
+        low, high = self.limits.T
+        return np.where((low <= 0) & (high >= 0), 0.0, low + (high - low) / 2)

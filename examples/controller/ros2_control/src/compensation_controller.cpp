@@ -138,7 +138,8 @@ protected:
       input_.q[k] = std::isfinite(reference_interfaces_[k]) ? reference_interfaces_[k] : input_.q[k];
       input_.side[k] = last_motion(k);
     }
-    const lm_options options = {1, 0};
+    lm_options options;
+    lm_default_options(&options);
     const int status = lm_compensate(&input_, &options, &output_, &command_);
     const bool valid = status == LM_OK || status == LM_SINGULAR;
     const double most = largest_rate_ * period.seconds();

@@ -12,9 +12,14 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from lostmotion.controller_model.calibration import Calibration
+
 _LargestPayload: TypeAlias = Annotated[
     Amount | None, Argument("Largest payload for which the model answers. Default: twice that of the file.", Quantity("kg", "10 kg", above=0))
 ]
+
+
+_CalibrationArgument: TypeAlias = Annotated["Calibration | None", Argument("Estimates of the errors of one robot. Default: none.", python_only=True)]
 
 
 @question(folder=None)
@@ -26,6 +31,7 @@ def export_c(
     precision: Annotated[Literal["double", "float"], Argument("Type of all numbers in C.")] = "double",
     unroll: Annotated[bool, Argument("Write the prediction out for this arm, without loops: faster, with more code.")] = False,
     largest_payload: _LargestPayload = None,
+    calibration: _CalibrationArgument = None,
     force: Annotated[bool, Argument("Replace files of an earlier export.")] = False,
 ) -> dict[str, Any]:
     """Write the error model of an arm as C source that predicts and compensates in fixed time, without allocation.
@@ -39,15 +45,16 @@ def export_c(
 
     """
     asked = read_arguments(export_c, locals())
-    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
+    from lostmotion.analyses.export.c_files import c_files, remarks_on
     from lostmotion.analyses.export.controller import controller
     from lostmotion.analyses.export.folder import write_files
+    from lostmotion.analyses.export.input_hash import input_hash
 
-    model = controller(asked.arm, largest_payload=asked.largest_payload)
-    remarks = remarks_on(asked.arm)
-    files = c_files(asked.arm, model, remarks, single=asked.precision == "float", unroll=asked.unroll)
+    model = controller(asked.arm, largest_payload=asked.largest_payload, calibration=asked.calibration)
+    remarks, sha256 = remarks_on(asked.arm, asked.calibration), input_hash(asked.arm, asked.calibration)
+    files = c_files(model, remarks, sha256, single=asked.precision == "float", unroll=asked.unroll)
     folder = write_files(files, asked.out, force=asked.force)
-    return {"folder": str(folder), "files": sorted(files), "sha256": input_hash(asked.arm), "joints": list(model.tables.joints), "remarks": remarks}
+    return {"folder": str(folder), "files": sorted(files), "sha256": sha256, "joints": list(model.tables.joints), "remarks": remarks}
 
 
 @question(folder=None)
@@ -58,6 +65,7 @@ def export_fmu(
     sidecar: SidecarArgument = None,
     version: Annotated[Literal["3.0", "2.0"], Argument("Version of the FMI standard.")] = "3.0",
     largest_payload: _LargestPayload = None,
+    calibration: _CalibrationArgument = None,
     force: Annotated[bool, Argument("Replace an earlier export.")] = False,
 ) -> dict[str, Any]:
     """Write the error model of an arm as an FMU for co-simulation: C sources, and a library for this platform where it has a C compiler.
@@ -71,19 +79,20 @@ def export_fmu(
 
     """
     asked = read_arguments(export_fmu, locals())
-    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
+    from lostmotion.analyses.export.c_files import c_files, remarks_on
     from lostmotion.analyses.export.controller import controller
     from lostmotion.analyses.export.fmu import fmu
     from lostmotion.analyses.export.folder import write_fmu
+    from lostmotion.analyses.export.input_hash import input_hash
 
-    model = controller(asked.arm, largest_payload=asked.largest_payload)
-    remarks = remarks_on(asked.arm)
-    content, folder = fmu(model, c_files(asked.arm, model, remarks, single=False), asked.version)
+    model = controller(asked.arm, largest_payload=asked.largest_payload, calibration=asked.calibration)
+    remarks, sha256 = remarks_on(asked.arm, asked.calibration), input_hash(asked.arm, asked.calibration)
+    content, folder = fmu(model, c_files(model, remarks, sha256, single=False), asked.version)
     path = write_fmu(asked.out, content, force=asked.force)
     return {
         "fmu": str(path),
         "version": asked.version,
         "library": folder or "none: no C compiler found",
-        "sha256": input_hash(asked.arm),
+        "sha256": sha256,
         "remarks": remarks,
     }

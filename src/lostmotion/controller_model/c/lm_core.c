@@ -42,9 +42,8 @@
 /* A larger share of robots is all of them. */
 #define LM_ALL ((lm_real)0.999999)
 #define LM_ONE ((lm_real)1)
-/* Damping of the inverse, m^2; largest step of a joint for bending; length that turns a rotation into a displacement, m. */
-#define LM_DAMPING ((lm_real)1e-5)
-#define LM_LARGEST_STEP ((lm_real)0.01)
+/* Least damping of the inverse, m^2; length that turns a rotation into a displacement, m. */
+#define LM_LEAST_DAMPING ((lm_real)1e-8)
 #define LM_ROTATION_LENGTH ((lm_real)0.1)
 
 static const lm_output lm_no_output = {0};
@@ -995,7 +994,9 @@ void lm_defaults(lm_input *input)
 {
     int k;
     for (k = 0; k < LM_JOINTS; k++) {
-        input->q[k] = LM_ZERO;
+        const lm_real low = lm_limits[2 * k];
+        const lm_real high = lm_limits[2 * k + 1];
+        input->q[k] = ((low <= LM_ZERO) && (high >= LM_ZERO)) ? LM_ZERO : low + (high - low) / (lm_real)2;
         input->side[k] = LM_ZERO;
     }
     for (k = 0; k < 10; k++) {
@@ -1004,6 +1005,14 @@ void lm_defaults(lm_input *input)
     for (k = 0; k < 3; k++) {
         input->gravity[k] = lm_gravity[k];
     }
+}
+
+void lm_default_options(lm_options *options)
+{
+    options->passes = 1;
+    options->whole_pose = 0;
+    options->damping = (lm_real)1e-5;
+    options->largest_step = (lm_real)0.01;
 }
 
 int lm_predict(const lm_input *input, lm_output *output)
@@ -1030,7 +1039,7 @@ static void lm_solve(lm_real a[36], lm_real b[6], int count)
             for (k = 0; k < j; k++) {
                 sum -= a[6 * i + k] * a[6 * j + k];
             }
-            a[6 * i + j] = (i == j) ? LM_SQRT(lm_largest_of(sum, LM_DAMPING * (lm_real)1e-3)) : sum / a[6 * j + j];
+            a[6 * i + j] = (i == j) ? LM_SQRT(lm_largest_of(sum, LM_LEAST_DAMPING)) : sum / a[6 * j + j];
         }
     }
     for (i = 0; i < count; i++) {
@@ -1048,9 +1057,9 @@ static void lm_solve(lm_real a[36], lm_real b[6], int count)
 }
 
 /* Step of the joints that removes an error of the tool. Return 1 where its size was reduced. */
-static int lm_step(const lm_output *at, const lm_real error[6], int whole_pose, lm_real step[LM_JOINTS])
+static int lm_step(const lm_output *at, const lm_real error[6], const lm_options *options, lm_real step[LM_JOINTS])
 {
-    const int first = (whole_pose != 0) ? 0 : 3;
+    const int first = (options->whole_pose != 0) ? 0 : 3;
     const int count = 6 - first;
     lm_real rows[6][LM_JOINTS];
     lm_real normal[36];
@@ -1067,7 +1076,7 @@ static int lm_step(const lm_output *at, const lm_real error[6], int whole_pose, 
     }
     for (i = 0; i < count; i++) {
         for (j = 0; j <= i; j++) {
-            normal[6 * i + j] = lm_dot(rows[i], rows[j], LM_JOINTS) + ((i == j) ? LM_DAMPING : LM_ZERO);
+            normal[6 * i + j] = lm_dot(rows[i], rows[j], LM_JOINTS) + ((i == j) ? options->damping : LM_ZERO);
         }
     }
     lm_solve(normal, x, count);
@@ -1078,12 +1087,12 @@ static int lm_step(const lm_output *at, const lm_real error[6], int whole_pose, 
         }
         largest = lm_largest_of(largest, LM_FABS(step[j]));
     }
-    if (largest > LM_LARGEST_STEP) {
+    if (largest > options->largest_step) {
         for (j = 0; j < LM_JOINTS; j++) {
-            step[j] *= LM_LARGEST_STEP / largest;
+            step[j] *= options->largest_step / largest;
         }
     }
-    return (largest > LM_LARGEST_STEP) ? 1 : 0;
+    return (largest > options->largest_step) ? 1 : 0;
 }
 
 /* out = error + J change */
@@ -1158,8 +1167,16 @@ static void lm_residual(const lm_output *start, const lm_output *at, const lm_re
 
 int lm_compensate(const lm_input *input, const lm_options *options, lm_output *output, lm_command *command)
 {
-    int status = lm_predict(input, output);
+    int status = LM_INPUT;
+    int valid = lm_within(&options->damping, 1, LM_LEAST_DAMPING, LM_ONE);
+    valid &= lm_within(&options->largest_step, 1, LM_ZERO, LM_MAX);
     *command = lm_no_command;
+    if (valid != 0) {
+        status = lm_predict(input, output);
+    } else {
+        *output = lm_no_output;
+        output->status = status;
+    }
     if (status == LM_OK) {
         lm_real reached[LM_JOINTS];
         lm_real residual[6];
@@ -1188,7 +1205,7 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
                 at = &second;
                 lm_residual(output, at, reached, residual);
             }
-            reduced |= lm_step(at, residual, options->whole_pose, step);
+            reduced |= lm_step(at, residual, options, step);
             for (j = 0; j < LM_JOINTS; j++) {
                 asked[j] = reached[j] + step[j] - at->joints[j];
                 drift[j] = command->q[j] + at->joints[j] - reached[j];
@@ -1228,9 +1245,10 @@ static int lm_agrees(const lm_real found[], const lm_real expected[], int count)
 
 int lm_self_test(void)
 {
-    const lm_options options = {1, 0};
+    lm_options options;
     int failed = 0;
     int k;
+    lm_default_options(&options);
     for (k = 0; k < LM_VECTORS; k++) {
         const lm_vector *vector = &lm_vectors[k];
         lm_output output;

@@ -25,7 +25,7 @@ extern "C" {
 
 /* Status. Outputs are zero unless it is LM_OK or LM_SINGULAR. */
 #define LM_OK 0
-#define LM_INPUT 1    /* an input that is not finite, or a last motion beyond -1 .. 1 */
+#define LM_INPUT 1    /* an input that is not finite, a last motion beyond -1 .. 1, or an option out of its range */
 #define LM_RANGE 2    /* a joint out of its range */
 #define LM_LOAD 3     /* a load or an acceleration beyond the tables */
 #define LM_SINGULAR 4 /* compensation alone: a step was reduced, more than usual is left */
@@ -57,8 +57,10 @@ typedef struct {
 } lm_output;
 
 typedef struct {
-    int passes;     /* 1 or 2 */
-    int whole_pose; /* 0: the position is corrected; 1: the rotation as well */
+    int passes;           /* 1 or 2 */
+    int whole_pose;       /* 0: the position is corrected; 1: the rotation as well */
+    lm_real damping;      /* of the inverse of the Jacobian, m^2, 1e-8 .. 1: more means smaller steps near singular poses, and more error left */
+    lm_real largest_step; /* of a joint for what links, bearings and base move, rad or m, at least 0; a drive's own deflection has no limit */
 } lm_options;
 
 typedef struct {
@@ -70,8 +72,11 @@ typedef struct {
 /* Names of the joints in the order of q, UTF-8. */
 extern const char *const lm_joint_names[LM_JOINTS];
 
-/* Fill an input with the payload and gravity of the arm file, joint values of zero and unknown last motions. */
+/* Fill an input with the payload and gravity of the arm file, unknown last motions, and joint values of zero, or of the middle of a range without it. */
 void lm_defaults(lm_input *input);
+
+/* Fill options with one pass for the position alone, a damping of 1e-5 m^2 and a largest step of 10 mrad (or 10 mm). */
+void lm_default_options(lm_options *options);
 
 /* Predict pose, torques and error of the tool. Return the status, as in `output`. */
 int lm_predict(const lm_input *input, lm_output *output);

@@ -44,17 +44,19 @@ void lm_flat_predict(const double q[], const double load[], const double gravity
     (void)lm_flat_copy(found.jacobian, 6 * LM_JOINTS, out, at);
 }
 
-void lm_flat_compensate(const double q[], const double load[], const double gravity[], const double side[], int passes, int whole_pose, double out[])
+void lm_flat_compensate(const double q[], const double load[], const double gravity[], const double side[], const double options[], double out[])
 {
     lm_input input;
     lm_output found;
     lm_command command;
-    lm_options options;
+    lm_options chosen;
     int at;
-    options.passes = passes;
-    options.whole_pose = whole_pose;
+    chosen.passes = (options[0] > 1.0) ? 2 : 1;
+    chosen.whole_pose = (options[1] > 0.0) ? 1 : 0;
+    chosen.damping = (lm_real)options[2];
+    chosen.largest_step = (lm_real)options[3];
     lm_flat_input(q, load, gravity, side, &input);
-    out[0] = (double)lm_compensate(&input, &options, &found, &command);
+    out[0] = (double)lm_compensate(&input, &chosen, &found, &command);
     at = lm_flat_copy(command.q, LM_JOINTS, out, 1);
     (void)lm_flat_copy(command.left, 6, out, at);
 }

@@ -16,8 +16,8 @@ extern "C" {
  * torques, joints, elsewhere (6), screw (6), covariance (6), mean square, length95, jacobian (6 x joints). */
 void lm_flat_predict(const double q[], const double load[], const double gravity[], const double side[], double out[]);
 
-/* Results: status, joint values to send, motion of the tool that remains (6). */
-void lm_flat_compensate(const double q[], const double load[], const double gravity[], const double side[], int passes, int whole_pose, double out[]);
+/* options [4]: passes, whole_pose, damping, largest_step as in lm_options. Results: status, joint values to send, motion of the tool that remains (6). */
+void lm_flat_compensate(const double q[], const double load[], const double gravity[], const double side[], const double options[], double out[]);
 
 #ifdef __cplusplus
 }

@@ -47,7 +47,7 @@ static void lm_fmi_reset(lm_instance *model)
 {
     memset(model, 0, sizeof *model);
     lm_defaults(&model->input);
-    model->options.passes = 1;
+    lm_default_options(&model->options);
 }
 
 static lm_instance *lm_fmi_new(const char *token)

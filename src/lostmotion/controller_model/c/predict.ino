@@ -2,19 +2,20 @@
 #include <lm_core.h>
 
 static lm_input input;
+static lm_options options;
 static lm_output output;
 static lm_command command;
 
 void setup() {
   Serial.begin(115200);
   lm_defaults(&input);
+  lm_default_options(&options);
   if (lm_self_test() != 0) {
     Serial.println("self test failed");
   }
 }
 
 void loop() {
-  const lm_options options = {1, 0};
   // Wanted joint values, in rad or m, go here.
   const int status = lm_compensate(&input, &options, &output, &command);
   if (status == LM_OK || status == LM_SINGULAR) {
