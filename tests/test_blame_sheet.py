@@ -52,7 +52,7 @@ def test_the_error_budget_is_reported_without_sampling_too(tmp_path):
     for method in ("analytic", "montecarlo"):
         done = run("--at", AT, "--at", "3", "--zone", "z 0..2 m", "--method", method, "--out", method, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
-        assert "Largest contributor: " in (tmp_path / method / "report.html").read_text()
+        assert "largest contributor: " in (tmp_path / method / "report.html").read_text()
         sections = json.loads((tmp_path / method / "result.json").read_text())["sections"]
         told[method] = {section["key"]: [(row["label"], row["figures"]) for row in section["rows"]] for section in sections}
     places = {f"{what}_at_{k}" for what in ("budget", "causes") for k in (1, 2, 3)}

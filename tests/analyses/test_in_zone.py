@@ -22,6 +22,7 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import Sampled, run
 from lostmotion.propagation.montecarlo.stopping import Tolerance
 from tests.conftest import arm_of
+from tests.first_screen import first_screen
 
 EVERYWHERE = {"x": (-9.0, 9.0), "z": (-9.0, 9.0)}
 CORNER = {"x": (0.7, 1.0), "y": (0.1, 0.4), "z": (0.2, 0.4)}
@@ -205,7 +206,7 @@ def test_a_study_says_what_was_found_in_its_zones(study):
     inside = pooled_quantile(by_ends.sampled.group_hist, by_ends.sampled.replicate_hist, 0.95)
     figure = rows["95th percentile"].figures[0]
     assert (figure.value, figure.low, figure.high) == pytest.approx([1e3 * end for end in (inside.value, inside.low, inside.high)])
-    assert f"In the zone z 0 … 2000 mm expect 95 % within {figure}" in study.sheet.verdict
+    assert f"In the zone z 0 … 2000 mm expect 95 % within {figure}" in first_screen(study.sheet)
     assert study.result()["zones"][1]["looked_at"] == 64
     arrays = study.arrays()
     assert arrays["zone_2_error_mean"].shape == (len(by_mask.poses),)

@@ -8,6 +8,7 @@ from lostmotion import sample_poses
 from lostmotion.error_model.intervals import two_way
 from lostmotion.propagation.montecarlo.stopping import STAGES, Stage, Tolerance, Watched, _capped, settle
 from tests.conftest import arm_of
+from tests.first_screen import first_screen
 
 SETS = 8
 
@@ -128,7 +129,7 @@ def test_a_study_with_a_stopping_rule_is_the_study_of_its_last_stage():
     assert (len(found.poses), found.sampled.robots) == (last.poses, last.robots)
     again = lostmotion.study(arm, last.poses, last.robots, 3, threads=1)
     np.testing.assert_array_equal(found.sampled.robot_means, again.sampled.robot_means)
-    assert f"Reached ±8 % after {last.robots} robots and {last.poses} poses." in found.sheet.verdict
+    assert f"Reached ±8 % after {last.robots} robots and {last.poses} poses." in first_screen(found.sheet)
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
     assert [row.label for row in rows] == list(last.figures)
     assert rows[1].figures[-1].value == pytest.approx(100 * last.figures["95th percentile"].relative)
@@ -147,8 +148,8 @@ def test_a_study_adds_poses_where_their_choice_limits_its_precision():
 def test_a_study_reports_that_it_missed_the_precision():
     """A study with too few robots reports the widest half-width and its figure, and rejects a stopping rule that it cannot apply."""
     found = lostmotion.study(arm_of(2), np.zeros((1, 2)), 100, 3, until="0.5 %", most_robots=120, threads=1)
-    assert "Did not reach ±0.5 %: half-width" in found.sheet.verdict
-    assert "after the most robots allowed, 120" in found.sheet.verdict
+    assert "Did not reach ±0.5 %: half-width" in first_screen(found.sheet)
+    assert "after the most robots allowed, 120" in first_screen(found.sheet)
     with pytest.raises(lostmotion.InputError, match="most_robots"):
         lostmotion.study(arm_of(2), 8, 100, 3, until="1 %", most_robots=50)
     with pytest.raises(lostmotion.InputError, match="until"):

@@ -23,6 +23,10 @@ _HEADS: Final = {"transmission error": "transm. error", "axis mounting": "axis"}
 # Titles of cards that show scatter between visits alone.
 _REPEATS: Final = ("repeatability", "RP")
 _MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"
+BASE_TILT: Final = "base tilt"
+# Joints, and kinds of error, that a headline names; of more it says how many.
+_NAMED_JOINTS: Final = 2
+_NAMED_KINDS: Final = 3
 _SHARED: Final = "a part that several joints share is listed under the first of them"
 
 
@@ -138,6 +142,47 @@ def caveats(known: States) -> list[str]:
 def assumed_value_sentences(known: States) -> list[str]:
     """Return the sentence of the headline that counts the assumed values; none where there are none."""
     return _rests_on(known.assumed)
+
+
+def rests_on_sentences(known: States) -> list[str]:
+    """Return the sentence on what is assumed, and on the kinds of error that are missing because nothing describes them; none without either."""
+    count, missing = assumed_count(known.assumed), missing_kinds(known)
+    named = "not described, so taken as perfect: " + _listed(missing) if missing else ""
+    if count:
+        return [f"This rests on {several(count, 'assumed value')}{f'; {named}' if named else ''}."]
+    return [f"{named[0].upper()}{named[1:]}."] if named else []
+
+
+def state_counts(known: States) -> tuple[int, int, int]:
+    """Return how many kinds of error of moving joints are stated, assumed and ideal; a described lumped error counts in place of ideal kinds."""
+    cells = []
+    for each in known.joints:
+        lumped = each.states.get("lumped", "ideal") != "ideal"
+        cells += [state for kind, state in each.states.items() if state != "ideal" or (kind != "lumped" and not lumped)]
+    return cells.count("stated"), cells.count("assumed"), cells.count("ideal")
+
+
+def missing_kinds(known: States) -> list[str]:
+    """Return the kinds of error that nothing describes, with the joints where others describe them.
+
+    Joints without any error source are named elsewhere, and a lumped error stands for every kind: neither is listed.
+    """
+    joints = [each for each in known.joints if not each.ideal and each.states.get("lumped", "ideal") == "ideal"]
+    out = []
+    for kind in KINDS:
+        having = [each for each in joints if kind in each.states]
+        ideal = [each.joint for each in having if each.states[kind] == "ideal"]
+        if kind != "lumped" and ideal:
+            where = "" if len(ideal) == len(having) else " of " + (", ".join(ideal) if len(ideal) <= _NAMED_JOINTS else several(len(ideal), "joint"))
+            out.append(kind + where)
+    return [*out, *([BASE_TILT] if known.base.get("tilt") == "ideal" else [])]
+
+
+def _listed(kinds: Sequence[str]) -> str:
+    """Return the first kinds by name, and how many more there are."""
+    if len(kinds) <= _NAMED_KINDS + 1:
+        return ", ".join(kinds)
+    return f"{', '.join(kinds[:_NAMED_KINDS])} and {len(kinds) - _NAMED_KINDS} more kinds of error"
 
 
 def assumed_count(assumed: Sequence[AssumedValue]) -> int:

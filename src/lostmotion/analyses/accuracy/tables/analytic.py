@@ -9,34 +9,30 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.accuracy.tables.bars import blame_bars, rms_bars
+from lostmotion.analyses.accuracy.tables.brief import trust, where, zone_sentence
 from lostmotion.analyses.accuracy.tables.budget import by_level_sections, halved_sections, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import limit_rows
+from lostmotion.analyses.accuracy.tables.headline import headline, on_condition, rms_remedy_sentence
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
+from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
 from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.provenance import (
-    assumed_value_sentences,
-    at_least,
-    bounded_cards,
-    error_sentence,
-    provenance_facts,
-    provenance_sections,
-    upper_limit_sentences,
-    zero_error_sentence,
-)
+from lostmotion.reporting.provenance import at_least, bounded_cards, provenance_facts, provenance_sections, rests_on_sentences
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, find_row, length, several
-from lostmotion.reporting.warnings import arm_warnings
+from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.budget import Budget, Cost
+    from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
@@ -81,12 +77,13 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95th percentile")) for k, zone in enumerate(zones, 1)]
     found_in = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside) if row is not None}
     halved = halved_sections("halving", "Effect of halving on the 95th percentile", blame)
+    overloaded = overloads(arm, poses)
     largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
     return Sheet(
         name=arm.name,
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
-        verdict=_verdict(found_in, largest, blame, known),
+        verdict=_verdict(found_in[""], blame, known, arm, overloaded),
         cards=bounded_cards(_cards(section, found_in, largest), known, ("95 % of", "mean", "root", "worst")),
         sections=(
             section,
@@ -97,7 +94,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             *requested_sections(places),
             *provenance_sections(known),
         ),
-        warnings=arm_warnings(arm, poses),
+        warnings=(*arm.warnings, *overload_warnings(overloaded)),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{several(len(poses), 'pose')} ({poses.law}); only the poses were drawn, and samples for the effect of halving",
@@ -116,27 +113,31 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             ),
             *rms_bars(blame),
         ),
+        about=about_arm(arm),
+        brief=_brief(arm, poses, found, found_in, known),
     )
 
 
-def _verdict(found_in: dict[str, Figure], largest: Cost | None, blame: Budget, known: States) -> str:
-    """Return the headline: the error over all poses ("") and in each zone, and the largest contributor."""
-    sentences = []
+def _verdict(figure: Figure, blame: Budget, known: States, arm: Arm, overloaded: Sequence[Overload]) -> str:
+    """Return the headline: the error over all poses, what compensation leaves of it, and what is assumed or missing."""
+    remedy = rms_remedy_sentence(blame, temperature=arm.has_temperatures)
+    if math.isfinite(figure.value):
+        return headline(figure, "", remedy, known, overloaded)
+    uncertain = f"Without sampling the 95 % error is uncertain by more than 5 %; {_REMEDY}."
+    rms = on_condition(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.", overloaded)
+    return " ".join(each for each in (uncertain, rms, remedy, *rests_on_sentences(known)) if each)
+
+
+def _brief(arm: Arm, poses: Poses, found: Analytic, found_in: dict[str, Figure], known: States) -> tuple[tuple[str, str], ...]:
+    """Return the statements of the first screen besides the headline."""
+    out = []
     for zone, figure in found_in.items():
-        if figure.value == 0:
-            sentences += [] if zone else [zero_error_sentence(known)]
-        elif math.isfinite(figure.value):
-            within = f"{figure} ({figure.between})"
-            sentences.append(f"In the zone {zone} expect 95 % within {at_least(within, known)}." if zone else error_sentence(within, known))
-        else:
-            here = f" in the zone {zone}" if zone else ""
-            sentences.append(f"Without sampling the 95 % error{here} is uncertain by more than 5 %; {_REMEDY}.")
-    if not math.isfinite(found_in[""].value):
-        sentences.append(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.")
-    if largest is not None:
-        share = Figure(100 * largest.share, "%")
-        sentences.insert(1, f"Largest contributor: {short_name(largest.part)} with {share} of the mean-square error.")
-    return " ".join([*sentences, *upper_limit_sentences(known), *assumed_value_sentences(known)])
+        if zone and math.isfinite(figure.value):
+            out.append(("Zone", zone_sentence(zone, figure, known)))
+        elif zone:
+            out.append(("Zone", f"Without sampling the 95 % error in the zone {zone} is uncertain by more than 5 %; {_REMEDY}."))
+    out += [("Where", where(arm, poses.q, found.mean)), *trust(known)]
+    return tuple((word, text) for word, text in out if text)
 
 
 def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) -> list[Card]:

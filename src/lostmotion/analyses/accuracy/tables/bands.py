@@ -44,14 +44,14 @@ def bands_sections(found: Bands | None, sections: Sequence[Section]) -> tuple[Se
     )
 
 
-def bands_sentence(found: Bands | None, sections: Sequence[Section]) -> str:
-    """Return the sentence of the headline on how far the 95 % error depends on ranges; empty where it does not."""
+def bands_clause(found: Bands | None, sections: Sequence[Section]) -> str:
+    """Return the clause of the headline on how far the 95 % error depends on ranges; empty where it does not."""
     value = _values(sections).get("95th percentile", 0.0)
     if found is None or not value:
         return ""
     causes = [key for key, share in found.influence("95th percentile").items() if share > _NAMED][:_MOST_NAMES]
-    mostly = f", first of all {', '.join(causes)}" if causes else ""
-    return f"With values known only as ranges{mostly}, this may be {_text(found, '95th percentile', value)} (5 to 95 % of what they leave open)."
+    mostly = f" (first of all {', '.join(causes)})" if causes else ""
+    return f"values known only as ranges{mostly} leave {_text(found, '95th percentile', value)} open (5 to 95 %)"
 
 
 def with_band(card: Card, found: Bands | None, sections: Sequence[Section]) -> Card:

@@ -4,34 +4,28 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.accuracy.tables.bands import bands_facts, bands_sections, bands_sentence, with_band
+from lostmotion.analyses.accuracy.tables.bands import bands_clause, bands_facts, bands_sections, with_band
 from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
+from lostmotion.analyses.accuracy.tables.brief import brief_of
 from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
-from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
+from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
+from lostmotion.analyses.accuracy.tables.stopping import stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
-from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in, zone_sections, zone_stopping
+from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
+from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.exact import share_neglected
+from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.provenance import (
-    assumed_value_sentences,
-    at_least,
-    bounded_cards,
-    error_sentence,
-    provenance_facts,
-    provenance_sections,
-    repeatability_sentence,
-    upper_limit_sentences,
-    zero_error_sentence,
-)
+from lostmotion.reporting.provenance import bounded_cards, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
-from lostmotion.reporting.warnings import arm_warnings
+from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,6 +34,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.analyses.accuracy.workspace import Workspace
     from lostmotion.error_model.intervals import Estimate
+    from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
@@ -68,14 +63,15 @@ def sheet(answer: Answer) -> Sheet:
     found = tuple(sections(answer))
     known = with_limits(states(answer.arm), answer.arm, answer.poses.q, answer.approach)
     sampled, poses = answer.sampled, answer.poses
+    overloaded = overloads(answer.arm, poses)
     whole = Sheet(
         name=answer.arm.name,
         subject="predicted accuracy",
         counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
-        verdict=_verdict(found, answer, known),
+        verdict=_verdict(found, answer, known, overloaded),
         cards=bounded_cards([with_band(card, answer.bands, found) for card in _cards(found, answer)], known, _ERRORS),
         sections=(*found, *provenance_sections(known)),
-        warnings=arm_warnings(answer.arm, answer.poses),
+        warnings=(*answer.arm.warnings, *overload_warnings(overloaded)),
         notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),
@@ -92,7 +88,9 @@ def sheet(answer: Answer) -> Sheet:
             **bands_facts(answer.bands),
             **provenance_facts(known),
         },
+        about=about_arm(answer.arm),
         bars=_bars(answer),
+        brief=brief_of(found, answer, known),
     )
     return checked(whole, sampled.exact, _q95(answer))
 
@@ -219,34 +217,13 @@ def _check(answer: Answer) -> Section:
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
-def _verdict(found: Sequence[Section], answer: Answer, known: States) -> str:
-    """Return the headline: position error, largest contributor, repeatability."""
+def _verdict(found: Sequence[Section], answer: Answer, known: States, overloaded: Sequence[Overload]) -> str:
+    """Return the headline: position error, the remedy that takes most off it, and what is assumed or missing."""
     error = find_row(found, "error", "95th percentile")
-    sentences = []
-    if error is not None and error.figures[0].value == 0:
-        sentences.append(zero_error_sentence(known))
-    elif error is not None:
-        figure = error.figures[0]
-        within = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
-        sentences.append(error_sentence(within, known))
-    sentences += [sentence for sentence in (bands_sentence(answer.bands, found),) if sentence]
-    parts = next((section.rows for section in found if section.key == "budget"), ())
-    if parts and parts[0].figures[1].value > 0:
-        sentences.append(f"Largest contributor: {parts[0].label} with {parts[0].figures[1]} of the mean-square error.")
-    repeats = find_row(found, "iso9283", "RP, 95th percentile of robots")
-    if repeats is not None and repeats.figures[0].value:
-        sentences.append(repeatability_sentence(str(repeats.figures[0]), known))
-    elif repeats is not None and (error is None or error.figures[0].value):
-        sentences.append("No described error differs between visits, so no repeatability is predicted.")
-    for zone, row in _in_zones(found, answer):
-        inside = row.figures[0]
-        within = f"{inside}{f' ({inside.interval})' if inside.interval else ''}"
-        sentences.append(f"In the zone {zone.name} expect 95 % within {at_least(within, known)}.")
-    if answer.stopping is not None:
-        sentences.append(outcome(answer.stopping, WHOLE if answer.zones else "") + ".")
-    sentences += [f"{sentence}." for sentence in stopped_in(answer.zones)]
-    sentences += [*upper_limit_sentences(known), *assumed_value_sentences(known)]
-    return " ".join(sentences)
+    if error is None:
+        return ""
+    remedy = remedy_sentence(answer.budget, answer.waterfall, temperature=answer.arm.has_temperatures)
+    return headline(error.figures[0], bands_clause(answer.bands, found), remedy, known, overloaded)
 
 
 def _in_zones(found: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:

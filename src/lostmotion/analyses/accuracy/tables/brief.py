@@ -1,0 +1,121 @@
+"""Statements of a study's first screen besides its headline: repeatability, zones, best and worst pose, drives, precision and trust."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.accuracy.tables.stopping import outcome
+from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in
+from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.provenance import (
+    BASE_TILT,
+    at_least,
+    missing_kinds,
+    repeatability_sentence,
+    state_counts,
+    upper_limit_sentences,
+)
+from lostmotion.reporting.sheet import Figure, find_row, length
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.holding_torques import HoldingTorque
+    from lostmotion.reporting.sheet import Section
+    from lostmotion.spatial import Floats
+
+# Drives that are named; and a share of the rated torque below which none is.
+_MOST_DRIVES: Final = 3
+_LEAST_SHARE: Final = 0.1
+_ROUNDING: Final = 1e-9
+
+
+def brief_of(found: Sequence[Section], answer: Answer, known: States) -> tuple[tuple[str, str], ...]:
+    """Return the statements of a study by Monte Carlo, each a word and a sentence or two."""
+    out = [("Repeatability", _repeatability(found, known))]
+    for k, zone in enumerate(answer.zones, 1):
+        row = find_row(found, f"zone_{k}", "95th percentile")
+        out += [("Zone", zone_sentence(zone.name, row.figures[0], known))] if row is not None else []
+    out += [
+        ("Where", where(answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN])),
+        ("Drives", drives(answer.arm, answer.worst_torques)),
+    ]
+    stopped = [] if answer.stopping is None else [f"{outcome(answer.stopping, WHOLE if answer.zones else '')}."]
+    out.append(("Precision", " ".join([*stopped, *(f"{sentence}." for sentence in stopped_in(answer.zones))])))
+    checked = answer.sampled.exact
+    return tuple((word, text) for word, text in (*out, *trust(known, length(checked.largest) if checked.samples else None)) if text)
+
+
+def _repeatability(found: Sequence[Section], known: States) -> str:
+    repeats, error = find_row(found, "iso9283", "RP, 95th percentile of robots"), find_row(found, "error", "95th percentile")
+    if repeats is not None and repeats.figures[0].value:
+        return repeatability_sentence(str(repeats.figures[0]), known)
+    if repeats is not None and (error is None or error.figures[0].value):
+        return "No described error differs between visits, so no repeatability is predicted."
+    return ""
+
+
+def zone_sentence(name: str, inside: Figure, known: States) -> str:
+    """Return the sentence on the error in a zone."""
+    within = f"{inside}{f' ({inside.interval})' if inside.interval else ''}"
+    return f"In the zone {name} expect 95 % within {at_least(within, known)}."
+
+
+def where(arm: Arm, q: Floats, mean: Floats) -> str:
+    """Return the mean error (m) at the best and at the worst of the poses q (pose, joint), rad and m; empty where all are equal."""
+    if not np.ptp(mean) > 0:
+        return ""
+    best, worst = int(mean.argmin()), int(mean.argmax())
+    at_best, at_worst = (f"{length(float(mean[k]))} at {_joints(arm, q[k])}" for k in (best, worst))
+    return f"Best pose: mean {at_best}; worst pose: mean {at_worst}."
+
+
+def _joints(arm: Arm, q: Floats) -> str:
+    """Return joint values to whole degrees and millimetres."""
+    texts = []
+    for joint, value in zip(arm.moving, q, strict=True):
+        turns = joint.type == "revolute"
+        whole = round(math.degrees(value) if turns else 1e3 * value)  # as a whole number, so that nothing is -0
+        texts.append(f"{joint.name} {whole}{'°' if turns else ' mm'}")
+    return ", ".join(texts)
+
+
+def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
+    """Return what the most heavily loaded drives hold, and the share of their rated torque where it is stated."""
+    held = [(abs(each.worst) / rated if rated else math.nan, each) for each, rated in zip(worst, _ratings(arm), strict=True)]
+    known = sorted((each for each in held if math.isfinite(each[0])), key=lambda each: -each[0])
+    named = [each for each in known if each[0] >= _LEAST_SHARE][:_MOST_DRIVES] or known[:1]
+    texts = [f"{each.joint} holds {Figure(abs(each.worst), each.unit)}, {Figure(100 * share, '%')} of rated" for share, each in named]
+    rest = [share for share, each in known if (share, each) not in named]
+    if texts and rest:
+        texts.append(f"the others no more than {Figure(100 * max(rest), '%')}" if max(rest) > _ROUNDING else "the others hold nothing")
+    unrated = [each.joint for share, each in held if math.isnan(share) and abs(each.worst) > 0]
+    if not texts:
+        largest = sorted((each for _, each in held if abs(each.worst) > 0), key=lambda each: -abs(each.worst))[:_MOST_DRIVES]
+        texts = [f"{each.joint} holds {Figure(abs(each.worst), each.unit)}" for each in largest]
+    if not texts:
+        return "No drive holds a static load."
+    return "; ".join(texts) + (f"; no rated torque stated for {', '.join(unrated)}" if unrated else "") + "."
+
+
+def _ratings(arm: Arm) -> Iterable[float | None]:
+    return (None if joint.gearbox is None else joint.gearbox.rated_torque for joint in arm.moving)
+
+
+def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, str]]:
+    """Return what is stated, assumed and ideal, the makers' limits, and the error (largest of a sample) of adding errors to first order."""
+    stated, assumed, ideal = state_counts(known)
+    missing = [kind for kind in missing_kinds(known) if kind != BASE_TILT]
+    text = f"Of {stated + assumed + ideal} kinds of error at the joints {stated} are stated, {assumed} assumed and {ideal} taken as perfect"
+    text += f" ({', '.join(missing)})." if missing else "."
+    if BASE_TILT in missing_kinds(known):
+        text += f" No {BASE_TILT} is described."
+    if first_order is not None:
+        text += f" First order: within {first_order} of exact composition."
+    return [("Trust", text), ("Limits", " ".join(upper_limit_sentences(known)))]

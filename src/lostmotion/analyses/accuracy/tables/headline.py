@@ -1,0 +1,130 @@
+"""The headline of a study: the error of 95 % of positions, the remedy that takes most off it, and what is assumed or missing."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.provenance import error_sentence, rests_on_sentences, zero_error_sentence
+from lostmotion.reporting.sheet import Figure, length
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.error_model.budget import Budget, Cost
+    from lostmotion.error_model.overload import Overload
+    from lostmotion.error_model.provenance import States
+    from lostmotion.propagation.montecarlo.waterfall import Stage, Waterfall
+
+# Where the mean square comes from, by its largest level.
+_ORIGINS: Final = ("follows {}", "differs from robot to robot", "differs from visit to visit")
+# A remedy is named where it removes a tenth of the 95 % error, a further one where it removes a twentieth more.
+_WORTHWHILE: Final = 0.1
+_FURTHER: Final = 0.05
+
+
+def headline(within: Figure, bands: str, remedy: str, known: States, overloaded: Sequence[Overload]) -> str:
+    """Return the headline in one to three sentences.
+
+    within      95th percentile of the position error
+    bands       the clause on values that are known only as ranges; empty without any
+    remedy      the sentence on the remedy that takes most; empty where there is none to name
+    overloaded  drives that hold more than they are rated for: the prediction assumes that they hold
+    """
+    if within.value == 0:
+        return " ".join([zero_error_sentence(known), *rests_on_sentences(known)])
+    text = f"{within}{f' ({within.interval})' if within.interval else ''}"
+    answer = on_condition(error_sentence(text, known), overloaded)
+    if bands:
+        answer = f"{answer.removesuffix('.')}; {bands}."
+    return " ".join(each for each in (answer, remedy, *rests_on_sentences(known)) if each)
+
+
+def on_condition(sentence: str, overloaded: Sequence[Overload]) -> str:
+    """Return a sentence that holds only where overloaded drives hold, with this condition before it."""
+    if not overloaded:
+        return sentence
+    names = [each.joint for each in overloaded]
+    drives = f"drive of {names[0]} holds" if len(names) == 1 else f"drives of {', '.join(names[:-1])} and {names[-1]} hold"
+    return f"If the overloaded {drives}, {sentence[0].lower()}{sentence[1:]}"
+
+
+def remedy_sentence(blame: Budget, found: Waterfall, *, temperature: bool) -> str:
+    """Return where most of the mean square comes from, the largest contributor, and what the best remedy leaves of the 95 % error."""
+    stages = {stage.name: stage for stage in found.stages}
+    if not stages["as manufactured"].q95.value > 0:
+        return ""
+    return f"{_origin(blame, temperature=temperature)}; {_remedy(stages, _compensation(blame, temperature=temperature))}."
+
+
+def rms_remedy_sentence(blame: Budget, *, temperature: bool) -> str:
+    """Return the same without sampling: what compensation leaves of the root mean square."""
+    if not blame.rms > 0:
+        return ""
+    left = blame.rms_interval(1, 2).value
+    if left > (1 - _FURTHER) * blame.rms:
+        return f"{_origin(blame, temperature=temperature)}; compensation of load and pose does not reduce it."
+    of = f"{length(left)} r.m.s. of {length(blame.rms)}" if left > 0 else "nothing"
+    return f"{_origin(blame, temperature=temperature)}; {_compensation(blame, temperature=temperature)} leaves {of}."
+
+
+def _most(blame: Budget) -> int:
+    return max(range(3), key=lambda level: blame.levels[level])
+
+
+def _origin(blame: Budget, *, temperature: bool) -> str:
+    most = _most(blame)
+    share = Figure(100 * blame.levels[most], "%")
+    return f"{share} of the mean square {_ORIGINS[most].format(_known(temperature=temperature))} (largest contributor: {_largest(blame.parts)})"
+
+
+def _known(*, temperature: bool) -> str:
+    return "load, pose and temperature" if temperature else "load and pose"
+
+
+def _compensation(blame: Budget, *, temperature: bool) -> str:
+    """Return the name of the remedy; load and pose are named once, where the sentence begins with them."""
+    return f"a controller that knows {'them' if _most(blame) == 0 else _known(temperature=temperature)}"
+
+
+def _largest(parts: Sequence[Cost]) -> str:
+    part = parts[0]
+    return f"{short_name(part.part)}, {Figure(100 * part.share, '%')}"
+
+
+def _remedy(stages: dict[str, Stage], compensation: str) -> str:
+    """Return the clause on the remedies: the better one of calibration and compensation, and what each further one removes."""
+    single = {"load compensated": compensation, "calibrated": "calibration of each robot"}
+    other = {"load compensated": "calibration", "calibrated": "compensation of the load"}
+    best = min(single, key=lambda name: stages[name].q95.value)
+    both, mapped = stages["both"], stages["both, and each robot mapped"]
+    if _taken(stages, stages[best]) >= _WORTHWHILE:
+        text = f"{single[best]} leaves {_left(stages[best])}"
+        further = [(other[best], both)] if _gained(stages, stages[best], both) else []
+        last = both if further else min(stages[best], both, key=lambda stage: stage.q95.value)
+        further += [("a map of each robot", mapped)] if _gained(stages, last, mapped) else []
+        return ", ".join([text, *(f"with {name} as well {_left(stage)}" for name, stage in further)])
+    if _taken(stages, both) >= _WORTHWHILE:
+        return f"only calibration and {compensation} together help: they leave {_left(both)}"
+    if _taken(stages, mapped) >= _WORTHWHILE:
+        return f"only a map of each robot helps: with {compensation} it leaves {_left(mapped)}"
+    most = max(_taken(stages, stage) for stage in stages.values())
+    return f"no calibration or compensation removes more than {Figure(100 * most, '%')} of the 95 % error" if most > 0 else "no remedy reduces it"
+
+
+def _taken(stages: dict[str, Stage], stage: Stage) -> float:
+    """Return the share of the 95 % error that is removed at a stage; zero where the interval of the reduction contains zero."""
+    if stage.reduction.low < 0:  # false where few robots determine no interval
+        return 0.0
+    return stage.reduction.value / stages["as manufactured"].q95.value
+
+
+def _gained(stages: dict[str, Stage], before: Stage, after: Stage) -> bool:
+    return before.q95.value - after.q95.value >= _FURTHER * stages["as manufactured"].q95.value
+
+
+def _left(stage: Stage) -> str:
+    """Return what a stage leaves, in three digits: its interval is in the table."""
+    value = stage.q95.value
+    return str(length(value)) if value > 0 and math.isfinite(value) else "nothing"
