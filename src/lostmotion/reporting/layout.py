@@ -75,6 +75,7 @@ def plain(sheet: Sheet, version: str) -> dict[str, Any]:
         "lostmotion": version,
         "layout": LAYOUT,
         **sheet.facts,
+        "answer": sheet.verdict,
         "warnings": list(sheet.warnings),
         "notes": list(sheet.notes),
         **({"lines": {"title": sheet.lines.title, "text": sheet.lines.text}} if sheet.lines else {}),
@@ -162,6 +163,7 @@ def result_schema() -> dict[str, Any]:
         "properties": {
             "lostmotion": {"type": "string", "description": "version of the program"},
             "layout": {"const": LAYOUT, "description": "version of this layout"},
+            "answer": {"type": "string", "description": "the headline, in a sentence or three"},
             "warnings": {"type": "array", "items": text},
             "notes": {"type": "array", "items": text},
             "lines": {"type": "object", "properties": {"title": text, "text": text}, "required": ["title", "text"]},
@@ -172,6 +174,6 @@ def result_schema() -> dict[str, Any]:
             },
             "sections": {"type": "array", "items": section},
         },
-        "required": ["lostmotion", "layout", "warnings", "notes", "figures", "sections"],
+        "required": ["lostmotion", "layout", "answer", "warnings", "notes", "figures", "sections"],
         "$defs": {"Figure": figure},
     }

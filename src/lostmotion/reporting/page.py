@@ -122,6 +122,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 <h1>{name}</h1>
 {warnings}
 <p class="verdict">{_unbroken(sheet.verdict)}</p>
+{"".join(f"<p><b>{_text(word)}</b> {_unbroken(text)}</p>" for word, text in sheet.brief)}
 {notes}
 {_lines(sheet)}<nav aria-label="Sections">{links} <a href="#words">How to read this</a></nav>
 <dl class="cards">{"".join(_card(card) for card in sheet.cards)}</dl>
