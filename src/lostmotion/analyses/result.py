@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import io
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.errors import InputError
+from lostmotion.errors import InputError, Problem, nearest, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
 
     import xarray
+    from matplotlib.figure import Figure
 
-    from lostmotion.errors import Problem
+    from lostmotion.reporting.figure_files import FigureKind
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
+    from lostmotion.reporting.table_files import TableKind
+
+
+_MM_PER_INCH: Final = 25.4
 
 
 class PartialResultError(InputError):
@@ -60,8 +65,29 @@ class Result(ABC):
 
         print_sheet(self.sheet)
 
-    def report(self, out: str | Path, *, force: bool = False) -> Path:
+    def figure(self, key: str = "", *, size: tuple[float, float] | None = None) -> Figure:
+        """Return a plot of the report as a matplotlib figure, which `savefig` writes as SVG, PDF or PNG.
+
+        key   name of the plot, by default the first; `[plot.key for plot in result.plots]` lists them
+        size  width and height, mm; by default that of the report
+
+        No setting of matplotlib is changed. Raises InputError for a key that the result has no plot of.
+        """
+        keys = [plot.key for plot in self.plots]
+        if key not in {*keys, ""} or not keys:
+            near = nearest(key, keys)
+            expected = "one of " + ", ".join(keys) if keys else "a result with plots; this one has none"
+            raise InputError([Problem("", "key", shown(key), expected, nearest=near, passing=(("key", near or next(iter(keys), "")),))])
+        made = self.plots[keys.index(key) if key else 0].figure
+        if size is not None:
+            made.set_size_inches(size[0] / _MM_PER_INCH, size[1] / _MM_PER_INCH)
+        return made
+
+    def report(self, out: str | Path, *, force: bool = False, figures: FigureKind | None = None, tables: TableKind | None = None) -> Path:
         """Write report.html, result.json and the files besides into the folder `out`, whole or not at all, and return the folder.
+
+        figures  "svg", "pdf" or "png": also every plot as a file in the folder figures
+        tables   "csv" or "latex": also every table as a file in the folder tables
 
         Missing parents are made. With `force` an earlier folder is replaced once the new one is complete. The same result gives the same bytes.
         Raises OutputExistsError where the folder exists and `force` is not set, LostmotionError where it cannot be written.
@@ -70,7 +96,15 @@ class Result(ABC):
         from lostmotion.reporting.page import contents
 
         refuse_existing(out, force=force)
-        return write_whole({**contents(self.sheet, self.plots), **self.files()}, out, force=force)
+        return write_whole({**contents(self.sheet, self.plots), **self.files(), **self.copies(figures, tables)}, out, force=force)
+
+    def copies(self, figures: FigureKind | None, tables: TableKind | None) -> dict[str, bytes]:
+        """Return plots and tables as the contents of files of these kinds, by name in the report's folder."""
+        from lostmotion.reporting.figure_files import figure_files
+        from lostmotion.reporting.table_files import table_files
+
+        drawn = {} if figures is None else figure_files(self.plots, figures)
+        return {**drawn, **({} if tables is None else table_files(self.sheet, tables))}
 
     def result(self) -> dict[str, Any]:
         """Return every printed figure as plain data, as in result.json."""

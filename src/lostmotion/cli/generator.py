@@ -6,7 +6,7 @@ import inspect
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import typer
 from typer.core import TyperCommand
@@ -26,6 +26,8 @@ stopped: list[bool] = []
 # What every command has besides the arguments of its question.
 SHARED: Final = (
     Parameter("out", str, Argument("Folder for report.html, result.json and what else the command writes.", metavar="FOLDER"), None),
+    Parameter("figures", Literal["svg", "pdf", "png"], Argument("Also write every figure of the report as a file into FOLDER/figures."), None),
+    Parameter("tables", Literal["csv", "latex"], Argument("Also write every table as a file into FOLDER/tables; LaTeX for booktabs."), None),
     Parameter("force", bool, Argument("Replace an existing output folder."), default=False),
     Parameter(
         "json", bool, Argument("Print result.json in place of the tables; then a folder is written only where --out names one."), default=False
@@ -110,7 +112,7 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     from lostmotion.reporting.folder import refuse_existing
     from lostmotion.reporting.progress import ProgressBar
 
-    common = {each.name: typed[each.name] for each in shared_options(question)}
+    common = {each.name: each.read(typed[each.name], {}) if each.words else typed[each.name] for each in shared_options(question)}
     force = common.get("force", False)
     out = common.get("out") or (None if common["json"] else _folder(question, given))
     callbacks = {each.name for each in question.parameters if each.argument.python_only}
@@ -129,7 +131,8 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
         raise typer.Exit(STOPPED)
     results = found if isinstance(found, list) else [found]
     own = "out" not in common  # a folder that is one of the question's arguments
-    written = [each.report() if own else each.report(out, force=force) for each in results if own or out is not None]
+    copies = {name: common[name] for name in ("figures", "tables")}
+    written = [each.report(None if own else out, force=force, **copies) for each in results if own or out is not None]
     _show(results, written, common)
 
 
@@ -209,7 +212,7 @@ def spelled(problem: Problem, question: Question) -> Problem:
     """Return a mistake as the command line spells it: arguments by their options, and an example that can be typed."""
     if problem.file:
         return problem
-    known = {each.name: each for each in question.options}
+    known = {each.name: each for each in (*question.options, *SHARED)}
     first = question.options[0].name if question.options else ""
     names = [name if name not in known else name.upper() if name == first else _option(name) for name in problem.key.split(", ")]
     example = problem.example or " ".join(

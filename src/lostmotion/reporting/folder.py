@@ -26,12 +26,12 @@ _LONGEST_BESIDE: Final = 60
 _FIELDS: Final = ("planet.vtu", "ring.vtu", "first-stage-planet.vtu", "first-stage-ring.vtu")
 # Whatever a report is about, its folder holds some of these and nothing else.
 FILES: Final = ("report.html", "result.json", "arrays.nc", "profile.dxf", *_FIELDS, "sized.toml")
+# Folders within it, and the suffixes of the files there.
+FOLDERS: Final = {"figures": (".svg", ".pdf", ".png"), "tables": (".csv", ".tex")}
 
 
 def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool = False) -> Path:
-    """Write these contents, by name out of `FILES`, into the folder `out`, whole or not at all, and return the folder.
-
-    Writes these contents, by name out of `FILES`, into the folder `out`, whole or not at all; gives the folder.
+    """Write these contents, by name out of `FILES` or within `FOLDERS`, into the folder `out`, whole or not at all, and return the folder.
 
     Missing parents are made. With `force` an earlier output folder is replaced, once the new one is complete.
     Raises OutputExistsError as `refuse_existing`, LostmotionError where the folder cannot be written; then nothing is left behind.
@@ -102,7 +102,15 @@ def _try_beside(target: Path) -> None:
 
 def _strangers(folder: Path) -> list[str]:
     """Name the entries of a folder that we did not write."""
-    return sorted(entry.name for entry in os.scandir(folder) if entry.name not in FILES or not entry.is_file(follow_symlinks=False))
+    return sorted(entry.name for entry in os.scandir(folder) if not _is_ours(entry))
+
+
+def _is_ours(entry: os.DirEntry[str]) -> bool:
+    """Return whether we write such an entry: a file of a known name, or a folder of figures or tables with nothing else in it."""
+    if entry.name in FOLDERS and entry.is_dir(follow_symlinks=False):
+        with os.scandir(entry) as within:
+            return all(each.is_file(follow_symlinks=False) and each.name.endswith(FOLDERS[entry.name]) for each in within)
+    return entry.name in FILES and entry.is_file(follow_symlinks=False)
 
 
 def _place(contents: Mapping[str, bytes], target: Path, *, force: bool) -> None:
@@ -111,6 +119,7 @@ def _place(contents: Mapping[str, bytes], target: Path, *, force: bool) -> None:
     new.mkdir()
     try:
         for name, content in contents.items():
+            (new / name).parent.mkdir(exist_ok=True)
             (new / name).write_bytes(content)
             to_disk(new / name)
         to_disk(new)  # or a renamed folder could be empty after the machine has lost its power
@@ -192,6 +201,11 @@ def _remove(folder: Path) -> None:
     """Take away a folder of ours: our files by name and nothing else."""
     for name in FILES:
         (folder / name).unlink(missing_ok=True)
+    for name, suffixes in FOLDERS.items():
+        if (folder / name).is_dir() and not (folder / name).is_symlink():
+            for each in [each for each in (folder / name).iterdir() if each.name.endswith(suffixes)]:
+                each.unlink()
+            _remove_if_empty(folder / name)
     _remove_if_empty(folder)
 
 

@@ -53,6 +53,11 @@ def raw_svg(figure: Figure) -> str:
         return content.getvalue().decode()
 
 
+def with_plain_fonts(text: str) -> str:
+    """Return SVG text in fonts that most machines have, in place of matplotlib's own."""
+    return re.sub(r"font-family: [^;\"]*", "font-family: Arial, Helvetica, 'Liberation Sans', sans-serif", text)
+
+
 def _without_groups(text: str) -> str:
     """Remove the groups that have no attribute, with their ends."""
     kept: list[bool] = []

@@ -34,6 +34,8 @@ ORDER: Final = "run.json"
 BLOCKS: Final = "blocks.zarr"
 LEDGER: Final = "ledger"
 SUMMED_UP: Final = ("report.html", "result.json")
+# Folders of its figures and tables as files.
+_COPIES: Final = ("figures", "tables")
 _LARGEST_ORDER: Final = 20_000_000
 # The line of the ledger that binds a block to its order.
 _OF_ORDER: Final = "run.json"
@@ -178,7 +180,7 @@ class Store:
 
     def keep(self, name: str, content: bytes) -> None:
         """Keep a file that sums the run up, in place of an earlier one."""
-        if name not in SUMMED_UP:
+        if name not in SUMMED_UP and name.partition("/")[0] not in _COPIES:
             raise ValueError(f"'{name}' is no file of a run")
         self._refuse_other_order(read_regular(self.folder / ORDER, _LARGEST_ORDER))
         _put(self.folder / name, content)

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.gearbox.finite_elements import FiniteElements
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
+    from lostmotion.reporting.figure_files import FigureKind
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
+    from lostmotion.reporting.table_files import TableKind
 
 
 @dataclass(frozen=True, repr=False)
@@ -68,7 +70,7 @@ class Gear(GearStudy, Result):
             out[name] = vtu(each.points, each.triangles, fields)
         return out
 
-    def report(self, out: str | Path, *, force: bool = False) -> Path:
+    def report(self, out: str | Path, *, force: bool = False, figures: FigureKind | None = None, tables: TableKind | None = None) -> Path:
         """Write report.html, result.json and, for a cycloidal gearbox with ezdxf installed, profile.dxf into the folder `out`.
 
         Errors as `Result.report`, and OutputExistsError where the file `dxf` exists and `force` is not set.
@@ -76,10 +78,10 @@ class Gear(GearStudy, Result):
         from lostmotion.analyses.gearbox.drawing import refuse_existing_file, write_drawing
 
         if self.dxf is None:
-            return super().report(out, force=force)
+            return super().report(out, force=force, figures=figures, tables=tables)
         refuse_existing_file(self.dxf, force=force)
         drawing = self.drawing()
-        written = super().report(out, force=force)
+        written = super().report(out, force=force, figures=figures, tables=tables)
         write_drawing(drawing, self.dxf, force=force)
         return written
 

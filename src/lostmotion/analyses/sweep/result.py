@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     import xarray
 
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.reporting.figure_files import FigureKind
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
+    from lostmotion.reporting.table_files import TableKind
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import Outcome
 
@@ -48,13 +50,15 @@ class Sweep(Result):
 
         return sweep_plots(self.store.order, self.outcomes)
 
-    def report(self, out: str | Path | None = None, *, force: bool = False) -> Path:
+    def report(
+        self, out: str | Path | None = None, *, force: bool = False, figures: FigureKind | None = None, tables: TableKind | None = None
+    ) -> Path:
         """Write report.html and result.json beside the blocks, or into the folder `out`, and return the folder. Errors as `Result.report`."""
         from lostmotion.reporting.page import contents
 
         if out is not None:
-            return super().report(out, force=force)
-        for name, content in contents(self.sheet, self.plots).items():
+            return super().report(out, force=force, figures=figures, tables=tables)
+        for name, content in {**contents(self.sheet, self.plots), **self.copies(figures, tables)}.items():
             self.store.keep(name, content)
         return self.store.folder
 
