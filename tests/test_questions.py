@@ -38,6 +38,7 @@ def test_the_command_line_asks_what_python_asks():
         "gear",
         "bearing",
         "view",
+        "check",
         "catalog",
         "sweep",
         "replay",
@@ -88,10 +89,10 @@ def test_a_default_is_valid_and_stated(name):
 
 
 def test_every_public_name_stands_once_and_can_be_loaded():
-    """Fewer than 50 of them, each found where the stub says."""
+    """Fewer than 60 of them, each found where the stub says."""
     stub = Path(lostmotion.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
     names = re.findall(r" as (\w+)", stub)
-    assert len(names) == len(set(names)) < 50
+    assert len(names) == len(set(names)) < 60
     assert names == lostmotion.__all__
     assert sorted(names) == dir(lostmotion)
     for name in names:

@@ -55,6 +55,10 @@ class Result(ABC):
         """Return what the report's folder holds besides report.html and result.json, by name."""
         return {}
 
+    def outcome(self, written: Path) -> str:
+        """Return the line that names what was written; empty where nothing was."""
+        return f"Report: {written / 'report.html'}"
+
     def further_files(self, folder: Path) -> Iterable[str]:  # noqa: ARG002 - for results with further files
         """Return a line for each file that the command line names besides the report."""
         return ()

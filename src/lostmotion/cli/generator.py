@@ -146,7 +146,8 @@ def _show(results: list[Result], written: list[Path], common: Mapping[str, Any])
     failures = [each.failure for each in results if each.failure]
     for each, folder in zip(results, written, strict=False):
         if not common["json"]:
-            say(f"\nReport: {folder / 'report.html'}")
+            if line := each.outcome(folder):
+                say(f"\n{line}")
             for line in each.further_files(folder):
                 say(line)
     for failure in dict.fromkeys(failures):

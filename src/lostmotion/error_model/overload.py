@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import joint_torques
 
 if TYPE_CHECKING:
@@ -36,12 +35,19 @@ class Overload:
     poses: int
 
 
+def exceeds(held: float, rated: float) -> bool:
+    """Return whether a static load is above the rated one by more than rounding; false where no load is rated (NaN)."""
+    return held > rated * (1 + _ROUNDING)
+
+
 def overloads(arm: Arm, poses: Poses | None = None) -> tuple[Overload, ...]:
     """Return the drives whose static torque exceeds the rated torque of their gearbox, in the order of the joints, at the nominal tilt of the base.
 
     Poses that the user gave are checked themselves. For sampled poses, or none, 2 048 poses over the joint limits are checked, the same ones in every
     analysis of an arm. Valid for static load: acceleration, friction and shocks add to it. Joints without a rated torque are not listed.
     """
+    from lostmotion.error_model.poses import sample_poses  # loaded with Numba, which a check of a file does without
+
     rated = np.array([np.nan if joint.gearbox is None or joint.gearbox.rated_torque is None else joint.gearbox.rated_torque for joint in arm.moving])
     if np.isnan(rated).all():
         return ()
@@ -50,5 +56,5 @@ def overloads(arm: Arm, poses: Poses | None = None) -> tuple[Overload, ...]:
     return tuple(
         Overload(joint.name, joint.load_unit, float(most), float(limit), len(q))
         for joint, most, limit in zip(arm.moving, held, rated, strict=True)
-        if most > limit * (1 + _ROUNDING)  # false where no rated torque is stated
+        if exceeds(most, limit)
     )

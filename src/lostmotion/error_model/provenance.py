@@ -152,6 +152,11 @@ def assumed_in_part(part: object, owner: str) -> tuple[AssumedValue, ...]:
     return tuple(value for value, _ in _walk(part, owner, ""))
 
 
+def part_states(part: Sourced, kind: str) -> dict[str, State]:
+    """Return the state of each kind of error of a gearbox or a bearing by itself; `kind` is "gearbox" or "bearing"."""
+    return _of_gearbox(part, whole=False) if kind == "gearbox" else {kind: _of_bearing(part, whole=False)}
+
+
 def refuse_undescribed(arm: Arm) -> None:
     """Raise InputError for an arm without any error source, whose accuracy cannot be predicted; the message states what to add, and where."""
     if not states(arm).described:

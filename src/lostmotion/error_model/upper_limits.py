@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.budget import Tally, costs
-from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.provenance import LimitShare
 from lostmotion.parts.gearbox.gearbox import LIMITED
 
@@ -35,6 +33,10 @@ def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[L
 
     Raises ValueError for q of another shape or not finite.
     """
+    # Loaded with Numba, which a check of a file does without.
+    from lostmotion.error_model.budget import Tally, costs
+    from lostmotion.error_model.pose_matrix import screws
+
     limited = {
         f"joints.{joint.name}.gearbox": (joint.name, joint.gearbox.model, keys)
         for joint in arm.moving

@@ -1,0 +1,1 @@
+"""Check of a file: what it describes, what is assumed and what is missing, with a picture of the arm."""

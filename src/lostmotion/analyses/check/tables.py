@@ -1,0 +1,121 @@
+"""Sheets of a check: the joints with the static loads of their drives, and what is stated, assumed and ideal."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.error_model.overload import Overload, exceeds
+from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
+from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.reporting.provenance import assumed_count, caveats, provenance_facts, provenance_sections, with_assumed
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.warnings import overload_warnings
+
+if TYPE_CHECKING:
+    from lostmotion.error_model.provenance import States
+    from lostmotion.io.part_file import OnePart
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.parts.joint import Joint
+    from lostmotion.spatial import Floats
+
+# The loads are taken at so many poses at least, up to the number of joints at which a grid of two values per joint has as many.
+_POSES: Final = 1000
+_MOST_AXES: Final = 12
+
+
+def arm_sheet(arm: Arm, file: str) -> Sheet:
+    """Return what is known of an arm, with the largest static load of each drive on a grid over the joint ranges."""
+    known = states(arm)
+    q = grid(arm)
+    held = np.abs(joint_torques(arm, q)).max(axis=0)
+    reach = float(np.linalg.norm(frames(arm, q)[-1, :, :3, 3] - frames(arm, q)[0, 0, :3, 3], axis=1).max())
+    return Sheet(
+        name=arm.name,
+        subject="check of the description",
+        counts=f"{several(len(arm.moving), 'moving joint')}, {arm.mass:.3g} kg, payload {arm.payload.mass:.3g} kg",
+        verdict=_verdict(known, file),
+        cards=(
+            Card("moving joints", str(len(arm.moving))),
+            Card("mass", str(Figure(arm.mass, "kg"))),
+            Card("reach from the base", str(length(reach)), f"largest of {several(len(q), 'pose')}"),
+            Card("assumed values", str(assumed_count(known.assumed))),
+        ),
+        sections=(_joints(arm, held, len(q)), *provenance_sections(known)),
+        warnings=(*arm.warnings, *overload_warnings(_overloads(arm, held, len(q)))),
+        notes=(*arm.notes, *arm.remarks),
+        source=f"static loads over a grid of {several(len(q), 'pose')}, limits included",
+        facts={"arm": arm.name, "file": file, "warnings": list(arm.warnings), **provenance_facts(known)},
+    )
+
+
+def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
+    """Return what is known of a gearbox or a bearing by itself."""
+    found = part_states(read.part, kind)
+    rows = (Row(read.name, tuple(Figure(math.nan, "1", words=state) for state in found.values())),)
+    ideal = [name for name, state in found.items() if state == "ideal"]
+    sheet = Sheet(
+        name=read.name,
+        subject="check of the description",
+        verdict="The file has no mistake." + (f" Nothing describes its {', '.join(ideal)}, taken as perfect." if ideal else ""),
+        cards=(),
+        sections=(Section("states", "What is known", tuple(found), rows, "ideal: nothing is described, taken as perfect"),),
+        notes=read.notes,
+        source="",
+        facts={kind: read.name, "known": dict(found)},
+    )
+    return with_assumed(sheet, read.part, kind)
+
+
+def grid(arm: Arm) -> Floats:
+    """Return poses (pose, joint), rad or m, on a grid over the joint ranges that includes the limits; for many joints the first ones only move."""
+    limits = arm.limits
+    count = min(len(limits), _MOST_AXES)
+    steps = max(math.ceil(_POSES ** (1 / count)), 2)
+    at = np.unravel_index(np.arange(steps**count), (steps,) * count)
+    q = np.tile(limits.mean(axis=1), (steps**count, 1))
+    for k in range(count):
+        q[:, k] = np.linspace(limits[k, 0], limits[k, 1], steps)[at[k]]
+    return q
+
+
+def _verdict(known: States, file: str) -> str:
+    if not known.described:
+        return (
+            f"The file has no mistake, and {NOT_DESCRIBED}. What is missing: gearboxes, bearings, encoders, sections or tolerances. "
+            f"`lostmotion study {file}` prints lines to start from."
+        )
+    return " ".join(["The file has no mistake.", *caveats(known), f"`lostmotion study {file}` predicts the accuracy."])
+
+
+def _joints(arm: Arm, held: Floats, poses: int) -> Section:
+    load = dict(zip((joint.name for joint in arm.moving), held, strict=True))
+    rows = tuple(_row(joint, load.get(joint.name)) for joint in arm.joints)
+    note = f"range of motion; mass of joint and link; static load: largest over a grid of {several(poses, 'pose')}, base level as stated"
+    return Section("joints", "Joints", ("range", "link", "mass", "static load", "rated"), rows, note)
+
+
+def _row(joint: Joint, load: float | None) -> Row:
+    link = length(joint.link.reach, stated=True) if joint.link.reach else _words("-")
+    mass = Figure(joint.total_mass + joint.link.total_mass, "kg")
+    if joint.type == "fixed" or load is None:
+        return Row(joint.name, (_words("fixed"), link, mass, _words("-"), _words("-")))
+    low, high = joint.limits
+    scale, unit = (180 / math.pi, "°") if joint.type == "revolute" else (1e3, " mm")
+    rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
+    limit = _words("-") if rated is None else Figure(float(rated), joint.load_unit, stated=True)
+    return Row(joint.name, (_words(f"{scale * low:.4g} … {scale * high:.4g}{unit}"), link, mass, Figure(load, joint.load_unit), limit))
+
+
+def _words(text: str) -> Figure:
+    return Figure(math.nan, "1", words=text)
+
+
+def _overloads(arm: Arm, held: Floats, poses: int) -> list[Overload]:
+    return [
+        Overload(joint.name, joint.load_unit, float(most), float(joint.gearbox.rated_torque), poses)
+        for joint, most in zip(arm.moving, held, strict=True)
+        if joint.gearbox is not None and joint.gearbox.rated_torque is not None and exceeds(float(most), float(joint.gearbox.rated_torque))
+    ]

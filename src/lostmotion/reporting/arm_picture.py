@@ -1,0 +1,122 @@
+"""Picture of an arm as SVG text: its bodies from the side, from the front and from above, without any library for drawing."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import LostmotionError, OutputExistsError
+from lostmotion.mechanism.serial import frames
+from lostmotion.reporting.palette import LIGHT
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+# Title of each view, with the directions of the base that point to the right, upwards, and towards the viewer.
+_VIEWS: Final = {
+    "from the side": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "from the front": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "from above": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+}
+_AXES: Final = {"from the side": ("x", "z"), "from the front": ("y", "z"), "from above": ("x", "y")}
+_PANEL: Final = 380
+_GAP: Final = 24
+_TOP: Final = 66
+_BOTTOM: Final = 44
+_FILL: Final = {"base": "line", "link": "c1", "offset": "line", "joint": "c2", "rail": "line", "tool": "warn", "payload": "design"}
+_MARK: Final = "lostmotion: picture of an arm"
+_LABEL: Final = 12
+
+
+def arm_picture(arm: Arm) -> str:
+    """Return the arm in the middle of its joint ranges, seen from three sides to one scale, as SVG text.
+
+    Joints are named. A dashed outline marks a body whose size is chosen for the picture because no section states it.
+    """
+    q = arm.limits.mean(axis=1)[None]
+    at = frames(arm, q)[:, 0]
+    corners = np.concatenate([body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    scale = (_PANEL - 2 * _LABEL) / (float((high - low).max()) or 1.0)
+    middle = (low + high) / 2
+    width, height = 3 * _PANEL + 4 * _GAP, _TOP + _PANEL + _BOTTOM
+    subtitle = f"{len(arm.moving)} moving joints, {arm.mass:.3g} kg, payload {arm.payload.mass:.3g} kg; every joint in the middle of its range"
+    font = f'font-family="system-ui, sans-serif" font-size="13" fill="{LIGHT["ink"]}"'
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" {font}>',
+        f"<!-- {_MARK} -->",
+        f"<title>{escape(arm.name)} from three sides</title>",
+        f'<rect width="{width}" height="{height}" fill="{LIGHT["paper"]}"/>',
+        f'<text x="{_GAP}" y="26" font-size="17" font-weight="600">{escape(arm.name)}</text>',
+        f'<text x="{_GAP}" y="46" fill="{LIGHT["quiet"]}">{escape(subtitle)}</text>',
+    ]
+    for k, title in enumerate(_VIEWS):
+        centre = (_GAP + k * (_PANEL + _GAP) + _PANEL / 2, _TOP + _PANEL / 2)
+        parts += _view(arm, at, title, middle, scale, centre)
+    return "\n".join([*parts, *_scale_bar(scale, height), "</svg>"]) + "\n"
+
+
+def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre: tuple[float, float]) -> list[str]:
+    """Return one view: its bodies from far to near, and the names of the joints."""
+    right, up, near = (np.array(axis, dtype=float) for axis in _VIEWS[title])
+    flat = np.array([right, up])
+    left, top = centre[0] - _PANEL / 2, centre[1] - _PANEL / 2
+
+    def on_page(point: Floats) -> Floats:
+        x, y = ((point - flat @ middle) * scale).T
+        return np.column_stack([centre[0] + x, centre[1] - y])
+
+    out = [
+        f'<rect x="{left:.1f}" y="{top:.1f}" width="{_PANEL}" height="{_PANEL}" fill="{LIGHT["panel"]}"/>',
+        f'<text x="{left + 8:.1f}" y="{top + 18:.1f}" fill="{LIGHT["quiet"]}">{title}: {_AXES[title][0]} →, {_AXES[title][1]} ↑</text>',
+    ]
+    depth = {id(body): float(near @ (at[body.place] @ body.pose)[:3, 3]) for body in arm.bodies}
+    for body in sorted(arm.bodies, key=lambda body: depth[id(body)]):
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in on_page(body.silhouette(at[body.place], flat)))
+        dashed = "" if body.stated or body.kind != "link" else ' stroke-dasharray="4 3"'
+        colours = f'fill="{LIGHT[_FILL[body.kind]]}" stroke="{LIGHT["ink"]}"'
+        out.append(f'<polygon points="{points}" {colours} stroke-width="0.8" stroke-linejoin="round"{dashed}/>')
+    taken: list[tuple[float, float]] = []
+    for joint, place in zip(arm.moving, arm.tree.moved, strict=True):
+        ((x, y),) = on_page((flat @ at[place, :3, 3])[None])
+        while any(abs(x - other[0]) < 5 * _LABEL and abs(y - other[1]) < _LABEL for other in taken):
+            y += _LABEL
+        taken.append((x, y))
+        out.append(
+            f'<text x="{x + 6:.1f}" y="{y - 4:.1f}" font-size="{_LABEL}" font-weight="600" stroke="{LIGHT["panel"]}" stroke-width="3" '
+            f'paint-order="stroke">{escape(joint.name)}</text>'
+        )
+    return out
+
+
+def _scale_bar(scale: float, height: int) -> list[str]:
+    """Return a bar of a round length, 1, 2 or 5 times a power of ten, at most a third of a view long."""
+    most = _PANEL / 3 / scale
+    power = 10.0 ** math.floor(math.log10(most))
+    size = max(step * power for step in (1, 2, 5) if step * power <= most)
+    x, y = _GAP, height - 16
+    text = f"{size:g} m" if size >= 1 else f"{1e3 * size:g} mm"
+    return [
+        f'<path d="M{x} {y}h{size * scale:.1f}" stroke="{LIGHT["ink"]}" stroke-width="3"/>',
+        f'<text x="{x + size * scale + 8:.1f}" y="{y + 4}">{text}</text>',
+        f'<text x="{x + size * scale + 90:.1f}" y="{y + 4}" fill="{LIGHT["quiet"]}">dashed: size chosen for the picture, no section is stated</text>',
+    ]
+
+
+def write_picture(text: str, target: Path, *, force: bool = False) -> None:
+    """Write a picture to a file. An earlier picture of an arm is replaced, any other file only with `force`.
+
+    Raises OutputExistsError for another file, LostmotionError where nothing can be written.
+    """
+    try:
+        if target.exists() and not force and (not target.is_file() or _MARK.encode() not in target.read_bytes()[:1000]):
+            raise OutputExistsError(f"'{target}' exists and is not a picture of an arm\n  name another file with --out")
+        target.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise LostmotionError(f"'{target}' could not be written: {error.strerror or error}\n  name another file with --out") from error

@@ -1,0 +1,136 @@
+"""`lostmotion check`: what a file states, assumes and leaves ideal, the static loads, and a picture of the arm."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from lxml import etree
+
+import lostmotion
+from lostmotion.analyses.check.tables import grid
+from lostmotion.errors import InputError, OutputExistsError
+from tests.io.conftest import EXAMPLES
+
+ARM = EXAMPLES / "z-arm.toml"
+
+
+def _rows(checked, key):
+    """Return the rows of a section by label."""
+    return {row.label: row for section in checked.sheet.sections if section.key == key for row in section.rows}
+
+
+def test_a_check_shows_ranges_masses_and_loads_of_each_joint():
+    """Beside the rated torque; the loads of a planar chain by hand: weights times levers when stretched out."""
+    checked = lostmotion.check(ARM)
+    rows = _rows(checked, "joints")
+    assert [str(figure) for figure in rows["A"].figures] == ["-20 … 120°", "400 mm", "5.85 kg", "99.7 N m", "167 N m"]
+    arm = lostmotion.read(ARM)
+    (a, b, c, roll) = (next(joint for joint in arm.joints if joint.name == name) for name in ("A", "B", "C", "roll"))
+    levers = (0.2 * a.link.total_mass, 0.4 * b.total_mass, 0.6 * b.link.total_mass, 0.8 * c.total_mass, 0.8 * roll.total_mass)
+    tip = 0.9 * roll.link.total_mass + 1.03 * arm.payload.mass  # the payload's centre is 30 mm beyond the tool
+    assert rows["A"].figures[3].value <= 9.80665 * (sum(levers) + tip) * (1 + 1e-9)
+    assert rows["A"].figures[3].value == pytest.approx(9.80665 * (sum(levers) + tip), rel=0.02)  # the grid misses the exact horizontal
+
+
+def test_a_grid_of_poses_includes_the_limits_also_of_many_joints():
+    """All corners up to twelve joints; the range of every one of those is covered."""
+    for file in (ARM, EXAMPLES / "ur5e.urdf", EXAMPLES / "planar-2r.toml"):
+        arm = lostmotion.read(file)
+        q = grid(arm)
+        assert np.array_equal(np.stack([q.min(axis=0), q.max(axis=0)], axis=1), arm.limits)
+        assert len(np.unique(q, axis=0)) == len(q) < 5000
+
+
+def test_the_states_are_those_of_a_study():
+    """The same table in both, and of a URDF with its sidecar every joint is listed."""
+    checked = lostmotion.check(EXAMPLES / "ur5e.urdf")
+    assert {row.label for row in _rows(checked, "states").values()} == {joint.name for joint in lostmotion.read(EXAMPLES / "ur5e.urdf").moving}
+    assert checked.result()["states"]["joints"][0]["states"]["stiffness"] == "assumed"
+    assert "assumed values" in checked.sheet.verdict
+
+
+def test_an_arm_of_which_nothing_is_known_is_not_called_accurate(tmp_path):
+    """The check says that no accuracy can be predicted."""
+    (tmp_path / "bare.toml").write_text(
+        'name = "x"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["0 deg", "90 deg"]\nlink = { length = "1 m" }\n', "utf-8"
+    )
+    assert "no accuracy can be predicted" in lostmotion.check(tmp_path / "bare.toml").sheet.verdict
+
+
+@pytest.mark.parametrize(("file", "state"), [("gearbox/rv-like.toml", {"backlash": "assumed"}), ("bearing/6209.toml", {"bearing": "stated"})])
+def test_a_gearbox_and_a_bearing_by_themselves_are_checked(file, state, tmp_path, monkeypatch):
+    """Each kind of error with its state; there is no picture, and nothing is written."""
+    monkeypatch.chdir(tmp_path)
+    checked = lostmotion.check(EXAMPLES / file)
+    assert state.items() <= checked.result()["known"].items()
+    assert checked.picture == ""
+    checked.report()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("file", ["z-arm.toml", "ur5e.urdf", "gantry.toml", "scara.toml", "tracked-base.toml"])
+def test_the_picture_shows_each_joint_in_three_views_to_one_scale(file):
+    """Well-formed SVG in which every polygon is within its view; the scale bar has the length that it states."""
+    arm = lostmotion.read(EXAMPLES / file)
+    svg = etree.fromstring(lostmotion.check(EXAMPLES / file).picture.encode())
+    name = "{http://www.w3.org/2000/svg}"
+    texts = [each.text for each in svg.iter(f"{name}text")]
+    assert all(texts.count(joint.name) == 3 for joint in arm.moving)
+    polygons = [np.array([list(map(float, pair.split(","))) for pair in each.get("points").split()]) for each in svg.iter(f"{name}polygon")]
+    assert len(polygons) == 3 * len(arm.bodies)
+    panels = [each for each in svg.iter(f"{name}rect") if each.get("width") == "380"]
+    for k, panel in enumerate(panels):
+        x, y = float(panel.get("x")), float(panel.get("y"))
+        drawn = np.concatenate(polygons[k * len(arm.bodies) : (k + 1) * len(arm.bodies)])
+        assert x <= drawn[:, 0].min() <= drawn[:, 0].max() <= x + 380
+        assert y <= drawn[:, 1].min() <= drawn[:, 1].max() <= y + 380
+    side, _, above = (np.concatenate(polygons[k * len(arm.bodies) : (k + 1) * len(arm.bodies)]) for k in range(3))
+    assert np.ptp(side[:, 0]) == pytest.approx(np.ptp(above[:, 0]), abs=0.3)  # both show x
+    bar = float(re.search(r"h([\d.]+)", next(svg.iter(f"{name}path")).get("d"))[1])
+    size, unit = next(text for text in texts if text.endswith(" mm") or re.fullmatch(r"\d+ m", text)).split()
+    corners = np.concatenate([body.corners() @ at[:3, :3].T + at[:3, 3] for body, at in _placed(arm)])
+    assert bar / (float(size) * (1e-3 if unit == "mm" else 1)) == pytest.approx(np.ptp(side[:, 0]) / np.ptp(corners[:, 0]), rel=0.01)
+
+
+def _placed(arm):
+    """Return each body with the frame of its place in the middle of all ranges."""
+    from lostmotion.mechanism.serial import frames
+
+    at = frames(arm, arm.limits.mean(axis=1)[None])[:, 0]
+    return [(body, at[body.place]) for body in arm.bodies]
+
+
+def test_a_picture_replaces_an_earlier_one_and_nothing_else(tmp_path):
+    """A stranger's SVG stays."""
+    target = tmp_path / "z-arm.svg"
+    checked = lostmotion.check(ARM, out=target)
+    assert checked.report() == checked.report() == target
+    target.write_text("<svg/>", "utf-8")
+    with pytest.raises(OutputExistsError):
+        checked.report()
+    assert target.read_text("utf-8") == "<svg/>"
+
+
+def test_a_check_draws_no_samples_and_compiles_nothing(tmp_path):
+    """The command loads neither Numba nor SciPy's distributions nor matplotlib, prints the table, and names the picture."""
+    code = (
+        f"import sys; sys.argv = ['lostmotion', 'check', {str(ARM)!r}]\nfrom lostmotion.cli import main\ntry:\n    main()\nexcept SystemExit:\n"
+        "    sys.__stderr__.write(' '.join(m for m in ('scipy.stats', 'matplotlib', 'xarray', 'numba') if m in sys.modules))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert done.stderr == ""
+    assert "Picture: z-arm.svg" in done.stdout
+    assert [path.name for path in tmp_path.iterdir()] == ["z-arm.svg"]
+
+
+def test_a_mistake_is_reported_with_its_line(tmp_path):
+    """As every command reports it."""
+    (tmp_path / "arm.toml").write_text(ARM.read_text("utf-8").replace('mass = "5 kg"', 'mass = "5 m"', 1), "utf-8")
+    line = ARM.read_text("utf-8").split("\n").index(next(row for row in ARM.read_text("utf-8").split("\n") if row.startswith('mass = "5 kg"'))) + 1
+    with pytest.raises(InputError) as caught:
+        lostmotion.check(tmp_path / "arm.toml")
+    assert [problem.file for problem in caught.value.problems] == [f"{tmp_path / 'arm.toml'}:{line}"]
