@@ -23,7 +23,8 @@ from lostmotion.analyses.accuracy.plots.study import plots
 from lostmotion.analyses.accuracy.result import Study
 from lostmotion.analyses.accuracy.tables.study import sections, sheet
 from lostmotion.reporting import folder as folder_of_report
-from lostmotion.reporting import page as pages
+from lostmotion.reporting.page.document import page as page_of
+from lostmotion.reporting.page.text import escaped, number
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Figure, Row, Section
 from tests.test_plots import small_study
@@ -109,8 +110,8 @@ def test_every_figure_on_screen_is_in_result_json(folder):
     shown = {str(figure) for section in sheet(small_study()).sections for row in section.rows for figure in row.figures}
     assert shown == known
     said = json.dumps(plain, ensure_ascii=False)
-    for number in re.findall(r"(?<!\S)[-<]?[\d.]+ (?:µm|mm|m³|m|%|arcmin|N m|N)(?!\S)", screen.getvalue()):
-        assert number in known or number in said, number
+    for shown_number in re.findall(r"(?<!\S)[-<]?[\d.]+ (?:µm|mm|m³|m|%|arcmin|N m|N)(?!\S)", screen.getvalue()):
+        assert shown_number in known or shown_number in said, shown_number
 
 
 def test_tables_fit_a_terminal_of_80_columns():
@@ -136,20 +137,20 @@ def test_every_figure_is_in_the_tables(page):
     """The report prints each value and interval that the screen prints."""
     for section in sections(small_study()):
         for row in section.rows:
-            assert pages._text(row.label) in page.replace("<wbr>", "")
+            assert escaped(row.label) in page.replace("<wbr>", "")
             for figure in row.figures:
-                assert pages._text(str(figure)) in page
-                assert figure.interval in page
+                assert number(str(figure)) in page
+                assert number(figure.interval) in page
 
 
 def test_verdict_speaks_of_what_was_asked(page):
-    """The headline gives the 95 % error and the largest contributor; how well robots repeat stands below it."""
-    said = re.search(r'<p class="verdict">(.*?)</p>', page)
-    assert said
-    for words in ("Expect 95\u00a0% of positions within", "largest contributor: O."):
-        assert words in said[1]
-    assert "of the robots repeat within" in page
-    assert not re.search(r"\d (%|mm|µm)", said[1]), "a number and its unit could be torn apart"
+    """The headline is the 95 % error, its number marked, with the largest contributor; how well robots repeat stands below it."""
+    found = re.search(r"<h1>(.*?)</h1>(.*?)<nav", page, re.DOTALL)
+    assert found
+    assert re.match(r"Expect 95\u202f% of positions within <em>[\d.]+\u202f[mµ]m</em>", found[1])
+    assert "argest contributor: O." in found[1] + found[2]
+    assert "of the robots repeat within" in found[2]
+    assert not re.search(r"\d (%|mm|µm)", found[1]), "a number and its unit could be torn apart"
 
 
 def test_page_asks_nothing_of_the_network(page):
@@ -174,7 +175,7 @@ def test_every_plot_has_its_place_and_its_words(page):
 def test_hostile_names_are_shown_not_run():
     """An arm from an unknown source may call itself a script; the page and the notebook show the name and run nothing."""
     study = small_study(16, 8, 2, name=HOSTILE)
-    page = pages.page(sheet(study), plots(study), "0")
+    page = page_of(sheet(study), plots(study), "0")
     reader = of_page(page)
     assert not any("alert(1)" in script for script in reader.scripts)
     assert not reader.scripts

@@ -97,7 +97,7 @@ class Result(ABC):
         Raises OutputExistsError where the folder exists and `force` is not set, LostmotionError where it cannot be written.
         """
         from lostmotion.reporting.folder import refuse_existing, write_whole
-        from lostmotion.reporting.page import contents
+        from lostmotion.reporting.page.document import contents
 
         refuse_existing(out, force=force)
         return write_whole({**contents(self.sheet, self.plots), **self.files(), **self.copies(figures, tables)}, out, force=force)
@@ -125,9 +125,9 @@ class Result(ABC):
 
     def _repr_html_(self) -> str:
         """Show the figures as tables in a notebook."""
-        from lostmotion.reporting.page import tables
+        from lostmotion.reporting.page.tables import notebook_tables
 
-        return tables(self.sheet)
+        return notebook_tables(self.sheet)
 
 
 def netcdf(arrays: xarray.Dataset) -> bytes:

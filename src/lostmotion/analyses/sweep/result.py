@@ -54,7 +54,7 @@ class Sweep(Result):
         self, out: str | Path | None = None, *, force: bool = False, figures: FigureKind | None = None, tables: TableKind | None = None
     ) -> Path:
         """Write report.html and result.json beside the blocks, or into the folder `out`, and return the folder. Errors as `Result.report`."""
-        from lostmotion.reporting.page import contents
+        from lostmotion.reporting.page.document import contents
 
         if out is not None:
             return super().report(out, force=force, figures=figures, tables=tables)

@@ -1,0 +1,35 @@
+"""The first screen of a page: whose figures these are, the answer in a sentence, what it rests on, and the figures that are asked for first."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lostmotion.reporting.page.bars import bars
+from lostmotion.reporting.page.text import escaped, headline, number, spaced
+
+if TYPE_CHECKING:
+    from lostmotion.reporting.sheet import Card, Sheet
+
+
+def first_screen(sheet: Sheet, version: str) -> str:
+    """Return the header of a page."""
+    answer, rest = headline(sheet.verdict) if sheet.verdict else (escaped(sheet.name), "")
+    about = (sheet.about, sheet.subject, sheet.counts, f"lostmotion {version}")
+    identity = "".join(f"<span>{spaced(each)}</span>" for each in about if each)
+    lead = f'<p class="lead">{rest}</p>\n' if rest else ""
+    warnings = "".join(f'<p class="warn" role="alert"><strong>Warning:</strong> {spaced(warning)}</p>\n' for warning in sheet.warnings)
+    notes = f'<ul class="notes">{"".join(f"<li>{spaced(note)}</li>" for note in sheet.notes)}</ul>\n' if sheet.notes else ""
+    lines = f"<p>{escaped(sheet.lines.title)}</p><pre>{escaped(sheet.lines.text)}</pre>\n" if sheet.lines else ""
+    cards = f'<dl class="numbers">{"".join(map(_card, sheet.cards))}</dl>\n' if sheet.cards else ""
+    blocks = f'<div class="blocks">{"".join(map(bars, sheet.bars))}</div>\n' if sheet.bars else ""
+    statements = "".join(f"<dt>{spaced(word)}</dt><dd>{spaced(sentence)}</dd>" for word, sentence in sheet.brief)
+    brief = f'<dl class="words brief">{statements}</dl>\n' if statements else ""
+    return f"""<header>
+<p class="identity"><b>{escaped(sheet.name)}</b>{identity}</p>
+<h1>{answer}</h1>
+{lead}{warnings}{lines}{cards}{blocks}{brief}{notes}</header>"""
+
+
+def _card(card: Card) -> str:
+    quiet = f'<dd class="quiet">{number(card.quiet)}</dd>' if card.quiet else ""
+    return f'<div><dt>{spaced(card.title)}</dt><dd class="number">{number(card.number)}</dd>{quiet}</div>'

@@ -1,0 +1,65 @@
+"""Sections of a sheet as HTML tables, for the page and for notebooks."""
+
+from __future__ import annotations
+
+import math
+from importlib.resources import files
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.reporting.page.text import escaped, foldable, number, spaced
+
+if TYPE_CHECKING:
+    from lostmotion.reporting.sheet import Figure, Section, Sheet
+
+# States of provenance, which are shown as marks.
+_MARKS: Final = ("stated", "assumed", "ideal")
+# Words in a cell that are longer than this may fold.
+_LONG: Final = 24
+
+
+def notebook_tables(sheet: Sheet) -> str:
+    """Return a sheet for a notebook: its tables as compact HTML that needs nothing else."""
+    style = files(__package__).joinpath("notebook.css").read_text(encoding="utf-8")
+    found = "".join(table(section) for section in sheet.sections)
+    warnings = "".join(f"<p><b>Warning:</b> {escaped(warning)}</p>" for warning in sheet.warnings)
+    return f'<div class="lostmotion"><style>{style}</style><p><b>{escaped(sheet.name)}</b><br>{escaped(sheet.verdict)}</p>{warnings}{found}</div>'
+
+
+def table(section: Section) -> str:
+    """Return a section as a table: label and remark, each figure with its interval, and below what they were counted from."""
+    if not section.rows:
+        return f"<p>{escaped(section.title)}: {escaped(section.note)}</p>"
+    samples = list(dict.fromkeys(figure.samples for row in section.rows for figure in row.figures if figure.samples))
+    intervals = with_interval(section)
+    head = "".join(
+        f'<th scope="col" class="value">{escaped(name)}</th>' + ('<th scope="col" class="interval">95 % interval</th>' if interval else "")
+        for name, interval in zip(section.columns, intervals, strict=True)
+    )
+    body = []
+    for row in section.rows:
+        note = f"<small>{spaced(row.note)}</small>" if row.note else ""
+        cells = "".join(_cells(figure, samples, interval=interval) for figure, interval in zip(row.figures, intervals, strict=True))
+        body.append(f'<tr><th scope="row">{foldable(row.label)}{note}</th>{cells}</tr>')
+    quiet = [spaced(section.note)] if section.note else []
+    quiet += [f"{f'<sup>{_mark(k)}</sup> ' if len(samples) > 1 else ''}from {spaced(text)}" for k, text in enumerate(samples)]
+    foot = f'<tfoot><tr><td colspan="{1 + len(section.columns) + sum(intervals)}">{"<br>".join(quiet)}</td></tr></tfoot>' if quiet else ""
+    return f"<table><caption>{escaped(section.title)}</caption><thead><tr><td></td>{head}</tr></thead><tbody>{''.join(body)}</tbody>{foot}</table>"
+
+
+def with_interval(section: Section) -> list[bool]:
+    """Return which columns of a section have an interval beside them."""
+    return [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
+
+
+def _cells(figure: Figure, samples: list[str], *, interval: bool) -> str:
+    mark = f"<sup>{_mark(samples.index(figure.samples))}</sup>" if len(samples) > 1 and figure.samples else ""
+    beside = f'<td class="interval">{number(figure.interval)}</td>' if interval else ""
+    if figure.words and not math.isfinite(figure.value):
+        kind = " words long" if len(figure.words) > _LONG else " words"
+        shown = f'<span class="mark {figure.words}">{figure.words}</span>' if figure.words in _MARKS else spaced(figure.words)
+        return f'<td class="value{kind}">{shown}{mark}</td>{beside}'
+    return f'<td class="value">{number(str(figure))}{mark}</td>{beside}'
+
+
+def _mark(index: int) -> str:
+    return chr(ord("a") + index)

@@ -1,0 +1,42 @@
+"""Texts of a page: escaped, with numbers and units that stay together."""
+
+from __future__ import annotations
+
+import html
+import re
+from typing import Final
+
+_UNIT: Final = r"(?:%|[mµnk]?m|m[²³]|k?g|N|°|°C|arcmin|arcsec|rad|deg|K|GPa|MPa|h)(?![\w])"
+_BEFORE_A_UNIT: Final = re.compile(rf"(?<=\d) (?={_UNIT})")
+_MINUS: Final = re.compile(r"(?<![\w.\-])-(?=\d)")
+# The end of a sentence: before a capital letter or a digit.
+_END: Final = re.compile(r"(?<=[.!?]) (?=[A-Z0-9])")
+# A result within a headline: a number with a unit that is no share.
+_RESULT: Final = re.compile(r"[\d.]+\u202f(?!%)[^\s<;,.]+")
+NARROW: Final = "\u202f"
+
+
+def escaped(text: str) -> str:
+    """Return the text as HTML that shows it and runs none of it."""
+    return html.escape(text)
+
+
+def spaced(text: str) -> str:
+    """Return the text as HTML, every number joined to its unit by a narrow space that does not break."""
+    return _BEFORE_A_UNIT.sub(NARROW, escaped(text))
+
+
+def number(text: str) -> str:
+    """Return a figure as HTML: `spaced`, with a true minus sign."""
+    return _MINUS.sub("−", spaced(text))
+
+
+def foldable(name: str) -> str:
+    """Return the name of a part as HTML that folds at its joints, not in mid-word."""
+    return re.sub(r"([._])(?=\w{3})", r"\1<wbr>", escaped(name))
+
+
+def headline(verdict: str) -> tuple[str, str]:
+    """Return the first sentence of a verdict, its first result marked, and the rest, both as HTML."""
+    first, *rest = _END.split(verdict, maxsplit=1)
+    return _RESULT.sub(lambda found: f"<em>{found[0]}</em>", spaced(first), count=1), spaced(rest[0]) if rest else ""
