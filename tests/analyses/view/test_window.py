@@ -146,3 +146,32 @@ def test_a_slider_in_a_real_browser_changes_the_number_to_what_the_study_compute
     assert process.returncode == 0, errors
     assert errors == ""
     assert json.loads(rest)["at"] == '--at "O=10deg A=65deg B=-60deg C=-20deg roll=0deg"'
+
+
+@needs_viser
+def test_sliders_follow_a_pose_without_moving_the_arm_again():
+    """A clicked pose is between the steps of the sliders: they show it rounded, and the arm stays at it. A dragged slider moves its joint alone."""
+    import viser
+
+    from lostmotion.analyses.view.controls import Controls
+    from lostmotion.analyses.view.session import Session
+
+    arm = lostmotion.read(EXAMPLES / "scara.toml")
+    poses = lostmotion.sample_poses(arm, 64)
+    session = Session(arm, poses, poses.q[0])
+    server = viser.ViserServer(host="127.0.0.1", port=8481, verbose=False)
+    try:
+        controls = Controls(server.gui, session, lambda: None, lambda _: None)
+        controls.go_to(poses.q[1])
+        time.sleep(0.3)
+        np.testing.assert_array_equal(session.q, poses.q[1])
+        shown = [slider.value for slider in controls._sliders]
+        expected = [value * (1e3 if joint.type == "prismatic" else np.degrees(1)) for joint, value in zip(arm.moving, poses.q[1], strict=True)]
+        np.testing.assert_allclose(shown, expected, atol=0.5 + 1e-6)
+        controls._sliders[2].value = 50.0  # as a message from the browser does
+        end = time.monotonic() + 10
+        while session.q[2] == poses.q[1, 2] and time.monotonic() < end:
+            time.sleep(0.02)
+        np.testing.assert_allclose(session.q, [*poses.q[1, :2], 0.05, poses.q[1, 3]], atol=0)
+    finally:
+        server.stop()
