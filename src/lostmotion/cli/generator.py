@@ -34,6 +34,8 @@ SHARED: Final = (
     ),
     Parameter("quiet", bool, Argument("Print nothing but where the report is."), default=False),
 )
+# Of these, what a report's folder holds besides the report.
+_COPIES: Final = frozenset({"figures", "tables"})
 # The class of all mistakes in what was typed, of whichever Click typer brings.
 _UsageError: Final[type[Exception]] = typer.BadParameter.__mro__[1]
 
@@ -62,7 +64,9 @@ def shared_options(question: Question) -> tuple[Parameter, ...]:
     own = {each.name for each in question.options}
     if question.folder is None:
         return ()
-    return tuple(each for each in SHARED if each.name not in own and not (each.name == "force" and "out" in own))
+    own |= {"force"} if "out" in own else set()
+    own |= _COPIES if "out" in own and not question.folder else set()  # what it writes is one file, and no report
+    return tuple(each for each in SHARED if each.name not in own)
 
 
 def _declared(question: Question, parameter: Parameter) -> inspect.Parameter:
@@ -131,7 +135,7 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
         raise typer.Exit(STOPPED)
     results = found if isinstance(found, list) else [found]
     own = "out" not in common  # a folder that is one of the question's arguments
-    copies = {name: common[name] for name in ("figures", "tables")}
+    copies = {name: common[name] for name in _COPIES if name in common}
     written = [each.report(None if own else out, force=force, **copies) for each in results if own or out is not None]
     _show(results, written, common)
 
