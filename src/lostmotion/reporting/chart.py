@@ -32,6 +32,9 @@ _TEXT: Final = 9.5
 _TITLE: Final = 10.5
 _LEFT: Final = 0.012
 _MM: Final = 1 / 25.4
+# Widths in a legend, mm: of a letter, and of what stands beside an entry's name.
+_LETTER: Final = 1.65
+_ENTRY: Final = 9.0
 _LONGEST_LABEL: Final = 36
 _BAND: Final = 0.18
 # Of the axes' width, from where on words stand to the left of what they mark.
@@ -148,13 +151,22 @@ def legend(on: Figure, *, extra: Iterable[Any] = ()) -> None:
     found |= {str(handle.get_label()): handle for handle in extra}
     if not found:
         return
-    longest = max(len(name) for name in found)
-    fit = max(1, int(on.get_figwidth() / _MM / (1.6 * longest + 9.5)))
-    _legend(on, found, min(fit, len(found)))
+    _legend(on, found, len(found))
 
 
-def _legend(on: Figure, entries: dict[str, Any], columns: int, title: str = "", *, above: bool = True) -> None:
+def _columns(names: Sequence[str], width: float, most: int) -> int:
+    """Return in how many columns, at most so many, these names of a legend fit into a width (mm); names fill the columns from the left."""
+    for count in range(min(most, len(names)), 1, -1):
+        full, short = divmod(len(names), count)
+        starts = np.cumsum([0, *[full + 1] * short, *[full] * (count - short)])
+        if sum(_LETTER * max(map(len, names[a:b])) + _ENTRY for a, b in pairwise(starts)) <= width:
+            return count
+    return 1
+
+
+def _legend(on: Figure, entries: dict[str, Any], most: int, title: str = "", *, above: bool = True) -> None:
     """Draw a legend above or below all axes. Above, the figure's title becomes the legend's: matplotlib would draw one over the other."""
+    columns = _columns(list(entries), on.get_figwidth() / _MM, most)
     import matplotlib as mpl
 
     heading = on.get_suptitle() if above else title

@@ -48,8 +48,17 @@ def inline_svg(plot: Plot) -> str:
 
 def raw_svg(figure: Figure) -> str:
     """Return a figure as matplotlib writes it, in its own colours and with its texts as texts; no clock is read."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    # `savefig` would draw everything twice, to place the axes first.
+    layout = figure.get_layout_engine()
+    canvas: Any = FigureCanvasSVG(figure)
     with settings(), io.BytesIO() as content:
-        figure.savefig(content, format="svg", metadata=_UNDATED)
+        if layout is not None:
+            layout.execute(figure)
+            figure.set_layout_engine("none")
+        canvas.print_svg(content, metadata=_UNDATED)
+        figure.set_layout_engine(layout)
         return content.getvalue().decode()
 
 

@@ -11,8 +11,7 @@ from lostmotion.analyses.gearbox.tables.finite_elements import fem_key
 from lostmotion.reporting.chart import cells, class_legend, class_of, grid, label_axes, legend, one
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import ARCMIN, digits
-from lostmotion.reporting.sheet import Figure as Number
+from lostmotion.reporting.sheet import ARCMIN, as_stated
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
 _MM: Final = 1e3
 # Pixels along each side of a picture.
-_WHOLE: Final = 220
+_WHOLE: Final = 170
 _ZOOM: Final = 120
 # Height of a picture, mm.
 _HEIGHT: Final = 150.0
@@ -63,7 +62,7 @@ def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> 
     top = float(np.nanquantile(picture, _SHOWN))
     moved = [_moved(found, k) for k in range(len(found.fields))]
     scale = _nice(_DRAWN * radius / max(float(np.abs(each).max()) for each in moved))
-    figure, on = one(f"{name}, {found.name}, {Number(float(found.torque[-1]), 'N m')} at the output", _HEIGHT)
+    figure, on = one(f"{name}, {found.name}, {as_stated(float(found.torque[-1]))} N m at the output", _HEIGHT)
     limits = _picture(on, picture, -radius, -radius, radius, top)
     for colour, width, factor, words in (
         (LIGHT["quiet"], 0.6, 0.0, "unloaded"),
@@ -72,7 +71,7 @@ def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> 
         parts = [_outline(each, each.points + factor * by, _SPACING * radius) for each, by in zip(found.fields, moved, strict=True)]
         on.plot(*(np.concatenate(parts).T * _MM), color=colour, linewidth=width, label=words)
     _square(on)
-    class_legend(figure, limits, f"{name.lower()} [{unit}]; contacts reach {digits(_largest(values))}", on.get_legend_handles_labels()[0])
+    class_legend(figure, limits, f"{name[:1].lower()}{name[1:]} [{unit}]; higher at the contacts", on.get_legend_handles_labels()[0])
     return figure
 
 
@@ -174,10 +173,6 @@ def _picture(on: Axes, values: Floats, left: float, low: float, right: float, to
 def _square(on: Axes) -> None:
     on.set_aspect("equal")
     label_axes(on, "x [mm]", "y [mm]")
-
-
-def _largest(values: list[Floats]) -> float:
-    return max(float(each.max()) for each in values)
 
 
 def _nice(factor: float) -> float:
