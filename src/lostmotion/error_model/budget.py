@@ -89,8 +89,10 @@ class Tally:
         shift, merged, total = matrix.along_poses[3:], matrix.merged, 0.0
         for column, members in enumerate(matrix.groups.values()):
             whole, part = merged.along_poses[3:, column], _PARTS[merged.infos[column].level]
-            for name in dict.fromkeys(names[k] for k in members):
-                of_entry = [k for k in members if names[k] == name]
+            entries: dict[str, list[int]] = {}
+            for k in members:
+                entries.setdefault(names[k], []).append(k)
+            for name, of_entry in entries.items():
                 x = whole if len(of_entry) == len(members) else shift[:, of_entry].sum(axis=1)
                 own[entry[name]] += np.vdot(x, x)
                 shared[entry[name], part] += np.vdot(x, whole)
