@@ -1,6 +1,6 @@
-"""How long do an exported model's prediction and compensation take, against forward kinematics and Jacobian by CasADi?
+"""How long do an exported model's prediction and compensation take, against kinematics by CasADi and kinematics with gravity torques by Pinocchio?
 
-python benchmarks/controller.py [--compiler gcc]      (CasADi is compared where it is installed: pip install casadi)
+python benchmarks/controller.py [--compiler gcc]      (each is compared where it is installed: pip install 'lostmotion[benchmark-controller]')
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import argparse
 import importlib.util
 import os
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -49,12 +50,45 @@ def kinematics(model: Any, folder: Path) -> list[str]:
     return ["-DWITH_CASADI", str(folder / "kinematics.c")]
 
 
+def pinocchio_lines(folder: Path) -> list[str]:
+    """Return the lines to print on Pinocchio in C++: the UR5e's frame Jacobian, and that with gravity torques; why not, where it cannot be built."""
+    prefixes = [Path(each) / "cmeel.prefix" for each in sys.path]
+    headers = [prefix / "include" / name for name in (".", "eigen3") for prefix in prefixes if (prefix / "include" / name).is_dir()]
+    libraries = [prefix / "lib" for prefix in prefixes if list(prefix.glob("lib/libpinocchio_default.*"))]
+    if importlib.util.find_spec("pinocchio") is None or not libraries or not any(each.name == "eigen3" for each in headers):
+        return ["Pinocchio in C++: not compared, its wheel (pin) or Eigen's (cmeel-eigen) is not installed"]
+    import pinocchio
+
+    model = pinocchio.buildModelFromUrdf(str(EXAMPLES / "ur5e.urdf"))
+    rows = [[model.njoints - 1]]
+    for number in range(1, model.njoints):
+        placed, body = model.jointPlacements[number], model.inertias[number]
+        axis = "XYZ".index(model.joints[number].shortname()[-1])
+        rows.append([axis, *np.column_stack([placed.rotation, placed.translation]).ravel(), body.mass, *body.lever])
+    tool = model.frames[model.getFrameId("tool0")].placement
+    rows.append([*np.column_stack([tool.rotation, tool.translation]).ravel()])
+    given = "\n".join(" ".join(f"{each:.17g}" for each in row) for row in rows)
+    # Pinocchio's own build sets the two macros.
+    flags = ["-O2", "-std=c++17", "-w", "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]
+    flags += [f"-I{each}" for each in headers] + [each for library in libraries for each in (f"-L{library}", f"-Wl,-rpath,{library}")]
+    program, main_file = folder / "pinocchio", Path(__file__).with_name("pinocchio.cpp")
+    done = subprocess.run(["g++", main_file, *flags, "-lpinocchio_default", "-o", program], capture_output=True, text=True, check=False)
+    if done.returncode:
+        return [f"Pinocchio in C++: not compared, it does not compile here: {done.stderr[:300]}"]
+    runs = [subprocess.run([program], input=given, capture_output=True, text=True, check=True).stdout.split() for _ in range(3)]
+    jacobian, gravity = (1e6 * float(np.median([float(run[k]) for run in runs])) for k in range(2))
+    return [f"Pinocchio in C++, UR5e, double: forward kinematics and frame Jacobian {jacobian:.2f} us, with gravity torques {gravity:.2f} us"]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--compiler", default="gcc")
     compiler = parser.parse_args().compiler
+    with tempfile.TemporaryDirectory() as made:
+        print(*pinocchio_lines(Path(made)), sep="\n")
     print(
-        "arm, precision: predict us, compensate position us, pose us | over predict | CasADi us, predict over it | slowest over fastest pose | bytes"
+        "arm, precision, form: predict us, compensate position us, pose us | over predict | "
+        "CasADi us, predict over it | slowest over fastest pose | bytes"
     )
     for name in ("ur5e.urdf", "z-arm.toml"):
         model = lostmotion.controller(EXAMPLES / name)
