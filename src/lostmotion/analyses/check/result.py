@@ -10,7 +10,9 @@ from lostmotion.analyses.result import Result
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.reporting.figure_files import FigureKind
     from lostmotion.reporting.sheet import Sheet
+    from lostmotion.reporting.table_files import TableKind
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,8 +36,15 @@ class Check(Result):
 
         return arm_picture(self.arm) if self.arm is not None else ""
 
-    def report(self, out: str | Path | None = None, *, force: bool = False) -> Path:
-        """Write the picture as an SVG file and return its path; nothing is written for a part by itself.
+    def report(
+        self,
+        out: str | Path | None = None,
+        *,
+        force: bool = False,
+        figures: FigureKind | None = None,  # noqa: ARG002 - of a report with plots
+        tables: TableKind | None = None,  # noqa: ARG002 - the same
+    ) -> Path:
+        """Write the picture as an SVG file and return its path; nothing is written for a part by itself. It is the only file of a check.
 
         Default: the path that the check was given, or NAME.svg in the current folder. An earlier picture of this kind is replaced, any other file
         only with `force`. Raises OutputExistsError, and LostmotionError where the file cannot be written.
