@@ -166,10 +166,10 @@ def test_every_plot_has_its_place_and_its_words(page):
     """Each plot has an element of its own, ids are unique, and a screen reader is given a description of it."""
     reader = of_page(page)
     wanted = [plot.key for plot in plots(small_study())]
-    assert len(wanted) == 10
+    assert len(wanted) == 11
     assert len(set(reader.ids)) == len(reader.ids)
     assert {f"plot-{key}" for key in wanted} <= set(reader.ids)
-    assert page.count(' role="img" aria-label="') == 10
+    assert page.count(' role="img" aria-label="') == 11
 
 
 def test_hostile_names_are_shown_not_run():

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+# Section of a plot that the first screen of the page shows.
+FIRST_SCREEN: Final = ""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from lostmotion.reporting.page.security import policy
 from lostmotion.reporting.page.style import style
 from lostmotion.reporting.page.tables import table, with_interval
 from lostmotion.reporting.page.text import escaped, spaced
+from lostmotion.reporting.plot import FIRST_SCREEN
 from lostmotion.reporting.svg import inline_svg
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 </head>
 <body>
 <a class="skip" href="#sections">Skip to the figures</a>
-{first_screen(sheet, version)}
+{first_screen(sheet, [plot for plot in drawn if plot.section == FIRST_SCREEN], version)}
 <nav aria-label="Sections">{links}{' <a href="#words">How to read this</a>' if words else ""}</nav>
 <main id="sections">
 {"".join(_section(section, [plot for plot in drawn if plot.section == section.key]) for section in sheet.sections)}{explained}</main>

@@ -6,13 +6,17 @@ from typing import TYPE_CHECKING
 
 from lostmotion.reporting.page.bars import bars
 from lostmotion.reporting.page.text import escaped, headline, number, spaced
+from lostmotion.reporting.svg import inline_svg
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Card, Sheet
 
 
-def first_screen(sheet: Sheet, version: str) -> str:
-    """Return the header of a page."""
+def first_screen(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
+    """Return the header of a page; `drawn` are the plots that stand beside the key figures and the first block of bars."""
     answer, rest = headline(sheet.verdict) if sheet.verdict else (escaped(sheet.name), "")
     about = (sheet.about, sheet.subject, sheet.counts, f"lostmotion {version}")
     identity = "".join(f"<span>{spaced(each)}</span>" for each in about if each)
@@ -21,7 +25,13 @@ def first_screen(sheet: Sheet, version: str) -> str:
     notes = f'<ul class="notes">{"".join(f"<li>{spaced(note)}</li>" for note in sheet.notes)}</ul>\n' if sheet.notes else ""
     lines = f"<p>{escaped(sheet.lines.title)}</p><pre>{escaped(sheet.lines.text)}</pre>\n" if sheet.lines else ""
     cards = f'<dl class="numbers">{"".join(map(_card, sheet.cards))}</dl>\n' if sheet.cards else ""
-    blocks = f'<div class="blocks">{"".join(map(bars, sheet.bars))}</div>\n' if sheet.bars else ""
+    pictures = "".join(
+        f'<figure id="plot-{plot.key}">{inline_svg(plot)}<figcaption aria-hidden="true">{spaced(plot.words)}</figcaption></figure>' for plot in drawn
+    )
+    if pictures:
+        cards = f'<div class="first"><div>{pictures}</div>\n<div>{cards}{"".join(map(bars, sheet.bars[:1]))}</div></div>\n'
+    below = sheet.bars[1:] if pictures else sheet.bars
+    blocks = f'<div class="blocks">{"".join(map(bars, below))}</div>\n' if below else ""
     statements = "".join(f"<dt>{spaced(word)}</dt><dd>{spaced(sentence)}</dd>" for word, sentence in sheet.brief)
     brief = f'<dl class="words brief">{statements}</dl>\n' if statements else ""
     return f"""<header>

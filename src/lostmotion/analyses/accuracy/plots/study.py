@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace
 from lostmotion.analyses.accuracy.plots.bending import bending
 from lostmotion.analyses.accuracy.plots.budget import CAUSES_TEXT, LEVELS_TEXT, at_places, budget, by_level, levels
 from lostmotion.analyses.accuracy.plots.waterfall import waterfall
@@ -72,7 +73,9 @@ def plots(answer: Answer) -> list[Plot]:
         if answer.sampled.visits > 1:
             inside = accuracy_over_robots(seen_in(answer, zone))
             places.append(Plot(f"zone-{k}-ap-rp", f"zone_{k}_iso9283", inside, f"Histograms of AP and RP over the robots in the zone {zone.name}."))
-    return [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing] + places
+    return (
+        [arm_in_workspace(answer)] + [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing] + places
+    )
 
 
 def mean_errors(answer: Answer) -> PoseValues:
