@@ -38,6 +38,7 @@ def test_the_command_line_asks_what_python_asks():
         "gear",
         "bearing",
         "view",
+        "new",
         "check",
         "catalog",
         "sweep",

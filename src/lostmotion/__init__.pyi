@@ -10,6 +10,7 @@ from lostmotion.analyses.statics.command import statics as statics
 from lostmotion.analyses.gearbox.command import gear as gear
 from lostmotion.analyses.bearing.command import bearing as bearing
 from lostmotion.analyses.view.command import view as view
+from lostmotion.analyses.new.command import new as new
 from lostmotion.analyses.check.command import check as check
 from lostmotion.analyses.catalog.command import catalog as catalog
 from lostmotion.analyses.sweep.command import sweep as sweep

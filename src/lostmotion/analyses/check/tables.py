@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lostmotion.error_model.overload import Overload, exceeds
 from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
+from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.serial import frames, joint_torques
 from lostmotion.reporting.provenance import assumed_count, caveats, provenance_facts, provenance_sections, with_assumed
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
@@ -21,15 +22,11 @@ if TYPE_CHECKING:
     from lostmotion.parts.joint import Joint
     from lostmotion.spatial import Floats
 
-# The loads are taken at so many poses at least, up to the number of joints at which a grid of two values per joint has as many.
-_POSES: Final = 1000
-_MOST_AXES: Final = 12
-
 
 def arm_sheet(arm: Arm, file: str) -> Sheet:
-    """Return what is known of an arm, with the largest static load of each drive on a grid over the joint ranges."""
+    """Return what is known of an arm, with the largest static load of each drive spread evenly over the joint ranges."""
     known = states(arm)
-    q = grid(arm)
+    q = even_poses(arm)
     held = np.abs(joint_torques(arm, q)).max(axis=0)
     reach = float(np.linalg.norm(frames(arm, q)[-1, :, :3, 3] - frames(arm, q)[0, 0, :3, 3], axis=1).max())
     return Sheet(
@@ -67,18 +64,6 @@ def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
         facts={kind: read.name, "known": dict(found)},
     )
     return with_assumed(sheet, read.part, kind)
-
-
-def grid(arm: Arm) -> Floats:
-    """Return poses (pose, joint), rad or m, on a grid over the joint ranges that includes the limits; for many joints the first ones only move."""
-    limits = arm.limits
-    count = min(len(limits), _MOST_AXES)
-    steps = max(math.ceil(_POSES ** (1 / count)), 2)
-    at = np.unravel_index(np.arange(steps**count), (steps,) * count)
-    q = np.tile(limits.mean(axis=1), (steps**count, 1))
-    for k in range(count):
-        q[:, k] = np.linspace(limits[k, 0], limits[k, 1], steps)[at[k]]
-    return q
 
 
 def _verdict(known: States, file: str) -> str:

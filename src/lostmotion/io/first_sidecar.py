@@ -1,0 +1,106 @@
+"""A first sidecar for a URDF: every joint with its static load, reducers of the catalogue that are rated for it, and what is assumed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.catalogue.gearboxes import gearboxes
+from lostmotion.catalogue.search import Criteria, search, searchable_figures
+from lostmotion.io.sidecar import find_sidecar
+from lostmotion.io.skeleton import example_parts
+from lostmotion.io.text import read_old_text
+from lostmotion.io.toml import key_step, quoted, read_toml
+from lostmotion.io.toml_lines import names_lines
+from lostmotion.io.urdf import MEGABYTES, arm_of
+from lostmotion.io.urdf_chain import find_chain
+from lostmotion.io.urdf_tree import read_tree
+from lostmotion.mechanism.even_poses import even_poses
+from lostmotion.mechanism.serial import joint_torques
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+# A reducer is proposed where its rated torque is this many times the largest static load: room for acceleration.
+_MARGIN: Final = 1.5
+_PROPOSED: Final = 3
+_RATIO: Final = 100.0
+# Joints of arms turn slowly: reducers of less are for machines with large motors.
+_LEAST_RATIO: Final = 30.0
+_NOTHING: Final = 1e-6
+_KEYS: Final = {"gearboxes": "gearbox", "bearings": "bearing", "encoders": "encoder"}
+_LINK: Final = '{ section = { kind = "tube", outer = "80 mm", wall = "4 mm" }, material = "aluminium", length_tolerance = "0.1 mm" }'
+
+
+@names_lines
+def first_sidecar(path: Path) -> str:
+    """Return the text of a sidecar for a URDF, which the reader accepts as it is. Every value in it is marked as assumed.
+
+    An existing sidecar decides on tip and base. Raises InputError with every mistake in the files.
+    """
+    beside = find_sidecar(path)
+    stated = {} if beside is None else {key: value for key, value in read_toml(beside).items() if key in ("tip", "base")}
+    tree = read_tree(read_old_text(path, MEGABYTES)[0], str(path))
+    tip = find_chain(tree, dict(stated), str(beside or path), path.with_suffix(".toml").name).tip
+    arm = arm_of(path, beside, dict(stated))
+    q = even_poses(arm)
+    held = np.abs(joint_torques(arm, q)).max(axis=0)
+    lines = [
+        f"# Sidecar of {path.name}: what a URDF cannot state. It is found by its name beside the URDF.",
+        "# Everything here is assumed. Replace it by your own parts, and take each key that you know out of the lists `assumed`.",
+        f"# Static loads: the largest of {len(q)} poses spread evenly over the joint ranges, without payload; base level.",
+        f"# Reducers: the smallest of the catalogue, of ratio {_LEAST_RATIO:g} or more, whose rated torque is at least {_MARGIN} times the static",
+        "# load of this joint and of all farther out. That leaves room for acceleration; life and shocks are not checked.",
+        *(f"# Warning: {warning}" for warning in arm.warnings),
+        "",
+        f"tip = {quoted(tip)}",
+        *([f"base = {quoted(stated['base'])}"] if isinstance(stated.get("base"), str) else []),
+        "",
+        "[payload]",
+        'mass = "0 kg"                 # what the arm carries: it decides on sag and wind-up',
+        'assumed = ["mass"]',
+    ]
+    joints = _joints(arm, held)
+    for kind, name in (("revolute", "turning"), ("prismatic", "sliding")):
+        if any(joint.type == kind for joint in arm.moving):
+            parts = example_parts("turning" if name == "turning" else "sliding")
+            named = dict.fromkeys(parts, f'= "{name}_example"')
+            used = [table for table in parts if any(f"{_KEYS[table]} {named[table]}" in each for each in joints)]
+            lines += [line for table in used for line in parts[table]]
+    return "\n".join([*lines, *joints]) + "\n"
+
+
+def _joints(arm: Arm, held: Floats) -> list[str]:
+    lines: list[str] = []
+    for k, joint in enumerate(arm.moving):
+        turning = joint.type == "revolute"
+        lines += ["", f"[joints.{key_step(joint.name)}]", f"# static load: {held[k]:.3g} {joint.load_unit}"]
+        needed = _MARGIN * max((held[i] for i in range(k, len(held)) if arm.moving[i].type == "revolute"), default=0.0)
+        found = _reducers(needed) if turning and needed > _NOTHING else []
+        if found:
+            first, *others = found
+            lines += [f"gearbox = {quoted(first[0])}   # rated {first[1]:.4g} N m, for {needed:.3g} N m"]
+            lines += [f"# gearbox = {quoted(name)}   # rated {rated:.4g} N m" for name, rated in others]
+        else:
+            lines.append(f'gearbox = "{"turning" if turning else "sliding"}_example"   # no reducer of the catalogue proposed: values of the class')
+        part = "turning" if turning else "sliding"
+        lines += [f'bearing = "{part}_example"', f'encoder = "{part}_example"', 'assumed = ["gearbox", "bearing", "encoder"]']
+        lines.append(f"# link = {_LINK}")
+    return lines
+
+
+def _reducers(needed: float) -> list[tuple[str, float]]:
+    """Return name and rated torque (N m) of the smallest reducers that are rated for this torque, one of each model."""
+    out: dict[str, tuple[str, float]] = {}
+    for row in sorted(search(gearboxes(), Criteria(min_torque=needed)).rows, key=lambda row: searchable_figures(row)["rated torque"]):
+        ratio = _RATIO if row.applies_to(_RATIO) else row.typical_ratio or _RATIO
+        if ratio < _LEAST_RATIO:
+            continue
+        out.setdefault(row.models[0], (f"{row.models[0]}-{ratio:g}", searchable_figures(row)["rated torque"]))
+        if len(out) == _PROPOSED:
+            break
+    return list(out.values())

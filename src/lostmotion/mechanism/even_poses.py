@@ -1,0 +1,33 @@
+"""Poses spread evenly over the joint ranges, for quick looks: no random numbers, and no library for sequences."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+_POSES: Final = 4096
+_MOST_CORNERS: Final = 10
+_STEPS: Final = 60
+
+
+def even_poses(arm: Arm) -> Floats:
+    """Return poses (pose, joint), rad or m: 4096 of an additive recurrence, and those with every joint at a limit, for the first ten joints.
+
+    The recurrence adds powers of the generalised golden ratio, x^(d + 1) = x + 1 for d joints, modulo one. Source: M. Roberts, The unreasonable
+    effectiveness of quasirandom sequences, 2018.
+    """
+    low, high = arm.limits.T
+    joints = len(low)
+    ratio = 2.0
+    for _ in range(_STEPS):
+        ratio = (1.0 + ratio) ** (1.0 / (joints + 1))
+    share = (0.5 + np.arange(_POSES)[:, None] * ratio ** -np.arange(1.0, joints + 1)) % 1.0
+    corners = min(joints, _MOST_CORNERS)
+    ends = np.full((2**corners, joints), 0.5)
+    ends[:, :corners] = np.arange(2**corners)[:, None] >> np.arange(corners) & 1
+    return np.asarray(low + np.vstack([ends, share]) * (high - low))

@@ -1,0 +1,110 @@
+"""`lostmotion new`: templates that run at once, and a first sidecar for a URDF."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tomllib
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.analyses.new.command import Template
+from lostmotion.catalogue.gearboxes import find_gearbox
+from lostmotion.error_model.provenance import states
+from lostmotion.errors import OutputExistsError
+from lostmotion.mechanism.serial import joint_torques
+from tests.io.conftest import EXAMPLES
+
+
+@pytest.mark.parametrize("template", get_args(Template))
+def test_each_template_is_an_arm_with_an_accuracy_and_no_overloaded_drive(template, tmp_path):
+    """It is read as it stands, every moving joint is described, nothing is warned of, and a study predicts an error of its class."""
+    path = lostmotion.new("mine", template=template, out=tmp_path / "mine.toml").report()
+    arm = lostmotion.read(path)
+    assert arm.name == "mine"
+    assert states(arm).described
+    assert not states(arm).ideal_joints
+    assert states(arm).assumed
+    study = lostmotion.study(arm, poses=64, method="analytic")
+    (number,) = (card.number for card in study.sheet.cards if card.title == "mean position error")
+    value, unit = number.split()
+    assert 10e-6 < float(value) * {"µm": 1e-6, "mm": 1e-3}[unit] < 10e-3
+    assert study.sheet.warnings == ()
+
+
+def test_the_hobby_arm_needs_about_ten_lines():
+    """Presets fill in the rest."""
+    assert len(lostmotion.new(template="hobby").text.splitlines()) <= 11
+
+
+def test_an_existing_file_is_kept_unless_forced(tmp_path):
+    """Never overwritten by accident."""
+    path = tmp_path / "arm.toml"
+    path.write_text("mine", "utf-8")
+    with pytest.raises(OutputExistsError, match="--force"):
+        lostmotion.new("arm", out=path).report()
+    assert path.read_text("utf-8") == "mine"
+    lostmotion.new("arm", out=path, force=True).report()
+    assert tomllib.loads(path.read_text("utf-8"))["name"] == "arm"
+
+
+def test_the_list_names_each_template_and_writes_nothing(tmp_path, monkeypatch):
+    """With what it describes."""
+    monkeypatch.chdir(tmp_path)
+    listed = lostmotion.new(templates=True)
+    listed.report()
+    (section,) = listed.sheet.sections
+    assert [row.label for row in section.rows] == list(get_args(Template))
+    assert all(len(str(row.figures[0])) > 20 for row in section.rows)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def urdf(tmp_path):
+    """Copy a URDF without its sidecar, and write its first sidecar."""
+    path = tmp_path / "robot.urdf"
+    shutil.copy(EXAMPLES / "ur5e.urdf", path)
+    assert lostmotion.new(urdf=path).report() == path.with_suffix(".toml")
+    return path
+
+
+def test_the_sidecar_of_a_urdf_describes_each_joint_by_assumed_values(urdf):
+    """It is found beside the URDF; gearboxes, bearings and encoders are there, all assumed."""
+    known = states(lostmotion.read(urdf))
+    assert known.described
+    assert known.ideal_joints == ()
+    for joint in known.joints:
+        assert {joint.states[kind] for kind in ("stiffness", "bearing", "encoder")} == {"assumed"}
+        assert "stated" not in joint.states.values()
+
+
+def test_three_reducers_are_proposed_with_a_margin_over_the_static_load(urdf):
+    """Rated for 1.5 times the load of their joint and of all farther out, by an independent set of poses; the first is taken."""
+    arm = lostmotion.read(urdf)
+    text = urdf.with_suffix(".toml").read_text("utf-8")
+    q = arm.limits[:, 0] + np.random.default_rng(1).random((2000, len(arm.moving))) * np.ptp(arm.limits, axis=1)
+    held = np.abs(joint_torques(arm, q)).max(axis=0)
+    for k, joint in enumerate(arm.moving):
+        table = text.partition(f"[joints.{joint.name}]")[2].partition("\n[")[0]
+        load = float(re.search(r"static load: ([\d.e+-]+)", table)[1])
+        assert load >= 0.95 * held[k] - 1e-9
+        names = re.findall(r'gearbox = "([^"]+)"', table)
+        if "example" in names[0]:
+            continue
+        assert len(names) == 3
+        rated = [find_gearbox(name)[0].figures.part.rated_torque for name in names]
+        assert rated == sorted(rated)
+        assert rated[0] >= 1.49 * held[k:].max()
+        assert all(abs(find_gearbox(name)[1]) >= 30 for name in names)
+    assert text.count("# gearbox = ") >= 8
+
+
+def test_a_urdf_leads_to_a_prediction_in_two_commands(urdf):
+    """The sidecar as written gives an error between a hundredth of a millimetre and centimetres, and says what it rests on."""
+    study = lostmotion.study(urdf, poses=64, method="analytic")
+    assert "assumed" in study.sheet.verdict
+    with pytest.raises(OutputExistsError):
+        lostmotion.new(urdf=urdf).report()
