@@ -8,11 +8,12 @@ from typing import Final
 
 _UNIT: Final = r"(?:%|[mµnk]?m|m[²³]|k?g|N|°|°C|arcmin|arcsec|rad|deg|K|GPa|MPa|h)(?![\w])"
 _BEFORE_A_UNIT: Final = re.compile(rf"(?<=\d) (?={_UNIT})")
+_WITHIN_A_UNIT: Final = re.compile(r"(?<=\u202fN) (?=m(?!\w))")
 _MINUS: Final = re.compile(r"(?<![\w.\-])-(?=\d)")
 # The end of a sentence: before a capital letter or a digit.
 _END: Final = re.compile(r"(?<=[.!?]) (?=[A-Z0-9])")
 # A result within a headline: a number with a unit that is no share.
-_RESULT: Final = re.compile(r"[\d.]+\u202f(?!%)[^\s<;,.]+")
+_RESULT: Final = re.compile(r"[\d.]+\u202f(?!%)[^ <;:,.)]+")
 NARROW: Final = "\u202f"
 
 
@@ -23,7 +24,7 @@ def escaped(text: str) -> str:
 
 def spaced(text: str) -> str:
     """Return the text as HTML, every number joined to its unit by a narrow space that does not break."""
-    return _BEFORE_A_UNIT.sub(NARROW, escaped(text))
+    return _WITHIN_A_UNIT.sub(NARROW, _BEFORE_A_UNIT.sub(NARROW, escaped(text)))
 
 
 def number(text: str) -> str:
