@@ -150,7 +150,7 @@ def test_catalogue_bearings_have_a_sheet_too():
 def test_the_command_writes_the_sheet(tmp_path):
     """It prints every section, writes report.html and result.json, the same bytes twice, and leaves an existing folder alone without --force."""
     words = (EXAMPLES / "nu212-pair.toml", "--force-radial", "6 kN")
-    done = ran(*words, cwd=tmp_path)
+    done = ran(*words, "--full", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     for title in ("delivered to working", "Simulated bearings", "Load of the elements", "Stiffness", "60 µm does not hold"):
         assert title in done.stdout
@@ -271,7 +271,7 @@ OF_STATED = '[bearing]\nkind = "crossed roller"\nradial_runout = "2 µm"\nmoment
 def test_assumed_values_of_a_bearing_are_counted_and_listed(tmp_path, text, keys):
     """What a bearing's table lists as assumed is counted in the headline, listed, and in result.json, of a drawing and of stated values."""
     (tmp_path / "b.toml").write_text(text)
-    done = ran("b.toml", "--out", "out", cwd=tmp_path)
+    done = ran("b.toml", "--out", "out", "--full", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "Assumed values" in done.stdout
     result = json.loads((tmp_path / "out" / "result.json").read_text())

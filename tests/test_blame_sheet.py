@@ -26,7 +26,7 @@ def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
     """Each place has its two tables, shares add to 100 %, the verdict says what was reached, and every stage of the remedies has its intervals."""
     done = run("--at", AT, "--at", "3", "--zone", "z 0..2 m", "--until", "20 %", "--out", "out", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "Reached ±20 % over the workspace (mean, 95th percentile, AP, RP) after" in done.stdout
+    assert "Reached ±20 % over the workspace (mean, 95th percentile, AP, RP) after" in " ".join(done.stdout.split())
     assert "Reached ±20 % in the zone z 0 … 2000 mm (mean, 95th percentile, AP, RP) after" in " ".join(done.stdout.split())
     sections = {section["key"]: section for section in json.loads((tmp_path / "out" / "result.json").read_text())["sections"]}
     assert {f"{what}_at_{k}" for what in ("budget", "causes") for k in (1, 2, 3)} <= set(sections)

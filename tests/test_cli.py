@@ -25,7 +25,7 @@ def lostmotion(*words, cwd, **environment):
 def ran(tmp_path_factory):
     """Run the example once."""
     folder = tmp_path_factory.mktemp("run")
-    return folder, lostmotion("run", ARM, *QUICK, cwd=folder)
+    return folder, lostmotion("run", ARM, *QUICK, "--full", cwd=folder)
 
 
 def test_run_prints_the_answer_and_writes_three_files(ran):

@@ -654,7 +654,7 @@ def test_without_ezdxf_a_drawing_says_how_to_install_it(monkeypatch, tmp_path):
 def test_the_command_writes_the_same_bytes_twice(tmp_path):
     """It prints every section, writes page, figures and drawing, and the same bytes again with --force; without it the folder is left alone."""
     words = (EXAMPLES / "printed.toml", "--gearboxes", "50")
-    done = ran(*words, "--dxf", "disc.dxf", cwd=tmp_path)
+    done = ran(*words, "--dxf", "disc.dxf", "--full", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     for title in (
         "Geometry",
@@ -785,7 +785,7 @@ def test_assumed_values_of_stated_figures_reach_screen_and_result(tmp_path, stan
         f'name = "arm"\n[[joints]]\nname = "a"\ntype = "revolute"\naxis = "z"\nlimits = ["-90 deg", "90 deg"]\n{whole}\n'
         f'gearbox = {{ {own}backlash = "1 arcmin", stiffness = "20 N m/arcmin", rated_torque = "100 N m", friction_torque = "1 N m ± 0 %" }}\n'
     )
-    done = ran("arm.toml", "--joint", "a", "--out", "out", cwd=tmp_path)
+    done = ran("arm.toml", "--joint", "a", "--out", "out", "--full", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "Assumed values" in done.stdout
     assert " assumed value" in done.stdout

@@ -205,7 +205,7 @@ def test_questions_without_an_answer_are_refused(asked):
 def test_the_command_writes_the_same_bytes_twice(tmp_path):
     """`lostmotion iso9283` prints, writes report and figures only, repeats exactly, and does not overwrite an existing folder."""
     words = (Z_ARM, "--cube", "300 mm", "--centre", "550 mm, 0 mm, 800 mm", "--robots", "20", "--cycles", "5", "--warm-up", "25 K")
-    first = ran(*words, cwd=tmp_path)
+    first = ran(*words, "--full", cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     assert "RP_l" in first.stdout
     folder = tmp_path / "z-arm-iso9283"

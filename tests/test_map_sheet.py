@@ -249,7 +249,7 @@ def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
 def test_mapping_works_out_of_the_box(tmp_path):
     """`lostmotion map` prints and writes; the same input gives the same bytes on other threads; an existing folder is not overwritten."""
     words = (Z_ARM, *QUICK, "--target", "1 mm", "--box", "400 x 200 x 200 mm", "--by", "best", "--at", "400 mm, 0 mm, 600 mm")
-    first = ran(*words, "--threads", 1, cwd=tmp_path)
+    first = ran(*words, "--threads", 1, "--full", cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     assert "z-arm-map/report.html\n" in first.stdout
     assert "Best placement for a task of 400 x 200 x 200 mm" in first.stdout

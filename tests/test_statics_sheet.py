@@ -163,7 +163,7 @@ def test_a_study_reports_bending_by_cause(found):
 
 def test_the_command_prints_and_writes(tmp_path):
     """`lostmotion statics` prints the sheet and writes page and data; twice the same bytes; --json prints what is written and writes nothing."""
-    first = ran(Z_ARM, "--tilt", "10 deg", "--poses", 64, cwd=tmp_path)
+    first = ran(Z_ARM, "--tilt", "10 deg", "--poses", 64, "--full", cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     assert "Compliance by part" in first.stdout
     folder = tmp_path / "z-arm-statics"

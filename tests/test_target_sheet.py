@@ -153,7 +153,7 @@ def test_poses_in_a_zone_are_in_it():
 def folder(tmp_path_factory):
     """Run the command once."""
     where = tmp_path_factory.mktemp("target")
-    done = ran(ARM, "--error", "2 mm", *WORDS, cwd=where)
+    done = ran(ARM, "--error", "2 mm", *WORDS, "--full", cwd=where)
     assert done.returncode == 0, done.stderr
     assert "Allowance for one item at a time" in done.stdout
     assert " ".join(done.stdout.split()).count("With the sizes of equal effect it is") == 1

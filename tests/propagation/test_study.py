@@ -265,6 +265,10 @@ def test_a_study_has_the_interface_that_the_readme_states(arm, capsys):
     """A study has the summary, the representation, the arrays and the sections that the README states."""
     study = lostmotion.study(arm, 16, robots=40, visits=5, seed=1)
     study.summary()
+    short = capsys.readouterr().out
+    assert "Which part is to blame" in short
+    assert len(short.splitlines()) < 50
+    study.summary(full=True)
     printed = capsys.readouterr().out
     assert "Position error over the workspace" in printed
     assert "95th percentile" in repr(study)

@@ -63,11 +63,12 @@ class Result(ABC):
         """Return a line for each file that the command line names besides the report."""
         return ()
 
-    def summary(self) -> None:
-        """Print every figure."""
+    def summary(self, *, full: bool = False) -> None:
+        """Print the answer and the figures that are asked for first, on one screen; every figure with `full`."""
+        from lostmotion.reporting.first_screen import print_first_screen
         from lostmotion.reporting.screen import print_sheet
 
-        print_sheet(self.sheet)
+        (print_sheet if full else print_first_screen)(self.sheet)
 
     def figure(self, key: str = "", *, size: tuple[float, float] | None = None) -> Figure:
         """Return a plot of the report as a matplotlib figure, which `savefig` writes as SVG, PDF or PNG.

@@ -30,9 +30,10 @@ SHARED: Final = (
     Parameter("tables", Literal["csv", "latex"], Argument("Also write every table as a file into FOLDER/tables; LaTeX for booktabs."), None),
     Parameter("force", bool, Argument("Replace an existing output folder."), default=False),
     Parameter(
-        "json", bool, Argument("Print result.json in place of the tables; then a folder is written only where --out names one."), default=False
+        "json", bool, Argument("Print result.json in place of the figures; then a folder is written only where --out names one."), default=False
     ),
-    Parameter("quiet", bool, Argument("Print nothing but where the report is."), default=False),
+    Parameter("full", bool, Argument("Print every figure in place of one screen."), default=False),
+    Parameter("quiet", bool, Argument("Print the answer alone, on one line."), default=False),
 )
 # Of these, what a report's folder holds besides the report.
 _COPIES: Final = frozenset({"figures", "tables"})
@@ -117,6 +118,7 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     from lostmotion.reporting.progress import ProgressBar
 
     common = {each.name: each.read(typed[each.name], {}) if each.words else typed[each.name] for each in shared_options(question)}
+    own = "out" not in common  # a folder that is one of the question's arguments
     force = common.get("force", False)
     out = common.get("out") or (None if common["json"] else _folder(question, given))
     callbacks = {each.name for each in question.parameters if each.argument.python_only}
@@ -128,13 +130,13 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     except PartialResultError as error:
         found = error.partial()
     except KeyboardInterrupt as stop:
-        for note in getattr(stop, "__notes__", ()):
+        notes = getattr(stop, "__notes__", ())
+        for note in notes or (() if own else ("nothing was written: a result is written only once it is complete",)):
             say(f"lostmotion: {note}", error=True)
         raise typer.Exit(STOPPED) from None
     if stopped:
         raise typer.Exit(STOPPED)
     results = found if isinstance(found, list) else [found]
-    own = "out" not in common  # a folder that is one of the question's arguments
     copies = {name: common[name] for name in _COPIES if name in common}
     written = [each.report(None if own else out, force=force, **copies) for each in results if own or out is not None]
     _show(results, written, common)
@@ -144,20 +146,37 @@ def _show(results: list[Result], written: list[Path], common: Mapping[str, Any])
     """Print the figures, which are written already: a closed pipe must not cost the results."""
     if common["json"]:
         say_json(results[0].result() if len(results) == 1 else [each.result() for each in results])
-    elif not common["quiet"]:
-        for each in results:
-            each.summary()
+    elif common["quiet"]:
+        _show_answers(results)
+    else:
+        _show_figures(results, written, full=common["full"])
     failures = [each.failure for each in results if each.failure]
-    for each, folder in zip(results, written, strict=False):
-        if not common["json"]:
-            if line := each.outcome(folder):
-                say(f"\n{line}")
-            for line in each.further_files(folder):
-                say(line)
     for failure in dict.fromkeys(failures):
         say(f"lostmotion: {failure}", error=True)
     if failures:
         raise typer.Exit(1)
+
+
+def _show_figures(results: list[Result], written: list[Path], *, full: bool) -> None:
+    """Print one screen of each result, or every figure, and where the reports are."""
+    for each in results:
+        each.summary(full=full)
+    for each, folder in zip(results, written, strict=False):
+        if line := each.outcome(folder):
+            say(f"\n{line}")
+        for line in each.further_files(folder):
+            say(line)
+    if written and not full:
+        say("--full prints every figure.")
+
+
+def _show_answers(results: list[Result]) -> None:
+    """Print the answer of each result on one line, and what makes it doubtful to standard error."""
+    for sheet in (each.sheet for each in results):
+        for warning in sheet.warnings:
+            say(f"warning: {warning}", error=True)
+        if sheet.verdict:
+            say(sheet.verdict)
 
 
 def _folder(question: Question, given: Mapping[str, Any]) -> str | None:

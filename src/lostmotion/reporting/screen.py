@@ -22,42 +22,64 @@ T = TypeVar("T")
 _REMARK: Final = 20
 
 
+def console_of(console: Console | None) -> Console:
+    """Return the terminal to print on, standard output by default."""
+    return console or Console()
+
+
 def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
     """Print every figure of a sheet, section by section, and last, where a terminal stands, the warnings and the answer in a sentence or three."""
-    screen = console or Console()
-    sheet = _legible(sheet)
+    screen = console_of(console)
+    sheet = legible_sheet(sheet)
     screen.print()
     screen.print(Text.assemble((sheet.name, "bold"), f"   {sheet.counts}" if sheet.counts else ""))
     for section in sheet.sections:
         screen.print()
-        beside = any(row.note for row in section.rows) and _fits(screen, section)
-        table = _table(section, remarks=beside)
-        if _taken(screen, table) > screen.width:
-            table = _table(section, remarks=beside, narrow=True)
-        # Rather a line that the terminal folds than a figure cut to another one.
-        screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
-        if not beside:
-            for note in dict.fromkeys(row.note for row in section.rows if row.note):  # a remark that many rows share is printed once
-                labels = "; ".join(row.label for row in section.rows if row.note == note)
-                screen.print(Text.assemble((f"{labels}: ", "none"), (note, "dim")))
-        if section.note:
-            screen.print(Text(section.note, style="dim"))
+        print_section(screen, section)
     _print_answer(sheet, screen)
 
 
+def print_section(screen: Console, section: Section) -> None:
+    """Print one table with its remarks, beside the figures where they have room, else below."""
+    beside = any(row.note for row in section.rows) and _fits(screen, section)
+    table = _table(section, remarks=beside)
+    if _taken(screen, table) > screen.width:
+        table = _table(section, remarks=beside, narrow=True)
+    # Rather a line that the terminal folds than a figure cut to another one.
+    screen.print(table, width=max(screen.width, screen.measure(table).minimum), crop=False, soft_wrap=False)
+    if not beside:
+        for note in dict.fromkeys(row.note for row in section.rows if row.note):  # a remark that many rows share is printed once
+            labels = "; ".join(row.label for row in section.rows if row.note == note)
+            screen.print(Text.assemble((f"{labels}: ", "none"), (note, "dim")))
+    if section.note:
+        screen.print(Text(section.note, style="dim"))
+
+
 def _print_answer(sheet: Sheet, screen: Console) -> None:
-    """Print the notes, the warnings, the answer, and lines to copy."""
+    """Print the notes, the statements of the first screen, the warnings, the answer, and lines to copy."""
     for note in sheet.notes:
         screen.print(Text(f"note: {note}", style="yellow"))
+    for word, text in sheet.brief:
+        screen.print(Text(f"{word}: {text}"))
     if sheet.verdict or sheet.warnings:
         screen.print()
     for warning in sheet.warnings:
         screen.print(Text(f"warning: {warning}", style="bold red"))
     if sheet.verdict:
         screen.print(Text(sheet.verdict, style="bold"))
+    print_lines(sheet, screen)
+
+
+def print_lines(sheet: Sheet, screen: Console) -> None:
+    """Print the lines for the user's file, where there are some."""
     if sheet.lines:
         screen.print(Text(f"\n{sheet.lines.title}\n"))
         screen.print(Text(sheet.lines.text.rstrip()), soft_wrap=True)  # whole lines, to be copied
+
+
+def legible_sheet(sheet: Sheet) -> Sheet:
+    """Return a sheet with the control characters in its texts written out."""
+    return _legible(sheet)
 
 
 def _legible(held: T) -> T:

@@ -1,0 +1,145 @@
+"""The first screen of a result on the terminal: the answer, warnings, bars, and what the reader asks next, on about 35 lines of 80 columns."""
+
+from __future__ import annotations
+
+import math
+import re
+import textwrap
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from rich.cells import cell_len
+from rich.text import Text
+
+from lostmotion.reporting.screen import console_of, legible_sheet, print_lines, print_section, print_sheet
+from lostmotion.reporting.sheet import several
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from lostmotion.reporting.sheet import Bar, Bars, Card, Sheet
+
+# Wider lines are not read more easily; narrower bars show nothing.
+_WIDEST: Final = 100
+_SHORTEST_BAR: Final = 6
+_MOST_ROWS: Final = 15
+_TWO_COLUMNS: Final = 76
+_INDENT: Final = "  "
+_EIGHTHS: Final = " ▏▎▍▌▋▊▉"
+_BAR_STYLE: Final = "yellow"
+
+
+def print_first_screen(sheet: Sheet, console: Console | None = None) -> None:
+    """Print the answer and the figures that are asked for first; a sheet without an answer is a table, and printed whole."""
+    if not sheet.verdict:
+        print_sheet(sheet, console)
+        return
+    screen = console_of(console)
+    sheet = legible_sheet(sheet)
+    width = min(screen.width, _WIDEST)
+    about = sheet.about or sheet.counts
+    screen.print()
+    _print(screen, Text.assemble((sheet.name, "bold"), f"   {about}" if about else ""))
+    screen.print()
+    for warning in sheet.warnings:
+        _print_paragraph(screen, f"warning: {warning}", width, "bold red")
+    _print_paragraph(screen, sheet.verdict, width, "bold")
+    stated = " ".join([sheet.verdict, *(text for _, text in sheet.brief)]) if sheet.bars else ""
+    _print_cards(screen, tuple(card for card in sheet.cards if not re.search(rf"{re.escape(card.number)}(?!\w)", stated)), width)
+    for block in sheet.bars:
+        screen.print()
+        _print_bars(screen, block, width)
+    if not sheet.bars:
+        _print_main_table(screen, sheet)
+    if sheet.brief:
+        screen.print()
+    for word, text in sheet.brief:
+        indent = max(len(each) for each, _ in sheet.brief) + 2
+        lines = _wrapped(text, width - indent)
+        for k, line in enumerate(lines):
+            _print(screen, Text.assemble((f"{word if k == 0 else '':{indent}}", "bold"), line))
+    if sheet.notes:
+        _print(screen, Text(f"{several(len(sheet.notes), 'note')} on the description: see the report.", style="dim"))
+    print_lines(sheet, screen)
+
+
+def _print(screen: Console, text: Text) -> None:
+    screen.print(text, soft_wrap=False)
+
+
+def _print_paragraph(screen: Console, text: str, width: int, style: str) -> None:
+    for line in _wrapped(text, width - 2 * len(_INDENT)):
+        _print(screen, Text(_INDENT + line, style=style))
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    """Return the lines of a text; a number stays with its unit."""
+    joined = re.sub(r"(?<=\d) (?=[%°µ]|[a-zA-Z]{1,3}\b)", "\u00a0", text)
+    return [line.replace("\u00a0", " ") for line in textwrap.wrap(joined, max(width, 20), break_long_words=False, break_on_hyphens=False)]
+
+
+def _print_cards(screen: Console, cards: tuple[Card, ...], width: int) -> None:
+    """Print the figures that are asked for first, each a number and what it is, two beside each other where they fit."""
+    if not cards:
+        return
+    screen.print()
+    numbers = max(cell_len(card.number) for card in cards)
+    texts = [f"{_INDENT}{' ' * (numbers - cell_len(card.number))}{card.number}  {card.title}" for card in cards]
+    half = width // 2
+    together = width >= _TWO_COLUMNS and all(cell_len(text) <= half for text in texts)
+    step = 2 if together else 1
+    for k in range(0, len(texts), step):
+        left, *right = texts[k : k + step]
+        line = left + (" " * (half - cell_len(left)) + right[0] if right else "")
+        for folded in textwrap.wrap(line, width, subsequent_indent=" " * (numbers + 4), drop_whitespace=True) if cell_len(line) > width else [line]:
+            _print(screen, Text(folded))
+
+
+def _print_bars(screen: Console, block: Bars, width: int) -> None:
+    """Print a block of bars: label, bar, figure, and the second figure where there is one."""
+    labels = max(cell_len(bar.label) for bar in block.bars)
+    figures = max(cell_len(str(bar.figure)) for bar in block.bars)
+    effects = max((cell_len(str(bar.effect)) for bar in block.bars if bar.effect is not None), default=0)
+    room = width - len(_INDENT) - labels - 2 - figures - 2 - (effects + 2 if effects else 0)
+    plain = not (screen.encoding or "").lower().startswith("utf")
+    head = f"{block.column}{f'; right: {block.effect}' if effects else ''}"
+    gap = width - cell_len(block.title) - cell_len(head)
+    if gap >= 2:  # noqa: PLR2004 - two spaces between title and columns
+        _print(screen, Text.assemble((block.title, "bold"), " " * gap, (head, "dim")))
+    else:
+        _print(screen, Text(block.title, style="bold"))
+        _print(screen, Text(head, style="dim"))
+    for bar in block.bars:
+        drawn = _drawn(bar, block, room, plain=plain) if room >= _SHORTEST_BAR else ""
+        end = f"  {bar.figure!s:>{figures}}" + (f"  {'' if bar.effect is None else str(bar.effect):>{effects}}" if effects else "")
+        padded = bar.label + " " * (labels - cell_len(bar.label))
+        _print(screen, Text.assemble(f"{_INDENT}{padded}  ", (drawn, _BAR_STYLE), end))
+    if block.note:
+        _print_paragraph(screen, block.note, width, "dim")
+
+
+def _drawn(bar: Bar, block: Bars, room: int, *, plain: bool) -> str:
+    """Return one bar on the block's scale, in `room` columns; with a zero line where some bar is negative."""
+    low, high = min(0.0, *(each.size for each in block.bars)), max(0.0, *(each.size for each in block.bars))
+    if not high > low:
+        return " " * room
+    zero = math.ceil(-low / (high - low) * (room - 1)) if low < 0 else 0
+    per_column = (room - zero - (1 if low < 0 else 0)) / high if high > 0 else 0.0
+    line = "" if not low < 0 else "|" if plain else "│"
+    whole = "#" if plain else "█"
+    if bar.size < 0:
+        left = min(zero, max(1, round(zero * bar.size / low)))
+        return (" " * (zero - left) + whole * left + line).ljust(room)
+    eighths = round(8 * bar.size * per_column)
+    body = whole * (round(eighths / 8) if plain else eighths // 8) + ("" if plain else _EIGHTHS[eighths % 8].strip())
+    return (" " * zero + line + body).ljust(room)[:room]
+
+
+def _print_main_table(screen: Console, sheet: Sheet) -> None:
+    """Print the first table of a sheet, its first rows where it is long."""
+    for section in sheet.sections[:1]:
+        left = len(section.rows) - _MOST_ROWS
+        screen.print()
+        print_section(screen, replace(section, rows=section.rows[:_MOST_ROWS], note="") if left > 0 else section)
+        if left > 0:
+            _print(screen, Text(f"{_INDENT}and {left} more rows", style="dim"))
