@@ -24,7 +24,7 @@ from lostmotion.error_model.poses import sample_poses
 from lostmotion.propagation.exact import compose, draws_of
 from lostmotion.propagation.montecarlo.waterfall import Waterfall, geometry_of, waterfall
 from lostmotion.reporting.chart import PER_UNIT, label_axes, legend, one
-from lostmotion.reporting.page import contents
+from lostmotion.reporting.page.document import contents
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length
