@@ -132,8 +132,9 @@ def _alone(file: str, stem: str, tree: dict[str, Any], kind: Kind) -> OnePart[An
         else:
             part = getattr(arm.joints[0], kind)
             return OnePart(arm.name, single(part) if alone else part, arm.notes)
-    # A part of a sliding joint is refused as such: as one of a turning joint it would have more mistakes.
-    raise min(refusals, key=lambda refusal: len(refusal.problems))
+    # A part of a sliding joint is refused as such: a turning joint does not know its kind, or finds more mistakes.
+    of_kind = [refusal for refusal in refusals if all(problem.key != f"{kind}.kind" for problem in refusal.problems)]
+    raise min(of_kind or refusals, key=lambda refusal: len(refusal.problems))
 
 
 def _draft(file: str, stem: str, tree: dict[str, Any], kind: Kind, joint: dict[str, Any], *, alone: bool) -> Draft:
