@@ -116,7 +116,7 @@ def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_convers
     assert "not meshed: the planetary first stage" in section["note"]
     folder = gear.report(tmp_path / "report")
     page = (folder / "report.html").read_text("utf-8")
-    assert all(f'data-plot="{key}"' in page for key in ("fem-stress", "fem-strain", "fem-contact", "fem-angle"))
+    assert all(f'id="plot-{key}"' in page for key in ("fem-stress", "fem-strain", "fem-contact", "fem-angle"))
     for name in ("planet.vtu", "ring.vtu"):
         arrays = check((folder / name).read_bytes())
         assert 0 < arrays["von_mises_Pa"].max() <= 1.2 * gear.fem[0].stress[-1]
