@@ -42,4 +42,5 @@ def first_screen(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 
 def _card(card: Card) -> str:
     quiet = f'<dd class="quiet">{number(card.quiet)}</dd>' if card.quiet else ""
-    return f'<div><dt>{spaced(card.title)}</dt><dd class="number">{number(card.number)}</dd>{quiet}</div>'
+    shown = number(card.number).replace("arcmin", "<wbr>arcmin")  # the longest units: rather a second line than a cut word
+    return f'<div><dt>{spaced(card.title)}</dt><dd class="number">{shown}</dd>{quiet}</div>'

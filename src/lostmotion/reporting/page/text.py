@@ -13,7 +13,7 @@ _MINUS: Final = re.compile(r"(?<![\w.\-])-(?=\d)")
 # The end of a sentence: before a capital letter or a digit.
 _END: Final = re.compile(r"(?<=[.!?]) (?=[A-Z0-9])")
 # A result within a headline: a number with a unit that is no share.
-_RESULT: Final = re.compile(r"[\d.]+\u202f(?!%)[^ <;:,.)]+")
+_RESULT: Final = re.compile(r"[-−]?[\d.]+\u202f(?!%)[^ <;:,.)]+")
 NARROW: Final = "\u202f"
 
 
