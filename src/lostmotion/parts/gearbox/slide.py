@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Self
 
 import numpy as np
@@ -42,9 +43,9 @@ class SlideFigures(Gearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmo
     lead: Lead | None = None
     lead_error: Gradient | None = None
 
+    @abstractmethod
     def compliance_at(self, position: Floats) -> Floats:
         """Return the compliance (m/N) of the kind's own members at joint values (any shape), m."""
-        raise NotImplementedError
 
     @property
     def per_turn(self) -> float | None:
