@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -32,6 +32,8 @@ _RATIO: Final = 100.0
 # Joints of arms turn slowly: reducers of less are for machines with large motors.
 _LEAST_RATIO: Final = 30.0
 _NOTHING: Final = 1e-6
+# What `example_parts` calls the joints of each type.
+_EXAMPLES: Final[dict[str, Literal["turning", "sliding"]]] = {"revolute": "turning", "prismatic": "sliding"}
 _KEYS: Final = {"gearboxes": "gearbox", "bearings": "bearing", "encoders": "encoder"}
 _LINK: Final = '{ section = { kind = "tube", outer = "80 mm", wall = "4 mm" }, material = "aluminium", length_tolerance = "0.1 mm" }'
 
@@ -65,12 +67,11 @@ def first_sidecar(path: Path) -> str:
         'assumed = ["mass"]',
     ]
     joints = _joints(arm, held)
-    for kind, name in (("revolute", "turning"), ("prismatic", "sliding")):
+    for kind, example in _EXAMPLES.items():
         if any(joint.type == kind for joint in arm.moving):
-            parts = example_parts("turning" if name == "turning" else "sliding")
-            named = dict.fromkeys(parts, f'= "{name}_example"')
-            used = [table for table in parts if any(f"{_KEYS[table]} {named[table]}" in each for each in joints)]
-            lines += [line for table in used for line in parts[table]]
+            for table, part in example_parts(example).items():
+                if any(f'{_KEYS[table]} = "{example}_example"' in each for each in joints):
+                    lines += part
     return "\n".join([*lines, *joints]) + "\n"
 
 
@@ -78,6 +79,7 @@ def _joints(arm: Arm, held: Floats) -> list[str]:
     lines: list[str] = []
     for k, joint in enumerate(arm.moving):
         turning = joint.type == "revolute"
+        example = f"{_EXAMPLES[joint.type]}_example"
         lines += ["", f"[joints.{key_step(joint.name)}]", f"# static load: {held[k]:.3g} {joint.load_unit}"]
         needed = _MARGIN * max((held[i] for i in range(k, len(held)) if arm.moving[i].type == "revolute"), default=0.0)
         found = _reducers(needed) if turning and needed > _NOTHING else []
@@ -86,9 +88,8 @@ def _joints(arm: Arm, held: Floats) -> list[str]:
             lines += [f"gearbox = {quoted(first[0])}   # rated {first[1]:.4g} N m, for {needed:.3g} N m"]
             lines += [f"# gearbox = {quoted(name)}   # rated {rated:.4g} N m" for name, rated in others]
         else:
-            lines.append(f'gearbox = "{"turning" if turning else "sliding"}_example"   # no reducer of the catalogue proposed: values of the class')
-        part = "turning" if turning else "sliding"
-        lines += [f'bearing = "{part}_example"', f'encoder = "{part}_example"', 'assumed = ["gearbox", "bearing", "encoder"]']
+            lines.append(f'gearbox = "{example}"   # no reducer of the catalogue proposed: values of the class')
+        lines += [f'bearing = "{example}"', f'encoder = "{example}"', 'assumed = ["gearbox", "bearing", "encoder"]']
         lines.append(f"# link = {_LINK}")
     return lines
 
