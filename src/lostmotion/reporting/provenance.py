@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,7 +9,7 @@ from lostmotion.error_model.provenance import KINDS, assumed_in_part
 from lostmotion.error_model.upper_limits import in_error, in_repeats
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.parts.provenance import DEFAULT_SCATTER
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, several
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, in_words, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -219,7 +218,7 @@ def _states_section(known: States) -> Section:
     heads = tuple(_HEADS.get(kind, kind) for kind in shown)
     rows = tuple(Row(each.joint, tuple(_cell(each, kind) for kind in shown)) for each in lines)
     if not shown:
-        heads, rows = ("all kinds",), tuple(Row(each.joint, (Figure(math.nan, "1", words="ideal"),)) for each in lines)
+        heads, rows = ("all kinds",), tuple(Row(each.joint, (in_words("ideal"),)) for each in lines)
     notes = [_MEANING]
     if left:
         notes.append(f"ideal for every joint: {', '.join(left)}")
@@ -228,7 +227,7 @@ def _states_section(known: States) -> Section:
 
 
 def _cell(line: JointStates, kind: str) -> Figure:
-    return Figure(math.nan, "1", words=line.states.get(kind, "-"))
+    return in_words(line.states.get(kind, "-"))
 
 
 def _assumed_facts(assumed: Sequence[AssumedValue]) -> list[dict[str, str]]:
@@ -241,7 +240,6 @@ def _assumed_section(assumed: Sequence[AssumedValue], note: str = _SHARED) -> tu
     for each in assumed:
         together.setdefault((short_name(each.owner), each.reason, each.source), []).append(each.key)
     rows = tuple(
-        Row(owner, (Figure(math.nan, "1", words=reason),), ", ".join(keys) + (f"; {source}" if source else ""))
-        for (owner, reason, source), keys in together.items()
+        Row(owner, (in_words(reason),), ", ".join(keys) + (f"; {source}" if source else "")) for (owner, reason, source), keys in together.items()
     )
     return (Section("assumed", "Assumed values", ("reason",), rows, note),)

@@ -216,6 +216,11 @@ def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:
     return next((row for section in sections if section.key == key for row in section.rows if row.label == label), None)
 
 
+def in_words(text: str) -> Figure:
+    """Return a cell that has words in place of a number."""
+    return Figure(math.nan, "1", words=text)
+
+
 def digits(value: float) -> str:
     """Return a number that has no interval as text, with three significant digits."""
     return _written(value, _places(abs(value), _DIGITS) if math.isfinite(value) else 0)

@@ -10,9 +10,9 @@ import numpy as np
 from lostmotion.error_model.overload import Overload, exceeds
 from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
 from lostmotion.mechanism.even_poses import even_poses
-from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.mechanism.serial import frames, joint_torques, tool_points
 from lostmotion.reporting.provenance import assumed_count, caveats, provenance_facts, provenance_sections, with_assumed
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, in_words, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ def arm_sheet(arm: Arm, file: str) -> Sheet:
     known = states(arm)
     q = even_poses(arm)
     held = np.abs(joint_torques(arm, q)).max(axis=0)
-    reach = float(np.linalg.norm(frames(arm, q)[-1, :, :3, 3] - frames(arm, q)[0, 0, :3, 3], axis=1).max())
+    base = frames(arm, q[:1])[0, 0, :3, 3]
+    reach = float(np.linalg.norm(tool_points(arm, q) - base, axis=1).max())
     return Sheet(
         name=arm.name,
         subject="check of the description",
@@ -51,7 +52,7 @@ def arm_sheet(arm: Arm, file: str) -> Sheet:
 def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
     """Return what is known of a gearbox or a bearing by itself."""
     found = part_states(read.part, kind)
-    rows = (Row(read.name, tuple(Figure(math.nan, "1", words=state) for state in found.values())),)
+    rows = (Row(read.name, tuple(map(in_words, found.values()))),)
     ideal = [name for name, state in found.items() if state == "ideal"]
     sheet = Sheet(
         name=read.name,
@@ -83,19 +84,15 @@ def _joints(arm: Arm, held: Floats, poses: int) -> Section:
 
 
 def _row(joint: Joint, load: float | None) -> Row:
-    link = length(joint.link.reach, stated=True) if joint.link.reach else _words("-")
+    link = length(joint.link.reach, stated=True) if joint.link.reach else in_words("-")
     mass = Figure(joint.total_mass + joint.link.total_mass, "kg")
     if joint.type == "fixed" or load is None:
-        return Row(joint.name, (_words("fixed"), link, mass, _words("-"), _words("-")))
+        return Row(joint.name, (in_words("fixed"), link, mass, in_words("-"), in_words("-")))
     low, high = joint.limits
     scale, unit = (180 / math.pi, "°") if joint.type == "revolute" else (1e3, " mm")
     rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
-    limit = _words("-") if rated is None else Figure(float(rated), joint.load_unit, stated=True)
-    return Row(joint.name, (_words(f"{scale * low:.4g} … {scale * high:.4g}{unit}"), link, mass, Figure(load, joint.load_unit), limit))
-
-
-def _words(text: str) -> Figure:
-    return Figure(math.nan, "1", words=text)
+    limit = in_words("-") if rated is None else Figure(float(rated), joint.load_unit, stated=True)
+    return Row(joint.name, (in_words(f"{scale * low:.4g} … {scale * high:.4g}{unit}"), link, mass, Figure(load, joint.load_unit), limit))
 
 
 def _overloads(arm: Arm, held: Floats, poses: int) -> list[Overload]:

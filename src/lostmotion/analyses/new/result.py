@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.result import Result
 from lostmotion.errors import LostmotionError, OutputExistsError
-from lostmotion.reporting.sheet import Figure, Row, Section, Sheet
+from lostmotion.reporting.sheet import Row, Section, Sheet, in_words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +30,7 @@ class New(Result):
         if self.path is None:
             from lostmotion.io.arm_templates import template_summary
 
-            rows = tuple(Row(each, (Figure(math.nan, "1", words=template_summary(each)),)) for each in self.templates)
+            rows = tuple(Row(each, (in_words(template_summary(each)),)) for each in self.templates)
             text = "lostmotion new my-arm --template scara"
             return Sheet(
                 name="templates",
