@@ -12,6 +12,7 @@ from lostmotion.mechanism.serial import joint_torques
 if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
 
 _POSES: Final = 2048
 _CHUNK: Final = 4096
@@ -48,13 +49,22 @@ def overloads(arm: Arm, poses: Poses | None = None) -> tuple[Overload, ...]:
     """
     from lostmotion.error_model.poses import sample_poses  # loaded with Numba, which a check of a file does without
 
-    rated = np.array([np.nan if joint.gearbox is None or joint.gearbox.rated_torque is None else joint.gearbox.rated_torque for joint in arm.moving])
-    if np.isnan(rated).all():
+    if np.isnan(rated_torques(arm)).all():
         return ()
     q = poses.q if poses is not None and poses.law == "given" else sample_poses(arm, _POSES).q
     held = np.max([np.abs(joint_torques(arm, q[k : k + _CHUNK])).max(axis=0) for k in range(0, len(q), _CHUNK)], axis=0)
+    return overloaded(arm, held, len(q))
+
+
+def rated_torques(arm: Arm) -> Floats:
+    """Return the rated torque (joint,) of the gearbox of every moving joint, N m, or N on a sliding joint; NaN where there is none."""
+    return np.array([np.nan if joint.gearbox is None or joint.gearbox.rated_torque is None else joint.gearbox.rated_torque for joint in arm.moving])
+
+
+def overloaded(arm: Arm, held: Floats, poses: int) -> tuple[Overload, ...]:
+    """Return the drives whose largest static torque over this many poses, held (joint,), exceeds the rated one, in the order of the joints."""
     return tuple(
-        Overload(joint.name, joint.load_unit, float(most), float(limit), len(q))
-        for joint, most, limit in zip(arm.moving, held, rated, strict=True)
+        Overload(joint.name, joint.load_unit, float(most), float(limit), poses)
+        for joint, most, limit in zip(arm.moving, held, rated_torques(arm), strict=True)
         if exceeds(most, limit)
     )

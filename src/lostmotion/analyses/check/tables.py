@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lostmotion.error_model.overload import Overload, exceeds
+from lostmotion.error_model.overload import overloaded
 from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.serial import frames, joint_torques, tool_points
@@ -42,7 +42,7 @@ def arm_sheet(arm: Arm, file: str) -> Sheet:
             Card("assumed values", str(assumed_count(known.assumed))),
         ),
         sections=(_joints(arm, held, len(q)), *provenance_sections(known)),
-        warnings=(*arm.warnings, *overload_warnings(_overloads(arm, held, len(q)))),
+        warnings=(*arm.warnings, *overload_warnings(overloaded(arm, held, len(q)))),
         notes=(*arm.notes, *arm.remarks),
         source=f"static loads over a grid of {several(len(q), 'pose')}, limits included",
         facts={"arm": arm.name, "file": file, "warnings": list(arm.warnings), **provenance_facts(known)},
@@ -93,11 +93,3 @@ def _row(joint: Joint, load: float | None) -> Row:
     rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
     limit = in_words("-") if rated is None else Figure(float(rated), joint.load_unit, stated=True)
     return Row(joint.name, (in_words(f"{scale * low:.4g} … {scale * high:.4g}{unit}"), link, mass, Figure(load, joint.load_unit), limit))
-
-
-def _overloads(arm: Arm, held: Floats, poses: int) -> list[Overload]:
-    return [
-        Overload(joint.name, joint.load_unit, float(most), float(joint.gearbox.rated_torque), poses)
-        for joint, most in zip(arm.moving, held, strict=True)
-        if joint.gearbox is not None and joint.gearbox.rated_torque is not None and exceeds(float(most), float(joint.gearbox.rated_torque))
-    ]

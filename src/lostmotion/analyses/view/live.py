@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.budget import Tally, costs
+from lostmotion.error_model.overload import rated_torques
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.mechanism.serial import joint_torques
 from lostmotion.propagation.analytic import Analytic, Drawn, joined, of_screws, pooled
@@ -89,9 +90,9 @@ class LiveArm:
         pose = np.asarray(q, dtype=float)[None]
         matrix = screws_at_stage(self.arm, pose, self.stage)
         torques = joint_torques(self.arm, pose)[0]
-        gearboxes = [joint.gearbox for joint in self.arm.moving]
-        rated = np.array([np.nan if each is None or each.rated_torque is None else each.rated_torque for each in gearboxes])
-        return Figures(pose[0], matrix.at[:, 0], of_screws(matrix, self._drawn), costs(Tally.of(matrix)), torques, np.abs(torques) / rated)
+        return Figures(
+            pose[0], matrix.at[:, 0], of_screws(matrix, self._drawn), costs(Tally.of(matrix)), torques, np.abs(torques) / rated_torques(self.arm)
+        )
 
     def workspace(self) -> Iterator[Workspace | None]:
         """Yield None after each part of the work, then the error over the workspace."""
