@@ -113,7 +113,7 @@ def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
         if all(figure.words for row in section.rows for figure in row.figures):  # words in columns need no gaps between them
             table.box = None
     table.add_column("", min_width=max((len(word) for row in section.rows for word in row.label.split()), default=0))
-    with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
+    with_interval = section.with_interval
     for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
         widest = max((len(word) for word in (*(str(row.figures[k]) for row in section.rows), *name.split())), default=0)
         table.add_column(name, justify="right", min_width=widest)

@@ -109,6 +109,11 @@ class Section:
     rows: tuple[Row, ...]
     note: str = ""
 
+    @property
+    def with_interval(self) -> list[bool]:
+        """Return which columns have an interval beside them."""
+        return [any(row.figures[k].interval for row in self.rows) for k in range(len(self.columns))]
+
 
 @dataclass(frozen=True, slots=True)
 class Card:

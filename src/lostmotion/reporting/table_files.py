@@ -53,7 +53,7 @@ def table_files(sheet: Sheet, kind: TableKind) -> dict[str, bytes]:
 
 def _csv(section: Section) -> str:
     """Return a section with a row for each of its rows; each column has a value, its unit, and the ends of its interval where it has one."""
-    with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
+    with_interval = section.with_interval
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     head = ["name"]
@@ -76,7 +76,7 @@ def _number(value: float) -> str:
 
 def _latex(section: Section) -> str:
     """Return a section as a floating table for the package booktabs, with its title as caption and its key as label."""
-    with_interval = [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
+    with_interval = section.with_interval
     with_note = any(row.note for row in section.rows)
     columns = "l" + "".join("rl" if interval else "r" for interval in with_interval) + ("l" if with_note else "")
     head = [""]

@@ -9,7 +9,7 @@ from lostmotion.reporting.layout import plain
 from lostmotion.reporting.page.first_screen import first_screen
 from lostmotion.reporting.page.security import policy
 from lostmotion.reporting.page.style import style
-from lostmotion.reporting.page.tables import table, with_interval
+from lostmotion.reporting.page.tables import table
 from lostmotion.reporting.page.text import escaped, spaced
 from lostmotion.reporting.plot import FIRST_SCREEN
 from lostmotion.reporting.svg import inline_svg
@@ -73,7 +73,7 @@ def _beside(sheet: Sheet) -> str:
 
 def _section(section: Section, drawn: list[Plot]) -> str:
     """Return a section: its plots, and its table beside or below them. Narrow sections stand in pairs."""
-    columns = len(section.columns) + sum(with_interval(section))
+    columns = len(section.columns) + sum(section.with_interval)
     figures = "".join(f'<figure id="plot-{plot.key}">{inline_svg(plot)}</figure>' for plot in drawn)
     shown = f'<div class="table">{table(section)}</div>'
     if drawn and len(section.rows) > _FEW_ROWS:

@@ -30,7 +30,7 @@ def table(section: Section) -> str:
     if not section.rows:
         return f"<p>{escaped(section.title)}: {escaped(section.note)}</p>"
     samples = list(dict.fromkeys(figure.samples for row in section.rows for figure in row.figures if figure.samples))
-    intervals = with_interval(section)
+    intervals = section.with_interval
     head = "".join(
         f'<th scope="col" class="value">{escaped(name)}</th>' + ('<th scope="col" class="interval">95 % interval</th>' if interval else "")
         for name, interval in zip(section.columns, intervals, strict=True)
@@ -44,11 +44,6 @@ def table(section: Section) -> str:
     quiet += [f"{f'<sup>{_mark(k)}</sup> ' if len(samples) > 1 else ''}from {spaced(text)}" for k, text in enumerate(samples)]
     foot = f'<tfoot><tr><td colspan="{1 + len(section.columns) + sum(intervals)}">{"<br>".join(quiet)}</td></tr></tfoot>' if quiet else ""
     return f"<table><caption>{escaped(section.title)}</caption><thead><tr><td></td>{head}</tr></thead><tbody>{''.join(body)}</tbody>{foot}</table>"
-
-
-def with_interval(section: Section) -> list[bool]:
-    """Return which columns of a section have an interval beside them."""
-    return [any(row.figures[k].interval for row in section.rows) for k in range(len(section.columns))]
 
 
 def _cells(figure: Figure, samples: list[str], *, interval: bool) -> str:
