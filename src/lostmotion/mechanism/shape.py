@@ -81,6 +81,10 @@ class Body:
         points = np.concatenate([np.column_stack([ring * size, np.full(len(ring), height * self.length / 2)]) for size, height in layers])
         return np.asarray(points @ self.pose[:3, :3].T + self.pose[:3, 3])
 
+    def corners_at(self, at: Floats) -> Floats:
+        """Return `corners` (corner, 3) in the base's frame, m, with the body's place at the frame `at` (4, 4)."""
+        return np.asarray(self.corners() @ at[:3, :3].T + at[:3, 3])
+
     def silhouette(self, at: Floats, view: Floats) -> Floats:
         """Return the outline (corner, 2) of the body in parallel projection, counter-clockwise, m.
 
@@ -89,7 +93,7 @@ class Body:
         """
         from scipy.spatial import ConvexHull
 
-        flat = (self.corners() @ at[:3, :3].T + at[:3, 3]) @ view.T
+        flat = self.corners_at(at) @ view.T
         return np.asarray(flat[ConvexHull(flat).vertices])
 
 

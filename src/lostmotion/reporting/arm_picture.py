@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from html import escape
 from typing import TYPE_CHECKING, Final
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from lostmotion.errors import LostmotionError, OutputExistsError
 from lostmotion.mechanism.serial import frames
-from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.palette import LIGHT, round_below
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,7 +40,7 @@ def arm_picture(arm: Arm) -> str:
     """
     q = arm.limits.mean(axis=1)[None]
     at = frames(arm, q)[:, 0]
-    corners = np.concatenate([body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies])
+    corners = np.concatenate([body.corners_at(at[body.place]) for body in arm.bodies])
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = (_PANEL - 2 * _LABEL) / (float((high - low).max()) or 1.0)
     middle = (low + high) / 2
@@ -97,9 +96,7 @@ def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre
 
 def _scale_bar(scale: float, height: int) -> list[str]:
     """Return a bar of a round length, 1, 2 or 5 times a power of ten, at most a third of a view long."""
-    most = _PANEL / 3 / scale
-    power = 10.0 ** math.floor(math.log10(most))
-    size = max(step * power for step in (1, 2, 5) if step * power <= most)
+    size = round_below(_PANEL / 3 / scale)
     x, y = _GAP, height - 16
     text = f"{size:g} m" if size >= 1 else f"{1e3 * size:g} mm"
     return [

@@ -53,6 +53,7 @@ DARK: Final = {
 CLASSES: Final = tuple(LIGHT[f"c{k}"] for k in range(7))
 # Levels of chance, by the names that tables use.
 LEVELS: Final = (("load and pose", LIGHT["design"]), ("each robot", LIGHT["robot"]), ("each visit", LIGHT["visit"]))
+LEVEL_NAMES: Final = tuple(name for name, _ in LEVELS)
 # Colours of loads by cause.
 OF_CAUSE: Final = {
     "payload": LIGHT["robot"],
@@ -67,6 +68,18 @@ OF_CAUSE: Final = {
 def css_variables(*, dark: bool = False) -> str:
     """Return the colours as CSS custom properties: `--paper`, `--ink`, ..., `--c0` to `--c6`."""
     return "".join(f"--{name}:{colour};" for name, colour in (DARK if dark else LIGHT).items())
+
+
+def round_below(most: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is not above a number, which is above zero."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return max(step * power for step in (1, 2, 5) if step * power <= most)
+
+
+def round_number(value: float) -> float:
+    """Return the nearest of 1, 2 and 5 times a power of ten, by ratio, to a number above zero."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return min((step * power for step in (1, 2, 5, 10)), key=lambda step: abs(math.log(step / value)))
 
 
 def class_limits(low: float, high: float) -> list[float]:

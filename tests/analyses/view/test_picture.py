@@ -12,12 +12,13 @@ import pytest
 import lostmotion
 from lostmotion import sample_poses
 from lostmotion.analyses.view import panel
-from lostmotion.analyses.view.classes import COLOURS, classes_of, enlargement, round_number
+from lostmotion.analyses.view.classes import COLOURS, classes_of, enlargement
 from lostmotion.analyses.view.framing import Framing, first_pose, picked, visible
 from lostmotion.analyses.view.live import LiveArm
 from lostmotion.error_model.budget import Cost
 from lostmotion.io.pose_and_zone_text import read_pose
 from lostmotion.mechanism.serial import frames, tool_points
+from lostmotion.reporting.palette import round_number
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.reporting.palette import CLASSES, DARK, class_limits
+from lostmotion.reporting.palette import CLASSES, DARK, class_limits, round_number
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,12 +32,6 @@ class Classes:
         """Return the colour (error, 3) of each error (m); one that lies on a limit belongs to the class above it."""
         table = np.array([[int(colour[k : k + 2], 16) for k in (1, 3, 5)] for colour in COLOURS], dtype=np.uint8)
         return np.asarray(table[np.searchsorted(self.limits, errors, side="right")])
-
-
-def round_number(value: float) -> float:
-    """Return the number 1, 2 or 5 times a power of ten that is nearest to a positive value on a logarithmic scale."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return min((factor * power for factor in (1, 2, 5, 10)), key=lambda each: abs(math.log(each / value)))
 
 
 def classes_of(errors: Floats) -> Classes:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.view import panel
 from lostmotion.analyses.view.choices import AS_IN_FILE, gearbox_names, section_names
-from lostmotion.analyses.view.classes import round_number
+from lostmotion.reporting.palette import round_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable

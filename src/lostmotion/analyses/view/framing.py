@@ -48,7 +48,7 @@ class Framing:
     def of(cls, arm: Arm, points: Floats, q: Floats) -> Self:
         """Return the framing for the tool points (pose, 3), m, and for the arm itself at q (joint,), rad and m."""
         at = frames(arm, q)[:, 0]
-        corners = {body: body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies}
+        corners = {body: body.corners_at(at[body.place]) for body in arm.bodies}
         seen = np.concatenate([points, np.zeros((1, 3)), *corners.values()])
         low, high = seen.min(axis=0), seen.max(axis=0)
         floor = min([0.0, *(float(each[:, 2].min()) for body, each in corners.items() if body.kind == "base")])

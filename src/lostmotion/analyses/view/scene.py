@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.view.classes import round_number
+from lostmotion.reporting.palette import round_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
+from lostmotion.reporting.palette import round_number
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -95,7 +96,7 @@ def grid_around(points: Floats, edge: float | None = None, margin: float = 0.15)
     extent = high - low
     longest = float(extent.max())
     if edge is None:
-        edge = _round(longest / _CELLS_ALONG) if longest > 0 else 0.1
+        edge = round_number(longest / _CELLS_ALONG) if longest > 0 else 0.1
     if not (math.isfinite(edge) and edge > 0):
         raise refuse_argument("cell", edge, "a length above zero, m", cell=0.05)
     if 0 < longest < edge:
@@ -112,12 +113,6 @@ def grid_around(points: Floats, edge: float | None = None, margin: float = 0.15)
         raise refuse_argument("cell", found, f"at most {MOST_CELLS} cells: edges of about {least * 1e3:.3g} mm or more", cell=example)
     plane = tuple(float(a + b) / 2 if still else math.nan for a, b, still in zip(low, high, flat, strict=True))
     return Grid(edge, tuple(int(n) for n in first), tuple(int(n) for n in count), plane)  # type: ignore[arg-type]
-
-
-def _round(length: float) -> float:
-    """Return the nearest of 1, 2 and 5 times a power of ten, by ratio."""
-    power = 10.0 ** math.floor(math.log10(length))
-    return min((step * power for step in (1.0, 2.0, 5.0, 10.0)), key=lambda step: abs(math.log(step / length)))
 
 
 def dilated(cells: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.mechanism.serial import frames
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.chart import PER_UNIT, cells, class_legend, class_of, label_axes, one
-from lostmotion.reporting.palette import LIGHT, class_limits
+from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import FIRST_SCREEN, Plot
 from lostmotion.reporting.sheet import length
 
@@ -112,5 +112,4 @@ def _arm(on: Axes, answer: Answer, pose: int, view: Floats) -> list[Floats]:
 
 def _factor(most: float) -> float:
     """Return the largest of 1, 2 and 5 times a power of ten that is at most this, and at least 1."""
-    power = 10.0 ** math.floor(math.log10(most))
-    return max(1.0, *(step * power for step in (1, 2, 5) if step * power <= most))
+    return max(1.0, round_below(most))

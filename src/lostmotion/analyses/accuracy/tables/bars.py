@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.palette import LEVEL_NAMES
 from lostmotion.reporting.sheet import Bar, Bars, Figure, length, several
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 # Parts with a bar of their own; the others share one.
 _MOST_BARS: Final = 7
-LEVELS: Final = ("load and pose", "each robot", "each visit")
 _HALVING: Final = "halving it takes off"
 _SMALLEST_IN_MM: Final = 1e-4
 # Each stage of the waterfall as a bar names it, in the waterfall's order.
@@ -44,10 +44,10 @@ def blame_bars(found: Sequence[Cost], gains: Mapping[str, Estimate], counted: st
     ]
     if others:
         together = sum(cost.share for cost in others)
-        levels = tuple(sum(cost.levels[k] for cost in others) for k in range(len(LEVELS)))
+        levels = tuple(sum(cost.levels[k] for cost in others) for k in range(len(LEVEL_NAMES)))
         bars.append(Bar(f"{several(len(others), 'other')}", _share(together, counted), together, None, levels))
     note = "a negative share cancels part of the others" if any(bar.size < 0 for bar in bars) else ""
-    return (Bars("budget", "Which part is to blame", "share of the mean square", tuple(bars), _HALVING if gains else "", LEVELS, note),)
+    return (Bars("budget", "Which part is to blame", "share of the mean square", tuple(bars), _HALVING if gains else "", LEVEL_NAMES, note),)
 
 
 def remedy_bars(found: Waterfall) -> tuple[Bars, ...]:

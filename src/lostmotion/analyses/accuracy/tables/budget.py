@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
+from lostmotion.reporting.palette import LEVEL_NAMES
 from lostmotion.reporting.sheet import Figure, Row, Section, digits, length, several
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from lostmotion.error_model.budget import Budget, Cost
     from lostmotion.error_model.intervals import Estimate
 
-_LEVELS: Final = ("load and pose", "each robot", "each visit")
 _OFF: Final = "effect of halving on the 95th percentile"
 _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
@@ -124,7 +124,9 @@ def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
     shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
     rows.append(Row("all together", (Figure(of.rms * 1e6, "µm", samples=exact), *shares)))
-    return Section(key, title, ("r.m.s. alone", "share", *_LEVELS), tuple(rows), "shares of the mean square; parts without an error here are omitted")
+    return Section(
+        key, title, ("r.m.s. alone", "share", *LEVEL_NAMES), tuple(rows), "shares of the mean square; parts without an error here are omitted"
+    )
 
 
 def _shares(cost: Cost, exact: str) -> tuple[Figure, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.analyses.gearbox.tables.finite_elements import fem_key
 from lostmotion.reporting.chart import cells, class_legend, class_of, grid, label_axes, legend, one
-from lostmotion.reporting.palette import LIGHT, class_limits
+from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import ARCMIN, as_stated
 
@@ -61,7 +61,7 @@ def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> 
     picture = np.fmax.reduce([raster(f, v, -radius, -radius, radius, _WHOLE) for f, v in zip(found.fields, values, strict=True)])
     top = float(np.nanquantile(picture, _SHOWN))
     moved = [_moved(found, k) for k in range(len(found.fields))]
-    scale = _nice(_DRAWN * radius / max(float(np.abs(each).max()) for each in moved))
+    scale = round_below(_DRAWN * radius / max(float(np.abs(each).max()) for each in moved))
     figure, on = one(f"{name}, {found.name}, {as_stated(float(found.torque[-1]))} N m at the output", _HEIGHT)
     limits = _picture(on, picture, -radius, -radius, radius, top)
     for colour, width, factor, words in (
@@ -173,9 +173,3 @@ def _picture(on: Axes, values: Floats, left: float, low: float, right: float, to
 def _square(on: Axes) -> None:
     on.set_aspect("equal")
     label_axes(on, "x [mm]", "y [mm]")
-
-
-def _nice(factor: float) -> float:
-    """Return the largest of 1, 2, 5, 10 ... that is not above a factor."""
-    power = 10.0 ** math.floor(math.log10(factor))
-    return power * max(step for step in (1, 2, 5) if step * power <= factor)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -14,7 +13,7 @@ from lostmotion.analyses.iso9283.tables.labels import load_label
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import tool_points
 from lostmotion.reporting.chart import PER_UNIT, SMALL, axes, cells, dots, figure, grid, label, label_axes, legend, one, swatch, text
-from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.palette import LIGHT, round_below
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import length
 
@@ -160,8 +159,7 @@ def visits(sets: list[Any], poses: list[str], names: list[str]) -> Figure:
     limit = 1.15 * most * PER_UNIT[unit] or 1.0
     made = figure(80)
     panels = axes(made, "Visits about their barycentres", rows=2, columns=len(poses), sharex=True, sharey=True)
-    decade = 10.0 ** math.floor(math.log10(0.6 * limit))
-    tick = max(step * decade for step in (1, 2, 5) if step * decade <= 0.6 * limit)  # well inside, or labels of neighbours run together
+    tick = round_below(0.6 * limit)  # well inside, or labels of neighbours run together
     for column, pose in enumerate(poses):
         panels[0, column].set_title(label(pose), loc="center", fontsize=SMALL)
         for on, axis in zip(panels[:, column], (1, 2), strict=True):
