@@ -21,7 +21,7 @@ from lostmotion.analyses.view.classes import COLOURS as CLASSES
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
 from lostmotion.reporting.sheet import length
-from tests.analyses.view.browser import CHROMIUM, Browser
+from tests.browser.chromium import CHROMIUM, Browser
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 needs_viser = pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="viser is not installed: pip install 'lostmotion[view]'")

@@ -97,6 +97,11 @@ class Browser:
         for kind in ("mousePressed", "mouseReleased"):
             self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
+    def media(self, *, scheme: str = "light", medium: str = "", motion: str = "no-preference") -> None:
+        """Show the page in a colour scheme ("light" or "dark"), as on paper with the medium "print", and with "reduce"d motion."""
+        features = [{"name": "prefers-color-scheme", "value": scheme}, {"name": "prefers-reduced-motion", "value": motion}]
+        self.ask("Emulation.setEmulatedMedia", media=medium, features=features)
+
     def screenshot(self, path: Path) -> Path:
         """Write a picture of the page as PNG."""
         path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"]))
