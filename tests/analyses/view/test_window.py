@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.view.classes import COLOURS as CLASSES
+from lostmotion.analyses.view.session import Session
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
 from lostmotion.reporting.sheet import length
@@ -154,7 +156,6 @@ def test_sliders_follow_a_pose_without_moving_the_arm_again():
     import viser
 
     from lostmotion.analyses.view.controls import Controls
-    from lostmotion.analyses.view.session import Session
 
     arm = lostmotion.read(EXAMPLES / "scara.toml")
     poses = lostmotion.sample_poses(arm, 64)
@@ -175,3 +176,27 @@ def test_sliders_follow_a_pose_without_moving_the_arm_again():
         np.testing.assert_allclose(session.q, [*poses.q[1, :2], 0.05, poses.q[1, 3]], atol=0)
     finally:
         server.stop()
+
+
+@needs_viser
+def test_new_colours_that_are_asked_for_during_a_drag_are_drawn_with_the_next_pose():
+    """While the arm moves, each step of the work gives a pose and no workspace: the button for new colours must not wait for a step without one."""
+    from lostmotion.analyses.view.window import Window
+
+    arm = lostmotion.read(EXAMPLES / "scara.toml")
+    poses = lostmotion.sample_poses(arm, 64)
+    session = Session(arm, poses, poses.q[0])
+    window = Window(session, poses, 8491, None, lambda _: None)
+    try:
+        end = time.monotonic() + 30
+        while window._classes is None and time.monotonic() < end:
+            time.sleep(0.02)
+        window._stop.set()
+        window._worker.join()  # from here on the test takes the steps
+        before, window._workspace = window._classes, replace(window._workspace, q95=10 * window._workspace.q95)
+        window._controls._ask_refit()
+        session.move(poses.q[1])
+        window._step()
+        assert window._classes != before
+    finally:
+        window.stop()

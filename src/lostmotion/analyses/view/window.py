@@ -105,29 +105,36 @@ class Window:
         try:
             while not self._stop.is_set():
                 self._session.wait(_IDLE)
-                began = time.perf_counter()
-                found = self._session.step()
-                self._milliseconds = 1e3 * (time.perf_counter() - began) if isinstance(found, Figures) else self._milliseconds
-                if found is not None or self._redraw.is_set():
-                    self._redraw.clear()
-                    with self._server.atomic():
-                        self._show(found)
+                self._step()
         except Exception as error:  # noqa: BLE001 - raised again by the thread that waits
             self._failure = error
             self._stop.set()
 
-    def _show(self, found: Figures | Workspace | Refused | None) -> None:
+    def _step(self) -> None:
+        """Compute what is asked for next, and show it."""
+        began = time.perf_counter()
+        found = self._session.step()
+        self._milliseconds = 1e3 * (time.perf_counter() - began) if isinstance(found, Figures) else self._milliseconds
+        redraw = self._redraw.is_set()
+        if redraw:
+            self._redraw.clear()
+        if found is not None or redraw:
+            with self._server.atomic():
+                self._show(found, redraw=redraw)
+
+    def _show(self, found: Figures | Workspace | Refused | None, *, redraw: bool) -> None:
         if isinstance(found, Refused):
             self._controls.warn(found.reason)
-            return
+            found = None
         if self._session.arm is not self._arm:
             self._arm = self._session.arm
             self._scene.show_shape(self._arm)
         if isinstance(found, Figures):
             self._figures = found
             self._controls.warn(self._note)
-        else:
-            self._workspace = found or self._workspace
+        elif found is not None:
+            self._workspace = found
+        if redraw or isinstance(found, Workspace):
             self._show_workspace()
         if self._figures is not None:
             self._count += 1
