@@ -153,7 +153,7 @@ def analytic(
     keep_freed()
     drawn = Drawn(screws_at_stage(arm, q[:TILE], stage, approach=approach))
     found: list[Analytic] = []
-    for one in _over(arm, q, _blocks(0, len(q)), (stage, approach), threads, lambda matrix: of_screws(matrix, drawn, wanted)):
+    for one in _over(arm, q, _blocks(0, len(q), _BLOCK), (stage, approach), threads, lambda matrix: of_screws(matrix, drawn, wanted)):
         found.append(one)
         if progress is not None:
             progress("summing up terms", min(len(found) * _BLOCK, len(q)), len(q))
@@ -187,25 +187,45 @@ def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, st
     if len(poses) == 1:
         return _of_one(found)
     drawn = Drawn(screws_at_stage(arm, poses.q[:TILE], stage, approach=approach))
-    points = POINTS if len(poses) <= _FEW else POOLED_POINTS
-    each = len(poses) // poses.replicates
-    blocks = [block for first in range(0, len(poses), each) for block in _blocks(first, first + each)]
-    by_block, by_set = np.zeros((BLOCKS, BINS), np.int64), np.zeros((poses.replicates, BINS), np.int64)
+    histogram = PooledHistogram(poses)
+    blocks = histogram.blocks(_BLOCK)
 
     def count(matrix: PoseMatrix) -> NDArray[np.int64]:
-        return drawn.pooled_counts(matrix, points)
+        return drawn.pooled_counts(matrix, histogram.points)
 
     for block, counts in zip(blocks, _over(arm, poses.q, blocks, (stage, approach), threads, count), strict=True):
-        by_block += counts
-        by_set[block.start // each] += counts.sum(axis=0)
-    mean = _estimate(float(found.mean.mean()), float(found.mean_uncertainty.mean()), found.mean.reshape(poses.replicates, -1).mean(axis=1))
-    largest = float(found.worst.max())
-    return Pooled(
-        found.levels,
-        mean,
-        tuple(_quantile(by_block, by_set, level, largest) for level in found.levels),
-        _deviation(found, poses.replicates),
-    )
+        histogram.add(block, counts)
+    return histogram.figures(found)
+
+
+class PooledHistogram:
+    """Histogram of the error's magnitude over all poses, block by block.
+
+    points  Sobol points at each pose, for `Drawn.pooled_counts`
+    """
+
+    def __init__(self, poses: Poses) -> None:
+        """Begin without magnitudes."""
+        self.points: Final = POINTS if len(poses) <= _FEW else POOLED_POINTS
+        self._sets = poses.replicates
+        self._each = len(poses) // self._sets
+        self._by_block, self._by_set = np.zeros((BLOCKS, BINS), np.int64), np.zeros((self._sets, BINS), np.int64)
+
+    def blocks(self, most: int) -> list[slice]:
+        """Return blocks of at most this number of poses, each within one of the independent sets."""
+        return [block for k in range(self._sets) for block in _blocks(k * self._each, (k + 1) * self._each, most)]
+
+    def add(self, block: slice, counts: NDArray[np.int64]) -> None:
+        """Add the numbers of magnitudes in each bin (block of points, bin) at the poses of a block."""
+        self._by_block += counts
+        self._by_set[block.start // self._each] += counts.sum(axis=0)
+
+    def figures(self, found: Analytic) -> Pooled:
+        """Return the figures over all poses, once each block is added; `found` are the figures at each pose."""
+        mean = _estimate(float(found.mean.mean()), float(found.mean_uncertainty.mean()), found.mean.reshape(self._sets, -1).mean(axis=1))
+        largest = float(found.worst.max())
+        quantiles = tuple(_quantile(self._by_block, self._by_set, level, largest) for level in found.levels)
+        return Pooled(found.levels, mean, quantiles, _deviation(found, self._sets))
 
 
 def _of_one(found: Analytic) -> Pooled:
@@ -290,8 +310,8 @@ class Drawn:
         return Plays(self._drawn(points)[len(self._columns) :], matrix.closed[self.plays][:, poses].T, self._of_term)
 
 
-def _blocks(first: int, last: int) -> list[slice]:
-    return [slice(start, min(start + _BLOCK, last)) for start in range(first, last, _BLOCK)]
+def _blocks(first: int, last: int, most: int) -> list[slice]:
+    return [slice(start, min(start + most, last)) for start in range(first, last, most)]
 
 
 def _over(

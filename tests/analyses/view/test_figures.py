@@ -84,7 +84,7 @@ def test_the_workspace_is_that_of_a_study_without_sampling(stage):
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
     poses = sample_poses(arm, POSES)
     *parts, found = LiveArm(arm, poses, stage).workspace()
-    assert parts == [None, None]
+    assert parts == [None] * poses.replicates  # so few poses that a set of them is one part
     expected = analytic(arm, poses, stage=stage)
     np.testing.assert_allclose(found.q95, expected.quantiles[:, LEVELS.index(0.95)], rtol=1e-12)
     np.testing.assert_allclose(found.points, lostmotion.frames(arm, poses.q)[-1, :, :3, 3])

@@ -11,7 +11,7 @@ from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.mechanism.serial import joint_torques
-from lostmotion.propagation.analytic import Analytic, Drawn, joined, of_screws, pooled
+from lostmotion.propagation.analytic import Analytic, Drawn, PooledHistogram, joined, of_screws
 from lostmotion.propagation.error_magnitude import LEVELS, TILE
 
 if TYPE_CHECKING:
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _Q95: Final = LEVELS.index(0.95)
-# Poses of the workspace that are computed at a time, so that a new pose waits for few of them.
-_STRIDE: Final = 2 * TILE
 
 
 @dataclass(frozen=True)
@@ -96,12 +94,13 @@ class LiveArm:
 
     def workspace(self) -> Iterator[Workspace | None]:
         """Yield None after each part of the work, then the error over the workspace."""
-        found, points = [], []
-        for first in range(0, len(self.poses), _STRIDE):
-            matrix = screws_at_stage(self.arm, self.poses.q[first : first + _STRIDE], self.stage)
+        found, points, histogram = [], [], PooledHistogram(self.poses)
+        for block in histogram.blocks(TILE):
+            matrix = screws_at_stage(self.arm, self.poses.q[block], self.stage)
             found.append(of_screws(matrix, self._drawn))
             points.append(matrix.at[-1, :, :3, 3])
+            histogram.add(block, self._drawn.pooled_counts(matrix, histogram.points))
             yield None
         error = joined(found)
-        whole = pooled(self.arm, self.poses, error, stage=self.stage).quantiles[_Q95]
+        whole = histogram.figures(error).quantiles[_Q95]
         yield Workspace(self.poses, np.concatenate(points), error.quantiles[:, _Q95], whole)
