@@ -30,10 +30,10 @@ FLAGS = (
 
 
 class Browser:
-    """One page of a browser. `errors` collects what the page reports as errors, `requests` the addresses that it loads."""
+    """One page of a browser. `errors` collects what the page reports as errors, `requests` the addresses that it loads, both since `open`."""
 
-    def __init__(self, url: str, size: tuple[int, int] = (1200, 800)) -> None:
-        """Start the browser with an empty page and open the address."""
+    def __init__(self, url: str = "about:blank", size: tuple[int, int] = (1200, 800)) -> None:
+        """Start the browser and open the address."""
         from websockets.sync.client import connect
 
         self.errors: list[str] = []
@@ -54,8 +54,8 @@ class Browser:
         self._session = self._ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.ask(f"{domain}.enable")
-        self.ask("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
-        self.ask("Page.navigate", url=url)
+        self.resize(*size)
+        self.open(url)
 
     def __enter__(self) -> Self:
         """Return the browser."""
@@ -67,6 +67,27 @@ class Browser:
         self._process.terminate()
         self._process.wait(10)
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    def open(self, url: str) -> None:
+        """Open an address and wait until the page is loaded."""
+        self.errors.clear()
+        self.requests.clear()
+        self.ask("Page.navigate", url=url)
+        self.wait("document.readyState === 'complete'")
+
+    def resize(self, width: int, height: int) -> None:
+        """Give the page another size in pixels."""
+        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
+    def show(self, *, dark: bool = False, on_paper: bool = False) -> None:
+        """Show the page in the dark or the light scheme, on a screen or as it is printed."""
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self.ask("Emulation.setEmulatedMedia", media="print" if on_paper else "screen", features=[scheme])
+
+    def pdf(self) -> bytes:
+        """Return the page as PDF, of the size that its style asks for, with the descriptions of its figures."""
+        answer = self.ask("Page.printToPDF", preferCSSPageSize=True, printBackground=True, generateTaggedPDF=True)
+        return base64.b64decode(answer["data"])
 
     def ask(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Send a command to the page and return the answer."""
