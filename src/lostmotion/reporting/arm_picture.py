@@ -31,6 +31,8 @@ _BOTTOM: Final = 44
 _FILL: Final = {"base": "line", "link": "c1", "offset": "line", "joint": "c2", "rail": "line", "tool": "warn", "payload": "design"}
 _MARK: Final = "lostmotion: picture of an arm"
 _LABEL: Final = 12
+# Mean width of a bold letter of this size, as wide as in common fonts.
+_LETTER: Final = 7.3
 
 
 def arm_picture(arm: Arm) -> str:
@@ -81,14 +83,16 @@ def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre
         dashed = "" if body.stated or body.kind != "link" else ' stroke-dasharray="4 3"'
         colours = f'fill="{LIGHT[_FILL[body.kind]]}" stroke="{LIGHT["ink"]}"'
         out.append(f'<polygon points="{points}" {colours} stroke-width="0.8" stroke-linejoin="round"{dashed}/>')
-    taken: list[tuple[float, float]] = []
+    taken: list[tuple[float, float, float]] = []  # left end, right end and height of the names before
     for joint, place in zip(arm.moving, arm.tree.moved, strict=True):
         ((x, y),) = on_page((flat @ at[place, :3, 3])[None])
-        while any(abs(x - other[0]) < 5 * _LABEL and abs(y - other[1]) < _LABEL for other in taken):
+        width = _LETTER * len(joint.name)
+        x = max(min(x + 6, left + _PANEL - width - 4), left + 4)
+        while any(x < end and start < x + width and abs(y - height) < _LABEL for start, end, height in taken):
             y += _LABEL
-        taken.append((x, y))
+        taken.append((x, x + width, y))
         out.append(
-            f'<text x="{x + 6:.1f}" y="{y - 4:.1f}" font-size="{_LABEL}" font-weight="600" stroke="{LIGHT["panel"]}" stroke-width="3" '
+            f'<text x="{x:.1f}" y="{y - 4:.1f}" font-size="{_LABEL}" font-weight="600" stroke="{LIGHT["panel"]}" stroke-width="3" '
             f'paint-order="stroke">{escape(joint.name)}</text>'
         )
     return out
