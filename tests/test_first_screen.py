@@ -99,8 +99,8 @@ def test_one_screen_one_line_or_all(tmp_path):
     """Without an option about one screen, all figures with --full, one line with --quiet, and the content of result.json alone with --json."""
     short, full, quiet = (run("--out", word[2:], word, cwd=tmp_path).stdout.decode() for word in ("--force", "--full", "--quiet"))
     data = run("--json", cwd=tmp_path).stdout
-    assert len(short.splitlines()) <= 50
-    assert max(map(len, short.splitlines()[:-3])) <= 80
+    assert len(short.splitlines()) <= 36
+    assert max(map(len, short.splitlines()[:-1])) <= 80
     assert "First order against exact composition" in full
     assert "First order against exact composition" not in short
     assert json.loads(data)["answer"] == quiet.rstrip("\n")

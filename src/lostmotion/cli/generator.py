@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from lostmotion.analyses.result import Result
     from lostmotion.analyses.signature import Question
 
+# Columns of a line that every terminal shows whole, and the gap between two statements on it.
+_LINE: Final = 80
+_GAP: Final = "   "
 STOPPED: Final = 130  # the shell's own code for it
 stopped: list[bool] = []
 # What every command has besides the arguments of its question.
@@ -161,13 +164,20 @@ def _show_figures(results: list[Result], written: list[Path], *, full: bool) -> 
     """Print one screen of each result, or every figure, and where the reports are."""
     for each in results:
         each.summary(full=full)
-    for each, folder in zip(results, written, strict=False):
-        if line := each.outcome(folder):
-            say(f"\n{line}")
-        for line in each.further_files(folder):
-            say(line)
-    if written and not full:
-        say("--full prints every figure.")
+    more = f"{_GAP}--full prints every figure." if written and not full else ""
+    for each, folder in zip(results, map(_from_here, written), strict=False):
+        lines = [each.outcome(folder), *each.further_files(folder)]
+        if each is results[-1] and lines[0] and len(lines[0] + more) <= _LINE:
+            lines[0], more = lines[0] + more, ""
+        say("\n" + "\n".join(line for line in lines if line))
+    if more:
+        say(more.strip())
+
+
+def _from_here(written: Path) -> Path:
+    """Return a path as the user would type it: from the working folder where it lies in it."""
+    here = Path.cwd()
+    return written.relative_to(here) if written.is_relative_to(here) else written
 
 
 def _show_answers(results: list[Result]) -> None:

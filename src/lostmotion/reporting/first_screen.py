@@ -24,6 +24,8 @@ _WIDEST: Final = 100
 _SHORTEST_BAR: Final = 6
 _MOST_ROWS: Final = 15
 _TWO_COLUMNS: Final = 76
+# Figures that take no more lines below each other than in a row.
+_MOST_STACKED: Final = 2
 _INDENT: Final = "  "
 _EIGHTHS: Final = " ▏▎▍▌▋▊▉"
 _BAR_STYLE: Final = "yellow"
@@ -38,9 +40,7 @@ def print_first_screen(sheet: Sheet, console: Console | None = None) -> None:
     sheet = legible_sheet(sheet)
     width = min(screen.width, _WIDEST)
     about = sheet.about or sheet.counts
-    screen.print()
     _print(screen, Text.assemble((sheet.name, "bold"), f"   {about}" if about else ""))
-    screen.print()
     for warning in sheet.warnings:
         _print_paragraph(screen, f"warning: {warning}", width, "bold red")
     _print_paragraph(screen, sheet.verdict, width, "bold")
@@ -51,16 +51,23 @@ def print_first_screen(sheet: Sheet, console: Console | None = None) -> None:
         _print_bars(screen, block, width)
     if not sheet.bars:
         _print_main_table(screen, sheet)
-    if sheet.brief:
-        screen.print()
-    for word, text in sheet.brief:
-        indent = max(len(each) for each, _ in sheet.brief) + 2
-        lines = _wrapped(text, width - indent)
-        for k, line in enumerate(lines):
-            _print(screen, Text.assemble((f"{word if k == 0 else '':{indent}}", "bold"), line))
-    if sheet.notes:
-        _print(screen, Text(f"{several(len(sheet.notes), 'note')} on the description: see the report.", style="dim"))
+    _print_brief(screen, sheet, width)
     print_lines(sheet, screen)
+
+
+def _print_brief(screen: Console, sheet: Sheet, width: int) -> None:
+    """Print the statements below the bars, and with the last of them how many notes there are."""
+    notes = f"{several(len(sheet.notes), 'note')} in the full output." if sheet.notes else ""
+    if not sheet.brief and notes:
+        _print(screen, Text(notes, style="dim"))
+    if not sheet.brief:
+        return
+    screen.print()
+    indent = max(len(word) for word, _ in sheet.brief) + 2
+    for number, (word, text) in enumerate(sheet.brief, 1):
+        whole = f"{text} {notes}" if notes and number == len(sheet.brief) else text
+        for k, line in enumerate(_wrapped(whole, width - indent)):
+            _print(screen, Text.assemble((f"{word if k == 0 else '':{indent}}", "bold"), line))
 
 
 def _print(screen: Console, text: Text) -> None:
@@ -73,16 +80,22 @@ def _print_paragraph(screen: Console, text: str, width: int, style: str) -> None
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    """Return the lines of a text; a number stays with its unit."""
-    joined = re.sub(r"(?<=\d) (?=[%°µ]|[a-zA-Z]{1,3}\b)", "\u00a0", text)
+    """Return the lines of a text; a number stays with its unit, and a joint's name with its angle."""
+    joined = re.sub(r"(?<=\d) (?=[%°µ]|[a-zA-Z]{1,3}\b)|(?<=\w) (?=-?\d+°)", "\u00a0", text)
     return [line.replace("\u00a0", " ") for line in textwrap.wrap(joined, max(width, 20), break_long_words=False, break_on_hyphens=False)]
 
 
 def _print_cards(screen: Console, cards: tuple[Card, ...], width: int) -> None:
-    """Print the figures that are asked for first, each a number and what it is, two beside each other where they fit."""
+    """Print the figures that are asked for first: in a row where they fit, else as lines, each a number and what it is."""
     if not cards:
         return
     screen.print()
+    widths = [max(cell_len(card.title), cell_len(card.number)) + len(_INDENT) for card in cards]
+    if len(cards) > _MOST_STACKED and sum(widths) <= width:
+        for texts in ([card.title for card in cards], [card.number for card in cards]):
+            line = "".join(_INDENT + text + " " * (taken - len(_INDENT) - cell_len(text)) for text, taken in zip(texts, widths, strict=True))
+            _print(screen, Text(line.rstrip()))
+        return
     numbers = max(cell_len(card.number) for card in cards)
     texts = [f"{_INDENT}{' ' * (numbers - cell_len(card.number))}{card.number}  {card.title}" for card in cards]
     half = width // 2
@@ -102,19 +115,20 @@ def _print_bars(screen: Console, block: Bars, width: int) -> None:
     effects = max((cell_len(str(bar.effect)) for bar in block.bars if bar.effect is not None), default=0)
     room = width - len(_INDENT) - labels - 2 - figures - 2 - (effects + 2 if effects else 0)
     plain = not (screen.encoding or "").lower().startswith("utf")
-    head = f"{block.column}{f'; right: {block.effect}' if effects else ''}"
-    gap = width - cell_len(block.title) - cell_len(head)
-    if gap >= 2:  # noqa: PLR2004 - two spaces between title and columns
-        _print(screen, Text.assemble((block.title, "bold"), " " * gap, (head, "dim")))
+    column = f"{block.column}{f'; right: {block.effect}' if effects else ''}"
+    heads = [f"{column}; {block.note}", column] if block.note else [column]
+    head = next((each for each in heads if width - cell_len(block.title) - cell_len(each) >= len(_INDENT)), "")
+    if head:
+        _print(screen, Text.assemble((block.title, "bold"), " " * (width - cell_len(block.title) - cell_len(head)), (head, "dim")))
     else:
         _print(screen, Text(block.title, style="bold"))
-        _print(screen, Text(head, style="dim"))
+        _print(screen, Text(column, style="dim"))
     for bar in block.bars:
         drawn = _drawn(bar, block, room, plain=plain) if room >= _SHORTEST_BAR else ""
         end = f"  {bar.figure!s:>{figures}}" + (f"  {'' if bar.effect is None else str(bar.effect):>{effects}}" if effects else "")
         padded = bar.label + " " * (labels - cell_len(bar.label))
         _print(screen, Text.assemble(f"{_INDENT}{padded}  ", (drawn, _BAR_STYLE), end))
-    if block.note:
+    if block.note and head != heads[0]:
         _print_paragraph(screen, block.note, width, "dim")
 
 

@@ -179,9 +179,14 @@ def missing_kinds(known: States) -> list[str]:
 
 def _listed(kinds: Sequence[str]) -> str:
     """Return the first kinds by name, and how many more there are."""
-    if len(kinds) <= _NAMED_KINDS + 1:
+    if headline_names(kinds):
         return ", ".join(kinds)
     return f"{', '.join(kinds[:_NAMED_KINDS])} and {len(kinds) - _NAMED_KINDS} more kinds of error"
+
+
+def headline_names(kinds: Sequence[str]) -> bool:
+    """Return whether a headline names every one of these kinds of error."""
+    return len(kinds) <= _NAMED_KINDS + 1
 
 
 def assumed_count(assumed: Sequence[AssumedValue]) -> int:

@@ -44,7 +44,7 @@ def arm_sheet(arm: Arm, file: str) -> Sheet:
         sections=(_joints(arm, held, len(q)), *provenance_sections(known)),
         warnings=(*arm.warnings, *overload_warnings(overloaded(arm, held, len(q)))),
         notes=(*arm.notes, *arm.remarks),
-        source=f"static loads over a grid of {several(len(q), 'pose')}, limits included",
+        source=f"static loads at {_evenly(len(q))}",
         facts={"arm": arm.name, "file": file, "warnings": list(arm.warnings), **provenance_facts(known)},
     )
 
@@ -76,10 +76,14 @@ def _verdict(known: States, file: str) -> str:
     return " ".join(["The file has no mistake.", *caveats(known), f"`lostmotion study {file}` predicts the accuracy."])
 
 
+def _evenly(poses: int) -> str:
+    return f"{several(poses, 'pose')} spread evenly over the ranges of the joints, both ends of each included"
+
+
 def _joints(arm: Arm, held: Floats, poses: int) -> Section:
     load = dict(zip((joint.name for joint in arm.moving), held, strict=True))
     rows = tuple(_row(joint, load.get(joint.name)) for joint in arm.joints)
-    note = f"range of motion; mass of joint and link; static load: largest over a grid of {several(poses, 'pose')}, base level as stated"
+    note = f"range of motion; mass of joint and link; static load: largest of {_evenly(poses)}; base level as stated"
     return Section("joints", "Joints", ("range", "link", "mass", "static load", "rated"), rows, note)
 
 

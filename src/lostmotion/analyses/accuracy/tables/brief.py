@@ -11,14 +11,14 @@ from lostmotion.analyses.accuracy.tables.stopping import outcome
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.provenance import (
-    BASE_TILT,
     at_least,
+    headline_names,
     missing_kinds,
     repeatability_sentence,
     state_counts,
     upper_limit_sentences,
 )
-from lostmotion.reporting.sheet import Figure, find_row, length
+from lostmotion.reporting.sheet import Figure, find_row, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -33,12 +33,14 @@ if TYPE_CHECKING:
 # Drives that are named; and a share of the rated torque below which none is.
 _MOST_DRIVES: Final = 3
 _LEAST_SHARE: Final = 0.1
+# Mean length of joint names above which a pose is printed without them.
+_LONG_NAMES: Final = 6
 _ROUNDING: Final = 1e-9
 
 
 def brief_of(found: Sequence[Section], answer: Answer, known: States) -> tuple[tuple[str, str], ...]:
     """Return the statements of a study by Monte Carlo, each a word and a sentence or two."""
-    out = [("Repeatability", _repeatability(found, known))]
+    out = [("RP", _repeatability(found, known))]
     for k, zone in enumerate(answer.zones, 1):
         row = find_row(found, f"zone_{k}", "95th percentile")
         out += [("Zone", zone_sentence(zone.name, row.figures[0], known))] if row is not None else []
@@ -73,17 +75,24 @@ def where(arm: Arm, q: Floats, mean: Floats) -> str:
         return ""
     best, worst = int(mean.argmin()), int(mean.argmax())
     at_best, at_worst = (f"{length(float(mean[k]))} at {_joints(arm, q[k])}" for k in (best, worst))
-    return f"Best pose: mean {at_best}; worst pose: mean {at_worst}."
+    in_order = "" if _named(arm) else " (joints in order)"
+    return f"Best pose: mean {at_best}; worst: {at_worst}{in_order}."
+
+
+def _named(arm: Arm) -> bool:
+    """Return whether joint values are printed with the names of their joints: long names would fill the screen."""
+    return sum(len(joint.name) for joint in arm.moving) <= _LONG_NAMES * len(arm.moving)
 
 
 def _joints(arm: Arm, q: Floats) -> str:
     """Return joint values to whole degrees and millimetres."""
     texts = []
+    named = _named(arm)
     for joint, value in zip(arm.moving, q, strict=True):
         turns = joint.type == "revolute"
         whole = round(math.degrees(value) if turns else 1e3 * value)  # as a whole number, so that nothing is -0
-        texts.append(f"{joint.name} {whole}{'°' if turns else ' mm'}")
-    return ", ".join(texts)
+        texts.append(f"{f'{joint.name} ' if named else ''}{whole}{'°' if turns else ' mm'}")
+    return " ".join(texts)
 
 
 def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
@@ -91,17 +100,24 @@ def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
     held = [(abs(each.worst) / rated if rated else math.nan, each) for each, rated in zip(worst, _ratings(arm), strict=True)]
     known = sorted((each for each in held if math.isfinite(each[0])), key=lambda each: -each[0])
     named = [each for each in known if each[0] >= _LEAST_SHARE][:_MOST_DRIVES] or known[:1]
-    texts = [f"{each.joint} holds {Figure(abs(each.worst), each.unit)}, {Figure(100 * share, '%')} of rated" for share, each in named]
+    texts = [f"{_held(each, first=k == 0)}, {Figure(100 * share, '%')}{'' if k else ' of rated'}" for k, (share, each) in enumerate(named)]
     rest = [share for share, each in known if (share, each) not in named]
     if texts and rest:
-        texts.append(f"the others no more than {Figure(100 * max(rest), '%')}" if max(rest) > _ROUNDING else "the others hold nothing")
+        texts.append(f"others ≤ {Figure(100 * max(rest), '%')}" if max(rest) > _ROUNDING else "the others hold nothing")
     unrated = [each.joint for share, each in held if math.isnan(share) and abs(each.worst) > 0]
     if not texts:
         largest = sorted((each for _, each in held if abs(each.worst) > 0), key=lambda each: -abs(each.worst))[:_MOST_DRIVES]
-        texts = [f"{each.joint} holds {Figure(abs(each.worst), each.unit)}" for each in largest]
+        texts = [_held(each, first=k == 0) for k, each in enumerate(largest)]
     if not texts:
         return "No drive holds a static load."
-    return "; ".join(texts) + (f"; no rated torque stated for {', '.join(unrated)}" if unrated else "") + "."
+    if unrated:
+        which = "" if not known else f" for {', '.join(unrated) if len(unrated) <= _MOST_DRIVES else several(len(unrated), 'joint')}"
+        texts.append(f"no rated torque stated{which}")
+    return "; ".join(texts) + "."
+
+
+def _held(drive: HoldingTorque, *, first: bool) -> str:
+    return f"{drive.joint}{' holds' if first else ''} {Figure(abs(drive.worst), drive.unit)}"
 
 
 def _ratings(arm: Arm) -> Iterable[float | None]:
@@ -111,11 +127,9 @@ def _ratings(arm: Arm) -> Iterable[float | None]:
 def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, str]]:
     """Return what is stated, assumed and ideal, the makers' limits, and the error (largest of a sample) of adding errors to first order."""
     stated, assumed, ideal = state_counts(known)
-    missing = [kind for kind in missing_kinds(known) if kind != BASE_TILT]
-    text = f"Of {stated + assumed + ideal} kinds of error at the joints {stated} are stated, {assumed} assumed and {ideal} taken as perfect"
-    text += f" ({', '.join(missing)})." if missing else "."
-    if BASE_TILT in missing_kinds(known):
-        text += f" No {BASE_TILT} is described."
+    missing = missing_kinds(known)
+    text = f"{stated} of {stated + assumed + ideal} kinds of error at the joints are stated, {assumed} assumed, {ideal} ideal"
+    text += f" ({', '.join(missing)})." if not headline_names(missing) else "."
     if first_order is not None:
-        text += f" First order: within {first_order} of exact composition."
+        text += f" First order: exact to {first_order}."
     return [("Trust", text), ("Limits", " ".join(upper_limit_sentences(known)))]
