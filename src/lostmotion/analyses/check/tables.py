@@ -77,7 +77,7 @@ def _verdict(known: States, file: str) -> str:
 
 
 def _evenly(poses: int) -> str:
-    return f"{several(poses, 'pose')} spread evenly over the ranges of the joints, both ends of each included"
+    return f"{several(poses, 'pose')} spread evenly over the joint ranges, with all combinations of their ends"
 
 
 def _joints(arm: Arm, held: Floats, poses: int) -> Section:
