@@ -19,8 +19,9 @@ from scipy import stats
 
 import lostmotion
 from lostmotion.error_model.poses import Poses
-from lostmotion.propagation.analytic import Drawn, analytic, pooled
+from lostmotion.propagation.analytic import Drawn, analytic
 from lostmotion.propagation.error_magnitude import LEVELS, POINTS, by_points, by_rays
+from lostmotion.propagation.pooled import pooled
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

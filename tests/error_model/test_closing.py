@@ -23,10 +23,11 @@ from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.serial import Conditions, frames
 from lostmotion.parts.error_source import Friction
-from lostmotion.propagation.analytic import Drawn, analytic, pooled
+from lostmotion.propagation.analytic import Drawn, analytic
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.propagation.montecarlo.waterfall import waterfall
+from lostmotion.propagation.pooled import pooled
 from lostmotion.units import Toleranced
 from tests.parts.random_arms import example_arms, random_arms, random_poses
 

@@ -17,7 +17,8 @@ from lostmotion.error_model.draws import Stream
 from lostmotion.error_model.pose_matrix import Draws, PoseMatrix
 from lostmotion.errors import InputError
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
-from lostmotion.propagation.analytic import Drawn, analytic, of_screws, pooled
+from lostmotion.propagation.analytic import Drawn, analytic, of_screws
+from lostmotion.propagation.pooled import pooled
 from tests.conftest import arm_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

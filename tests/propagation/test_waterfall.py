@@ -7,12 +7,13 @@ from lostmotion import sample_poses
 from lostmotion.error_model.intervals import pooled_mean, quantile
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
-from lostmotion.propagation.analytic import analytic, pooled
+from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
 from lostmotion.propagation.montecarlo import montecarlo
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.waterfall import waterfall
+from lostmotion.propagation.pooled import pooled
 from tests.conftest import JOINT, arm_of
 
 POSES, ROBOTS, VISITS, SEED = 64, 60, 4, 3

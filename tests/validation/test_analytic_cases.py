@@ -12,8 +12,9 @@ from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.poses import Poses
 from lostmotion.laws.distributions import COMPARED, Normal, Uniform
-from lostmotion.propagation.analytic import Drawn, analytic, of_screws, pooled
+from lostmotion.propagation.analytic import Drawn, analytic, of_screws
 from lostmotion.propagation.error_magnitude import by_rays
+from lostmotion.propagation.pooled import pooled
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILES = [EXAMPLES / "z-arm.toml", EXAMPLES / "ur5e.urdf", EXAMPLES / "arm-from-drawings.toml", EXAMPLES / "paper" / "z-arm-lumped.toml"]

@@ -1,12 +1,8 @@
-"""The study without sampling: mean vector and covariance are exact sums over terms, and `error_magnitude` computes figures of the error's magnitude.
-
-Figures over all poses together come from one histogram of magnitudes at Sobol points, as Monte Carlo uses one of its samples.
-"""
+"""The study without sampling: mean vector and covariance are exact sums over terms, and `error_magnitude` computes figures of the error's magnitude."""
 
 from __future__ import annotations
 
 import functools
-import math
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -17,18 +13,14 @@ import numpy as np
 
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.cumulants import cumulants
-from lostmotion.error_model.error_bins import BINS
-from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantile, quantile, student
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import COMPARED
 from lostmotion.mechanism.serial import as_poses
 from lostmotion.propagation.error_magnitude import (
-    BLOCKS,
     LEVELS,
     POINTS,
-    POOLED_POINTS,
     TILE,
     Magnitude,
     Plays,
@@ -48,14 +40,10 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _Found = TypeVar("_Found")
-# A standard deviation that is a smaller share of the mean is rounding, and counts as zero.
-_ROUNDING: Final = 1e-12
 _LEAST_LEVEL: Final = 0.25
 _MOST_LEVEL: Final = 0.9995
 # Poses per pose matrix, a multiple of TILE.
-_BLOCK: Final = 8 * TILE
-# Up to this number of poses, the pooled histogram uses POINTS points at each pose; above it, POOLED_POINTS.
-_FEW: Final = 1024
+BLOCK: Final = 8 * TILE
 # A figure is valid, and is printed, if its uncertainty is at most this share of it.
 MOST_UNCERTAIN: Final = 0.05
 
@@ -102,20 +90,6 @@ class Analytic:
         return np.asarray(mean & (self.quantiles_uncertainty <= MOST_UNCERTAIN * self.quantiles).all(axis=1))
 
 
-@dataclass(frozen=True, slots=True)
-class Pooled:
-    """Figures of the error's magnitude over all poses, m: the mean, the quantiles at these levels, and the standard deviation.
-
-    Each 95 % interval includes the uncertainty due to the choice of poses (from independent sets of poses) and that of the figures at the poses.
-    Poses that the user gave have no uncertainty of choice. NaN where the uncertainty of the figures alone exceeds 5 % of the value.
-    """
-
-    levels: tuple[float, ...]
-    mean: Estimate
-    quantiles: tuple[Estimate, ...]
-    deviation: Estimate
-
-
 def analytic(
     arm: Arm,
     poses: Poses | Floats,
@@ -153,10 +127,10 @@ def analytic(
     keep_freed()
     drawn = Drawn(screws_at_stage(arm, q[:TILE], stage, approach=approach))
     found: list[Analytic] = []
-    for one in _over(arm, q, _blocks(0, len(q), _BLOCK), (stage, approach), threads, lambda matrix: of_screws(matrix, drawn, wanted)):
+    for one in over_blocks(arm, q, blocks_between(0, len(q), BLOCK), (stage, approach), threads, lambda matrix: of_screws(matrix, drawn, wanted)):
         found.append(one)
         if progress is not None:
-            progress("summing up terms", min(len(found) * _BLOCK, len(q)), len(q))
+            progress("summing up terms", min(len(found) * BLOCK, len(q)), len(q))
     return joined(found)
 
 
@@ -179,63 +153,6 @@ def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS
         found.nearly_normal,
         found.excess,
         *bounds(matrix),
-    )
-
-
-def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, stage: str = STAGES[0], threads: int = 1) -> Pooled:
-    """Return the figures over all these poses together; `found` are the figures at each of them. Other arguments as for `analytic`."""
-    if len(poses) == 1:
-        return _of_one(found)
-    drawn = Drawn(screws_at_stage(arm, poses.q[:TILE], stage, approach=approach))
-    histogram = PooledHistogram(poses)
-    blocks = histogram.blocks(_BLOCK)
-
-    def count(matrix: PoseMatrix) -> NDArray[np.int64]:
-        return drawn.pooled_counts(matrix, histogram.points)
-
-    for block, counts in zip(blocks, _over(arm, poses.q, blocks, (stage, approach), threads, count), strict=True):
-        histogram.add(block, counts)
-    return histogram.figures(found)
-
-
-class PooledHistogram:
-    """Histogram of the error's magnitude over all poses, block by block.
-
-    points  Sobol points at each pose, for `Drawn.pooled_counts`
-    """
-
-    def __init__(self, poses: Poses) -> None:
-        """Begin without magnitudes."""
-        self.points: Final = POINTS if len(poses) <= _FEW else POOLED_POINTS
-        self._sets = poses.replicates
-        self._each = len(poses) // self._sets
-        self._by_block, self._by_set = np.zeros((BLOCKS, BINS), np.int64), np.zeros((self._sets, BINS), np.int64)
-
-    def blocks(self, most: int) -> list[slice]:
-        """Return blocks of at most this number of poses, each within one of the independent sets."""
-        return [block for k in range(self._sets) for block in _blocks(k * self._each, (k + 1) * self._each, most)]
-
-    def add(self, block: slice, counts: NDArray[np.int64]) -> None:
-        """Add the numbers of magnitudes in each bin (block of points, bin) at the poses of a block."""
-        self._by_block += counts
-        self._by_set[block.start // self._each] += counts.sum(axis=0)
-
-    def figures(self, found: Analytic) -> Pooled:
-        """Return the figures over all poses, once each block is added; `found` are the figures at each pose."""
-        mean = _estimate(float(found.mean.mean()), float(found.mean_uncertainty.mean()), found.mean.reshape(self._sets, -1).mean(axis=1))
-        largest = float(found.worst.max())
-        quantiles = tuple(_quantile(self._by_block, self._by_set, level, largest) for level in found.levels)
-        return Pooled(found.levels, mean, quantiles, _deviation(found, self._sets))
-
-
-def _of_one(found: Analytic) -> Pooled:
-    """Return the figures over all poses for a single pose, which are its own."""
-    alone = np.zeros(1)
-    return Pooled(
-        found.levels,
-        _estimate(float(found.mean[0]), float(found.mean_uncertainty[0]), alone),
-        tuple(_estimate(float(value), float(off), alone) for value, off in zip(found.quantiles[0], found.quantiles_uncertainty[0], strict=True)),
-        _estimate(float(found.deviation[0]), float(found.deviation_uncertainty[0]), alone),
     )
 
 
@@ -310,11 +227,12 @@ class Drawn:
         return Plays(self._drawn(points)[len(self._columns) :], matrix.closed[self.plays][:, poses].T, self._of_term)
 
 
-def _blocks(first: int, last: int, most: int) -> list[slice]:
+def blocks_between(first: int, last: int, most: int) -> list[slice]:
+    """Return the poses from `first` to `last`, this one left out, in blocks of at most this number."""
     return [slice(start, min(start + most, last)) for start in range(first, last, most)]
 
 
-def _over(
+def over_blocks(
     arm: Arm, q: Floats, blocks: Sequence[slice], of: tuple[str, float], threads: int, work: Callable[[PoseMatrix], _Found]
 ) -> Iterator[_Found]:
     """Yield the result of `work` for the pose matrix of each block of poses, in order; `of`: stage and approach."""
@@ -331,34 +249,3 @@ def _over(
         return
     with ThreadPoolExecutor(threads) as pool:
         yield from pool.map(one, blocks)
-
-
-def _estimate(value: float, uncertainty: float, of_sets: Floats) -> Estimate:
-    """Return a value with an interval for its uncertainty and for the choice of poses (from its values by set); NaN if the former exceeds 5 %."""
-    if not uncertainty <= MOST_UNCERTAIN * value:
-        return Estimate(math.nan, math.nan, math.nan)
-    sets = len(of_sets)
-    half = math.hypot(uncertainty, student(sets - 1) * float(of_sets.std(ddof=1)) / math.sqrt(sets)) if sets > 1 else uncertainty
-    return of_length(value, value - half, value + half)
-
-
-def _deviation(found: Analytic, sets: int) -> Estimate:
-    """Return the standard deviation over all poses, from the mean variance plus the variance of the means; interval by the delta method over sets."""
-    variances = found.deviation**2 + (found.mean - found.mean.mean()) ** 2
-    value = math.sqrt(float(variances.mean()))
-    if value <= _ROUNDING * float(found.mean.mean()):
-        return Estimate(0.0, 0.0, 0.0)
-    uncertainty = np.maximum(found.deviation_uncertainty, found.mean_uncertainty)
-    return _estimate(value, float(uncertainty.mean()), variances.reshape(sets, -1).mean(axis=1) / (2 * value))
-
-
-def _quantile(by_block: NDArray[np.int64], by_set: NDArray[np.int64], level: float, largest: float) -> Estimate:
-    """Return a quantile of the magnitude over all poses (m), from counts by block of points and by set of poses."""
-    whole = by_block.sum(axis=0)
-    alone, found = (pooled_quantile(by_block, sets, level, largest) for sets in (whole[None], by_set))
-    # One point more or less at each pose reveals a gap in the distribution, where the blocks would agree by chance.
-    low, high = (quantile(whole, level + by / POOLED_POINTS) for by in (-1, 1))
-    low, high = min(alone.low, low), min(max(alone.high, high), max(largest, alone.high))
-    if max(found.value - low, high - found.value) > MOST_UNCERTAIN * found.value:
-        return Estimate(math.nan, math.nan, math.nan)
-    return Estimate(found.value, min(found.low, low), max(found.high, high))

@@ -13,8 +13,9 @@ from lostmotion.analyses.view.choices import AS_IN_FILE, Choices, changed, gearb
 from lostmotion.analyses.view.live import LiveArm
 from lostmotion.error_model.budget import budget
 from lostmotion.error_model.remedies import STAGES
-from lostmotion.propagation.analytic import Analytic, analytic, pooled
+from lostmotion.propagation.analytic import Analytic, analytic
 from lostmotion.propagation.error_magnitude import LEVELS, TILE
+from lostmotion.propagation.pooled import pooled
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 POSES = 256

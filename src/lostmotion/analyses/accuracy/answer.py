@@ -21,10 +21,11 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.propagation.analytic import Analytic, Pooled
+    from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.montecarlo.bands import Bands
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.propagation.montecarlo.stopping import Stopping
+    from lostmotion.propagation.pooled import Pooled
     from lostmotion.spatial import Floats
 
 

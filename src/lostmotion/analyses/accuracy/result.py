@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from lostmotion.error_model.budget import Budget, Halving
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.propagation.analytic import Analytic, Pooled
+    from lostmotion.propagation.analytic import Analytic
+    from lostmotion.propagation.pooled import Pooled
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
 

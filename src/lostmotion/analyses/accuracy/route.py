@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     from lostmotion.error_model.pose_selection import InZone
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.propagation.analytic import Analytic, Pooled
+    from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.montecarlo.blocks import Device
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.propagation.montecarlo.stopping import Stopping, Tolerance
+    from lostmotion.propagation.pooled import Pooled
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,8 @@ class Route:
                 progress=progress,
             )
         if self.method != "montecarlo":
-            from lostmotion.propagation.analytic import analytic, pooled
+            from lostmotion.propagation.analytic import analytic
+            from lostmotion.propagation.pooled import pooled
 
             every = analytic(arm, poses, approach=self.approach, threads=self.threads, progress=progress)
             pool = pooled(arm, poses, every, approach=self.approach, threads=self.threads)

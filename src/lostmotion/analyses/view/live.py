@@ -11,8 +11,9 @@ from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.mechanism.serial import joint_torques
-from lostmotion.propagation.analytic import Analytic, Drawn, PooledHistogram, joined, of_screws
+from lostmotion.propagation.analytic import Analytic, Drawn, joined, of_screws
 from lostmotion.propagation.error_magnitude import LEVELS, TILE
+from lostmotion.propagation.pooled import PooledHistogram
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -36,8 +36,9 @@ if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.propagation.analytic import Analytic, Pooled
+    from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
+    from lostmotion.propagation.pooled import Pooled
     from lostmotion.spatial import Floats
 
 _UNKNOWN: Final = "uncertain by more than 5 %: use Monte Carlo"
