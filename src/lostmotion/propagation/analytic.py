@@ -1,4 +1,4 @@
-"""The study without sampling: mean vector and covariance are exact sums over terms, and `error_magnitude` computes figures of the error's magnitude."""
+"""The study without sampling: mean vector and covariance are exact sums over terms; `error_magnitude` computes the error's magnitude from them."""
 
 from __future__ import annotations
 
