@@ -228,7 +228,7 @@ class Drawn:
 
 
 def blocks_between(first: int, last: int, most: int) -> list[slice]:
-    """Return the poses from `first` to `last`, this one left out, in blocks of at most this number."""
+    """Return the poses from `first` to before `last` in blocks of at most this number."""
     return [slice(start, min(start + most, last)) for start in range(first, last, most)]
 
 
