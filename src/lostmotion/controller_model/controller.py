@@ -184,9 +184,10 @@ class Controller:
             if number:
                 at = self._evaluate(sent, *inputs)
                 residual = self._residual(start, at, reached)
+                left = residual + _moved(at, sent + at.joints - reached)
             step, reduced = _step(at.jacobian, residual, damping, largest_step, whole_pose=whole_pose)
             asked = reached + step - at.joints
-            sent, left, cut = self._within_limits(asked, sent, residual + _moved(at, sent + at.joints - reached), at, whole_pose=whole_pose)
+            sent, left, cut = self._within_limits(asked, sent, left, at, whole_pose=whole_pose)
             reached = sent + at.joints
             short |= reduced | cut
         status, command, remains = first.status.copy(), np.zeros((len(good), len(self.tables.joints))), np.zeros((len(good), 6))

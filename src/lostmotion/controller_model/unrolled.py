@@ -24,6 +24,11 @@ _HEAD: Final = """/* The prediction of this arm without loops, in place of that 
  */
 #define R(x) ((lm_real)(x))
 
+static lm_real lm_joint_dot(const lm_real a[], const lm_real b[])
+{{
+    return {dot};
+}}
+
 static void lm_predict_valid(const lm_input *input, lm_output *output)
 {{
 """
@@ -60,7 +65,8 @@ def unrolled_source(tables: Tables, version: str) -> str:
     start = ["lm_local local;", "local.open_play = 0;", "local.beyond = 0;"] if tabulated else []
     end = f"lm_finish(output, {'local.open_play, local.beyond' if tabulated else '0, 0'});"
     lines = "\n".join(f"    {line}" for line in (*start, *found.lines(outputs), end))
-    return f"{_HEAD.format(version=version)}{lines}\n}}\n"
+    dot = " + ".join(f"a[{k}] * b[{k}]" for k in range(joints))
+    return f"{_HEAD.format(version=version, dot=dot)}{lines}\n}}\n"
 
 
 def evaluated(tables: Tables) -> set[int]:

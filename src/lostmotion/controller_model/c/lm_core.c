@@ -679,12 +679,20 @@ static void lm_finish(lm_output *output, int open_play, int beyond)
     }
 }
 
+/* a . b over the joints */
+static lm_real lm_joint_dot(const lm_real a[], const lm_real b[]);
+
 /* The prediction at inputs that were checked. */
 static void lm_predict_valid(const lm_input *input, lm_output *output);
 
 #ifdef LM_UNROLLED
 #include "lm_unrolled.h"
 #else
+static lm_real lm_joint_dot(const lm_real a[], const lm_real b[])
+{
+    return lm_dot(a, b, LM_JOINTS);
+}
+
 /* Index of an element of a symmetric 6 x 6 matrix in its upper triangle. */
 static const int lm_upper[6][6] = {{0, 1, 2, 3, 4, 5},    {1, 6, 7, 8, 9, 10},   {2, 7, 11, 12, 13, 14},
                                    {3, 8, 12, 15, 16, 17}, {4, 9, 13, 16, 18, 19}, {5, 10, 14, 17, 19, 20}};
@@ -1027,64 +1035,89 @@ int lm_predict(const lm_input *input, lm_output *output)
     return output->status;
 }
 
-/* Solve a x = b for a symmetric positive definite matrix (count x count) by Cholesky's method; the result replaces b. */
-static void lm_solve(lm_real a[36], lm_real b[6], int count)
+/* rows rows' + damping, as xx xy xz yy yz zz */
+static void lm_squares(const lm_real rows[3 * LM_JOINTS], lm_real damping, lm_real out[6])
 {
-    int i;
-    int j;
-    int k;
-    for (i = 0; i < count; i++) {
-        for (j = 0; j <= i; j++) {
-            lm_real sum = a[6 * i + j];
-            for (k = 0; k < j; k++) {
-                sum -= a[6 * i + k] * a[6 * j + k];
-            }
-            a[6 * i + j] = (i == j) ? LM_SQRT(lm_largest_of(sum, LM_LEAST_DAMPING)) : sum / a[6 * j + j];
-        }
-    }
-    for (i = 0; i < count; i++) {
-        for (k = 0; k < i; k++) {
-            b[i] -= a[6 * i + k] * b[k];
-        }
-        b[i] /= a[6 * i + i];
-    }
-    for (i = count - 1; i >= 0; i--) {
-        for (k = i + 1; k < count; k++) {
-            b[i] -= a[6 * k + i] * b[k];
-        }
-        b[i] /= a[6 * i + i];
-    }
+    const lm_real *x = rows;
+    const lm_real *y = &rows[LM_JOINTS];
+    const lm_real *z = &rows[2 * LM_JOINTS];
+    out[0] = lm_joint_dot(x, x) + damping;
+    out[1] = lm_joint_dot(x, y);
+    out[2] = lm_joint_dot(x, z);
+    out[3] = lm_joint_dot(y, y) + damping;
+    out[4] = lm_joint_dot(y, z);
+    out[5] = lm_joint_dot(z, z) + damping;
+}
+
+/* Eliminate a symmetric positive definite matrix, as xx xy xz yy yz zz: inverse pivots, and what rows are multiplied by. */
+static void lm_eliminate(const lm_real a[6], lm_real parts[6])
+{
+    lm_real rest;
+    parts[0] = LM_ONE / lm_largest_of(a[0], LM_LEAST_DAMPING);
+    parts[1] = a[1] * parts[0];
+    parts[2] = a[2] * parts[0];
+    parts[3] = LM_ONE / lm_largest_of(a[3] - a[1] * parts[1], LM_LEAST_DAMPING);
+    rest = a[4] - a[1] * parts[2];
+    parts[4] = rest * parts[3];
+    parts[5] = LM_ONE / lm_largest_of(a[5] - a[2] * parts[2] - rest * parts[4], LM_LEAST_DAMPING);
+}
+
+/* x = a^-1 b by the parts of a; x may be b */
+static void lm_solve(const lm_real parts[6], const lm_real b[3], lm_real x[3])
+{
+    const lm_real second = b[1] - parts[1] * b[0];
+    const lm_real third = b[2] - parts[2] * b[0] - parts[4] * second;
+    x[2] = third * parts[5];
+    x[1] = second * parts[3] - parts[4] * x[2];
+    x[0] = b[0] * parts[0] - parts[1] * x[1] - parts[2] * x[2];
 }
 
 /* Step of the joints that removes an error of the tool. Return 1 where its size was reduced. */
 static int lm_step(const lm_output *at, const lm_real error[6], const lm_options *options, lm_real step[LM_JOINTS])
 {
-    const int first = (options->whole_pose != 0) ? 0 : 3;
-    const int count = 6 - first;
-    lm_real rows[6][LM_JOINTS];
-    lm_real normal[36];
-    lm_real x[6];
+    const lm_real *turns = at->jacobian;
+    const lm_real *shifts = &at->jacobian[3 * LM_JOINTS];
+    lm_real shift[3] = {error[3], error[4], error[5]};
+    lm_real turn[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real normal[6];
+    lm_real parts[6];
     lm_real largest = LM_ZERO;
-    int i;
     int j;
-    for (i = 0; i < count; i++) {
-        const lm_real weight = (first + i < 3) ? LM_ROTATION_LENGTH : LM_ONE;
-        for (j = 0; j < LM_JOINTS; j++) {
-            rows[i][j] = weight * at->jacobian[LM_JOINTS * (first + i) + j];
+    lm_squares(shifts, options->damping, normal);
+    if (options->whole_pose != 0) { /* the rotation is eliminated first */
+        lm_real both[3][3];
+        lm_real per[3][3];
+        lm_real turning[6];
+        lm_real turning_parts[6];
+        int i;
+        lm_squares(turns, options->damping / (LM_ROTATION_LENGTH * LM_ROTATION_LENGTH), turning);
+        lm_eliminate(turning, turning_parts);
+        lm_solve(turning_parts, error, turn);
+        for (i = 0; i < 3; i++) {
+            for (j = 0; j < 3; j++) {
+                both[i][j] = lm_joint_dot(&shifts[LM_JOINTS * i], &turns[LM_JOINTS * j]);
+            }
+            lm_solve(turning_parts, both[i], per[i]);
+            shift[i] -= lm_dot3(both[i], turn);
         }
-        x[i] = weight * error[first + i];
-    }
-    for (i = 0; i < count; i++) {
-        for (j = 0; j <= i; j++) {
-            normal[6 * i + j] = lm_dot(rows[i], rows[j], LM_JOINTS) + ((i == j) ? options->damping : LM_ZERO);
+        normal[0] -= lm_dot3(both[0], per[0]);
+        normal[1] -= lm_dot3(both[0], per[1]);
+        normal[2] -= lm_dot3(both[0], per[2]);
+        normal[3] -= lm_dot3(both[1], per[1]);
+        normal[4] -= lm_dot3(both[1], per[2]);
+        normal[5] -= lm_dot3(both[2], per[2]);
+        lm_eliminate(normal, parts);
+        lm_solve(parts, shift, shift);
+        for (i = 0; i < 3; i++) {
+            turn[i] -= per[0][i] * shift[0] + per[1][i] * shift[1] + per[2][i] * shift[2];
         }
+    } else {
+        lm_eliminate(normal, parts);
+        lm_solve(parts, shift, shift);
     }
-    lm_solve(normal, x, count);
     for (j = 0; j < LM_JOINTS; j++) {
-        step[j] = LM_ZERO;
-        for (i = 0; i < count; i++) {
-            step[j] -= rows[i][j] * x[i];
-        }
+        step[j] = -(turns[j] * turn[0] + turns[LM_JOINTS + j] * turn[1] + turns[2 * LM_JOINTS + j] * turn[2]);
+        step[j] -= shifts[j] * shift[0] + shifts[LM_JOINTS + j] * shift[1] + shifts[2 * LM_JOINTS + j] * shift[2];
         largest = lm_largest_of(largest, LM_FABS(step[j]));
     }
     if (largest > options->largest_step) {
@@ -1095,12 +1128,12 @@ static int lm_step(const lm_output *at, const lm_real error[6], const lm_options
     return (largest > options->largest_step) ? 1 : 0;
 }
 
-/* out = error + J change */
-static void lm_moved(const lm_output *at, const lm_real change[LM_JOINTS], const lm_real error[6], lm_real out[6])
+/* error += J change */
+static void lm_move(const lm_output *at, const lm_real change[LM_JOINTS], lm_real error[6])
 {
     int i;
     for (i = 0; i < 6; i++) {
-        out[i] = error[i] + lm_dot(&at->jacobian[LM_JOINTS * i], change, LM_JOINTS);
+        error[i] += lm_joint_dot(&at->jacobian[LM_JOINTS * i], change);
     }
 }
 
@@ -1109,7 +1142,6 @@ static void lm_moved(const lm_output *at, const lm_real change[LM_JOINTS], const
 static int lm_send(const lm_output *at, const lm_real asked[LM_JOINTS], int whole_pose, lm_real sent[LM_JOINTS], lm_real left[6])
 {
     lm_real change[LM_JOINTS];
-    lm_real after[6];
     int cut = 0;
     int j;
     for (j = 0; j < LM_JOINTS; j++) {
@@ -1117,16 +1149,16 @@ static int lm_send(const lm_output *at, const lm_real asked[LM_JOINTS], int whol
         cut |= (within != asked[j]) ? 1 : 0;
         change[j] = within - sent[j];
     }
-    lm_moved(at, change, left, after);
     if (cut != 0) {
+        lm_real effect[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
         lm_real square = LM_ZERO;
         lm_real gain = LM_ZERO;
         lm_real best = LM_ZERO;
+        lm_move(at, change, effect);
         for (j = (whole_pose != 0) ? 0 : 3; j < 6; j++) {
             const lm_real weight = (j < 3) ? LM_ROTATION_LENGTH * LM_ROTATION_LENGTH : LM_ONE;
-            const lm_real effect = after[j] - left[j];
-            square += weight * effect * effect;
-            gain -= weight * effect * left[j];
+            square += weight * effect[j] * effect[j];
+            gain -= weight * effect[j] * left[j];
         }
         if (square > LM_ZERO) {
             best = lm_clip(gain / square, LM_ZERO, LM_ONE);
@@ -1134,13 +1166,10 @@ static int lm_send(const lm_output *at, const lm_real asked[LM_JOINTS], int whol
         for (j = 0; j < LM_JOINTS; j++) {
             change[j] *= best;
         }
-        lm_moved(at, change, left, after);
     }
+    lm_move(at, change, left);
     for (j = 0; j < LM_JOINTS; j++) {
         sent[j] = (cut != 0) ? sent[j] + change[j] : asked[j];
-    }
-    for (j = 0; j < 6; j++) {
-        left[j] = after[j];
     }
     return cut;
 }
@@ -1183,7 +1212,6 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
         lm_real asked[LM_JOINTS];
         lm_real step[LM_JOINTS];
         lm_output second;
-        lm_input moved = *input;
         const lm_output *at = output;
         int reduced = 0;
         int pass;
@@ -1194,23 +1222,30 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
         }
         for (j = 0; j < 6; j++) {
             residual[j] = output->elsewhere[j];
+            command->left[j] = output->screw[j];
         }
         for (pass = 0; pass < ((options->passes > 1) ? 2 : 1); pass++) {
-            lm_real drift[LM_JOINTS];
             if (pass > 0) {
+                lm_input moved = *input;
+                lm_real drift[LM_JOINTS];
                 for (j = 0; j < LM_JOINTS; j++) {
                     moved.q[j] = command->q[j];
                 }
                 lm_predict_valid(&moved, &second);
                 at = &second;
                 lm_residual(output, at, reached, residual);
+                for (j = 0; j < LM_JOINTS; j++) {
+                    drift[j] = command->q[j] + at->joints[j] - reached[j];
+                }
+                for (j = 0; j < 6; j++) {
+                    command->left[j] = residual[j];
+                }
+                lm_move(at, drift, command->left);
             }
             reduced |= lm_step(at, residual, options, step);
             for (j = 0; j < LM_JOINTS; j++) {
                 asked[j] = reached[j] + step[j] - at->joints[j];
-                drift[j] = command->q[j] + at->joints[j] - reached[j];
             }
-            lm_moved(at, drift, residual, command->left);
             reduced |= lm_send(at, asked, options->whole_pose, command->q, command->left);
             for (j = 0; j < LM_JOINTS; j++) {
                 reached[j] = command->q[j] + at->joints[j];
