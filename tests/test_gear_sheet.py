@@ -34,6 +34,26 @@ from lostmotion.parts.gearbox.cycloidal import model as cycloidal_model
 from lostmotion.reporting.sheet import ARCMIN, find_row
 from tests.chart_texts import axis_titles, unprinted
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "results for one gearbox",
+        "torque from the printed lobe forces; Hertz by hand; a maker's RV figures; Parseval over the harmonics",
+        "1e-9; 1e-12; printed digits; 2 %",
+    ),
+    (
+        "DXF profiles",
+        "every pin on every disc, read from the DXF; the flank at independent points",
+        "1 µm; the chord error stated, at most 0.5 µm",
+        "laws/cycloid/outline.py tests/laws/test_cycloid_outline.py",
+    ),
+    (
+        "stiffness and lost motion as makers define them",
+        "published readings of one curve, with and without friction",
+        "printed digits",
+    ),
+)
+
 EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"
 NAMES = ("rv-like", "two-stage-lobes", "printed")
 PLAIN: dict[str, Any] = {

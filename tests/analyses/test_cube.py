@@ -11,6 +11,15 @@ from lostmotion.analyses.iso9283.largest_cube import largest_cube
 from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.mechanism.serial import frames
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "test cube",
+        "a gantry's shortest range; random points of the cube reached",
+        "two last steps of the search; 99 %",
+    ),
+)
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 

@@ -20,6 +20,15 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.gearbox.bands import GearBands
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "bands of a gearbox",
+        "one spring in a log-uniform range, in closed form; clearances and materials in ranges",
+        "1e-4; 1e-6",
+    ),
+)
+
 # Declared rigid besides its contacts and bodies, which are far stiffer than its frame.
 RIGID = ["output pins", "eccentric bearing", "eccentric shaft", "input shaft", "seat of the eccentric bearing"]
 DRAWING: dict[str, Any] = {

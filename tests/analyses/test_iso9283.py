@@ -16,6 +16,15 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.inverse import tool_and_jacobian
 from lostmotion.spatial import exp, pose_of
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "ISO 9283 sheet over robots",
+        "RP's constants; vAP of pure backlash in closed form; the study's kernel at the same poses; known frames recovered",
+        "0.3 %; 4 standard errors, 10 %; encoder noise; 1e-9; 1e-12",
+    ),
+)
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 

@@ -7,6 +7,15 @@ from scipy.special import gamma
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability, length_moments
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "RP of normal scatter without sampling",
+        "its constants; 800 000 sets of 30 visits, 200 000 of 3 to 10, with control variates",
+        "6e-6; at 30 visits 0.02 % mean, 0.05 % standard deviation, plus sampling error",
+    ),
+)
+
 SHAPES = [(1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.25, 0.04), (1.0, 0.5, 0.5)]
 
 

@@ -23,6 +23,16 @@ from lostmotion.analyses.iso9283.warm_up import WarmUp, drift, growth
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.propagation.exact import draws_of
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "measured ISO 9283 sheet",
+        "1 000 synthetic tests; a UR5 by a laser tracker (mean 2.635, s 0.375, 95th percentile 3.394, largest 4.409 mm); SciPy's best-fit rotation",
+        "90 % intervals cover 87 to 93 %; 0.6 µm; 1e-9",
+        "tests/io/test_measured.py",
+    ),
+)
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 

@@ -19,6 +19,22 @@ from lostmotion.analyses.iso9283.worst_plane import covariance_root, largest_mea
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.spatial import pose_of
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "AT, RT of measured paths",
+        (
+            "offset and scatter in closed form; plain loops by the definitions; rotated frames; a predicted robot written as CSV and read; 4 "
+            "100 synthetic tests, with single bad planes and half paths; 64 kinds in `benchmarks/path_intervals.py`"
+        ),
+        (
+            "1e-9; 1e-9; 1e-9; 0.2 % and 2 %; 90 % intervals cover 85 to 97 % (AT_a 86 to 96 %), of single bad planes at least 70 to 82 %, of "
+            "half paths 80 to 95 %"
+        ),
+        "tests/analyses/test_iso9283_measured.py",
+    ),
+)
+
 START, END = np.array([0.4, -0.2, 0.3]), np.array([0.7, 0.2, 0.8])
 
 

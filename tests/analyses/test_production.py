@@ -20,6 +20,15 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Plan
 from lostmotion.propagation.montecarlo.montecarlo import run
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "yield",
+        "the binomial law and 1 000 synthetic productions; all errors of 40 robots",
+        "covers at least 95 %; 1e-6",
+    ),
+)
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 

@@ -20,6 +20,18 @@ from lostmotion.mechanism.load_causes import bending
 from lostmotion.parts.family import BoxFamily, IFamily, RodFamily, TubeFamily, family_around
 from lostmotion.parts.section import Box, ISection, Rectangle, Rod, Tube
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "lightest sections of links",
+        (
+            "closed form of a cantilever; brute force over one, two and three free sizes and over all pairs of a list; bending in the study at "
+            "4096 other poses"
+        ),
+        "1e-9; none lighter",
+    ),
+)
+
 ARCMIN = math.pi / 10800
 ALUMINIUM = materials()["aluminium"]
 

@@ -20,6 +20,15 @@ from lostmotion.parts.frame import Frame
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import by_rays
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "accuracy map of a planar arm with sag and encoder errors",
+        "closed-form sag and covariance, quadrature over one principal direction; the annulus: no cell missed; brute force over placements of a box",
+        "0.5 %; every cell; exact",
+    ),
+)
+
 UPPER, FORE = 0.5, 0.3
 ZERO = (2e-3, 3e-3)  # rad, ± limits
 STIFFNESS = (4e3, 1.5e3)  # N m/rad

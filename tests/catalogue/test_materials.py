@@ -8,6 +8,15 @@ import pytest
 from lostmotion.catalogue import materials
 from lostmotion.parts.link import Link
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "laminates",
+        "classical laminate theory from the plies",
+        "stated digits",
+    ),
+)
+
 # E along, E across, G (GPa), poisson: as the head of materials.toml states them.
 PLIES = {"CFRP": (135.0, 9.0, 4.8, 0.30), "high modulus": (230.0, 7.5, 4.5, 0.28), "GFRP": (40.0, 9.0, 4.0, 0.27)}
 # Thermal expansion of the plies along and across, 1e-6/K, as the head of materials.toml states them.

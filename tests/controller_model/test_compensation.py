@@ -16,6 +16,15 @@ from lostmotion.propagation.exact import compose
 from tests.controller_model.test_prediction import one_joint
 from tests.parts.random_arms import EXAMPLES
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "controller: compensated command",
+        "exact composition of the expected errors, 1 500 poses of the UR5e: share that remains after one pass",
+        "median 0.2 %, worst 1 % away from singular poses",
+    ),
+)
+
 
 @functools.cache
 def case(name):

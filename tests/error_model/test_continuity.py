@@ -29,6 +29,20 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "RP near zero load",
+        "tilts, axis errors and payloads from 1e-9 up, seven arms and synthetic ones: no step",
+        "400 per radian, 1 000 per kilogram",
+    ),
+    (
+        "largest load of a joint at rest",
+        "20 000 random poses under every tilt",
+        "7 %",
+    ),
+)
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BALLS = {
     "kind": "ball pair",

@@ -8,6 +8,20 @@ import pytest
 import lostmotion
 from lostmotion.mechanism.serial import frames
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "repeatability of nine example arms (SCARA, six axes, palletiser, gantry, hobby servos, ...)",
+        "ranges that makers print or that were measured on machines of the class ([examples](tour/examples.md))",
+        "within the range",
+    ),
+    (
+        "tilt of a tracked base from visit to visit",
+        "angle times distance, 64 poses",
+        "1e-9",
+    ),
+)
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6}
 # File, mean RP and AP (m) of a small study at seed 1, and the range of RP (m) for machines of this class, from data sheets or measurements.

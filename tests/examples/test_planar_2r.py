@@ -8,6 +8,15 @@ import pytest
 import lostmotion
 from lostmotion.propagation.montecarlo import kernel
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "wind-up, joint zeros and lengths of a planar arm",
+        "the closed form of [`planar-2r.toml`](../examples/planar-2r.toml), bias and mean square at 256 poses; 2 000 simulated robots",
+        "1e-12; 3.6 %, three standard errors",
+    ),
+)
+
 FILE = Path(__file__).parents[2] / "examples" / "planar-2r.toml"
 ARCMIN = np.pi / 180 / 60
 L1, L2, MASS, GRAVITY = 0.4, 0.3, 2.0, 9.80665

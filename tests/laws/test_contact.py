@@ -19,6 +19,16 @@ from lostmotion.laws.contact import (
 )
 from tests.laws.closed_forms import approach, contact_force, half_width
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "line contact of cylinders, by Johnson and by Palmgren",
+        "integration of the stress below a half ellipse of pressure (Flamant); Palmgren by hand; each law against the other",
+        "1e-3; printed digits; 15 %",
+        "laws/contact.py",
+    ),
+)
+
 STEEL = 210e9
 BOTH = equivalent_modulus(STEEL, 0.3, STEEL, 0.3)
 LAWS = ["johnson", "palmgren"]

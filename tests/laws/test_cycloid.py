@@ -34,6 +34,16 @@ from lostmotion.laws.cycloid.geometry import (
 from lostmotion.laws.cycloid.ring import repeat_pitch, ring_pitch, ring_root_radius
 from tests.laws.closed_forms import averaged_error
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "cycloidal profile",
+        "every pin touches the flank at every crank angle",
+        "1e-12 m",
+        "laws/cycloid/geometry.py laws/cycloid/ring.py",
+    ),
+)
+
 LARGE = Stage(0.0775, 0.004, 0.0015, 40)
 SMALL = Stage(0.034, 0.004, 0.0015, 14)
 PAPER_LIKE = Stage(0.1, 0.002, 0.001, 40, "lobe envelope")

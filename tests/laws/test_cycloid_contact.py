@@ -25,6 +25,16 @@ from lostmotion.laws.cycloid.contact import (
 from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, contact_radius, gaps, pin_angles, play
 from tests.laws.closed_forms import approach, averaged_error, contact_force, largest_force, mesh_stiffness
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "loaded cycloidal contact",
+        "closed forms with equal springs; SciPy in three unknowns",
+        "1e-6; 3e-11",
+        "laws/cycloid/contact.py laws/cycloid/contact_kernel.py",
+    ),
+)
+
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 RV_LIKE = Stage(0.0775, 0.004, 0.0015, 40)
 SMALL = Stage(0.034, 0.004, 0.0015, 14)

@@ -22,6 +22,16 @@ if TYPE_CHECKING:
     from lostmotion.laws.annulus import Annulus
     from lostmotion.laws.perforated_disc import RimLoads
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "holes near the flank of a disc",
+        "finite elements of the whole contact, mean over four positions of the holes: N 14 with webs of 3 mm, N 16",
+        "2 %; 0.5 %",
+        "laws/perforated_disc.py",
+    ),
+)
+
 
 class FreeDisc:
     """A meshed disc that nothing holds: the rotation of balanced loads follows from the energy."""

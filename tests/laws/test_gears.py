@@ -20,6 +20,28 @@ from lostmotion.laws.gears import (
     wolfrom_ratio,
 )
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "wind-up in zones",
+        "the maker's rule by hand",
+        "exact",
+        "laws/gears.py",
+    ),
+    (
+        "ratios of planetary, Wolfrom, strain wave gears",
+        "Willis' equations solved for every wheel",
+        "1e-9 (Wolfrom 1e-7)",
+        "laws/gears.py",
+    ),
+    (
+        "friction hysteresis",
+        "published half-widths; a slider that sticks and slips, stepped through a cycle; the spring's own table at T ± F",
+        "printed digits; 5e-5 of the torque; 1e-12",
+        "laws/gears.py tests/parts/test_cycloidal.py",
+    ),
+)
+
 # Harmonic Drive, size 25, ratio above 50: K1, K2, K3 in N m/rad, T1 and T2 in N m
 K = (31e3, 50e3, 57e3)
 T = (14.0, 48.0)

@@ -9,6 +9,16 @@ import pytest
 
 from lostmotion.laws.iso286 import HOLE_ZONES, RANGES, SHAFT_ZONES, STEPS, expected_zone, grade_width, limit_deviations
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "limit deviations of shafts and holes",
+        "the tables of ISO 286-1 and ISO 286-2",
+        "printed digits",
+        "laws/iso286.py",
+    ),
+)
+
 # ISO 286-1, table 1, µm: ranges over 3, 6, 10, 18, 30, 50, 80, 120 and 180 mm, each up to the next, the last one to 250 mm.
 GRADES = {
     5: (5, 6, 8, 9, 11, 13, 15, 18, 20),

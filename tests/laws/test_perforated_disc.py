@@ -13,6 +13,25 @@ from lostmotion.laws.cycloid import bodies
 from lostmotion.laws.cycloid.geometry import Stage, arms, normals, pin_angles
 from lostmotion.laws.perforated_disc import SAFE_WEB, Holes, RimLoads, pin_forces, response
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "disc with holes",
+        "finite elements of four discs, solid, held at the bore and at the holes; the annulus",
+        "0.2 %",
+        "laws/perforated_disc.py",
+    ),
+    (
+        "disc on crankshafts in its holes",
+        (
+            "finite elements of five discs by two codes, scikit-fem (second order) and NGSolve (fourth order, curved); statics of the bearings;"
+            " ln(1/radius) of Kelvin's force for small holes"
+        ),
+        "0.1 %; 1e-12; 0.2 %",
+        "laws/perforated_disc.py tests/laws/test_discs_with_holes_fem.py",
+    ),
+)
+
 # R, Rr, e, N, bore, holes (count, circle, radius), nu, plane: rotation x E b/T, 1/mm^2, by finite elements: solid; with holes
 # and the torque taken at the bore; the torque taken by pins that push along +x, on the holes of the other half
 CASES = [

@@ -11,6 +11,16 @@ import pytest
 from lostmotion.laws.polymers import HOUR, REFERENCE, creep_factor, temperature_factor
 from lostmotion.laws.process_tolerance import Process, process_tolerance
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "tolerances by process, creep of polymers",
+        "ISO 2768-1 and ISO 286-1; data sheet of a polycarbonate",
+        "printed digits",
+        "laws/polymers.py laws/process_tolerance.py",
+    ),
+)
+
 
 @pytest.mark.parametrize(
     ("process", "size", "tolerance"),

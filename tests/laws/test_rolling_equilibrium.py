@@ -22,6 +22,16 @@ from lostmotion.laws.rolling.radial import (
 from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
 from tests.laws.closed_forms import element_loads
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "shaft on rolling bearings, five degrees of freedom",
+        "SciPy's minimum of the stored energy and the force balance, both independent",
+        "1e-3 of the displacement; 1e-8 of the load",
+        "laws/rolling/equilibrium.py laws/rolling/equilibrium_kernel.py laws/rolling/rows.py",
+    ),
+)
+
 UM = 1e-6
 GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
 ANGULAR = BallRow(count=15, ball=9.5e-3, pitch=60e-3, contact_angle=math.radians(25))

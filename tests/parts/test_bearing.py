@@ -18,6 +18,15 @@ from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.units import Toleranced
 from tests.parts.conditions import ARCMIN, SLIDE_Z, TURN_Z, at_tool, condition, design, drawn, terms_at, visit_size
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "bearing tilt and displacement",
+        "clearance over span; half the clearance",
+        "exact",
+    ),
+)
+
 GAP, SPAN = 60e-6, 0.05
 PAIR = RollingPair(clearance=GAP, span=SPAN)
 LOAD = st.tuples(*[st.one_of(st.just(0.0), st.floats(-1e3, 1e3))] * 6)

@@ -25,6 +25,16 @@ from tests.parts.conditions import condition, terms_at
 if TYPE_CHECKING:
     from pathlib import Path
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "frame screws, tubes, bearings by their size",
+        "a pin in its seat; a thin tube; the 6000 bearing's 7 balls",
+        "3 to 5 N/µm for an M3; 0.2 %; exact",
+        "laws/screw_circle.py laws/rolling/by_size.py tests/laws/test_screw_circle.py",
+    ),
+)
+
 PLASTIC = {"young": "2.4 GPa", "poisson": 0.36, "density": "1200 kg/m^3"}
 STEEL = {"young": "210 GPa", "poisson": 0.3, "density": "7850 kg/m^3"}
 SEAT = {"depth": "6 mm", "material": PLASTIC, "outer_diameter": "14 mm", "fit": "pressed"}

@@ -21,6 +21,15 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.units import Toleranced
 from tests.parts.conditions import SLIDE_Z, condition, drawn, terms_at
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "linear axes: straightness, pitch, yaw, roll, squareness, lead and scale error",
+        "closed forms at the tool at nine positions; the mean square of 4 000 simulated axes with all of them",
+        "1e-9; 5 %",
+    ),
+)
+
 # Variance of a normal distribution that is cut at three standard deviations: 1 - 2 x 3 phi(3) / (2 Phi(3) - 1).
 CUT = 1 - 6 * 0.00443184841193801 / 0.99730020393674
 BELT = {"kind": "belt", "belt_stiffness": 450e3, "belt_length": 3.0, "start": 0.2}

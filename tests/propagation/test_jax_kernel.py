@@ -19,6 +19,16 @@ from lostmotion.propagation.montecarlo import jax_kernel, kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import run
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "Monte Carlo on a graphics processor",
+        "the compiled kernel with the same draws",
+        "1e-12; two samples at edges of bins",
+        "propagation/montecarlo/jax_kernel.py",
+    ),
+)
+
 ARM = Path(__file__).parents[2] / "examples" / "z-arm.toml"
 needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="JAX is not installed: pip install 'lostmotion[benchmark-jax]'")
 

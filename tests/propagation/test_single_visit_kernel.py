@@ -19,6 +19,16 @@ from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.units import Toleranced
 from tests.conftest import arm_of
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "Monte Carlo with one visit",
+        "plain NumPy on the same draws; the kernel for several visits",
+        "1e-12; one bin, 0.1 % of the span",
+        "propagation/montecarlo/single_visit_kernel.py propagation/montecarlo/histogram.py",
+    ),
+)
+
 ROBOTS = 300  # two full tiles and a partial one
 BARE = {"gearbox": None, "bearing": None, "encoder": None, "mounting": None, "link": {"length": "400 mm", "mass": "3 kg"}}
 LUMPED = {"angle": "3 arcmin", "offset": "30 µm"}

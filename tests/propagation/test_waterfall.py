@@ -16,6 +16,16 @@ from lostmotion.propagation.montecarlo.waterfall import waterfall
 from lostmotion.propagation.pooled import pooled
 from tests.conftest import JOINT, arm_of
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "what calibration and compensation leave",
+        "studies of arms with those errors removed; sums over terms at every stage",
+        "1e-9; 3 % mean square, 5 % 95th percentile",
+        "propagation/montecarlo/waterfall.py",
+    ),
+)
+
 POSES, ROBOTS, VISITS, SEED = 64, 60, 4, 3
 
 

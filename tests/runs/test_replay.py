@@ -16,6 +16,15 @@ from lostmotion.runs.blocks import COLUMNS
 from tests.runs.conftest import ARM, SWEEP
 from tests.runs.conftest import lostmotion as ran
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "replayed extremes",
+        "the stored length, by the recomputed block and by the sum over terms",
+        "bit for bit; 1e-12",
+    ),
+)
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):

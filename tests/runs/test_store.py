@@ -30,6 +30,19 @@ from lostmotion.runs.stream import poses_between
 from lostmotion.runs.summary import summarise
 from tests.runs.conftest import ARM, lostmotion, tree
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "big runs",
+        (
+            "20 kills at random moments, resumed on 1, 2 and 7 workers; a Dask worker killed; chunks cut or altered; the study in memory; all "
+            "samples one by one"
+        ),
+        "byte for byte; bit for bit; 0.4 % of the 95th percentile",
+        "tests/runs/test_sweep.py tests/runs/test_dask.py",
+    ),
+)
+
 HERE = Path(__file__).parent
 COUNTS = {"poses": 64, "robots": 20, "visits": 3, "seed": 1, "block": 4}
 

@@ -13,6 +13,16 @@ from lostmotion.laws.rolling.radial import BALL_EXPONENT, ball_stiffness, elemen
 from lostmotion.laws.rolling.rows import BallRow, Seat
 from tests.laws.closed_forms import element_loads
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "rolling bearings",
+        "the 209 deep-groove case; load factors 4.37 and 4.08; the 209 as a part and in the report",
+        "2 %",
+        "laws/rolling/radial.py laws/rolling/equilibrium.py tests/parts/test_drawn_bearing.py",
+    ),
+)
+
 UM = 1e-6
 # Z 9, ball 12.7 mm, pitch 65 mm, f 0.52, E 207.5 GPa
 STIFFNESS = ball_stiffness(12.7e-3, 65e-3, 0.52, 0.52, 0.0, (207.5e9, 0.3))

@@ -13,6 +13,15 @@ from scipy.stats import qmc
 
 from lostmotion.laws.beam import SectionValues, compliance_per_length, prism
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "cantilever F L³/(3 E I), four distributions, two of them dependent",
+        "OpenTURNS's use case: first-order mean 0.1701111, standard deviation 0.0207523, 95th percentile 0.206806 m",
+        "3e-7; 3e-4; 2e-3",
+    ),
+)
+
 STIFF_IN_SHEAR = 1e18
 RANK_CORRELATION = -0.2
 SIGMA = math.sqrt(math.log(1 + (30 / 300) ** 2))

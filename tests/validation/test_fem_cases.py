@@ -17,6 +17,20 @@ from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, load_sharing
 from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, pin_angles
 from tests.laws.closed_forms import contact_force
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "contacts on elastic discs and rings",
+        (
+            "finite elements of one stage, of three discs with their exact flank, and of ten stages of random shape; SciPy with every approach "
+            "as unknown; 50 000 random cases, a third each solid, with holes for pins and for cranks: none fails, and the equations hold; the "
+            "solver for rigid bodies"
+        ),
+        "0.1 % of the rotation, 0.7 % of the lobe forces (lobe 0: 12 %), 0.4 % of the pressure; 0.1 %; 0.4 %; 1e-8; 1e-7; 1e-8",
+        "laws/cycloid/bodies.py laws/cycloid/elastic_kernel.py tests/laws/test_elastic_contact.py",
+    ),
+)
+
 ARCMIN = math.pi / 10800
 STAGE = Stage(0.05, 0.003, 0.0012, 20, "lobe arcs")
 HUB, OUTER, WIDTH, YOUNG, NU = 0.02, 0.06, 0.01, 210e9, 0.3

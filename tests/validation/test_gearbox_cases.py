@@ -8,6 +8,15 @@ import pytest
 from lostmotion.io import read
 from tests.parts.conditions import ARCMIN, local_screws
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "wind-up and lost motion of catalogue reducers",
+        "Harmonic Drive's worked example (HFUC-32-100, 60 N m); the RV makers' definition, through an arm file",
+        "printed digits; 1e-9",
+    ),
+)
+
 
 def error_under(tmp_path, reducer: str, torque: float) -> float:
     """Return the angle (rad) by which a joint with this reducer deviates under a torque on the tool, without scatter between visits."""

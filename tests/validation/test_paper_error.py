@@ -11,6 +11,15 @@ import pytest
 import lostmotion
 from lostmotion.mechanism.serial import joint_torques
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "the paper's Monte Carlo, eqs. (8), (9)",
+        "independent exact kinematics",
+        "0.5 % mean, 1 % of the 95th percentile",
+    ),
+)
+
 PAPER = Path(__file__).parents[2] / "examples" / "paper"
 ARM_FILE = PAPER / "z-arm-lumped.toml"
 POSES, ROBOTS = 2000, 512

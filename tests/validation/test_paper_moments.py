@@ -19,6 +19,15 @@ from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "the paper's static moment, eqs. (2), (3)",
+        "worst torque over tilts",
+        "rounding",
+    ),
+)
+
 LENGTHS = (0.4, 0.4, 0.2)  # AB, BC, CD, m
 
 

@@ -13,6 +13,19 @@ from lostmotion.mechanism.serial import frames, tool_points
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Frame, Link
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "UR5 kinematics",
+        "1 000 commanded positions of a laser-tracker set",
+        (
+            "0.4 µm mean with the two link offsets used for the data set (d1 89.16, d5 94.56 mm); 0.091 mm with the maker's 89.159 and 94.65, "
+            "all of it along one axis"
+        ),
+        "mechanism/serial.py",
+    ),
+)
+
 GRID = Path(__file__).parents[2] / "examples" / "measured" / "ur5-grid.csv"
 
 A = (0, -0.425, -0.39225, 0, 0, 0)
