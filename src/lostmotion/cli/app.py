@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
 import gc
 import importlib
@@ -85,6 +86,7 @@ def main() -> None:
     """
     signal.signal(signal.SIGINT, _stop)
     gc.set_threshold(_COLLECTED_EVERY)
+    atexit.register(gc.freeze)  # or Python searches all of them again at its end, for a tenth of a short command's time
     # JAX logs a driver that does not load over a dozen lines; the message of a missing GPU says how to see them.
     logging.getLogger("jax").setLevel(logging.CRITICAL)
     there = open_up()
