@@ -47,7 +47,7 @@ def test_every_toml_snippet_is_accepted(block, tmp_path):
     if "sizing" in tree:
         file.write_text(block.text, "utf-8")
         assert read_request(file, {}, lostmotion.read(EXAMPLES / "z-arm.toml")).plan is not None
-    elif isinstance(tree.get("joints"), dict):
+    elif isinstance(tree.get("joints"), dict) or "xacro" in tree:
         file.write_text(block.text, "utf-8")
         assert lostmotion.read(EXAMPLES / "ur5e.urdf", file).joints
     elif "sweep" in tree and "gearboxes.cycloidal.backlash" in tree["sweep"]:

@@ -22,6 +22,7 @@ READERS: Final = {
     ".toml": "native",
     ".urdf": "urdf",
     ".xml": "urdf",
+    ".xacro": "urdf",
 }
 
 

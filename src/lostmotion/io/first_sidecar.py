@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal
+import copy
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
-from lostmotion.io.sidecar import find_sidecar
+from lostmotion.io.sidecar import find_sidecar, sidecar_place
 from lostmotion.io.skeleton import example_parts
-from lostmotion.io.text import read_old_text
 from lostmotion.io.toml import key_step, quoted, read_toml
 from lostmotion.io.toml_lines import names_lines
-from lostmotion.io.urdf import MEGABYTES, arm_of
+from lostmotion.io.urdf import arm_of, tree_of
 from lostmotion.io.urdf_chain import find_chain
-from lostmotion.io.urdf_tree import read_tree
+from lostmotion.io.xacro_file import TABLE as XACRO
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.serial import joint_torques
 
@@ -45,10 +45,11 @@ def first_sidecar(path: Path) -> str:
     An existing sidecar decides on tip and base. Raises InputError with every mistake in the files.
     """
     beside = find_sidecar(path)
-    stated = {} if beside is None else {key: value for key, value in read_toml(beside).items() if key in ("tip", "base")}
-    tree = read_tree(read_old_text(path, MEGABYTES)[0], str(path))
-    tip = find_chain(tree, dict(stated), str(beside or path), path.with_suffix(".toml").name).tip
-    arm = arm_of(path, beside, dict(stated))
+    stated = {} if beside is None else {key: value for key, value in read_toml(beside).items() if key in ("tip", "base", XACRO)}
+    content = copy.deepcopy(stated)
+    tree = tree_of(path, beside, content)
+    tip = find_chain(tree, content, str(beside or path), sidecar_place(path).name).tip
+    arm = arm_of(path, beside, copy.deepcopy(stated))
     q = even_poses(arm)
     held = np.abs(joint_torques(arm, q)).max(axis=0)
     lines = [
@@ -61,6 +62,7 @@ def first_sidecar(path: Path) -> str:
         "",
         f"tip = {quoted(tip)}",
         *([f"base = {quoted(stated['base'])}"] if isinstance(stated.get("base"), str) else []),
+        *_arguments(stated.get(XACRO, {})),
         "",
         "[payload]",
         'mass = "0 kg"                 # what the arm carries: it decides on sag and wind-up',
@@ -73,6 +75,12 @@ def first_sidecar(path: Path) -> str:
                 if any(f'{_KEYS[table]} = "{example}_example"' in each for each in joints):
                     lines += part
     return "\n".join([*lines, *joints]) + "\n"
+
+
+def _arguments(stated: dict[str, Any]) -> list[str]:
+    """Return the table of the arguments of a xacro file, as stated."""
+    lines = [f"{key_step(name)} = {quoted(value) if isinstance(value, str) else str(value).lower()}" for name, value in stated.items()]
+    return ["", f"[{XACRO}]", *lines] if lines else []
 
 
 def _joints(arm: Arm, held: Floats) -> list[str]:

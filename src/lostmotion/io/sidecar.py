@@ -6,7 +6,7 @@
     [joints.shoulder_pan_joint]      # gearbox, bearing, encoder, mounting, lumped, link
     link = { section = "tube", material = "aluminium", length_tolerance = "50 µm" }
 
-It is NAME.toml beside NAME.urdf, unless another one is given.
+It is NAME.toml beside NAME.urdf or NAME.urdf.xacro, unless another one is given. Of a xacro file it holds the arguments too, in the table [xacro].
 """
 
 from __future__ import annotations
@@ -59,9 +59,15 @@ _OF_LINK: Final = {
 _EXAMPLE: Final = '[joints.shoulder_pan_joint] with gearbox = "large"'
 
 
+def sidecar_place(description: Path) -> Path:
+    """Return where the sidecar of a description has its place: NAME.toml beside NAME.urdf, and beside NAME.urdf.xacro."""
+    inner = description.with_suffix("") if description.suffix.lower() == ".xacro" else description
+    return inner.with_suffix(".toml") if inner is description or inner.suffix.lower() == ".urdf" else inner.with_name(f"{inner.name}.toml")
+
+
 def find_sidecar(urdf: Path) -> Path | None:
     """Return the sidecar of a URDF. NAME.toml beside it, or none. Raises InputError for a link that leads out of its folder."""
-    beside = urdf.with_suffix(".toml")
+    beside = sidecar_place(urdf)
     if not os.path.lexists(beside):
         return None
     folder = Path(os.path.realpath(urdf.parent))

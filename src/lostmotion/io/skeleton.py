@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from lostmotion.io.sidecar import find_sidecar
+from lostmotion.io.sidecar import find_sidecar, sidecar_place
 from lostmotion.io.toml import key_step, quoted, read_toml
 from lostmotion.parts.joint import PrismaticJoint
 
@@ -77,7 +77,7 @@ def skeleton(arm: Arm, path: Path, sidecar: Path | None = None) -> Skeleton:
     there = tree.get("joints", {})
     for joint in arm.moving:
         lines += _joint(joint, names, there if isinstance(there, dict) else {}, urdf=urdf)
-    return Skeleton((source or path.with_suffix(".toml")).name, "\n".join(lines) + "\n")
+    return Skeleton((source or (sidecar_place(path) if urdf else path)).name, "\n".join(lines) + "\n")
 
 
 def _kind(joint: RevoluteJoint | PrismaticJoint) -> str:

@@ -14,11 +14,13 @@ from lostmotion.io.draft import plain
 from lostmotion.io.limits import MOST_MISTAKES, listed, nearest, refuse_all
 from lostmotion.io.provenance import forget_assumed
 from lostmotion.io.reducers import KEY as CATALOGUE_KEY
-from lostmotion.io.sidecar import find_sidecar
+from lostmotion.io.sidecar import find_sidecar, sidecar_place
 from lostmotion.io.sweep import EXAMPLE, Axis, changes, designs, key_text, read_axes
 from lostmotion.io.text import beside, read_old_text, read_text
 from lostmotion.io.toml import key_step, key_steps, quoted, read_toml
 from lostmotion.io.toml_lines import names_lines
+from lostmotion.io.xacro_file import TABLE as XACRO
+from lostmotion.io.xacro_file import expand, has_macros, take_arguments
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -148,7 +150,7 @@ def read_sweep(
     axes, mistakes = read_axes(source, by)
     file = str(by or source)
     for axis in axes:
-        mistakes += _of_axis(path, sidecar, tree, axis, file)
+        mistakes += [_of_xacro(axis, file)] if axis.steps[0] == XACRO else _of_axis(path, sidecar, tree, axis, file)
     if mistakes:
         refuse_all(list(dict.fromkeys(mistakes)))
     count = designs(axes)
@@ -176,6 +178,12 @@ def read_sweep(
     return arm, axes
 
 
+def _of_xacro(axis: Axis, file: str) -> Problem:
+    """Refuse to sweep an argument of xacro: what is stored of a run is one expanded file."""
+    expected = "a key of another table; one sidecar for each value, each by itself (`lostmotion compare`)"
+    return Problem(file, f"{TABLE}.{key_text(axis.key)}", "an argument of xacro", expected, EXAMPLE)
+
+
 def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis, file: str) -> list[Problem]:
     """Return the values of a key that the arm does not accept. What is wrong with the key itself is reported once."""
     out: list[Problem] = []
@@ -195,14 +203,19 @@ def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis,
 
 
 def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, str]:
-    """Return the texts of all files from which this arm, and every design of it, is read. Text by name; the arm's folder is the root.
+    """Return the texts of all files from which this arm, and every design of it, is read. Text by name, first the arm; its folder is the root.
 
-    A sidecar is put beside its URDF under its own name. Files that the arm names beside itself, or that the sweep puts there, come along.
+    A sidecar is put beside its URDF under its own name; of xacro the URDF is taken that it makes. Files that the arm names beside itself, or that the
+    sweep puts there, come along.
     """
     source = find_tree(path, sidecar)
-    out = {path.name: _text(path)}
+    name, text = path.name, _text(path)
+    if has_macros(path, text):
+        name = sidecar_place(path).with_suffix(".urdf").name
+        text = expand(path, take_arguments(_tree(path, sidecar), str(source)), str(source))
+    out = {name: text}
     if source is not None and source != path:
-        out[path.with_suffix(".toml").name] = _text(source)
+        out[sidecar_place(path).name] = _text(source)
     if source is not None:
         for text in _texts_in([_tree(path, sidecar), *(list(axis.values) for axis in axes)]):
             named = beside(str(source), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None

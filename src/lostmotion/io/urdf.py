@@ -16,12 +16,13 @@ from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.draft import Draft
 from lostmotion.io.limits import cut, listed
-from lostmotion.io.sidecar import add_sidecar, find_sidecar
+from lostmotion.io.sidecar import add_sidecar, find_sidecar, sidecar_place
 from lostmotion.io.text import read_old_text
 from lostmotion.io.toml import key_step, read_toml
 from lostmotion.io.urdf_chain import find_chain
 from lostmotion.io.urdf_checks import with_warnings
 from lostmotion.io.urdf_tree import read_tree
+from lostmotion.io.xacro_file import expand, has_macros, take_arguments
 from lostmotion.mechanism.arm import LONGEST_NAME, LONGEST_NOTE, MOST_NOTES, Arm
 from lostmotion.parts.link import Frame
 from lostmotion.spatial import pose_of, shift, turn
@@ -52,17 +53,29 @@ def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
 
 def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
     """Return the arm that a URDF and the content of its sidecar describe. `content` is consumed; its mistakes name the file `sidecar`."""
-    text, line = read_old_text(path, MEGABYTES)
-    tree = read_tree(text, str(path))
-    if line:
-        tree.notes.append(f"line {line}: not UTF-8; the file is read as Latin-1")
-    chain = find_chain(tree, content, str(sidecar or path), path.with_suffix(".toml").name)
+    tree = tree_of(path, sidecar, content)
+    chain = find_chain(tree, content, str(sidecar or path), sidecar_place(path).name)
     _stand_as_in_the_file(tree, chain, content)
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
     draft.written.update({("joints", index): f"joints.{key_step(joint.name)}" for index, joint in enumerate(chain.joints)})
     add_sidecar(draft, content, tree.joints)
     arm = build_arm(draft)
     return with_warnings(arm, tree, chain)
+
+
+def tree_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> UrdfTree:
+    """Return the links and joints of a URDF, or of the one that a xacro file makes.
+
+    Arguments of xacro are taken out of the sidecar's `content`. A URDF has no use for them, but shares its sidecar with the xacro file that made it.
+    """
+    text, line = read_old_text(path, MEGABYTES)
+    arguments = take_arguments(content, str(sidecar or path))
+    if has_macros(path, text):
+        return read_tree(expand(path, arguments, str(sidecar or sidecar_place(path))), str(path), has_lines=False)
+    tree = read_tree(text, str(path))
+    if line:
+        tree.notes.append(f"line {line}: not UTF-8; the file is read as Latin-1")
+    return tree
 
 
 def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:

@@ -161,14 +161,17 @@ class UrdfTree:
             self.refuse(first.line, first.path, found, "a tree: every link reached from one root", '<parent link="base_link"/>')
 
 
-def read_tree(text: str, file: str) -> UrdfTree:
-    """Return the links and joints that a URDF text describes.
+def read_tree(text: str, file: str, *, has_lines: bool = True) -> UrdfTree:
+    """Return the links and joints that a URDF text describes. Without `has_lines` the lines of the text are not those of the file.
 
     Mistakes in numbers stay in `tree.mistakes`, for the caller to raise with its own. Raises InputError where there is no tree: with every mistake,
     each with its line and element.
     """
     tree = UrdfTree(file)
     robot, tree.notes = parse_robot(text, file)
+    if not has_lines:
+        for element in robot.iter():
+            element.sourceline = 0  # type: ignore[assignment] # the stubs know no number here
     tree.name = robot.get("name", "")
     reader = _Reader(tree)
     for what in ("link", "joint"):

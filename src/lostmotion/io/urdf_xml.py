@@ -26,7 +26,7 @@ _MOST_PREFIXES: Final = 30
 _MOST_REPAIRS: Final = 10
 _FIRST_LETTERS: Final = 1000
 _UNDECLARED: Final = "urn:undeclared:"
-_XACRO_EXAMPLE: Final = "pip install xacro, then: xacro arm.urdf.xacro > arm.urdf"
+_XACRO_EXAMPLE: Final = "arm.urdf.xacro: macros are expanded in a file whose name ends in .xacro"
 _XACRO_EXPECTED: Final = "a URDF with its macros and properties expanded"
 # What xacro only defines: without a use of it nothing in the arm changes.
 _DEFINES: Final = ("macro", "property", "arg")

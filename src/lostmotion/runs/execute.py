@@ -84,7 +84,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
     try:
         return Order(
             made_with=made_with(),
-            arm=path.name,
+            arm=next(iter(files)),
             files=files,
             axes=axes,
             poses=count,

@@ -48,8 +48,9 @@ def new(
         return New("", None, kinds)
     if asked.urdf is not None:
         from lostmotion.io.first_sidecar import first_sidecar
+        from lostmotion.io.sidecar import sidecar_place
 
-        target = asked.urdf.with_suffix(".toml") if asked.name is None else Path(f"{asked.name}.toml")
+        target = sidecar_place(asked.urdf) if asked.name is None else Path(f"{asked.name}.toml")
         return New(first_sidecar(asked.urdf), asked.out or target, kinds, asked.urdf, force=asked.force)
     stem = asked.name or asked.template
     return New(template_text(asked.template, asked.name or ""), asked.out or Path(f"{stem}.toml"), kinds, force=asked.force)

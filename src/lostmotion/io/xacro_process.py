@@ -1,0 +1,222 @@
+"""Expand one xacro file by the package xacro: a module of its own process, started by `xacro_file`.
+
+xacro evaluates Python and opens any file that a file names. Here an expression is evaluated only where its syntax can reach nothing but numbers,
+text, lists and the properties of the file; and the process can open files of the project alone.
+"""
+
+from __future__ import annotations
+
+import ast
+import encodings.latin_1  # loaded before the process is confined, which ends all imports
+import encodings.utf_8_sig  # noqa: F401 - loaded, not used
+import os
+import re
+import xml.dom.expatbuilder
+import xml.dom.minidom
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NoReturn
+from xml.parsers.expat import ExpatError
+
+import xacro
+import xacro.substitution_args as substitution  # with yaml, which a file may use
+from xacro import XacroException
+
+from lostmotion.errors import InputError, Problem, nearest, shown
+from lostmotion.io.limits import listed
+from lostmotion.io.own_process import confine, serve
+from lostmotion.io.text import read_old_text, refuse
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+MEGABYTES: Final = 5
+# Expressions of numbers, text, lists and dictionaries, calls and comprehensions. No lambda and no generator: both lead to the inside of Python.
+_PLAIN: Final = (
+    *(ast.Expression, ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.Starred, ast.List, ast.Tuple, ast.Set, ast.Dict),
+    *(ast.UnaryOp, ast.BinOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.keyword, ast.ListComp, ast.SetComp, ast.DictComp),
+    *(ast.comprehension, ast.JoinedStr, ast.FormattedValue, ast.operator, ast.unaryop, ast.boolop, ast.cmpop, ast.expr_context),
+)
+# Methods of text that follow attributes by name.
+_FORMATTERS: Final = ("format", "format_map")
+# Functions that xacro offers and that lead from any value to the inside of Python.
+_INWARD: Final = ("vars", "type")
+# What is replaced here: without these names, another version of xacro would evaluate whatever a file says.
+_HOOKS: Final = ((xacro, "safe_eval"), (xacro, "parse"), (substitution, "_eval"), (substitution, "_eval_find"))
+_PACKAGE: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
+_NAMED: Final = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+_MANIFEST: Final = "package.xml"
+_MOST_FOLDERS_UP: Final = 8
+_LONGEST_WORDS: Final = 200
+
+
+def check_plain(expression: str, file: str) -> None:
+    """Raise InputError for an expression whose syntax could reach the inside of Python, and SyntaxError for what is no expression."""
+    for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
+        name = getattr(node, "id", "") or getattr(node, "attr", "")
+        hidden = name.startswith("_") if isinstance(node, ast.Attribute) else name.startswith("__")
+        if hidden or not isinstance(node, _PLAIN) or (isinstance(node, ast.Attribute) and name in _FORMATTERS):
+            expected = "arithmetic, text, lists, dictionaries and functions of xacro; nothing that leads to the inside of Python"
+            refuse(file, "", f"the expression {shown(expression)}", expected, "${pi / 2}")
+
+
+class _Arguments(dict[str, str]):
+    """Arguments of the file by name, which note the names that it asked for."""
+
+    def __init__(self, stated: Mapping[str, str]) -> None:
+        super().__init__(stated)
+        self.asked: dict[str, None] = {}
+
+    def __contains__(self, name: object) -> bool:
+        self.asked[str(name)] = None
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.asked[name] = None
+        return super().__getitem__(name)
+
+
+class _Expansion:
+    """One expansion: the file, the folders that it may read, and what it was doing last, for the messages."""
+
+    def __init__(self, request: dict[str, Any]) -> None:
+        self.file, self.sidecar = str(request["file"]), str(request["sidecar"])
+        self.path = Path(os.path.realpath(request["path"]))
+        self.arguments = _Arguments(request["arguments"])
+        self.project = next((each for each in self.path.parents[:_MOST_FOLDERS_UP] if (each / _MANIFEST).is_file()), self.path.parent)
+        self.name = self._own_name()
+        self.folders = [str(self.project)]
+        self.homes = [str(self.project.parent), *request["homes"]]
+        self.refused: list[str] = []
+        self.expression = ""
+
+    def _own_name(self) -> str:
+        """Return the name of the package that the file is in; empty where there is no manifest."""
+        manifest = self.project / _MANIFEST
+        found = _NAMED.search(read_old_text(manifest, MEGABYTES)[0]) if manifest.is_file() else None
+        return found[1] if found else ""
+
+    def run(self) -> str:
+        """Return the expanded text."""
+        for owner, name in _HOOKS:
+            if not callable(getattr(owner, name, None)):
+                refuse(self.file, "", "an unknown version of the package xacro", "xacro 2", "pip install 'lostmotion[xacro]'")
+        for name in _INWARD:
+            xacro._global_symbols["python"].pop(name, None)  # noqa: SLF001 - xacro has no option for it
+        xacro.safe_eval, self.evaluate = self._evaluate, xacro.safe_eval
+        xacro.parse = self._parse
+        substitution._eval, substitution._eval_find = self._substitute, self._find  # noqa: SLF001 - the same
+        self.refused = confine(self.folders)
+        try:
+            document = xacro.process_file(str(self.path), mappings=self.arguments, verbosity=0)
+        except Exception as error:  # noqa: BLE001 - expressions of the file raise what they like
+            self._refuse(error)
+        if self.refused:  # an include that was marked as optional
+            self._refuse_place()
+        self._check(document)
+        text: str = document.documentElement.toxml()
+        return text
+
+    def _evaluate(self, expression: str, symbols: dict[str, Any], inner: dict[str, Any] | None = None) -> Any:  # noqa: ANN401 - any value
+        """Evaluate an expression of the file, as `xacro.safe_eval`, where it is plain."""
+        self.expression = expression
+        check_plain(expression, self._place())
+        return self.evaluate(expression, symbols, inner)
+
+    def _substitute(self, expression: str, context: dict[str, Any]) -> str:
+        """Evaluate what stands in $(eval ...)."""
+        self.expression = expression
+        check_plain(expression, self._place())
+        arguments = context["arg"]
+        known = {**substitution._eval_dict, "arg": lambda name: substitution.convert_value(arguments[name], "auto")}  # noqa: SLF001 - as above
+        return str(eval(expression, {"__builtins__": {}}, substitution._DictWrapper(arguments, known)))  # noqa: S307, SLF001 - its syntax is checked
+
+    def _find(self, package: str) -> str:
+        """Return the folder of a package: that of the file itself, one beside it, or one of an installed ROS."""
+        if package == self.name or (self.name and package == self.project.name):
+            return str(self.project)
+        homes = [Path(home) / package for home in self.homes] if _PACKAGE.fullmatch(package) else []
+        found = next((each for each in homes if (each / _MANIFEST).is_file()), None)
+        if found is None:
+            expected = (
+                f"a folder of that name with its {_MANIFEST}, beside the package of the file, or found by AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
+            )
+            refuse(self._place(), "", f"the package {shown(package)}, which is not there", expected, f"{self.project.parent / 'ur_description'}")
+        self.folders.append(os.path.realpath(found))
+        return str(found)
+
+    def _parse(self, _: object, file: str) -> Any:  # noqa: ANN401 - a document of minidom
+        """Return the XML of a file: of bounded size, and without a document type, so that no parser meets an entity."""
+        if not Path(file).exists():
+            xacro.filestack.pop()
+            raise XacroException(exc=FileNotFoundError(2, "no such file", file))
+        try:
+            text = read_old_text(Path(file), MEGABYTES)[0]
+        except InputError:
+            xacro.filestack.pop()  # the mistake is in the file that includes it
+            raise
+        if "<!DOCTYPE" in text:
+            line = text.count("\n", 0, text.index("<!DOCTYPE")) + 1
+            refuse(f"{self._place()}:{line}", "", "a document type (<!DOCTYPE)", "XML without one", '<robot name="arm">')
+        return xml.dom.minidom.parseString(text)  # noqa: S318 - without a document type
+
+    def _check(self, document: Any) -> None:  # noqa: ANN401 - a document of minidom
+        """Refuse arguments that nothing asked for, and a file without a robot."""
+        problems = []
+        for name in self.arguments.keys() - self.arguments.asked.keys():
+            near = nearest(name, self.arguments.asked)
+            known = f"an argument of the file: {listed(self.arguments.asked)}" if self.arguments.asked else "none: the file has no arguments"
+            example = near or next(iter(self.arguments.asked), "")
+            problems.append(Problem(self.sidecar, f"xacro.{name}", "an argument that the file never asks for", known, f'{example} = "..."', near))
+        if problems:
+            raise InputError(problems)
+        if not document.getElementsByTagName("link"):
+            expected = "the file that uses the macros, often NAME.urdf.xacro"
+            refuse(self.file, "", "definitions of macros and no link: a library for other files", expected, "arm.urdf.xacro")
+
+    def _refuse(self, error: Exception) -> NoReturn:
+        """Raise what went wrong in the words of this project, else in those of xacro."""
+        if self.refused:
+            self._refuse_place()
+        cause: Any = error
+        while isinstance(cause, XacroException) and cause.exc is not None:
+            cause = cause.exc
+        if isinstance(cause, InputError):
+            raise cause
+        place = self._place()
+        if isinstance(cause, substitution.ArgException):
+            others = [name for name in self.arguments.asked if name != str(cause)]
+            stated = f", as the other arguments of the file: {listed(others)}" if others else ""
+            expected = f"its value in the table [xacro] of {self.sidecar}{stated}"
+            refuse(place, "", f"the argument {shown(str(cause))} without a value", expected, f'[xacro] with {_legible(str(cause), 60)} = "..."')
+        if isinstance(cause, FileNotFoundError):
+            folder = f"a file in {self.project}, by its path from the file that includes it, or $(find PACKAGE)/..."
+            refuse(place, "", f"an include of {shown(Path(str(cause.filename)).name)}, which is not there", folder, 'filename="wrist.xacro"')
+        if isinstance(cause, ExpatError):
+            refuse(f"{place}:{cause.lineno}", "", str(cause).partition(":")[0], "well-formed XML", '<robot name="arm"> ... </robot>')
+        if isinstance(cause, RecursionError | MemoryError):
+            refuse(place, "", "macros or values without end", "macros that end", '<xacro:if value="${count > 0}">')
+        at = f" in {shown('${' + self.expression + '}')}" if self.expression and not isinstance(cause, XacroException) else ""
+        words = _legible((cause.msg if isinstance(cause, SyntaxError) else str(cause)) or type(cause).__name__, _LONGEST_WORDS)
+        refuse(place, "", f"{words}{at}", "a file that the program xacro expands", f"xacro {self.path.name} > arm.urdf")
+
+    def _refuse_place(self) -> NoReturn:
+        expected = f"files in {self.project}: the nearest folder above with a {_MANIFEST}, otherwise the file's own"
+        refuse(self._place(), "", f"a file that opens {shown(self.refused[0], _LONGEST_WORDS)}", expected, '<xacro:include filename="wrist.xacro"/>')
+
+    def _place(self) -> str:
+        """Return the file that is being expanded, as the user would write it."""
+        current = os.path.realpath(xacro.filestack[-1]) if xacro.filestack else str(self.path)
+        return self.file if current == str(self.path) else os.path.normpath(Path(self.file).parent / os.path.relpath(current, self.path.parent))
+
+
+def _legible(text: str, longest: int) -> str:
+    """Return text of a file in one line, without quotes."""
+    return shown(" ".join(text.split()), longest)[1:-1]
+
+
+def _answer(request: dict[str, Any]) -> dict[str, Any]:
+    return {"text": _Expansion(request).run()}
+
+
+if __name__ == "__main__":
+    serve(_answer)
