@@ -124,11 +124,19 @@ class Result(ABC):
         head = f"<{type(self).__name__} of '{sheet.name}'" + (f": {sheet.counts}" if sheet.counts else "")
         return "\n".join([head, *(f"  {card.title}: {card.number}" for card in sheet.cards)]) + ">"
 
-    def _repr_html_(self) -> str:
-        """Show the figures as tables in a notebook."""
-        from lostmotion.reporting.page.tables import notebook_tables
+    def _first_plot(self) -> Plot | None:
+        """Return the plot that a notebook shows beside the figures; None where none stands for the whole."""
+        return None
 
-        return notebook_tables(self.sheet)
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:  # noqa: ARG002 - as IPython calls it
+        """Show the answer in a notebook: one line of text, and HTML with picture, figures, bars and tables."""
+        from lostmotion.reporting.page.notebook import notebook_bundle
+
+        return notebook_bundle(self.sheet, self._first_plot())
+
+    def _repr_html_(self) -> str:
+        """Show the same on hosts that ask for HTML alone."""
+        return self._repr_mimebundle_()["text/html"]
 
 
 def netcdf(arrays: xarray.Dataset) -> bytes:

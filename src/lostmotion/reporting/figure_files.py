@@ -31,9 +31,9 @@ def figure_files(drawn: Sequence[Plot], kind: FigureKind) -> dict[str, bytes]:
     return {f"{FOLDER}/{plot.key}.{kind}": figure_bytes(plot.figure, kind) for plot in drawn}
 
 
-def figure_bytes(figure: Figure, kind: FigureKind) -> bytes:
-    """Return a figure as the content of a file of this kind."""
+def figure_bytes(figure: Figure, kind: FigureKind, *, dpi: float = _DPI) -> bytes:
+    """Return a figure as the content of a file of this kind; a PNG with this many pixels per inch."""
     with settings(), io.BytesIO() as content:
-        figure.savefig(content, format=kind, dpi=_DPI if kind == "png" else figure.dpi, metadata=_UNDATED[kind])
+        figure.savefig(content, format=kind, dpi=dpi if kind == "png" else figure.dpi, metadata=_UNDATED[kind])
         written = content.getvalue()
     return with_plain_fonts(written.decode()).encode() if kind == "svg" else written

@@ -42,6 +42,11 @@ class Study(Answer, Attributed, Result):
 
         return plots(self)
 
+    def _first_plot(self) -> Plot:
+        from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace
+
+        return arm_in_workspace(self)
+
     def arrays(self) -> xarray.Dataset:
         """Return every result per pose and per robot with its name, unit and coordinates."""
         from lostmotion.analyses.accuracy.arrays import dataset

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.reporting.page.text import escaped, foldable, number, spaced
 
 if TYPE_CHECKING:
-    from lostmotion.reporting.sheet import Figure, Section, Sheet
+    from lostmotion.reporting.sheet import Figure, Section
 
 # States of provenance, which are shown as marks.
 _MARKS: Final = ("stated", "assumed", "ideal")
@@ -17,12 +17,9 @@ _MARKS: Final = ("stated", "assumed", "ideal")
 _LONG: Final = 24
 
 
-def notebook_tables(sheet: Sheet) -> str:
-    """Return a sheet for a notebook: its tables as compact HTML that needs nothing else."""
-    style = files(__package__).joinpath("notebook.css").read_text(encoding="utf-8")
-    found = "".join(table(section) for section in sheet.sections)
-    warnings = "".join(f"<p><b>Warning:</b> {escaped(warning)}</p>" for warning in sheet.warnings)
-    return f'<div class="lostmotion"><style>{style}</style><p><b>{escaped(sheet.name)}</b><br>{escaped(sheet.verdict)}</p>{warnings}{found}</div>'
+def style() -> str:
+    """Return the style of tables outside of a page: those of a notebook."""
+    return files(__package__).joinpath("notebook.css").read_text(encoding="utf-8")
 
 
 def table(section: Section) -> str:
