@@ -49,12 +49,12 @@ def _html(sheet: Sheet, picture: Plot | None, png: str) -> str:
         )
     if sheet.bars:
         tables = f'<details><summary style="{_QUIET}">Every figure</summary>{tables}</details>'
-    said = f'<p style="margin:2px 0 10px"><b style="font-size:16px">{answer}</b> {rest}</p>' if answer else ""
+    opening = f'<p style="margin:2px 0 10px"><b style="font-size:16px">{answer}</b> {rest}</p>' if answer else ""
     return (
         f'<div style="background:{LIGHT["paper"]};color:{LIGHT["ink"]};padding:10px 14px;max-width:1000px;'
         f'font:14px/1.4 system-ui,sans-serif">'
         f'<p style="margin:0"><b>{escaped(sheet.name)}</b> <span style="{_QUIET}">{spaced(sheet.about or sheet.counts)}</span></p>'
-        f"{said}{warnings}{figures}{tables}</div>"
+        f"{opening}{warnings}{figures}{tables}</div>"
     )
 
 
