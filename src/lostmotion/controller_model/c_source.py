@@ -255,7 +255,7 @@ def _friction(friction: Friction, arrays: _Arrays) -> str:
     first, count = (0, 0) if friction.cut else _pieces(friction.start, friction.width, friction.slope, arrays)
     low = float(ndtr(-friction.cut)) if friction.cut and math.isfinite(friction.cut) else 0.0
     values = [friction.lever, friction.nominal, friction.tolerance, friction.base]
-    law = [friction.cut, friction.scale, low, 1 - 2 * low]
+    law = [friction.scale, low, 1 - 2 * low]
     return f"{{{friction.seat}, {', '.join(map(number, values))}, {first}, {count}, {', '.join(map(number, law))}}}"
 
 

@@ -25,13 +25,13 @@ typedef struct {
     lm_real way[18];
 } lm_seat;
 
-/* Share of robots in which a load exceeds the friction. Piecewise linear with `count` pieces, or truncated normal with cut > 0. */
+/* Share of robots in which a load exceeds the friction. Piecewise linear with `count` pieces, or truncated normal without any. */
 typedef struct {
     int seat;
     lm_real lever, nominal, tolerance;
     lm_real base;
     int first, count; /* pieces */
-    lm_real cut, scale, low, whole;
+    lm_real scale, low, whole;
 } lm_friction;
 
 typedef struct {
