@@ -24,7 +24,7 @@ from lostmotion.analyses.accuracy.result import Study
 from lostmotion.analyses.accuracy.tables.study import sections, sheet
 from lostmotion.reporting import folder as folder_of_report
 from lostmotion.reporting.page.document import page as page_of
-from lostmotion.reporting.page.text import escaped, number
+from lostmotion.reporting.page.text import escaped, spaced
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Figure, Row, Section
 from tests.test_plots import small_study
@@ -139,8 +139,8 @@ def test_every_figure_is_in_the_tables(page):
         for row in section.rows:
             assert escaped(row.label) in page.replace("<wbr>", "")
             for figure in row.figures:
-                assert number(str(figure)) in page
-                assert number(figure.interval) in page
+                assert spaced(str(figure)) in page
+                assert spaced(figure.interval) in page
 
 
 def test_verdict_speaks_of_what_was_asked(page):

@@ -82,7 +82,7 @@ class Browser:
     def show(self, *, dark: bool = False, on_paper: bool = False) -> None:
         """Show the page in the dark or the light scheme, on a screen or as it is printed."""
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-        self.ask("Emulation.setEmulatedMedia", media="print" if on_paper else "screen", features=[scheme])
+        self.ask("Emulation.setEmulatedMedia", media="print" if on_paper else "", features=[scheme])
 
     def pdf(self) -> bytes:
         """Return the page as PDF, of the size that its style asks for, with the descriptions of its figures."""

@@ -247,4 +247,5 @@ def _assumed_section(assumed: Sequence[AssumedValue], note: str = _SHARED) -> tu
     rows = tuple(
         Row(owner, (in_words(reason),), ", ".join(keys) + (f"; {source}" if source else "")) for (owner, reason, source), keys in together.items()
     )
-    return (Section("assumed", "Assumed values", ("reason",), rows, note),)
+    folded = f"{several(assumed_count(assumed), 'value')} of {several(len({each.owner for each in assumed}), 'part')}"
+    return (Section("assumed", "Assumed values", ("reason",), rows, note, folded),)

@@ -101,13 +101,17 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A titled block of figures; `columns` names the figures of its rows."""
+    """A titled block of figures; `columns` names the figures of its rows.
+
+    folded: what its rows amount to, in a sentence. A page shows that sentence, on paper alone, and the table where the reader opens it.
+    """
 
     key: str
     title: str
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
     note: str = ""
+    folded: str = ""
 
     @property
     def with_interval(self) -> list[bool]:

@@ -55,7 +55,9 @@ def raw_svg(figure: Figure) -> str:
     canvas: Any = FigureCanvasSVG(figure)
     with settings(), io.BytesIO() as content:
         if layout is not None:
-            layout.execute(figure)
+            # Axes of one scale move when they are placed, and with them their names: only the second time all keep apart.
+            for _ in range(2 if any(on.get_aspect() != "auto" for on in figure.axes) else 1):
+                layout.execute(figure)
             figure.set_layout_engine("none")
         canvas.print_svg(content, metadata=_UNDATED)
         figure.set_layout_engine(layout)

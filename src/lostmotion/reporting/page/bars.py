@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.reporting.page.text import foldable, number, spaced
+from lostmotion.reporting.page.text import foldable, spaced
 
 if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Bar, Bars
@@ -30,8 +30,8 @@ def _stack(block: Bars) -> str:
 def _line(bar: Bar, block: Bars) -> str:
     effect = ""
     if block.effect:
-        effect = f'<td class="value effect">{number(str(bar.effect)) if bar.effect is not None else ""}</td>'
-    shown = number(str(bar.figure))
+        effect = f'<td class="value effect">{spaced(str(bar.effect)) if bar.effect is not None else ""}</td>'
+    shown = spaced(str(bar.figure))
     return f'<tr><th scope="row">{foldable(bar.label)}</th><td class="bar">{_drawn(bar, block)}</td><td class="value">{shown}</td>{effect}</tr>'
 
 

@@ -9,7 +9,7 @@ from lostmotion.reporting.layout import plain
 from lostmotion.reporting.page.first_screen import first_screen
 from lostmotion.reporting.page.security import policy
 from lostmotion.reporting.page.style import style
-from lostmotion.reporting.page.tables import table
+from lostmotion.reporting.page.tables import table, width_of
 from lostmotion.reporting.page.text import escaped, spaced
 from lostmotion.reporting.plot import FIRST_SCREEN
 from lostmotion.reporting.svg import inline_svg
@@ -20,9 +20,8 @@ if TYPE_CHECKING:
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Section, Sheet
 
-# With more columns of figures and intervals than this, a section takes the width of the page; with one more, its table stands below its plots.
-_NARROW: Final = 4
-_BESIDE_A_PLOT: Final = 6
+# A table of this width in letters stands in half of the page, on paper too; a wider one takes all of it.
+_NARROW: Final = 65
 # A table of more rows is closed at first where a plot shows the same figures.
 _FEW_ROWS: Final = 9
 # Plots that a narrow section has at most.
@@ -73,12 +72,15 @@ def _beside(sheet: Sheet) -> str:
 
 def _section(section: Section, drawn: list[Plot]) -> str:
     """Return a section: its plots, and its table beside or below them. Narrow sections stand in pairs."""
-    columns = len(section.columns) + sum(section.with_interval)
     figures = "".join(f'<figure id="plot-{plot.key}">{inline_svg(plot)}</figure>' for plot in drawn)
-    shown = f'<div class="table">{table(section)}</div>'
-    if drawn and len(section.rows) > _FEW_ROWS:
-        shown = f"<details><summary>Table of {len(section.rows)} rows</summary>{shown}</details>"
-    wide = columns > _NARROW or len(drawn) > _ONE
-    place = "beside" if wide and drawn and (columns <= _BESIDE_A_PLOT or len(drawn) > _ONE) else "below"
-    inside = f'<div class="{place}">{figures}{shown}</div>'
+    narrow = width_of(section) <= _NARROW
+    full = "" if narrow else " full"
+    # A table that is wider than its place scrolls, for which the keyboard has to reach it.
+    shown = f'<div class="table{full}" role="group" aria-label="Table: {escaped(section.title)}" tabindex="0">{table(section)}</div>'
+    if section.folded:
+        shown = f'<details class="folded{full}"><summary>{spaced(section.folded)}</summary>{shown}</details>'
+    elif drawn and len(section.rows) > _FEW_ROWS:
+        shown = f'<details class="{full.strip()}"><summary>Table of {len(section.rows)} rows</summary>{shown}</details>'
+    wide = not narrow or len(drawn) > _ONE
+    inside = f'<div class="{"beside" if wide and drawn else "below"}">{figures}{shown}</div>'
     return f'<section id="{section.key}" class="{"wide" if wide else "narrow"}"><h2>{escaped(section.title)}</h2>{inside}</section>\n'

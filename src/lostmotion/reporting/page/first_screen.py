@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.reporting.page.bars import bars
-from lostmotion.reporting.page.text import escaped, headline, number, spaced
+from lostmotion.reporting.page.text import escaped, headline, spaced
 from lostmotion.reporting.svg import inline_svg
 
 if TYPE_CHECKING:
@@ -31,16 +31,16 @@ def first_screen(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
     if pictures:
         cards = f'<div class="first"><div>{pictures}</div>\n<div>{cards}{"".join(map(bars, sheet.bars[:1]))}</div></div>\n'
     below = sheet.bars[1:] if pictures else sheet.bars
-    blocks = f'<div class="blocks">{"".join(map(bars, below))}</div>\n' if below else ""
     statements = "".join(f"<dt>{spaced(word)}</dt><dd>{spaced(sentence)}</dd>" for word, sentence in sheet.brief)
-    brief = f'<dl class="words brief">{statements}</dl>\n' if statements else ""
+    brief = f'<dl class="words">{statements}</dl>' if statements else ""
+    blocks = f'<div class="blocks">{"".join(map(bars, below))}{brief}</div>\n' if below or brief else ""
     return f"""<header>
 <p class="identity"><b>{escaped(sheet.name)}</b>{identity}</p>
 <h1>{answer}</h1>
-{lead}{warnings}{lines}{cards}{blocks}{brief}{notes}</header>"""
+{lead}{warnings}{lines}{cards}{blocks}{notes}</header>"""
 
 
 def _card(card: Card) -> str:
-    quiet = f'<dd class="quiet">{number(card.quiet)}</dd>' if card.quiet else ""
-    shown = number(card.number).replace("arcmin", "<wbr>arcmin")  # the longest units: rather a second line than a cut word
+    quiet = f'<dd class="quiet">{spaced(card.quiet)}</dd>' if card.quiet else ""
+    shown = spaced(card.number).replace("arcmin", "<wbr>arcmin")  # the longest units: rather a second line than a cut word
     return f'<div><dt>{spaced(card.title)}</dt><dd class="number">{shown}</dd>{quiet}</div>'

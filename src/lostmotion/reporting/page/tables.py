@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import math
+import re
 from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.reporting.page.text import escaped, foldable, number, spaced
+from lostmotion.reporting.page.text import escaped, foldable, spaced
 
 if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Figure, Section
 
+# A label folds between words where it is longer than this.
+_FOLDS_AT: Final = 14
+# Letters between the columns of a table, and how much wider bold ones are.
+_GAP: Final = 2
+_BOLD: Final = 1.1
 # States of provenance, which are shown as marks.
 _MARKS: Final = ("stated", "assumed", "ideal")
 # Words in a cell that are longer than this may fold.
 _LONG: Final = 24
+# In a table of more columns than this a remark has a line of its own: the column of labels is too narrow for sentences.
+_REMARK_BESIDE: Final = 3
 
 
 def style() -> str:
@@ -32,25 +40,39 @@ def table(section: Section) -> str:
         f'<th scope="col" class="value">{escaped(name)}</th>' + ('<th scope="col" class="interval">95 % interval</th>' if interval else "")
         for name, interval in zip(section.columns, intervals, strict=True)
     )
+    columns = 1 + len(section.columns) + sum(intervals)
     body = []
     for row in section.rows:
-        note = f"<small>{spaced(row.note)}</small>" if row.note else ""
         cells = "".join(_cells(figure, samples, interval=interval) for figure, interval in zip(row.figures, intervals, strict=True))
-        body.append(f'<tr><th scope="row">{foldable(row.label)}{note}</th>{cells}</tr>')
+        note = spaced(row.note)
+        if note and columns > _REMARK_BESIDE:
+            body.append(f'<tr><th scope="row">{foldable(row.label)}</th>{cells}</tr><tr class="remark"><td colspan="{columns}">{note}</td></tr>')
+        else:
+            body.append(f'<tr><th scope="row">{foldable(row.label)}{f"<small>{note}</small>" if note else ""}</th>{cells}</tr>')
     quiet = [spaced(section.note)] if section.note else []
     quiet += [f"{f'<sup>{_mark(k)}</sup> ' if len(samples) > 1 else ''}from {spaced(text)}" for k, text in enumerate(samples)]
-    foot = f'<tfoot><tr><td colspan="{1 + len(section.columns) + sum(intervals)}">{"<br>".join(quiet)}</td></tr></tfoot>' if quiet else ""
+    foot = f'<tfoot><tr><td colspan="{columns}">{"<br>".join(quiet)}</td></tr></tfoot>' if quiet else ""
     return f"<table><caption>{escaped(section.title)}</caption><thead><tr><td></td>{head}</tr></thead><tbody>{''.join(body)}</tbody>{foot}</table>"
+
+
+def width_of(section: Section) -> int:
+    """Return how wide the table of a section is at least, in letters: labels fold between words, figures do not."""
+    words = [word for row in section.rows for word in (row.label[:_FOLDS_AT], *re.split(r"[ ._]", row.label))]
+    labels = max(map(len, words), default=0)
+    cells = [[row.figures[k] for row in section.rows] for k in range(len(section.columns))]
+    figures = sum(_BOLD * max((min(len(str(each)), _LONG) for each in column), default=0) + _GAP for column in cells)
+    intervals = sum(max(len(each.interval) for each in column) + _GAP for column in cells if any(each.interval for each in column))
+    return math.ceil(labels + figures + intervals)
 
 
 def _cells(figure: Figure, samples: list[str], *, interval: bool) -> str:
     mark = f"<sup>{_mark(samples.index(figure.samples))}</sup>" if len(samples) > 1 and figure.samples else ""
-    beside = f'<td class="interval">{number(figure.interval)}</td>' if interval else ""
+    beside = f'<td class="interval">{spaced(figure.interval)}</td>' if interval else ""
     if figure.words and not math.isfinite(figure.value):
         kind = " words long" if len(figure.words) > _LONG else " words"
         shown = f'<span class="mark {figure.words}">{figure.words}</span>' if figure.words in _MARKS else spaced(figure.words)
         return f'<td class="value{kind}">{shown}{mark}</td>{beside}'
-    return f'<td class="value">{number(str(figure))}{mark}</td>{beside}'
+    return f'<td class="value">{spaced(str(figure))}{mark}</td>{beside}'
 
 
 def _mark(index: int) -> str:

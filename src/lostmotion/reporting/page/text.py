@@ -23,13 +23,8 @@ def escaped(text: str) -> str:
 
 
 def spaced(text: str) -> str:
-    """Return the text as HTML, every number joined to its unit by a narrow space that does not break."""
-    return _WITHIN_A_UNIT.sub(NARROW, _BEFORE_A_UNIT.sub(NARROW, escaped(text)))
-
-
-def number(text: str) -> str:
-    """Return a figure as HTML: `spaced`, with a true minus sign."""
-    return _MINUS.sub("−", spaced(text))
+    """Return the text as HTML, numbers with a true minus sign and joined to their units by a narrow space that does not break."""
+    return _MINUS.sub("−", _WITHIN_A_UNIT.sub(NARROW, _BEFORE_A_UNIT.sub(NARROW, escaped(text))))
 
 
 def foldable(name: str) -> str:

@@ -159,7 +159,7 @@ def _bending(answer: Answer) -> list[Section]:
     rows = []
     for bent in answer.bending:
         shares = sum(share for _, _, share in bent.by_cause.values())
-        within = f", l/{bent.length / bent.deflection:.0f}" if bent.deflection else ""
+        within = f", l/{Figure(bent.length / bent.deflection, '1')}" if bent.deflection else ""
         at = f"pose {bent.deflection_index}{within}" + (f"; slope at pose {bent.slope_index}" if bent.slope_index != bent.deflection_index else "")
         lines = [(bent.joint, (bent.deflection, bent.slope, shares), at)]
         lines += [(f"{bent.joint}, {OUTBOARD_CAUSES.get(cause, cause)}", parts, "") for cause, parts in bent.by_cause.items() if any(parts)]

@@ -104,7 +104,7 @@ def members(found: dict[str, float]) -> Figure:
     for row, value in enumerate(values):
         text(on, value, row, f"{Number(float(value), 'arcmin')}, {Number(float(100 * value / values.sum()), '%')}", xytext=(4, 0), va="center")
     named_rows(on, list(found))
-    on.set_xlim(0, 1.3 * max(float(values.max()), 1e-12))
+    on.set_xlim(0, 1.6 * max(float(values.max()), 1e-12))
     label_axes(on, "wind-up [arcmin]")
     return made
 
