@@ -196,9 +196,12 @@ def reducers_beside(arm: object, rows: Sequence[GearboxRow]) -> tuple[GearboxRow
     return (*rows, *(reducers_of("arm", file) if file is not None and file.suffix.lower() == ".toml" else ()))
 
 
-ArmArgument: TypeAlias = Annotated["Arm | str | Path", Argument("Arm: native TOML, or URDF with its sidecar TOML.", arm_of, metavar="FILE")]
+ArmArgument: TypeAlias = Annotated[
+    "Arm | str | Path", Argument("Arm: native TOML; or URDF, xacro or MJCF with its sidecar TOML.", arm_of, metavar="FILE")
+]
 SidecarArgument: TypeAlias = Annotated[
-    "str | Path | None", Argument("Sidecar TOML of a URDF. Default: the one of the same name beside it.", path_of, metavar="SIDECAR")
+    "str | Path | None",
+    Argument("Sidecar TOML of a URDF, xacro or MJCF file. Default: the one of the same name beside it.", path_of, metavar="SIDECAR"),
 ]
 JointArgument: TypeAlias = Annotated[str | None, Argument("Name of the joint, where the file is an arm.", metavar="JOINT")]
 PosesArgument: TypeAlias = Annotated[

@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
-    """Return the arm that a file describes: native TOML or URDF, by its ending.
+    """Return the arm that a file describes: native TOML, URDF, xacro or MJCF.
 
     Parameters
     ----------
     path
         The arm's file.
     sidecar
-        TOML that states what a URDF cannot: gearboxes, bearings, sections, tolerances. Default: the one of the same name beside it.
+        TOML that states what the other formats cannot: gearboxes, bearings, sections, tolerances. Default: the one of the same name beside it.
 
     Raises
     ------

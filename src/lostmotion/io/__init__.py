@@ -1,7 +1,7 @@
 """File formats, one file each.
 
 An ending names its reader in `READERS`; a new format is one more line there, and a module with `read_arm(path, sidecar)`. Text that begins as XML
-does is read as a URDF whatever its ending, and named by its root element where it is another format.
+does is read as what its root element says, URDF or MJCF, whatever its ending; other formats are refused by their names.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ READERS: Final = {
     ".urdf": "urdf",
     ".xml": "urdf",
     ".xacro": "urdf",
+    ".mjcf": "urdf",
 }
 
 

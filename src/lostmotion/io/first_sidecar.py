@@ -53,7 +53,7 @@ def first_sidecar(path: Path) -> str:
     q = even_poses(arm)
     held = np.abs(joint_torques(arm, q)).max(axis=0)
     lines = [
-        f"# Sidecar of {path.name}: what a URDF cannot state. It is found by its name beside the URDF.",
+        f"# Sidecar of {path.name}: what {tree.format} cannot state. It is found by its name beside that file.",
         "# Everything here is assumed. Replace it by your own parts, and take each key that you know out of the lists `assumed`.",
         f"# Static loads: the largest of {len(q)} poses spread evenly over the joint ranges, without payload; base level.",
         f"# Reducers: the smallest of the catalogue, of ratio {_LEAST_RATIO:g} or more, whose rated torque is at least {_MARGIN} times the static",

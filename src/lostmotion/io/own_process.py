@@ -67,11 +67,15 @@ def serve(work: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
     """Answer the request on standard input by what `work` makes of it, within bounds. Its InputError is the answer too."""
     request = json.load(sys.stdin)
     _bound(request["seconds"])
+    # Packages print warnings: they must not get between the words of the answer.
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     try:
         answer = work(request)
     except InputError as error:
         answer = {"problems": [[each.file, each.key, each.found, each.expected, each.example, each.nearest] for each in error.problems]}
-    json.dump(answer, sys.stdout)
+    with out:
+        json.dump(answer, out)
 
 
 def _bound(seconds: int) -> None:

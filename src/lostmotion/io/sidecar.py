@@ -76,7 +76,7 @@ def find_sidecar(urdf: Path) -> Path | None:
             str(beside),
             "",
             "a link that leads out of the folder",
-            "a file beside the URDF, or a sidecar given by its path",
+            "a file beside the description, or a sidecar given by its path",
             f"--sidecar {beside.name}",
         )
     return beside
@@ -100,7 +100,7 @@ def add_sidecar(draft: Draft, content: dict[str, Any], all_joints: Iterable[str]
             break
         if name not in entries:
             near = nearest(name, entries)
-            known = "a joint between root and tip" if name in all_joints else "a joint of the URDF"
+            known = "a joint between root and tip" if name in all_joints else "a joint of the description"
             draft.refuse(
                 ("joints", name), "an unknown joint", f"{known}: {listed(entries)}", f"[joints.{key_step(near or next(iter(entries)))}]", near
             )
@@ -129,7 +129,7 @@ def _add(draft: Draft, onto: dict[str, Any], content: dict[str, Any], known: dic
             draft.refuse(
                 (*path, key),
                 f"an unknown key with {shown(value)}",
-                f"one of {', '.join(known)}; the URDF says the rest",
+                f"one of {', '.join(known)}; the description states the rest",
                 known[near or next(iter(known))],
                 near,
             )

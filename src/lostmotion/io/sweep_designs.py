@@ -20,7 +20,6 @@ from lostmotion.io.text import beside, read_old_text, read_text
 from lostmotion.io.toml import key_step, key_steps, quoted, read_toml
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.xacro_file import TABLE as XACRO
-from lostmotion.io.xacro_file import expand, has_macros, take_arguments
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -205,14 +204,14 @@ def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis,
 def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, str]:
     """Return the texts of all files from which this arm, and every design of it, is read. Text by name, first the arm; its folder is the root.
 
-    A sidecar is put beside its URDF under its own name; of xacro the URDF is taken that it makes. Files that the arm names beside itself, or that the
-    sweep puts there, come along.
+    A sidecar is put beside its URDF under its own name; xacro is expanded, and MJCF includes what it names. Files that the arm names beside itself,
+    or that the sweep puts there, come along.
     """
     source = find_tree(path, sidecar)
     name, text = path.name, _text(path)
-    if has_macros(path, text):
-        name = sidecar_place(path).with_suffix(".urdf").name
-        text = expand(path, take_arguments(_tree(path, sidecar), str(source)), str(source))
+    if path.suffix.lower() != ".toml":
+        kind, text = urdf.self_contained(path, text, _tree(path, sidecar), source)
+        name = sidecar_place(path).with_suffix(kind).name
     out = {name: text}
     if source is not None and source != path:
         out[sidecar_place(path).name] = _text(source)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.io import mjcf
 from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.draft import Draft
@@ -22,6 +23,8 @@ from lostmotion.io.toml import key_step, read_toml
 from lostmotion.io.urdf_chain import find_chain
 from lostmotion.io.urdf_checks import with_warnings
 from lostmotion.io.urdf_tree import read_tree
+from lostmotion.io.urdf_xml import root_of
+from lostmotion.io.xacro_file import ENDING as XACRO
 from lostmotion.io.xacro_file import expand, has_macros, take_arguments
 from lostmotion.mechanism.arm import LONGEST_NAME, LONGEST_NOTE, MOST_NOTES, Arm
 from lostmotion.parts.link import Frame
@@ -64,18 +67,32 @@ def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
 
 
 def tree_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> UrdfTree:
-    """Return the links and joints of a URDF, or of the one that a xacro file makes.
+    """Return the links and joints of a URDF, of the one that a xacro file makes, or of an MJCF file.
 
     Arguments of xacro are taken out of the sidecar's `content`. A URDF has no use for them, but shares its sidecar with the xacro file that made it.
     """
     text, line = read_old_text(path, MEGABYTES)
     arguments = take_arguments(content, str(sidecar or path))
+    if root_of(text) == mjcf.ROOT:
+        return mjcf.read_tree(path, text)
     if has_macros(path, text):
         return read_tree(expand(path, arguments, str(sidecar or sidecar_place(path))), str(path), has_lines=False)
     tree = read_tree(text, str(path))
     if line:
         tree.notes.append(f"line {line}: not UTF-8; the file is read as Latin-1")
     return tree
+
+
+def self_contained(path: Path, text: str, content: dict[str, Any], sidecar: Path | None) -> tuple[str, str]:
+    """Return the ending and the text of one file that describes the same arm: a URDF, or MJCF. `content` is that of the sidecar.
+
+    Raises InputError where the masses of an MJCF file follow from meshes, which are no text.
+    """
+    if root_of(text) == mjcf.ROOT:
+        return ".xml", mjcf.self_contained_text(path, text)
+    if has_macros(path, text):
+        return ".urdf", expand(path, take_arguments(content, str(sidecar or path)), str(sidecar or sidecar_place(path)))
+    return ".urdf" if path.suffix.lower() == XACRO else path.suffix.lower(), text
 
 
 def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
@@ -129,7 +146,7 @@ def _stand_as_in_the_file(tree: UrdfTree, chain: Chain, content: dict[str, Any])
     stated = content.setdefault("base", {}) if chain.before else None
     if isinstance(stated, dict) and not {"roll", "pitch"} & stated.keys() and max(abs(roll), abs(pitch)) > _LEVEL:
         stated |= {"roll": f"{roll!r} rad", "pitch": f"{pitch!r} rad"}
-        tree.notes.append(f"the base is tilted as in the URDF: roll {math.degrees(roll):.4g} deg, pitch {math.degrees(pitch):.4g} deg")
+        tree.notes.append(f"the base is tilted as in the {tree.format}: roll {math.degrees(roll):.4g} deg, pitch {math.degrees(pitch):.4g} deg")
 
 
 def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float, tuple[float, float, float], list[UrdfJoint]]:
@@ -166,7 +183,7 @@ def _notes_of_fixed_joints(tree: UrdfTree, link: str, held: list[UrdfJoint]) -> 
         out.append(f"held at zero, outside their limits: {listed(odd)}; their weight hangs where it cannot stand")
     wrong = [f"{joint.name}: {joint.mistakes[0].found}" for joint in held if joint.mistakes]
     if wrong:
-        out.append(f"wrong in the URDF, and without effect beside the chain, where they are held at zero: {listed(wrong)}")
+        out.append(f"wrong in the {tree.format}, and without effect beside the chain, where they are held at zero: {listed(wrong)}")
     return out
 
 

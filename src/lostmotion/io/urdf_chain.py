@@ -107,15 +107,15 @@ def _chosen(tree: UrdfTree, base: str, sidecar_name: str) -> Choice:
         locked = [joint.name for joint in tree.joints.values() if joint.locked]
         found = "no joint that moves" + (f": the lower limit is the upper one at {listed(locked)}" if locked else "")
         expected = "a chain with at least one revolute, continuous or prismatic joint" + (" and a range between its limits" if locked else "")
-        example = '<limit lower="-1.57" upper="1.57" effort="0" velocity="0"/>' if locked else '<joint name="A" type="revolute">'
-        _refuse(tree, tree.file, "/robot", found, expected, example)
+        example = '<limit lower="-1.57" upper="1.57" effort="0" velocity="0"/>' if locked else tree.hinge
+        _refuse(tree, tree.file, tree.root, found, expected, example)
     if choice.rivals:
         ends = [replace(choice, rivals=()), *choice.rivals]
         good = next((end.link for end in ends if _reads(tree, base, end.link)), None)
         if good is not None:
             found = f"which of {len(ends)} arms? {listed(listed_ends(ends))}"
             expected = f"the one to study, named in {sidecar_name}"
-            _refuse(tree, tree.file, "/robot", found, expected, f"tip = {quoted(good)}")
+            _refuse(tree, tree.file, tree.root, found, expected, f"tip = {quoted(good)}")
     return choice
 
 
@@ -136,18 +136,18 @@ def _faults(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> lis
         out += joint.mistakes
         if joint.type in _FREE and moved:
             expected = "revolute, continuous, prismatic or fixed joints between base and tip"
-            out.append(Problem(*at, f"a {joint.type} joint", expected, 'type="revolute"'))
+            out.append(Problem(*at, f"a {joint.type} joint", expected, tree.hinge))
         if joint.moves and joint.leader:
             out.append(_coupled(tree, joint, base, at, moved=moved))
         moved = moved or joint.moves
     if len(joints) > MOST_JOINTS:
         out.append(
-            Problem(tree.file, "/robot", f"{len(joints)} joints between base and tip", f"at most {MOST_JOINTS}", f"tip = {quoted(joints[6].child)}")
+            Problem(tree.file, tree.root, f"{len(joints)} joints between base and tip", f"at most {MOST_JOINTS}", f"tip = {quoted(joints[6].child)}")
         )
     if not moved and not out:
         better = _readable_tip(tree, base)
-        example = f"tip = {quoted(better)}" if better else '<joint name="A" type="revolute">'
-        out.append(Problem(tree.file, "/robot", f"no joint that moves before the tip '{tip}'", "a tip behind at least one moving joint", example))
+        example = f"tip = {quoted(better)}" if better else tree.hinge
+        out.append(Problem(tree.file, tree.root, f"no joint that moves before the tip '{tip}'", "a tip behind at least one moving joint", example))
     return out
 
 
@@ -157,7 +157,7 @@ def _coupled(tree: UrdfTree, joint: UrdfJoint, base: str, at: tuple[str, str], *
     if before:
         expected = f"joints with drives of their own: coupled joints are not modelled yet; a tip before it, {before}, would do"
         return Problem(*at, found, expected, f"tip = {quoted(before)}")
-    return Problem(*at, found, "joints with drives of their own: coupled joints are not modelled yet", "the joint without <mimic>, if it has a drive")
+    return Problem(*at, found, "joints with drives of their own: coupled joints are not modelled yet", f"{tree.hinge} of its own, if it has a drive")
 
 
 def _check(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> None:

@@ -29,7 +29,7 @@ _TWO_TURNS: Final = 4 * math.pi * 1.01
 
 def with_warnings(arm: Arm, tree: UrdfTree, chain: Chain) -> Arm:
     """Return the arm with a warning for everything in its URDF that looks like a placeholder, and for a tool that is a guess."""
-    found = [*_of_masses(arm, tree, chain), *_of_lengths(chain), *_of_ranges(arm), *chain.warnings]
+    found = [*_of_masses(arm, tree, chain), *_of_lengths(chain), *_of_ranges(arm, tree), *chain.warnings]
     return arm.with_warnings(cut(text, LONGEST_NOTE) for text in found) if found else arm
 
 
@@ -44,14 +44,14 @@ def _of_masses(arm: Arm, tree: UrdfTree, chain: Chain) -> list[str]:
         out.append(f"the arm weighs {total:.3g} kg: are the masses in kg?")
     weightless = _weightless(arm, masses)
     if weightless:
-        out.append(f"nothing that moves with {listed(weightless)} alone has a mass: is it missing in the URDF?")
+        out.append(f"nothing that moves with {listed(weightless)} alone has a mass: is it missing in the {tree.format}?")
     bodies = [link for joint in chain.joints if (link := tree.links[joint.child]).mass]
     if len(bodies) >= _SEVERAL and len({link.mass for link in bodies}) == 1:
         out.append(f"every link weighs {bodies[0].mass:g} kg: placeholders? PlacedMass and what it does are then no better than a guess")
     if len(bodies) >= _SEVERAL and not any(any(link.centre) for link in bodies):
         out.append("every centre of mass lies at its link's origin: placeholders? Torques and sag are then no better than a guess")
     if any(is_balancer(name) for joint in tree.joints.values() if joint.moves for name in (joint.name, joint.child)):
-        out.append("springs and balancers are not in a URDF: shoulder torques may be overstated")
+        out.append(f"springs and balancers are not in a {tree.format}: shoulder torques may be overstated")
     return out
 
 
@@ -75,6 +75,6 @@ def _of_lengths(chain: Chain) -> list[str]:
     return [f"the origins from base to tool add up to {float(f'{length:.3g}'):.12g} m: are they in metres, or in millimetres?"]
 
 
-def _of_ranges(arm: Arm) -> list[str]:
+def _of_ranges(arm: Arm, tree: UrdfTree) -> list[str]:
     far = [joint.name for joint in arm.moving if isinstance(joint, RevoluteJoint) and joint.limits[1] - joint.limits[0] > _TWO_TURNS]
-    return [f"{listed(far)} may turn more than twice around by the URDF: poses are drawn from the whole range"] if far else []
+    return [f"{listed(far)} may turn more than twice around by the {tree.format}: poses are drawn from the whole range"] if far else []

@@ -26,7 +26,7 @@ _MOVING: Final = (*_LIMITED, "continuous")
 _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _BLANK: Final = " \t\r\n"
 _BLANKS: Final = re.compile(f"[{_BLANK}]+")
-_MOST_ELEMENTS: Final = 1000
+MOST_ELEMENTS: Final = 1000
 _LONGEST_NAME: Final = 200  # as programs join them; a joint of the arm has a shorter one
 
 
@@ -47,6 +47,7 @@ class UrdfJoint:
     limits    lower and upper, rad or m; zeros for types without
     leader    the joint that it follows (mimic), and `coupling` how; empty where it follows none
     mistakes  what is wrong with its type, axis or limits: it counts only where the joint is on the chain
+    root      what stands before its element in an XPath
     """
 
     name: str
@@ -61,6 +62,7 @@ class UrdfJoint:
     leader: str = ""
     coupling: str = ""
     mistakes: list[Problem] = field(default_factory=list)
+    root: str = "/robot"
 
     @property
     def locked(self) -> bool:
@@ -75,15 +77,23 @@ class UrdfJoint:
     @property
     def path(self) -> str:
         """Return the element as an XPath."""
-        return f'/robot/joint[@name="{self.name}"]'
+        return f'{self.root}/joint[@name="{self.name}"]'
 
 
 @dataclass
 class UrdfTree:
-    """All links and joints by name, the mistakes found so far, and notes on what was repaired."""
+    """All links and joints by name, the mistakes found so far, and notes on what was repaired.
+
+    format  as it is called in messages
+    root    the root element as an XPath
+    hinge   an example of a joint that moves
+    """
 
     file: str
     name: str = ""
+    format: str = "URDF"
+    root: str = "/robot"
+    hinge: str = '<joint name="A" type="revolute">'
     notes: list[str] = field(default_factory=list)
     links: dict[str, UrdfLink] = field(default_factory=dict)
     joints: dict[str, UrdfJoint] = field(default_factory=dict)
@@ -147,7 +157,7 @@ class UrdfTree:
         if len(roots) > 1:
             found = f"{len(roots)} links without a parent: {listed(roots)}"
             example = f'<joint name="mount" type="fixed"><parent link="{roots[0]}"/><child link="{roots[1]}"/></joint>'
-            self.refuse(0, "/robot", found, "one root link", example)
+            self.refuse(0, self.root, found, "one root link", example)
         reached = set(roots)
         waiting = list(roots)
         while waiting:
@@ -176,8 +186,8 @@ def read_tree(text: str, file: str, *, has_lines: bool = True) -> UrdfTree:
     reader = _Reader(tree)
     for what in ("link", "joint"):
         count = sum(1 for _ in robot.iterchildren(what))
-        if count > _MOST_ELEMENTS:
-            refuse(file, "/robot", f"{count} {what}s", f"at most {_MOST_ELEMENTS} {what}s", f'<{what} name="{what}_1">')
+        if count > MOST_ELEMENTS:
+            refuse(file, "/robot", f"{count} {what}s", f"at most {MOST_ELEMENTS} {what}s", f'<{what} name="{what}_1">')
     for element in robot.iterchildren("link"):
         reader.link(element)
     for element in robot.iterchildren("joint"):
@@ -192,6 +202,11 @@ def read_tree(text: str, file: str, *, has_lines: bool = True) -> UrdfTree:
         every = [*tree.mistakes, *(mistake for joint in tree.joints.values() for mistake in joint.mistakes)]
         refuse_all(sorted(every, key=lambda mistake: _line_in(mistake.file)))
     return tree
+
+
+def is_name(text: str) -> bool:
+    """Return whether this may name a link or a joint: one line of printable text that is not too long."""
+    return text.isprintable() and len(text) <= _LONGEST_NAME
 
 
 def _line_in(place: str) -> int:
@@ -271,7 +286,7 @@ class _Reader:
             self.lost = True
             self.tree.refuse(line, f"/robot/{what}/@name", "no name", "a name", f'<{what} name="{what}_1">')
             return None
-        if not name.isprintable() or len(name) > _LONGEST_NAME:
+        if not is_name(name):
             self.lost = True
             expected = f"a name in one line of printable text, at most {_LONGEST_NAME} characters"
             self.tree.refuse(line, f"/robot/{what}/@name", shown(name), expected, f'<{what} name="{what}_1">')

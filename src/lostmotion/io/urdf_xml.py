@@ -36,8 +36,8 @@ _ARM: Final = ("link", "joint")
 _SHAPES: Final = ("visual", "collision", "material", "geometry")
 # Root elements of other formats: what they are, and what to do next.
 _FORMATS: Final = {
-    "mujoco": ("MJCF (MuJoCo)", "a URDF, or the arm written as TOML; most MuJoCo models are made from a URDF: look for it beside the model"),
-    "mujocoinclude": ("a part of an MJCF model (MuJoCo)", "a URDF, or the arm written as TOML"),
+    "mujoco": ("MJCF (MuJoCo)", "MJCF from the first letter on, in a file whose name ends in .xml"),
+    "mujocoinclude": ("a part of an MJCF model (MuJoCo)", "the model that includes it"),
     "sdf": ("SDF (Gazebo)", "a URDF, or the arm written as TOML; most SDF arms have a URDF of the same name in the maker's package"),
     "html": ("a web page", "the URDF itself: download the file by its 'Raw' link"),
     "launch": ("a ROS launch file", "the URDF that it loads"),
@@ -71,9 +71,7 @@ def parse_robot(text: str, file: str) -> tuple[etree._Element, list[str]]:
     page = text[:_FIRST_LETTERS].lower().find("<!doctype html")
     if page >= 0:
         _refuse_format(file, _line_at(text, page), "html")
-    # Looked for in the text itself, and refused in comments too, so that no parser ever meets a document type.
-    if "<!DOCTYPE" in text:
-        refuse(f"{file}:{_line_at(text, text.index('<!DOCTYPE'))}", "", "a document type (<!DOCTYPE)", "a URDF without one", '<robot name="arm">')
+    _refuse_type(text, file)
     notes: list[str] = []
     try:
         robot = _parsed(text)
@@ -90,6 +88,37 @@ def parse_robot(text: str, file: str) -> tuple[etree._Element, list[str]]:
         refuse(f"{file}:{line}", "", f"the root element {shown(tag)}", "the root element robot", '<robot name="arm">')
     notes += _look_for_macros(robot, file)
     return robot, notes
+
+
+def root_of(text: str) -> str:
+    """Return the name of the root element; empty where the text does not begin as XML does, or has a document type."""
+    if "<!DOCTYPE" in text:
+        return ""
+    parser = etree.XMLPullParser(events=("start",), resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
+    try:
+        for at in range(0, len(text), _FIRST_LETTERS):
+            parser.feed(text[at : at + _FIRST_LETTERS])
+            for _, element in parser.read_events():
+                return str(getattr(element, "tag", ""))
+    except etree.XMLSyntaxError:
+        pass
+    return ""
+
+
+def parse_plain(text: str, file: str) -> etree._Element:
+    """Return the root element of XML without a document type, comments and processing instructions. Nothing is repaired."""
+    _refuse_type(text, file)
+    try:
+        return _parsed(text)
+    except etree.XMLSyntaxError as error:
+        refuse(f"{file}:{error.lineno}", "", shown(error.msg or "no XML", 120)[1:-1], "well-formed XML", "<mujoco> ... </mujoco>")
+
+
+def _refuse_type(text: str, file: str) -> None:
+    # Looked for in the text itself, and refused in comments too, so that no parser ever meets a document type.
+    if "<!DOCTYPE" in text:
+        at = text.index("<!DOCTYPE")
+        refuse(f"{file}:{_line_at(text, at)}", "", "a document type (<!DOCTYPE)", "a file without one", '<robot name="arm">')
 
 
 def refuse_xml(text: str, file: str) -> None:

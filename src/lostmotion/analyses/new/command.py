@@ -22,7 +22,10 @@ def new(
     urdf: Annotated[
         "str | Path | None",
         Argument(
-            "Write the sidecar of this URDF instead: every joint, its static load and fitting reducers.", path_of, metavar="URDF", aliases=("--from",)
+            "Write the sidecar of this URDF, xacro or MJCF file instead: every joint, its static load and fitting reducers.",
+            path_of,
+            metavar="URDF",
+            aliases=("--from",),
         ),
     ] = None,
     templates: Annotated[bool, Argument("List the templates and write nothing.", aliases=("--list",))] = False,
