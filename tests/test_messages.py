@@ -94,10 +94,10 @@ lostmotion run
             """lostmotion: 1 mistake
 command
   found     'mapp'
-  expected  one of study, map, iso9283, target, size, statics, gear, bearing, view, new, check, catalog, sweep, replay, export c, export fmu, schema
+  expected  one of study, map, iso9283, target, size, statics, gear, bearing, view, new, check, catalog, compare, sweep, replay, export c, export fmu, schema
   example   lostmotion study arm.toml
   did you mean 'map'?
-""",
+""",  # noqa: E501 - as it is printed
         ),
     ],
     ids=["values", "option", "argument", "file", "no value", "switch", "spaces", "command"],

@@ -41,6 +41,7 @@ def test_the_command_line_asks_what_python_asks():
         "new",
         "check",
         "catalog",
+        "compare",
         "sweep",
         "replay",
         "export_c",

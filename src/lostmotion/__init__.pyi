@@ -13,6 +13,7 @@ from lostmotion.analyses.view.command import view as view
 from lostmotion.analyses.new.command import new as new
 from lostmotion.analyses.check.command import check as check
 from lostmotion.analyses.catalog.command import catalog as catalog
+from lostmotion.analyses.compare.command import compare as compare
 from lostmotion.analyses.sweep.command import sweep as sweep
 from lostmotion.analyses.replay.command import replay as replay
 from lostmotion.analyses.export.command import export_c as export_c
@@ -30,6 +31,7 @@ from lostmotion.analyses.statics.result import Statics as Statics
 from lostmotion.analyses.gearbox.result import Gear as Gear
 from lostmotion.analyses.bearing.result import BearingStudy as BearingStudy
 from lostmotion.analyses.catalog.result import Catalog as Catalog
+from lostmotion.analyses.compare.result import Compare as Compare
 from lostmotion.analyses.sweep.result import Sweep as Sweep
 from lostmotion.analyses.replay.result import Replayed as Replayed
 from lostmotion.mechanism.arm import Arm as Arm

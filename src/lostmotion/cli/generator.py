@@ -129,7 +129,7 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
         given["ready"] = partial(refuse_existing, out, force=force)
     try:
         with ProgressBar() as bar:
-            found = function(**given, **({"progress": bar} if "progress" in callbacks else {}))
+            found = _asked(function, {**given, **({"progress": bar} if "progress" in callbacks else {})})
     except PartialResultError as error:
         found = error.partial()
     except KeyboardInterrupt as stop:
@@ -143,6 +143,13 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     copies = {name: common[name] for name in _COPIES if name in common}
     written = [each.report(None if own else out, force=force, **copies) for each in results if own or out is not None]
     _show(results, written, common)
+
+
+def _asked(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # noqa: ANN401 - the result of any question
+    """Return the answer to a question; an argument that takes any number of values by position is handed over as such."""
+    listed = [each.name for each in inspect.signature(function).parameters.values() if each.kind is each.VAR_POSITIONAL]
+    by_name = {name: value for name, value in given.items() if name not in listed}
+    return function(*(value for name in listed for value in given.get(name) or ()), **by_name)
 
 
 def _show(results: list[Result], written: list[Path], common: Mapping[str, Any]) -> None:

@@ -15,7 +15,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.pose_matrix import Column, PoseMatrix
@@ -183,7 +183,7 @@ def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tal
 
     `approach` as in `screws`. Raises InputError for no poses or any other grouping, and ValueError as `screws` does.
     """
-    return _tallies(arm, q, (by,), approach)[0]
+    return tallies(arm, q, (by,), approach)[0]
 
 
 def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0, replicates: int = 1) -> Budget:
@@ -194,14 +194,42 @@ def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0, repli
 
     Raises InputError for no poses, ValueError as `screws` does or where the sets would differ in size.
     """
-    found = [_tallies(arm, each, ("part", "cause"), approach) for each in np.split(q, replicates)]
+    found = [tallies(arm, each, ("part", "cause"), approach) for each in np.split(q, replicates)]
     parts, causes = (functools.reduce(operator.add, each) for each in zip(*found, strict=True))
     design, robot, visit = np.transpose([each.levels / each.poses for each, _ in found]).tolist()
     of_sets = tuple(zip(design, robot, visit, strict=True))
     return Budget(where, parts.poses, float(np.sqrt(parts.total / parts.poses)), tuple(costs(parts)), tuple(costs(causes)), of_sets)
 
 
-def _tallies(arm: Arm, q: Floats, groupings: tuple[By, ...], approach: float) -> list[Tally]:
+def budget_changes(before: Arm, after: Arm, q: Floats, labels: Sequence[Callable[[Column], str]], *, approach: float = 0.0) -> list[dict[str, float]]:
+    """Return the contribution of each part to the change of the mean-square error from one arm to another, m^2, one dictionary for each label.
+
+    X and Y are the sums of the columns of one error (the same draws) before and after, x and y the parts of them that belong to one entry. The entry
+    contributes (y - x).(X + Y): these add to the change of the mean square exactly, and an entry that moves the tool as before contributes nothing,
+    also where others no longer add to it.
+
+    q       (pose, joint) rad or m: both arms stand there
+    labels  by which columns are grouped, `label_of("part")`
+
+    Other arguments and errors as for `tally`.
+    """
+    out: list[dict[str, float]] = [{} for _ in labels]
+    for start in range(0, len(q), _BLOCK):
+        matrices = [screws(arm, q[start : start + _BLOCK], approach=approach) for arm in (before, after)]
+        for draws in dict.fromkeys(draws for matrix in matrices for draws in matrix.groups):
+            found = [matrix.along_poses[3:, matrix.groups.get(draws, [])] for matrix in matrices]
+            both = sum(each.sum(axis=1) for each in found)
+            for label, changes in zip(labels, out, strict=True):
+                for sign, matrix, columns in zip((-1.0, 1.0), matrices, found, strict=True):
+                    names = [label(matrix.infos[k]) for k in matrix.groups.get(draws, [])]
+                    for name in dict.fromkeys(names):
+                        own = columns[:, [k for k, other in enumerate(names) if other == name]].sum(axis=1)
+                        changes[name] = changes.get(name, 0.0) + sign * float(np.vdot(own, both)) / len(q)
+    return out
+
+
+def tallies(arm: Arm, q: Floats, groupings: Sequence[By | Callable[[Column], str]], approach: float = 0.0) -> list[Tally]:
+    """Return the exact error budget of an arm at the poses q for each grouping of its terms; arguments and errors as for `tally`."""
     out: list[Tally] = []
     for start in range(0, len(q), _BLOCK):
         matrix = screws(arm, q[start : start + _BLOCK], approach=approach)

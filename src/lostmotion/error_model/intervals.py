@@ -134,7 +134,7 @@ def standard_deviation(group_hist: np.ndarray, replicate_hist: np.ndarray, mean:
     counted = float(group_hist.sum(axis=0) @ off / group_hist.sum())
     if len(group_hist) < 2 or abs(counted / variance - 1) > _RESOLVED:  # noqa: PLR2004 - a single one shows no differences
         return Estimate(value, math.nan, math.nan)
-    of_variance, freedom = _satterthwaite([_mean_square(each) for each in members], [len(each) - 1 for each in members])
+    of_variance, freedom = satterthwaite([variance_of_mean(each) for each in members], [len(each) - 1 for each in members])
     # Symmetric on the logarithm, so that no end is below zero.
     factor = math.exp(student(freedom) * math.sqrt(of_variance) / (2 * variance))
     return Estimate(value, value / factor, value * factor)
@@ -146,8 +146,8 @@ def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: floa
     The variance between groups of robots and that between sets of poses both contain the variance of single cells (group, set). So the interval is
     never too narrow, and at most too wide by a factor of sqrt(2).
     """
-    squares = [_mean_square(_shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
-    variance, freedom = _satterthwaite(squares, [len(group_hist) - 1, len(replicate_hist) - 1])
+    squares = [variance_of_mean(_shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
+    variance, freedom = satterthwaite(squares, [len(group_hist) - 1, len(replicate_hist) - 1])
     return Spread(squares[0], squares[1], student(freedom) * math.sqrt(variance))
 
 
@@ -186,7 +186,7 @@ def root_mean_square(of_sets: Floats) -> Estimate:
     The ends are the roots of those of Student's interval of the mean. NaN ends for a single set.
     """
     mean = float(of_sets.mean())
-    half = student(len(of_sets) - 1) * math.sqrt(_mean_square(of_sets))
+    half = student(len(of_sets) - 1) * math.sqrt(variance_of_mean(of_sets))
     return Estimate(math.sqrt(mean), float(np.sqrt(np.maximum(mean - half, 0.0))), math.sqrt(mean + half))
 
 
@@ -214,13 +214,13 @@ def two_way(values: Floats) -> Spread:
     1992, ch. 4). F. Satterthwaite's formula (Biometrics Bulletin 2 (1946) 110) gives its degrees of freedom. A negative component counts as zero.
     """
     sets, robots = values.shape
-    squares = [_mean_square(values.mean(axis=0)), _mean_square(values.mean(axis=1))]
+    squares = [variance_of_mean(values.mean(axis=0)), variance_of_mean(values.mean(axis=1))]
     freedoms = [robots - 1, sets - 1]
     cells = _mean_square_of_cells(values)
     # Both mean squares contain that of the cells; a factor with less than that has no variance of its own.
     real = [k for k in (0, 1) if squares[k] > cells]
     if len(real) > 1:
-        variance, freedom = _satterthwaite([*squares, -cells], [*freedoms, (sets - 1) * (robots - 1)])
+        variance, freedom = satterthwaite([*squares, -cells], [*freedoms, (sets - 1) * (robots - 1)])
     else:
         k = real[0] if real else 0
         variance, freedom = max(squares[k], cells), float(freedoms[k])
@@ -240,8 +240,8 @@ def quantile_drop(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray
     value = values[0] - values[1]
     if len(before[0]) < 2:  # noqa: PLR2004 - a single one shows no differences
         return Estimate(value, math.nan, math.nan)
-    squares = [_mean_square(pseudo_values(first, level) - pseudo_values(second, level)) for first, second in zip(before, after, strict=True)]
-    variance, freedom = _satterthwaite(squares, [len(hists) - 1 for hists in before])
+    squares = [variance_of_mean(pseudo_values(first, level) - pseudo_values(second, level)) for first, second in zip(before, after, strict=True)]
+    variance, freedom = satterthwaite(squares, [len(hists) - 1 for hists in before])
     half = student(freedom) * math.sqrt(variance)
     half = max(half, RESOLUTION * values[0])
     return Estimate(value, value - half, value + half)
@@ -275,12 +275,12 @@ def pooled_robots_quantile(robot_means: Floats, level: float = 0.95) -> Estimate
     quantile would be biased upwards. The interval is that of `robots_quantile`, widened by the uncertainty due to the choice of poses
     (`quantile_spread`).
     """
-    value, low, high = (float(x) for x in robots_quantile(_shrunk_means(robot_means), level))
+    value, low, high = (float(x) for x in robots_quantile(shrunk_means(robot_means), level))
     of_poses = student(len(robot_means) - 1) * math.sqrt(quantile_spread(robot_means, level)) if len(robot_means) > 1 else 0.0
     return of_length(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
 
 
-def _shrunk_means(robot_means: Floats) -> Floats:
+def shrunk_means(robot_means: Floats) -> Floats:
     """Return each robot's mean (robot,), shrunk so that their variance is that between robots, from means (set of poses, robot).
 
     Source: T. Louis, J. Am. Stat. Assoc. 79 (1984) 393. With a single set the means are returned unchanged.
@@ -288,7 +288,7 @@ def _shrunk_means(robot_means: Floats) -> Floats:
     found = robot_means.mean(axis=0)
     if min(robot_means.shape) < 2:  # noqa: PLR2004 - no differences to estimate it from
         return np.asarray(found)
-    centre, observed = found.mean(), _mean_square(found)
+    centre, observed = found.mean(), variance_of_mean(found)
     real = max(1 - _mean_square_of_cells(robot_means) / observed, 0.0) if observed > 0 else 0.0
     return np.asarray(centre + math.sqrt(real) * (found - centre))
 
@@ -303,7 +303,7 @@ def quantile_spread(robot_means: Floats, level: float = 0.95) -> float:
         return 0.0
     groups = min(max(robots // _IN_GROUP, 1), _GROUPS)
     of_groups = [np.quantile(part, level, axis=1) for part in np.array_split(robot_means, groups, axis=1)]
-    return _mean_square(of_groups[0]) if groups < 2 else two_way(np.stack(of_groups, axis=1)).of_poses  # noqa: PLR2004 - too few robots to separate
+    return variance_of_mean(of_groups[0]) if groups < 2 else two_way(np.stack(of_groups, axis=1)).of_poses  # noqa: PLR2004 - too few robots to separate
 
 
 def share_interval(hits: int, count: int) -> tuple[float, float]:
@@ -315,7 +315,7 @@ def share_interval(hits: int, count: int) -> tuple[float, float]:
     return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
-def _mean_square(members: Floats) -> float:
+def variance_of_mean(members: Floats) -> float:
     """Return the squared standard error of the mean of independent members (member,); zero for a single one."""
     return float(members.var(ddof=1)) / len(members) if len(members) > 1 else 0.0
 
@@ -329,7 +329,7 @@ def _mean_square_of_cells(values: Floats) -> float:
     return float((rest**2).sum() / ((sets - 1) * (robots - 1)) / (sets * robots))
 
 
-def _satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, float]:
+def satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, float]:
     """Return the sum of variances and its degrees of freedom, by Satterthwaite's formula."""
     total = sum(squares)
     if not total > 0:

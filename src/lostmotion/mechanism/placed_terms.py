@@ -53,3 +53,9 @@ class PlacedTerm:
     def name(self) -> str:
         """Return the full name of the term ("joints.A.gearbox.backlash")."""
         return f"{self.owner}.{self.term.name}"
+
+    @property
+    def whole_part(self) -> str:
+        """Return the name of the whole part, of which the owner may be a member: "joints.A.gearbox" for "joints.A.gearbox output pins"."""
+        joint, kind, _ = self.owner.rpartition(f".{self.kind}")
+        return joint + kind or self.owner

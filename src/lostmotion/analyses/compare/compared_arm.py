@@ -1,0 +1,114 @@
+"""One arm of a comparison, studied over its poses."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+
+from lostmotion.error_model.budget import Tally, costs, label_of, tallies
+from lostmotion.error_model.overload import Overload, overloads, rated_torques
+from lostmotion.error_model.provenance import states
+from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.mechanism.serial import joint_torques
+from lostmotion.propagation.montecarlo.montecarlo import run
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.error_model.pose_matrix import Column
+    from lostmotion.error_model.poses import Poses
+    from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.propagation.montecarlo.montecarlo import Sampled
+    from lostmotion.spatial import Floats
+
+_CHUNK: Final = 4096
+Grouping: TypeAlias = Literal["parts", "members", "causes"]
+# Labels by which error terms are grouped: whole parts, the members that some parts consist of, and kinds of error.
+GROUPINGS: Final[dict[Grouping, Callable[[Column], str]]] = {
+    "parts": lambda column: column.of.whole_part,
+    "members": label_of("part"),
+    "causes": label_of("cause"),
+}
+
+
+@dataclass(frozen=True)
+class ComparedArm:
+    """One arm of a comparison, with what was found over its poses.
+
+    label    its name in tables: that of its file where there is one
+    tallies  exact error budget of each independent set of poses, for each of `GROUPINGS`
+    held     (joint,) largest static load of each drive over the poses, N m or N
+    """
+
+    label: str
+    arm: Arm
+    poses: Poses
+    sampled: Sampled
+    tallies: tuple[list[Tally], ...]
+    held: Floats
+    known: States
+    overloads: tuple[Overload, ...]
+    approach: float
+
+    @functools.cached_property
+    def squares(self) -> Floats:
+        """Return the mean squares of the error by design, by robot and by visit over each set of poses (set, 3), m^2."""
+        return np.array([each[0].levels / each[0].poses for each in self.tallies])
+
+    @functools.cached_property
+    def sag(self) -> Floats:
+        """Return the mean displacement of the tool along gravity that all robots share, over each set of poses (set,), m; zero without gravity."""
+        down = self.arm.gravity_in_base
+        size = float(np.linalg.norm(down))
+        along = self.sampled.bias[:, 3:] @ (down / size) if size else np.zeros(len(self.poses))
+        return np.asarray(along.reshape(self.poses.replicates, -1).mean(axis=1))
+
+    @property
+    def load(self) -> float:
+        """Return the largest static load of a drive over the poses as a share of its rated one; NaN where none is rated."""
+        shares = self.held / rated_torques(self.arm)
+        return float(np.nanmax(shares)) if np.isfinite(shares).any() else math.nan
+
+    @functools.cached_property
+    def contributions(self) -> dict[Grouping, dict[str, Floats]]:
+        """Return by grouping, for each entry, its contribution to the mean square and its own mean square over each set of poses (set, 2), m^2."""
+        out: dict[Grouping, dict[str, Floats]] = {}
+        for k, grouping in enumerate(GROUPINGS):
+            of_sets = [{cost.part: (cost.share * each[k].total / each[k].poses, cost.alone**2) for cost in costs(each[k])} for each in self.tallies]
+            out[grouping] = {name: np.array([found[name] for found in of_sets]) for name in of_sets[0]}
+        return out
+
+    @functools.cached_property
+    def largest_contributor(self) -> tuple[str, float] | None:
+        """Return the part with the largest share of the mean square, and that share; None where nothing errs."""
+        total, of_parts = float(self.squares.sum()), self.contributions["parts"]
+        if not total > 0:
+            return None
+        part = max(of_parts, key=lambda name: float(of_parts[name][:, 0].sum()))
+        return part, float(of_parts[part][:, 0].sum()) / total
+
+
+def compared_arm(  # noqa: PLR0913 - a study is these numbers
+    label: str,
+    arm: Arm,
+    poses: Poses,
+    robots: int,
+    visits: int,
+    seed: int,
+    *,
+    approach: float = 0.0,
+    threads: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> ComparedArm:
+    """Return what is compared of one arm; arguments and errors as for `montecarlo.run`."""
+    named = None if progress is None else lambda what, done, of: progress(f"{label}: {what}", done, of)
+    sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=named)
+    found = tuple(tallies(arm, q, tuple(GROUPINGS.values()), approach) for q in np.split(poses.q, poses.replicates))
+    held = np.max([np.abs(joint_torques(arm, poses.q[k : k + _CHUNK])).max(axis=0) for k in range(0, len(poses), _CHUNK)], axis=0)
+    known = with_limits(states(arm), arm, poses.q, approach)
+    return ComparedArm(label, arm, poses, sampled, found, held, known, overloads(arm, poses), approach)

@@ -1,0 +1,148 @@
+"""Arms studied with the same draws, and what is different in each from the first."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.analyses.compare.compared_arm import GROUPINGS
+from lostmotion.analyses.compare.description import Difference, StateChange, state_changes, value_differences
+from lostmotion.analyses.compare.measures import Measure, measures
+from lostmotion.error_model.budget import NOTHING, budget_changes
+from lostmotion.error_model.differences import ZERO, root_mean_square_difference, share_of_difference
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
+    from lostmotion.error_model.intervals import Estimate
+
+
+@dataclass(frozen=True)
+class PartChange:
+    """One part, or kind of error, in two arms; all in m.
+
+    before, after  its own r.m.s. error in each; None in an arm without it
+    alone          the difference of the two
+    share          its share of the difference of the arms' r.m.s. errors
+    """
+
+    part: str
+    before: float | None
+    after: float | None
+    alone: Estimate
+    share: Estimate
+
+
+@dataclass(frozen=True)
+class Change:
+    """What is different in one arm from the first one.
+
+    figures  difference of every figure by the key of its `Measure`, after minus before
+    by       differences by grouping, the largest share of the difference first: "parts", "members" (of parts that consist of several), "causes"
+    same     whether every robot of both has the same errors, to the last bit
+    """
+
+    arm: ComparedArm
+    figures: dict[str, Estimate]
+    by: dict[Grouping, tuple[PartChange, ...]]
+    same: bool
+
+    @property
+    def parts(self) -> tuple[PartChange, ...]:
+        """Return the differences by part."""
+        return self.by["parts"]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Arms compared with the first of them.
+
+    values   values that are not the same in all arms; states: kinds of error that are not equally well known
+    paired   whether all arms stand at the same joint values
+    """
+
+    arms: tuple[ComparedArm, ...]
+    measures: tuple[Measure, ...]
+    changes: tuple[Change, ...]
+    values: tuple[Difference, ...]
+    states: tuple[StateChange, ...]
+    paired: bool
+    seed: int
+    approach: float
+
+
+def comparison(arms: Sequence[ComparedArm], seed: int, approach: float) -> Comparison:
+    """Return what differs between these arms and what it did, all against the first."""
+    first, *others = arms
+    figures = measures(arms)
+    return Comparison(
+        tuple(arms),
+        figures,
+        tuple(_change(first, other, figures) for other in others),
+        value_differences([each.arm for each in arms]),
+        state_changes([each.known for each in arms]),
+        all(_stand_at_the_same(first, other) for other in others),
+        seed,
+        approach,
+    )
+
+
+def _change(before: ComparedArm, after: ComparedArm, figures: Sequence[Measure]) -> Change:
+    same = same_errors(before, after)
+    found = {each.key: ZERO if same and not each.exact else each.change(before, after) for each in figures}
+    contributions = _contributions(before, after)
+    by = {grouping: _part_changes(before, after, grouping, contributions[grouping], same=same) for grouping in GROUPINGS}
+    return Change(after, found, by, same)
+
+
+def same_errors(before: ComparedArm, after: ComparedArm) -> bool:
+    """Return whether every robot of both arms has the same errors, to the last bit."""
+    one, other = before.sampled, after.sampled
+    return all(
+        np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True) for name in ("robot_means", "group_hist", "per_pose", "bias")
+    ) and np.array_equal(before.squares, after.squares)
+
+
+def _part_changes(
+    before: ComparedArm, after: ComparedArm, grouping: Grouping, changes: list[dict[str, float]], *, same: bool
+) -> tuple[PartChange, ...]:
+    """Return the changes of one grouping, the largest share of the difference first; `changes` of the mean square over each set of poses, m^2."""
+    found = [each.contributions[grouping] for each in (before, after)]
+    totals = [each.squares.sum(axis=1) for each in (before, after)]
+    nothing = NOTHING * float(sum(total.mean() for total in totals))
+    without = np.zeros(len(before.tallies))
+    out = []
+    for part in dict.fromkeys((*found[0], *found[1])):
+        own = [each[part][:, 1] if part in each else without for each in found]
+        one, other = (math.sqrt(float(alone.mean())) if part in each else None for alone, each in zip(own, found, strict=True))
+        of_sets = np.array([each.get(part, 0.0) for each in changes])
+        moved = np.abs(of_sets).max() > nothing and not same
+        alone = ZERO if same else root_mean_square_difference(own[0], own[1])
+        out.append(PartChange(part, one, other, alone, share_of_difference(of_sets, *totals) if moved else ZERO))
+    return tuple(sorted(out, key=lambda each: -abs(each.share.value)))
+
+
+def _contributions(before: ComparedArm, after: ComparedArm) -> dict[Grouping, list[dict[str, float]]]:
+    """Return the contributions to the change of the mean square over each set of poses, by grouping.
+
+    At the same joint values errors are compared pose by pose; else the contribution that a part has in one arm is taken from that in the other.
+    """
+    if _stand_at_the_same(before, after):
+        of_sets = np.split(before.poses.q, before.poses.replicates)
+        found = [budget_changes(before.arm, after.arm, q, tuple(GROUPINGS.values()), approach=before.approach) for q in of_sets]
+        return {grouping: [each[k] for each in found] for k, grouping in enumerate(GROUPINGS)}
+    out: dict[Grouping, list[dict[str, float]]] = {}
+    for grouping in GROUPINGS:
+        one, other = before.contributions[grouping], after.contributions[grouping]
+        nothing = np.zeros((len(before.tallies), 2))
+        changes = {name: other.get(name, nothing)[:, 0] - one.get(name, nothing)[:, 0] for name in dict.fromkeys((*one, *other))}
+        out[grouping] = [{name: float(change[k]) for name, change in changes.items()} for k in range(len(before.tallies))]
+    return out
+
+
+def _stand_at_the_same(before: ComparedArm, after: ComparedArm) -> bool:
+    return np.array_equal(before.poses.q, after.poses.q)

@@ -1,0 +1,127 @@
+"""Plots of a comparison: the error of each arm, its distribution, and the budgets side by side."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.analyses.compare.tables.figures import measure_of
+from lostmotion.error_model.error_bins import bin_edges
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.chart import PER_UNIT, grid, grouped, label, label_axes, legend, named_rows, one, stacked, zero_line
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.sheet import length
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from lostmotion.analyses.compare.comparison import Change, Comparison
+
+_COLOURS: Final = tuple(LIGHT[name] for name in ("robot", "design", "visit", "warn", "other", "quiet"))
+_PARTS: Final = 12
+_CURVE: Final = 200
+_APART: Final = 0.22
+
+
+def compare_plots(found: Comparison) -> list[Plot]:
+    """Return the plots in reading order."""
+    several = len(found.changes) > 1
+    out = []
+    if any(_relative(found, change) for change in found.changes):
+        words = "Points with intervals: relative change of each figure against the first arm; a line at zero."
+        out.append(Plot("changes", "changes", relative_changes(found), words))
+    for k, change in enumerate(found.changes, 2):
+        end = f"-{k}" if several else ""
+        of_parts, of_shares = (f"{section}{f'_{k}' if several else ''}" for section in ("parts", "parts_shares"))
+        if any(each.alone.value or each.before for each in change.parts):
+            out.append(Plot(f"parts{end}", of_parts, budgets(found, change), "Bars of the r.m.s. error of each part by itself in both arms."))
+        if any(each.share.value for each in change.parts):
+            out.append(Plot(f"shares{end}", of_shares, shares(change), "Bars of the share of each part in the change of the r.m.s. error."))
+    words = "Share of all positions whose error is below each value, a curve for each arm."
+    return [*out, Plot("distribution", "changes", distribution(found), words)]
+
+
+def _relative(found: Comparison, change: Change) -> list[tuple[str, Estimate]]:
+    """Return the relative changes (%) of the figures of accuracy, each with its name."""
+    out = []
+    for measure in found.measures:
+        before, size = measure.value(found.arms[0]).value, change.figures[measure.key]
+        if measure.group == "accuracy" and before and math.isfinite(size.value):
+            out.append((measure.name, Estimate(*(100 * end / before for end in (size.value, size.low, size.high)))))
+    return out
+
+
+def relative_changes(found: Comparison) -> Figure:
+    """Draw the relative change of each figure of accuracy against the first arm, with its interval, and a line at zero."""
+    drawn = [(change.arm.label, _relative(found, change)) for change in found.changes]
+    names = [name for name, _ in drawn[0][1]]
+    figure, on = one(f"Change against {label(found.arms[0].label)}", 30 + (5 + 3 * len(drawn)) * len(names))
+    for k, (name, changes) in enumerate(drawn):
+        colour, lift = _COLOURS[k + 1], (k - (len(drawn) - 1) / 2) * _APART
+        values = np.array([size.value for _, size in changes])
+        ends = np.nan_to_num(np.array([[size.value - size.low, size.high - size.value] for _, size in changes]).T)
+        on.errorbar(
+            values, np.arange(len(values)) + lift, xerr=ends, color=colour, label=label(name), fmt="o", markersize=4, linewidth=1.3, capsize=3
+        )
+    zero_line(on)
+    grid(on, "x")
+    named_rows(on, names)
+    label_axes(on, "change [%]")
+    legend(figure)
+    return figure
+
+
+def distribution(found: Comparison) -> Figure:
+    """Draw the share of all positions whose error is below each value, a curve for each arm, with its 95th percentile."""
+    figure, on = one("Distribution of the position error", 80)
+    grid(on, "both")
+    within = measure_of(found, "p95")
+    levels = [within.value(each).value for each in found.arms] if within is not None else []
+    unit = length(max(levels, default=0.0)).unit
+    for each, level, colour in zip(found.arms, levels, _COLOURS, strict=False):
+        counts = each.sampled.replicate_hist.sum(axis=0)
+        below = np.concatenate([[0], np.cumsum(counts)])
+        occupied = np.flatnonzero(counts)
+        edges = bin_edges()
+        first, last = int(occupied[0]), int(occupied[-1]) + 1
+        at = np.unique(np.searchsorted(edges, np.linspace(edges[first], edges[min(last, len(edges) - 1)], _CURVE)).clip(first, last))
+        on.plot(edges[at] * PER_UNIT[unit], 100 * below[at] / below[-1], color=colour, label=label(each.label))
+        on.axvline(level * PER_UNIT[unit], color=colour, linewidth=0.8, linestyle=(0, (2, 2)))
+    on.set_ylim(0, 102)
+    on.set_xlim(left=0)
+    label_axes(on, f"position error [{unit}]; dotted: 95 % of positions", "share of positions below [%]")
+    legend(figure)
+    return figure
+
+
+def budgets(found: Comparison, change: Change) -> Figure:
+    """Draw the r.m.s. error of each part by itself in both arms, side by side."""
+    shown = sorted(change.parts, key=lambda each: -max(each.before or 0.0, each.after or 0.0))[:_PARTS]
+    values = [np.array([each.before or 0.0 for each in shown]), np.array([each.after or 0.0 for each in shown])]
+    unit = length(float(max(values[0].max(), values[1].max()))).unit
+    figure, on = one("R.m.s. error of each part by itself", 30 + 8 * len(shown))
+    labels = (found.arms[0].label, change.arm.label)
+    grouped(on, [(label(name), colour, own * PER_UNIT[unit]) for name, colour, own in zip(labels, _COLOURS, values, strict=False)])
+    named_rows(on, [short_name(each.part) for each in shown])
+    label_axes(on, f"r.m.s. error [{unit}]")
+    legend(figure)
+    return figure
+
+
+def shares(change: Change) -> Figure:
+    """Draw the share of each part in the change of the r.m.s. error."""
+    shown = sorted([each for each in change.parts if each.share.value][:_PARTS], key=lambda each: each.share.value)
+    values = np.array([each.share.value for each in shown])
+    unit = length(float(np.abs(values).max())).unit
+    figure, on = one("Change of the r.m.s. error by part", 24 + 5.2 * len(shown))
+    sizes = values * PER_UNIT[unit]
+    stacked(on, [("less error", LIGHT["visit"], np.minimum(sizes, 0.0)), ("more error", LIGHT["warn"], np.maximum(sizes, 0.0))], height=0.7)
+    zero_line(on)
+    named_rows(on, [short_name(each.part) for each in shown])
+    label_axes(on, f"change of the r.m.s. error [{unit}]")
+    legend(figure)
+    return figure

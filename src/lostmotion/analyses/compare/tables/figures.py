@@ -1,0 +1,57 @@
+"""Figures of a comparison as people read them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.reporting.sheet import ARCMIN, Figure, length, several
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.compare.compared_arm import ComparedArm
+    from lostmotion.analyses.compare.comparison import Comparison
+    from lostmotion.analyses.compare.measures import Measure
+    from lostmotion.error_model.intervals import Estimate
+
+NO_DIFFERENCE_SEEN: Final = "no difference seen"
+EQUAL: Final = "equal"
+_SIZES: Final = {"rad": ("arcmin", ARCMIN), "kg": ("kg", 1.0), "1": ("%", 0.01)}
+
+
+def figure(found: Estimate, unit: str, samples: str = "") -> Figure:
+    """Return an estimate in the unit that people read: lengths by their size, angles in arcmin, shares in per cent."""
+    if unit == "m":
+        return length(found.value, found.low, found.high, samples)
+    name, size = _SIZES[unit]
+    return Figure(found.value / size, name, found.low / size, found.high / size, samples)
+
+
+def is_decided(change: Estimate) -> bool:
+    """Return whether a difference is distinguished from zero: its interval does not contain zero."""
+    return change.low > 0 or change.high < 0
+
+
+def remark(change: Estimate, *, exact: bool) -> str:
+    """Return what a reader must know of a difference: that it is zero, not distinguished from zero, or without an interval; else nothing."""
+    if change.value == 0 and (exact or change.low == change.high == 0):
+        return EQUAL
+    if exact or is_decided(change):
+        return ""
+    return NO_DIFFERENCE_SEEN if math.isfinite(change.low) else "no interval: too few robots or sets of poses"
+
+
+def with_interval(found: Figure) -> str:
+    """Return a figure with its interval in brackets, where it has one."""
+    return f"{found} ({found.interval})" if found.interval else str(found)
+
+
+def counted(each: ComparedArm) -> str:
+    """Return what the figures of an arm were counted from."""
+    return (
+        f"{several(len(each.poses), 'pose')} ({each.poses.law}) x {several(each.sampled.robots, 'robot')} x {several(each.sampled.visits, 'visit')}"
+    )
+
+
+def measure_of(found: Comparison, key: str) -> Measure | None:
+    """Return the figure of this key; None where these arms do not have it."""
+    return next((each for each in found.measures if each.key == key), None)

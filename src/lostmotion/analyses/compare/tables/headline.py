@@ -1,0 +1,230 @@
+"""Headline of a comparison, the statements of its first screen, and its warnings."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.analyses.compare.description import WHOLE_JOINT
+from lostmotion.analyses.compare.tables.figures import figure, is_decided, measure_of, with_interval
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.propagation.exact import FAILS, share_neglected
+from lostmotion.reporting.first_order import failure
+from lostmotion.reporting.provenance import assumed_count, at_least, ideal_joints_clause, repeats_bounded, upper_limit_sentences
+from lostmotion.reporting.sheet import Figure, length, several
+from lostmotion.reporting.warnings import overload_warnings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.analyses.compare.compared_arm import ComparedArm
+    from lostmotion.analyses.compare.comparison import Change, Comparison
+    from lostmotion.analyses.compare.description import Difference, StateChange
+
+# Values and states that the first screen names; of more it says how many.
+_NAMED: Final = 3
+# Share of the change of the r.m.s. error from which a part is named in the headline.
+_MOST_OF_IT: Final = 0.5
+
+
+def verdict(found: Comparison) -> str:
+    """Return the headline: how much more or less accurate the other arms are than the first, the part that made most of it, and the mass."""
+    wrong = failing(found)
+    if wrong:
+        return " ".join(f"{each.label}: {failure(each.sampled.exact, _within(found, each))}" for each in wrong)
+    if len(found.changes) > 1:
+        return _of_many(found)
+    change = found.changes[0]
+    return " ".join(text for text in (_answer(found, change), _due_to(change), _heavier(change), _rests(found)) if text)
+
+
+def failing(found: Comparison) -> list[ComparedArm]:
+    """Return the arms in which the first-order sum of errors fails."""
+    return [each for each in found.arms if share_neglected(each.sampled.exact, _within(found, each)) > FAILS]
+
+
+def _within(found: Comparison, each: ComparedArm) -> float:
+    measure = measure_of(found, "p95")
+    return math.nan if measure is None else measure.value(each).value
+
+
+def _answer(found: Comparison, change: Change) -> str:
+    first, other = found.arms[0], change.arm
+    before, after = (at_least(length(_within(found, each)), each.known) for each in (first, other))
+    size = change.figures["p95"]
+    if change.same:
+        return f"No difference: {other.label} and {first.label} have the same error in every sample, 95 % of positions within {after}."
+    if not is_decided(size):
+        interval = figure(size, "m").interval
+        seen = f"the change lies in {interval} {figure(size, 'm').unit}" if interval else "too few robots or sets of poses for an interval"
+        return f"No difference seen between {other.label} and {first.label}: 95 % of positions within {after} and {before}; {seen}."
+    better = size.value < 0
+    apart = length(abs(size.value), min(abs(size.low), abs(size.high)), max(abs(size.low), abs(size.high)))
+    word = "more" if better else "less"
+    return f"{other.label} is {with_interval(apart)} {word} accurate than {first.label}: 95 % of positions within {after} in place of {before}."
+
+
+def _due_to(change: Change) -> str:
+    """Return the sentence on the part that made most of the change; empty where none did, or where no change was seen."""
+    whole = change.figures["rms"]
+    if not is_decided(change.figures["p95"]) or not change.parts or not whole.value:
+        return ""
+    part = change.parts[0]
+    share = part.share.value / whole.value
+    if share < _MOST_OF_IT:
+        return ""
+    alone, together = (_signed(length(size.value)) for size in (part.share, whole))
+    return f"{short_name(part.part)} changes the r.m.s. error by {alone}, all parts together by {together}."
+
+
+def _signed(found: Figure) -> str:
+    return f"+{found}" if found.value > 0 else str(found)
+
+
+def _heavier(change: Change) -> str:
+    mass = change.figures["mass"].value
+    if not mass:
+        return ""
+    return f"It is {Figure(abs(mass), 'kg')} {'heavier' if mass > 0 else 'lighter'} ({Figure(change.arm.arm.mass, 'kg')})."
+
+
+def _rests(found: Comparison) -> str:
+    counts = [assumed_count(each.known.assumed) for each in found.arms]
+    if not any(counts):
+        return ""
+    texts = [str(count) for count in counts]
+    if len(set(counts)) == 1:
+        return f"Each of them rests on {several(counts[0], 'assumed value')}."
+    return f"They rest on {', '.join(texts[:-1])} and {several(counts[-1], 'assumed value')}."
+
+
+def _of_many(found: Comparison) -> str:
+    """Return the headline of more than two arms: the most accurate one, and the change of each against the first."""
+    best = min(found.arms, key=lambda each: _within(found, each))
+    first = found.arms[0]
+    within = at_least(length(_within(found, best)), best.known)
+    texts = []
+    for change in found.changes:
+        size = change.figures["p95"]
+        seen = "equal" if change.same else _signed(figure(size, "m")) if is_decided(size) else "no difference seen"
+        interval = figure(size, "m").interval
+        texts.append(f"{change.arm.label} {seen}{f' ({interval})' if interval and not change.same else ''}")
+    answer = f"Of {len(found.arms)} arms {best.label} is the most accurate: 95 % of positions within {within}."
+    return " ".join([answer, f"Against {first.label}: {'; '.join(texts)}.", _rests(found)]).rstrip()
+
+
+def brief(found: Comparison) -> tuple[tuple[str, str], ...]:
+    """Return the statements of the first screen, each a word and a sentence or two."""
+    out = [
+        ("Differs", _differs(found.values)),
+        ("Repeatability", _changed(found, "rp_p95", "95 % of the robots repeat within", repeats=True)),
+        ("Sag", _changed(found, "sag", "Mean displacement along gravity")),
+        ("Mass", _masses(found)),
+        ("Drives", _drives(found)),
+        ("Largest", _largest(found.arms)),
+        ("Poses", _poses(found)),
+        ("Trust", _trust(found.arms)),
+    ]
+    return tuple((word, text) for word, text in out if text)
+
+
+def _differs(values: Sequence[Difference]) -> str:
+    if not values:
+        return "No value of the descriptions differs."
+    # Of a part of another kind nearly every value differs: these come last.
+    replaced = {part for each in values if each.key == "kind" for part in each.parts}
+    values = sorted(values, key=lambda each: each.key != "kind" and each.parts[0] in replaced)
+    texts = [f"{each.name}{':' if each.key == WHOLE_JOINT else ''} {' → '.join(each.texts)}" for each in values[:_NAMED]]
+    left = len(values) - _NAMED
+    return "; ".join(texts) + (f"; and {several(left, 'more difference')}" if left > 0 else "") + "."
+
+
+def _changed(found: Comparison, key: str, what: str, *, repeats: bool = False) -> str:
+    """Return a figure of every arm with its change."""
+    measure = measure_of(found, key)
+    if measure is None or not any(measure.value(each).value for each in found.arms):
+        return ""
+    first = figure(measure.value(found.arms[0]), measure.unit)
+    texts = [repeats_bounded(Figure(first.value, first.unit), found.arms[0].known) if repeats else str(Figure(first.value, first.unit))]
+    for change in found.changes:
+        size = change.figures[key]
+        value = figure(measure.value(change.arm), measure.unit)
+        shown = repeats_bounded(Figure(value.value, value.unit), change.arm.known) if repeats else str(Figure(value.value, value.unit))
+        made = figure(size, measure.unit)
+        seen = (
+            "equal" if not size.value and size.low == size.high else f"{_signed(made)}, {made.interval}" if is_decided(size) else "no difference seen"
+        )
+        texts.append(f"{shown} ({seen})")
+    return f"{what} {' → '.join(texts)}."
+
+
+def _masses(found: Comparison) -> str:
+    masses = [each.arm.mass for each in found.arms]
+    if not any(masses):
+        return "No mass is stated."
+    if len(set(masses)) == 1:
+        return f"{Figure(masses[0], 'kg')}, equal."
+    return " → ".join(str(Figure(mass, "kg")) for mass in masses) + "."
+
+
+def _drives(found: Comparison) -> str:
+    shares = [each.load for each in found.arms]
+    if not any(math.isfinite(share) for share in shares):
+        return ""
+    texts = [str(Figure(100 * share, "%")) if math.isfinite(share) else "not rated" for share in shares]
+    return f"The most loaded drive holds {' → '.join(texts)} of its rated load standing still."
+
+
+def _largest(arms: Sequence[ComparedArm]) -> str:
+    """Return the largest contributor of each arm."""
+    found = [(each.label, each.largest_contributor) for each in arms]
+    texts = [
+        f"{short_name(largest[0])} in {label}, {Figure(100 * largest[1], '%')} of its mean square" for label, largest in found if largest is not None
+    ]
+    return f"Largest contributor: {'; '.join(texts)}." if texts else ""
+
+
+def _poses(found: Comparison) -> str:
+    first = found.arms[0]
+    if found.paired:
+        return (
+            f"All arms stand at the same {several(len(first.poses), 'set')} of joint values."
+            if len(first.poses) > 1
+            else "All arms stand at the same pose."
+        )
+    kinds = [[(joint.name, joint.type) for joint in each.arm.moving] for each in found.arms]
+    why = "their joints differ" if any(other != kinds[0] for other in kinds[1:]) else "their joint limits differ"
+    return f"Each arm has poses over its own joint limits, since {why}."
+
+
+def _trust(arms: Sequence[ComparedArm]) -> str:
+    """Return what is taken as perfect, and the makers' limits, once where it is the same for all arms."""
+    texts: dict[str, list[str]] = {}
+    for each in arms:
+        ideal = ideal_joints_clause(each.known)
+        text = " ".join([*([f"{ideal[0].upper()}{ideal[1:]}."] if ideal else []), *upper_limit_sentences(each.known)])
+        if text:
+            texts.setdefault(text, []).append(each.label)
+    return " ".join(text if len(labels) == len(arms) else f"{', '.join(labels)}: {text}" for text, labels in texts.items())
+
+
+def warnings(found: Comparison) -> tuple[str, ...]:
+    """Return what makes the comparison doubtful: errors that only some arms describe, overloaded drives, and what seems wrong in a description."""
+    out = []
+    unequal = [each for each in found.states if each.described_in_some_only]
+    if unequal:
+        out.append(f"{_described_unequally(unequal)}: part of the difference is one of the descriptions, not of the arms")
+    for each in found.arms:
+        out += [f"{each.label}: {text}" for text in (*each.arm.warnings, *overload_warnings(each.overloads))]
+    return tuple(out)
+
+
+def _described_unequally(unequal: Sequence[StateChange]) -> str:
+    """Return the clause that names kinds of error that only some of the arms describe, with their joints."""
+    places: dict[str, list[str]] = {}
+    for each in unequal:
+        places.setdefault(each.kind, []).append(each.place)
+    texts = [f"{kind} of {', '.join(of)}" for kind, of in places.items()]
+    left = len(texts) - _NAMED
+    named = ", ".join(texts[:_NAMED]) + (f" and {left} more" if left > 0 else "")
+    return f"not every arm describes the same kinds of error ({named})"

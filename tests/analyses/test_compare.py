@@ -1,0 +1,310 @@
+"""Comparison of arms: paired differences against two studies, a closed form, replicated runs, and what differs in the descriptions."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+import lostmotion
+from lostmotion.analyses.compare.description import ABSENT
+from lostmotion.cli.app import app
+from lostmotion.error_model.differences import ZERO
+from lostmotion.reporting.first_screen import print_first_screen
+from lostmotion.reporting.screen import print_sheet
+from tests.examples.test_planar_2r import FILE, GRAVITY, K2, L2, MASS, bias_and_variance
+
+EXAMPLES = FILE.parent
+# A quick arm whose error differs from robot to robot and from visit to visit.
+ARM = """
+name = "two joints"
+[payload]
+mass = "2 kg"
+[[joints]]
+name = "A"
+type = "revolute"
+axis = "z"
+limits = ["-90 deg", "90 deg"]
+gearbox = { ratio = 100, stiffness = "8 N m/arcmin", backlash = "0.6 arcmin ± 0.2 arcmin" }
+encoder = { zero = "1 arcmin" }
+link = { length = "400 mm ± 60 µm", rigid = true }
+[[joints]]
+name = "B"
+type = "revolute"
+axis = "-y"
+limits = ["-150 deg", "150 deg"]
+gearbox = { ratio = 100, stiffness = "4 N m/arcmin", backlash = "0.8 arcmin ± 0.4 arcmin" }
+encoder = { zero = "1 arcmin", noise = "0.1 arcmin" }
+link = { length = "300 mm ± 60 µm", rigid = true }
+"""
+# Another gearbox at A, another spring and encoder at B.
+OTHER = (
+    ARM.replace("0.6 arcmin ± 0.2 arcmin", "0.3 arcmin ± 0.1 arcmin")
+    .replace("4 N m/arcmin", "5 N m/arcmin")
+    .replace('zero = "1 arcmin", noise', 'zero = "1.4 arcmin", noise')
+)
+CHANGED = {"joints.A.gearbox", "joints.B.gearbox", "joints.B.encoder"}
+# Levels of chance in a comparison and in a study.
+OF_LEVELS = {
+    "rms": "all_together",
+    "rms_design": "from_load_and_pose",
+    "rms_robot": "from_the_manufacture_of_each_robot",
+    "rms_visit": "from_visit_to_visit",
+}
+SMALL = {"poses": 64, "robots": 80, "visits": 4, "threads": 1}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Return the paths of the quick arm and of the other one."""
+    folder = tmp_path_factory.mktemp("arms")
+    for name, text in (("one", ARM), ("other", OTHER)):
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    return folder / "one.toml", folder / "other.toml"
+
+
+@pytest.fixture(scope="module")
+def found(files):
+    """Return the comparison of the quick arm with the other one."""
+    return lostmotion.compare(*files, **SMALL)
+
+
+def test_a_change_is_the_difference_of_two_studies(files, found):
+    """Every figure is that of a study of each arm by itself, to the last bit, and so is its change."""
+    result = found.result()["figures"]
+    for file, label in zip(files, ("one", "other"), strict=True):
+        figures = lostmotion.study(file, 64, 80, 4, threads=1).result()["figures"]
+        alone = {**{key: figures["error"][key] for key in ("p95", "p99", "mean", "rotation_rms")}, **figures["levels"]}
+        alone |= {"ap_p95": figures["iso9283"]["AP_p95"], "rp_p95": figures["iso9283"]["RP_p95"]}
+        for key, name in (*((each, each) for each in alone if each in result["figures"]), *OF_LEVELS.items()):
+            one, other = result["figures"][key][label], alone[name]["r_m_s_error"] if key in OF_LEVELS else alone[name]
+            assert [one[end] for end in ("value", "unit", "low", "high")] == [other[end] for end in ("value", "unit", "low", "high")], key
+    values = {each.key: [each.value(arm).value for arm in found.arms] for each in found.measures}
+    for key, change in found.changes[0].figures.items():
+        assert change.value == values[key][1] - values[key][0], key
+
+
+def test_an_arm_differs_from_itself_by_exactly_nothing(files):
+    """The same description gives the same errors in every sample, and zero without any uncertainty everywhere."""
+    same = lostmotion.compare(files[0], lostmotion.read(files[0]), **SMALL)
+    (change,) = same.changes
+    assert change.same
+    for measure in same.measures:
+        assert change.figures[measure.key].value == 0, measure.key
+        assert measure.exact or change.figures[measure.key] == ZERO
+    assert all(each.alone == each.share == ZERO and each.before == each.after for each in (each for items in change.by.values() for each in items))
+    assert not same.values
+    assert not same.states
+    assert "No difference:" in same.sheet.verdict
+
+
+def test_exchanging_the_arms_changes_the_sign_and_nothing_else(files, found):
+    """Value and both ends of every interval are mirrored at zero."""
+    back = lostmotion.compare(*reversed(files), **SMALL)
+    forth = found.changes[0]
+
+    def mirrored(estimate):
+        return [-estimate.value, -estimate.high, -estimate.low]
+
+    for key, change in back.changes[0].figures.items():
+        np.testing.assert_array_equal([change.value, change.low, change.high], mirrored(forth.figures[key]), err_msg=key)
+    for one, other in ((back.changes[0].by[grouping], forth.by[grouping]) for grouping in forth.by):
+        of_other = {each.part: each for each in other}
+        for each in one:
+            twin = of_other[each.part]
+            assert (each.before, each.after) == (twin.after, twin.before)
+            for mine, its in ((each.alone, twin.alone), (each.share, twin.share)):
+                np.testing.assert_allclose([mine.value, mine.low, mine.high], mirrored(its), rtol=1e-9, atol=1e-18)
+
+
+def test_shares_of_parts_add_to_the_change_and_unchanged_parts_have_none(found):
+    """By part and by kind of error they add to the change of the r.m.s. error; only parts that differ have one."""
+    (change,) = found.changes
+    for items in change.by.values():
+        assert sum(each.share.value for each in items) == pytest.approx(change.figures["rms"].value, rel=1e-9)
+    assert {each.part for each in change.parts if each.share.value} == CHANGED
+    assert all(each.share == each.alone == ZERO for each in change.parts if each.part not in CHANGED)
+
+
+def test_the_intervals_of_changes_are_narrower_than_those_of_two_studies(found):
+    """What both arms share cancels: of this pair the interval of the mean's change is less than half as wide as independent runs would give."""
+    for measure in found.measures:
+        if measure.exact:
+            continue
+        ends = [measure.value(each) for each in found.arms]
+        independent = math.hypot(*(each.high - each.low for each in ends))
+        change = found.changes[0].figures[measure.key]
+        assert change.high - change.low <= independent, measure.key
+        if measure.key == "mean":
+            assert change.high - change.low < independent / 2
+
+
+def test_a_softer_spring_of_the_planar_arm_is_the_closed_form(tmp_path):
+    """Elbow springs of 4 and 3 N m/arcmin: the change of the r.m.s. error, of the sag and its share by the elbow are those on paper."""
+    text = FILE.read_text(encoding="utf-8")
+    (tmp_path / "soft.toml").write_text(text.replace("4 N m/arcmin", "3 N m/arcmin"), encoding="utf-8")
+    compared = lostmotion.compare(FILE, tmp_path / "soft.toml", poses=64, robots=2, visits=1, threads=1)
+    q = compared.arms[0].poses.q
+    bias, variance = bias_and_variance(q)
+    b = q[:, 0] + q[:, 1]
+    wrist = L2 * np.column_stack([np.cos(b), np.sin(b)])
+    more = MASS * GRAVITY * wrist[:, :1] * (4 / 3 - 1) / K2 * np.column_stack([wrist[:, 1], -wrist[:, 0]])
+    squares = [((each**2).sum(axis=1) + variance).mean() for each in (bias, bias + more)]
+    roots = np.sqrt(squares)
+    figures = compared.changes[0].figures
+    assert figures["rms"].value == pytest.approx(roots[1] - roots[0], rel=1e-9)
+    assert figures["sag"].value == pytest.approx(-more[:, 1].mean(), rel=1e-9)
+    (elbow,) = [each for each in compared.changes[0].parts if each.share.value]
+    assert elbow.part == "joints.elbow.gearbox"
+    # (Y - X).(Y + X) over the sum of the roots, for the only error that changes
+    assert elbow.share.value == pytest.approx(((more * (2 * bias + more)).sum(axis=1).mean()) / roots.sum(), rel=1e-9)
+    assert elbow.before == pytest.approx(3 / 4 * elbow.after, rel=1e-9)
+    # The interval, from eight sets: the delta method on each set's change of the root.
+    of_sets = [np.sqrt(((each**2).sum(axis=1) + variance).reshape(8, -1).mean(axis=1)) for each in (bias, bias + more)]
+    spread = np.std(of_sets[1] - of_sets[0], ddof=1) / math.sqrt(8) * 2.3646242510102993  # Student, 7 degrees of freedom
+    assert figures["rms"].high - figures["rms"].value == pytest.approx(spread, rel=0.2)
+
+
+@pytest.mark.slow
+def test_intervals_contain_the_true_change(files):
+    """Over 50 seeds each 95 % interval misses the change of a run of 4 096 poses and 4 000 robots in no more than 8 cases."""
+    arms = [lostmotion.read(file) for file in files]
+    truth = lostmotion.compare(*arms, poses=4096, robots=4000, visits=4, seed=1000).changes[0].figures
+    missed = dict.fromkeys((key for key in truth if key not in {"mass", "load"}), 0)
+    for seed in range(50):
+        figures = lostmotion.compare(*arms, poses=64, robots=120, visits=4, seed=seed, threads=1).changes[0].figures
+        for key in missed:
+            missed[key] += not figures[key].low <= truth[key].value <= figures[key].high
+    assert max(missed.values()) <= 8, missed
+
+
+def test_a_change_smaller_than_its_interval_is_not_seen(tmp_path, files):
+    """A spring that is stiffer by 0.01 per mille changes the 95 % error by less than its histogram resolves; the mean, free of bins, shows it."""
+    (tmp_path / "nearly.toml").write_text(ARM.replace("4 N m/arcmin", "4.00004 N m/arcmin"), encoding="utf-8")
+    found = lostmotion.compare(files[0], tmp_path / "nearly.toml", **SMALL)
+    sheet = found.sheet
+    assert sheet.verdict.startswith("No difference seen between nearly and one")
+    notes = {row.key: row.note for section in sheet.sections if section.key == "changes" for row in section.rows}
+    assert notes["p95"] == "no difference seen"
+    assert not notes["mean"]
+    assert found.changes[0].figures["mean"].high < 0
+
+
+@pytest.mark.parametrize("second", ["one more joint", "other limits"])
+def test_arms_with_other_joints_have_poses_of_their_own(tmp_path, files, second):
+    """A part that one arm lacks has its whole error in the other; shares still add, and the page states that poses differ."""
+    more = ARM + '[[joints]]\nname = "C"\ntype = "prismatic"\naxis = "x"\nlimits = ["0 mm", "100 mm"]\nencoder = { zero = "50 µm" }\n'
+    text = more if second == "one more joint" else ARM.replace("-150 deg", "-140 deg")
+    (tmp_path / "second.toml").write_text(text, encoding="utf-8")
+    found = lostmotion.compare(files[0], tmp_path / "second.toml", **SMALL)
+    (change,) = found.changes
+    assert not found.paired
+    for items in change.by.values():
+        assert sum(each.share.value for each in items) == pytest.approx(change.figures["rms"].value, rel=1e-9)
+    poses = dict(found.sheet.brief)["Poses"]
+    if second == "one more joint":
+        assert "their joints differ" in poses
+        (encoder,) = [each for each in change.parts if each.part == "joints.C.encoder"]
+        assert encoder.before is None
+        assert encoder.alone.value == encoder.after > 0
+        assert [(each.name, each.texts) for each in found.values] == [("joint C", (ABSENT, "prismatic"))]
+        back = lostmotion.compare(tmp_path / "second.toml", files[0], **SMALL).changes[0]
+        assert back.figures["p95"].value == -change.figures["p95"].value
+    else:
+        assert "their joint limits differ" in poses
+        assert [each.name for each in found.values] == ["joint B: limits"]
+
+
+def test_more_than_two_arms_are_compared_with_the_first(tmp_path, files, found):
+    """The changes of the second are those of the comparison of two; the headline names the most accurate arm."""
+    three = lostmotion.compare(*files, files[0], **SMALL)
+    assert [each.label for each in three.arms] == ["one (1)", "other", "one (2)"]
+    assert three.changes[0].figures == found.changes[0].figures
+    assert three.changes[1].same
+    assert three.sheet.verdict.startswith("Of 3 arms other is the most accurate")
+    three.report(tmp_path / "report")
+    keys = json.loads((tmp_path / "report" / "result.json").read_text(encoding="utf-8"))["figures"]
+    assert {"parts_2", "parts_3", "parts_shares_2", "causes_3"} <= set(keys)
+
+
+def test_what_differs_is_listed_in_the_words_of_the_file(tmp_path, files):
+    """Values with their units, assumed or stated; equal changes at several joints once; a kind of error that one arm lacks is a warning."""
+    text = ARM.replace("4 N m/arcmin", "8 N m/arcmin").replace("8 N m/arcmin", "10 N m/arcmin").replace("2 kg", "2.5 kg")
+    text = text.replace(', noise = "0.1 arcmin" }', ' }\nassumed = ["encoder"]\nmounting = { tilt = "20 arcsec" }')
+    (tmp_path / "changed.toml").write_text(text, encoding="utf-8")
+    found = lostmotion.compare(files[0], tmp_path / "changed.toml", **SMALL)
+    assert {each.name: each.texts for each in found.values} == {
+        "payload: mass": ("2 kg", "2.5 kg"),
+        "gearbox of A: stiffness": ("8 N m/arcmin", "10 N m/arcmin"),
+        "gearbox of B: stiffness": ("4 N m/arcmin", "10 N m/arcmin"),
+        "encoder of B: noise": ("0.1 arcmin", "-"),
+        "encoder of B: zero": ("1 arcmin", "1 arcmin (assumed)"),
+        "mounting of B: tilt": ("-", "0.333333 arcmin"),
+    }
+    assert {(each.place, each.kind): each.states for each in found.states} == {
+        ("B", "encoder"): ("stated", "assumed"),
+        ("B", "axis mounting"): ("ideal", "stated"),
+    }
+    assert any("axis mounting of B" in warning for warning in found.sheet.warnings)
+
+
+def test_every_text_fits_a_terminal_and_no_number_is_a_power_of_ten(found):
+    """The first screen has no more than 40 lines, every figure fits 80 columns, and numbers are written out."""
+    first, whole = (io.StringIO() for _ in range(2))
+    print_first_screen(found.sheet, Console(file=first, width=80))
+    print_sheet(found.sheet, Console(file=whole, width=80))
+    assert len(first.getvalue().splitlines()) <= 40
+    for text in (first.getvalue(), whole.getvalue()):
+        assert max(map(len, text.splitlines())) <= 80
+        assert not re.search(r"\de[-+]\d", text)
+
+
+def test_the_page_shows_every_section_and_its_plots(found, tmp_path):
+    """The report has the answer, the tables and four plots; its figures are those of result.json."""
+    folder = found.report(tmp_path / "out")
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert [plot.key for plot in found.plots] == ["changes", "parts", "shares", "distribution"]
+    assert all(f'id="plot-{plot.key}"' in page for plot in found.plots)
+    said = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    change = said["figures"]["changes"]["p95"]["change"]
+    assert change["value"] * 1e-6 == pytest.approx(found.changes[0].figures["p95"].value)
+    (plain,) = said["changes"]
+    assert plain["figures"]["p95"][0] == found.changes[0].figures["p95"].value
+    assert sum(each["share_m"][0] for each in plain["members"]) == pytest.approx(plain["figures"]["rms"][0], rel=1e-9)
+    assert said["differences"][0]["values"] == ["0.6 arcmin ± 0.2 arcmin", "0.3 arcmin ± 0.1 arcmin"]
+
+
+def test_mistakes_are_reported_all_at_once(files, tmp_path):
+    """One arm alone, a missing file, an arm without any error: each is refused with what is expected and an example."""
+    run = CliRunner().invoke
+    (tmp_path / "bare.toml").write_text('name = "bare"\n[[joints]]\nname = "A"\ntype = "revolute"\naxis = "z"\nlimits = ["-90 deg", "90 deg"]\n')
+    for words, expected in (
+        ([str(files[0])], ("ARMS", "one arm", "2 to 6 arms")),
+        ([str(files[0]), "none.toml", "--robots", "0"], ("none.toml", "--robots")),
+        ([str(files[0]), str(tmp_path / "bare.toml")], ("bare", "no error source")),
+        ([*map(str, files), "--sidecar", "a.toml"], ("--sidecar", "beside a URDF only")),
+    ):
+        error = run(app, ["compare", *words, "--out", str(tmp_path / "out")]).exception
+        assert isinstance(error, lostmotion.InputError), words
+        assert all(text in str(error) for text in expected), str(error)
+    assert not (tmp_path / "out").exists()
+    for words in ((), (1, 2)):
+        with pytest.raises(lostmotion.InputError):
+            lostmotion.compare(*words)
+
+
+def test_two_sidecars_of_one_robot_description_are_compared(tmp_path):
+    """Each URDF takes the sidecar of its place, and is named after it."""
+    urdf = EXAMPLES / "ur5e.urdf"
+    softer = (EXAMPLES / "ur5e.toml").read_text(encoding="utf-8")
+    (tmp_path / "other.toml").write_text(softer.replace('mass = "', 'mass = "1', 1), encoding="utf-8")
+    found = lostmotion.compare(urdf, urdf, sidecar=[EXAMPLES / "ur5e.toml", tmp_path / "other.toml"], poses=8, robots=2, visits=1)
+    assert found.arms[1].label == "other"
+    assert found.paired
+    assert found.values
