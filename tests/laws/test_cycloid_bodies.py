@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from lostmotion.laws.annulus import ELLIPTIC, Annulus, Plane, spectrum
 from lostmotion.laws.annulus import flexibility as edge_flexibility
-from lostmotion.laws.cycloid.bodies import Body, Part, _rim, flexibility
+from lostmotion.laws.cycloid.bodies import Body, _rim, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
-from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.geometry import Part, Stage, arms, contact_radius, normals, pin_angles
 from tests.laws.closed_forms import approach
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

@@ -14,9 +14,12 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.envelope import (
+    junction,
     mean_contacts,
+    ring_of_second_branch,
     second_contact_places,
     second_contacts,
+    second_radius,
     squared_arms,
     stiffening_by_rule,
 )
@@ -214,3 +217,15 @@ def test_pins_have_no_second_branch():
     """Only an envelope ring has one."""
     with pytest.raises(ValueError, match="a stage with ring pins has no second branch"):
         envelope_contact(Stage(0.034, 0.0035, 0.0015, 14), STEEL, 1.0, [0.0])
+
+
+def test_radii_of_second_contacts_are_those_of_both_profiles():
+    """The radius of second contacts after Euler and Savary is that of the curvatures of disc and ring, each by differences of its points."""
+    stage = Stage(0.034, 0.0035, 0.0015, 14, "lobe envelope")
+    t = np.linspace(1.05 * junction(stage), 0.98 * math.pi / stage.lobes, 9)
+    bends = []
+    for profile in (lambda at: flank(stage, at)[0], lambda at: ring_of_second_branch(stage, at)):
+        before, here, after = (profile(t + step) @ np.array([1, 1j]) for step in (-1e-5, 0.0, 1e-5))
+        slope, change = (after - before) / 2e-5, (after - 2 * here + before) / 1e-10
+        bends.append((slope.conj() * change).imag / np.abs(slope) ** 3)
+    np.testing.assert_allclose(second_radius(stage, t), 1 / (bends[0] - bends[1]), rtol=1e-3)

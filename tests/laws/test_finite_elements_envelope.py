@@ -11,7 +11,7 @@ from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import Body
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
-from lostmotion.laws.cycloid.envelope import second_contacts, stiffening_by_rule
+from lostmotion.laws.cycloid.envelope import second_contacts
 from lostmotion.laws.cycloid.envelope_contact import envelope_contact
 from lostmotion.laws.cycloid.finite_elements.envelope import EnvelopeContacts, envelope_contacts
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
@@ -23,17 +23,16 @@ VALIDATES = (
     (
         "finite elements of an envelope ring",
         (
-            "contacts of both branches by the rule on elastic bodies, three stages; largest pressure by the contact along the whole flank; "
-            "torque of the forces; distances to the ring from a polygon of its profile"
+            "contacts of both branches on elastic bodies; largest pressure by the contact along the whole flank, three stages; torque of the "
+            "forces; distances to the ring from a polygon of its profile"
         ),
-        "1.6 %; 6 %; 0.3 %; 1 nm",
+        "1 %; 6 %; 0.3 %; 1 nm",
         "laws/cycloid/finite_elements/envelope.py",
     ),
 )
 
 STAGE = Stage(0.05, 0.003, 0.0012, 20, "lobe envelope")
 SMALL = Stage(0.034, 0.0035, 0.0015, 14, "lobe envelope")
-MODULUS = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 
 
 def found(stage: Stage, crank: float) -> tuple[EnvelopeContacts, dict[int, np.ndarray]]:
@@ -92,19 +91,25 @@ def test_interfering_relief_is_refused_before_meshing():
 
 
 @pytest.mark.slow
+def test_both_branches_on_elastic_bodies_wind_up_as_by_finite_elements():
+    """Contacts of both branches on the exact bodies wind up as contact by finite elements within 1 %, with the same pressure within 5 %.
+
+    More stages, with results computed beforehand: tests/validation/test_fem_cases.py.
+    """
+    bodies = Body("planet", 0.0105, 2.4e9, 0.3), Body("ring", 0.038, 2.4e9, 0.3)
+    angle = np.array([0.1])
+    made = loaded_stage(SMALL, *bodies, 0.01, np.array([0.2]), crank=0.1)
+    drive = Drive(SMALL, Flanks(0.01, equivalent_modulus(2.4e9, 0.3, 2.4e9, 0.3)), disc_body=bodies[0], ring_body=bodies[1])
+    found = loaded_disc(drive, 0.2, angle, nominal_gaps(drive, angle))
+    assert found.rotation.item() == pytest.approx(made.rotation[0], rel=0.01)
+    assert found.pressures.max() == pytest.approx(made.peak.max(), rel=0.05)
+    assert made.forces[0] @ arms(SMALL, made.theta) == pytest.approx(0.2, rel=0.003)
+
+
 @pytest.mark.parametrize(
-    ("stage", "hub", "outer", "crank", "over"),
-    [(STAGE, 0.02, 0.06, 0.0, 0.009), (STAGE, 0.02, 0.06, math.pi / 20, 0.015), (SMALL, 0.0105, 0.044, 0.0, 0.001)],
+    ("stage", "crank", "peak"), [(STAGE, 0.0, 993.1e6), (STAGE, math.pi / 20, 999.9e6), (SMALL, 0.0, 1318e6)], ids=["N 20", "half a pitch", "N 14"]
 )
-def test_both_branches_wind_up_as_by_the_rule_on_elastic_bodies(stage, hub, outer, crank, over):
-    """FEM winds up 0.1 to 1.5 % more than the contacts stiffened by the rule, 10 to 14 % less than the first branch alone; pressures agree to 6 %."""
-    bodies = Body("planet", hub, 210e9, 0.3), Body("ring", outer, 210e9, 0.3)
-    made = loaded_stage(stage, *bodies, 0.01, np.array([100.0]), crank=crank)
-    for branches, expected in ((stiffening_by_rule(stage), over), (1.0, -0.12)):
-        drive = Drive(stage, Flanks(0.01, MODULUS, branches=branches), disc_body=bodies[0], ring_body=bodies[1])
-        angle = np.array([crank])
-        turned = loaded_disc(drive, 100.0, angle, nominal_gaps(drive, angle)).rotation.item()
-        assert made.rotation[0] / turned - 1 == pytest.approx(expected, abs=0.002 if branches > 1 else 0.03)
-    flanks = envelope_contact(stage, Flanks(0.01, MODULUS), 100.0, [crank])
-    assert made.peak.max() == pytest.approx(flanks.peak[0], rel=0.06)
-    assert made.forces[0] @ arms(stage, made.theta) == pytest.approx(100.0, rel=0.003)
+def test_the_pressure_along_the_flank_is_that_of_finite_elements(stage, crank, peak):
+    """Within 6 %, in steel stages of 10 mm under 100 N m whose finite elements were solved beforehand (`loaded_stage`, rings of 60 and 44 mm)."""
+    flanks = envelope_contact(stage, Flanks(0.01, equivalent_modulus(210e9, 0.3, 210e9, 0.3)), 100.0, [crank])
+    assert flanks.peak[0] == pytest.approx(peak, rel=0.06)

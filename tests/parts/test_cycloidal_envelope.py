@@ -24,6 +24,7 @@ DRAWING: dict[str, Any] = {
     "eccentricity": "1.5 mm",
     "width": "12 mm",
 }
+RIGID = {"rigid": ["disc body", "ring body"]}
 
 
 def drawing(**more: Any) -> CycloidalGearbox:
@@ -39,9 +40,16 @@ def test_the_second_branch_stiffens_the_contacts_and_nothing_else():
     np.testing.assert_allclose(both["ring lobes"], alone["ring lobes"], rtol=0.02)
 
 
-@pytest.mark.parametrize(("asked", "more", "method"), [(None, {}, "rule"), ("exact", {}, "exact"), (None, {"pins": 12}, "exact")])
+@pytest.mark.parametrize(
+    ("asked", "more", "method"),
+    [(None, RIGID, "rule"), (None, {}, "rule"), ("exact", {}, "exact"), (None, {"pins": 12}, "exact")],
+    ids=["rigid", "rule", "exact", "12 lobes"],
+)
 def test_the_sheet_names_the_method(asked, more, method):
-    """The rule in its range, the contact along the whole flank where asked for or outside of that range, each with what it is."""
+    """The rule in its range, the contact along the whole flank where asked for or outside of that range, each with what it is.
+
+    On elastic disc and ring the contacts of both branches are solved together, and the peak pressure is no upper limit.
+    """
     study = gear(drawing(**more, **({} if asked is None else {"envelope": asked})), gearboxes=2)
     assert study.drawn is not None
     assert study.drawn.branches is not None
@@ -51,12 +59,13 @@ def test_the_sheet_names_the_method(asked, more, method):
     assert ("rule" in section.note) == (method == "rule")
     assert ("whole flank, to a depth of 2." in section.note) == (method == "exact")
     peak = next(each for each in sheet.cards if each.title == "peak contact pressure")
-    assert peak.number.startswith("≤") == (method == "rule")
+    assert peak.number.startswith("≤") == (more is RIGID)
+    assert ("solved together on the elastic disc and ring" in section.note) == (more is not RIGID)
 
 
 def test_the_peak_pressure_along_the_flank_is_below_that_of_the_first_branch():
     """By the 12 to 28 % that the sheet states where it has the first branch alone."""
-    study = gear(drawing(envelope="exact", rigid=["disc body", "ring body"]), gearboxes=2).drawn
+    study = gear(drawing(envelope="exact", **RIGID), gearboxes=2).drawn
     assert study is not None
     assert study.branches is not None
     assert study.branches.solved is not None

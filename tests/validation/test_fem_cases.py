@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
+from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import Body, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, load_sharing
+from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, pin_angles
 from tests.laws.closed_forms import contact_force
 
@@ -28,6 +30,12 @@ VALIDATES = (
         ),
         "0.1 % of the rotation, 0.7 % of the lobe forces (lobe 0: 12 %), 0.4 % of the pressure; 0.1 %; 0.4 %; 1e-8; 1e-7; 1e-8",
         "laws/cycloid/bodies.py laws/cycloid/elastic_kernel.py tests/laws/test_elastic_contact.py",
+    ),
+    (
+        "contacts of both branches on an elastic disc and envelope ring",
+        "finite elements of 21 stages of random shape, of steel, aluminium and polymer",
+        "1 % of the rotation; 2 % with a contact at the junction of the branches (four stages)",
+        "laws/cycloid/both_branches.py",
     ),
 )
 
@@ -172,3 +180,48 @@ def test_stages_of_random_shape(case: tuple[str, int, float, float, float, float
     soft = np.sum([flexibility(stage, each, WIDTH, np.array([crank])) for each in bodies], axis=0)
     found = load_sharing(stage, Flanks(WIDTH, PLANE / 2), [torque], [crank], bodies=soft).checked()
     assert float(found.rotation[0, 0, 0]) / ARCMIN == pytest.approx(reference, rel=4e-3)
+
+
+# Materials of disc and ring, N, R, Rr, e, hub, outer radius of the ring (mm), crank angle, torque (N m), rotation (arcmin) of stages with an envelope
+# ring, width 10 mm: both wheels by quadratic finite elements on two meshes, extrapolated (benchmarks/envelope_contact.py, NGSolve 6.2; the meshes
+# differ by 0.04 to 0.2 %). Walls of 1.5 to 12 times the eccentricity, loads of an eighth of the rated one and up.
+ENVELOPES = [
+    ("steel", "steel", 36, 50.0, 1.6145, 0.711832, 14.6567, 55.6024, 0.159306, 52.2179, 0.23653),
+    ("aluminium", "steel", 26, 50.0, 2.5438, 1.48303, 33.4175, 54.6768, 0.102301, 28.0366, 0.097963),
+    ("steel", "aluminium", 36, 50.0, 3.29934, 0.726981, 15.6937, 51.9527, 0.127158, 9.01751, 0.053268),
+    ("polymer", "polymer", 35, 50.0, 3.36433, 0.714269, 25.8066, 49.3673, 0.0777548, 3.35222, 0.68506),
+    ("aluminium", "aluminium", 32, 50.0, 2.97807, 1.12034, 19.6739, 51.1426, 0.0752743, 23.4147, 0.16816),
+    ("polymer", "aluminium", 34, 50.0, 3.52568, 0.718999, 16.8003, 51.0451, 0.0251179, 2.68333, 0.7256),
+    ("aluminium", "aluminium", 17, 50.0, 5.97874, 1.7639, 13.2228, 51.1478, 0.343066, 9.979, 0.16884),
+    ("polymer", "polymer", 39, 50.0, 2.101, 0.92309, 15.0406, 54.2902, 0.0235612, 5.57359, 1.4324),
+    ("polymer", "polymer", 22, 50.0, 5.01589, 1.45505, 14.804, 55.9956, 0.280119, 3.51683, 1.2297),
+    ("aluminium", "aluminium", 31, 50.0, 2.08905, 1.13196, 31.4422, 60.0994, 0.0708952, 19.3116, 0.10309),
+    ("steel", "steel", 16, 50.0, 7.60168, 1.80242, 24.9184, 49.2916, 0.383126, 164.02, 0.59792),
+    ("aluminium", "steel", 27, 50.0, 2.08976, 0.790064, 31.9308, 53.5082, 0.0522913, 11.2994, 0.097961),
+    ("steel", "aluminium", 32, 50.0, 2.70961, 0.79388, 34.2276, 50.5471, 0.168329, 6.0433, 0.025905),
+    ("aluminium", "aluminium", 16, 50.0, 5.68289, 2.17623, 14.6092, 73.0449, 0.125958, 13.5638, 0.20189),
+    ("steel", "steel", 17, 50.0, 5.57588, 1.87175, 26.0642, 59.072, 0.319007, 98.8211, 0.328),
+    ("aluminium", "steel", 15, 50.0, 5.67573, 2.11808, 24.5076, 60.9853, 0.00569083, 25.9132, 0.21875),
+    ("steel", "steel", 20, 50.0, 3.0, 1.2, 20.0, 60.0, 0.0, 100.0, 0.52735),
+]
+# Largest error of the rotation with a contact at the junction of the branches.
+JUNCTION_ERROR = 0.02
+AT_JUNCTION = [
+    ("polymer", "polymer", 25, 50.0, 4.08319, 1.03798, 29.1663, 54.8945, 0.23006, 6.63893, 1.4863),
+    ("polymer", "polymer", 14, 50.0, 4.56834, 1.89018, 19.4028, 68.871, 0.354402, 0.688119, 0.35685),
+    ("steel", "steel", 20, 50.0, 3.0, 1.2, 20.0, 60.0, math.pi / 20, 100.0, 0.53011),
+    ("steel", "steel", 14, 34.0, 3.5, 1.5, 10.5, 44.0, 0.0, 100.0, 1.15510),
+]
+MATERIALS = {"steel": (210e9, 0.3), "aluminium": (70e9, 0.33), "polymer": (2.4e9, 0.38)}
+
+
+@pytest.mark.parametrize(("case", "within"), [*((each, 0.01) for each in ENVELOPES), *((each, JUNCTION_ERROR) for each in AT_JUNCTION)])
+def test_envelope_stages_of_random_shape(case: tuple[str, str, int, float, float, float, float, float, float, float, float], within: float):
+    """Seventeen stages with contacts of both branches: rotations to 1 %, mostly 0.5 %; four with a contact at the junction of the branches to 2 %."""
+    disc, ring, pins, radius, pin, eccentricity, hub, outer, crank, torque, reference = case
+    stage = Stage(radius * 1e-3, pin * 1e-3, eccentricity * 1e-3, pins, "lobe envelope")
+    modulus = equivalent_modulus(*MATERIALS[disc], *MATERIALS[ring])
+    bodies = Body("planet", hub * 1e-3, *MATERIALS[disc]), Body("ring", outer * 1e-3, *MATERIALS[ring])
+    drive = Drive(stage, Flanks(WIDTH, modulus), disc_body=bodies[0], ring_body=bodies[1])
+    angle = np.array([crank])
+    assert loaded_disc(drive, torque, angle, nominal_gaps(drive, angle)).rotation.item() / ARCMIN == pytest.approx(reference, rel=within)

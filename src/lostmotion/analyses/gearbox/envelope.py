@@ -28,7 +28,8 @@ class BothBranches:
     """Contacts of both branches of a stage.
 
     mean, fewest, most  number of contacts of both branches over a turn of the crank
-    effect              stiffening of the contacts, and its method
+    effect              stiffening of the contacts with a rigid disc and ring, and its method
+    elastic             whether disc or ring is elastic, so that the contacts of both branches are solved together on them
     theta, arm, gap     (contact,) rad, m and m of the second contacts at crank zero that turn the disc as its first ones do
     solved              equilibrium along the whole flank, each (crank,) over a pitch; None with the rule
     """
@@ -37,6 +38,7 @@ class BothBranches:
     fewest: int
     most: int
     effect: Branches
+    elastic: bool
     theta: Floats
     arm: Floats
     gap: Floats
@@ -65,6 +67,7 @@ def both_branches(part: CycloidalStage, torque: float) -> BothBranches | None:
         fewest=first + int(found.min()),
         most=first + int(found.max()),
         effect=effect,
+        elastic=not (drive.disc_body is None and drive.ring_body is None),
         theta=driving,
         arm=arms(stage, driving),
         gap=gaps(stage, driving, drive.relief),

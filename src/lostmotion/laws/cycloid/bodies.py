@@ -4,9 +4,9 @@
 1) under the contact (1.5 Req for steel in plane strain; nu' = nu/(1 - nu), in plane stress nu). The rest of each body is modelled here, plane, fixed
 at the hub or in the housing and loaded along the lines of action of the contacts. Assumptions:
 
-- A disc with lobes has its exact flank (`lobed_disc`). Other bodies are annuli: a force is moved along its line of action to the point where that
-  line crosses the rim, so its moment is exact.
-- The wavy rim of a ring with envelope lobes or around planet pins is replaced by a circle of its mean radius, because its lobes are low compared with
+- A disc with lobes and a ring with envelope lobes have their exact profile (`lobed_wheel`). Other bodies are annuli: a force is moved along its line
+  of action to the point where that line crosses the rim, so its moment is exact.
+- The wavy rim of a ring around planet pins is replaced by a circle of its mean radius, because its lobes are low compared with
   their length. A force is distributed there as a half-ellipse over +-w, a quarter of a lobe pitch: the width of one tooth.
 - At a wavy rim every part of the body is included once. In a half-plane under a point load, the path from the depth d to a far depth D contributes
   p/(pi E') 2 ln(D/d). A half-ellipse of load inclined by the slant s from the normal has the mean displacement p/(pi E') [2 ln(2 D/w) + 1/2 - (1 +
@@ -29,22 +29,21 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.laws.annulus import CORNERED, ELLIPTIC, Annulus, Plane
 from lostmotion.laws.annulus import flexibility as edge_flexibility
-from lostmotion.laws.cycloid.geometry import contact_radius, normals, pin_angles
-from lostmotion.laws.cycloid.lobed_disc import contact_flexibility
+from lostmotion.laws.cycloid.envelope import second_radius
+from lostmotion.laws.cycloid.geometry import contact_radius, flank, normals, pin_angles
+from lostmotion.laws.cycloid.lobed_wheel import contact_flexibility
 from lostmotion.laws.perforated_disc import RimLoads, response
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.geometry import Part, Stage
     from lostmotion.laws.perforated_disc import Holes, Response
     from lostmotion.spatial import Floats
-
-Part = Literal["planet", "ring"]
 
 # Smallest hub, over the radius of the rim, of a disc with its exact flank.
 _SMALLEST_HUB: Final = 0.15
@@ -90,29 +89,42 @@ def flexibility(stage: Stage, body: Body, width: float, crank: Floats) -> Floats
     for k, angle in enumerate(np.asarray(crank, dtype=float).tolist()):
         turns = math.floor(angle / pitch + 1e-9)
         # rounded, so that equal positions of the lobes are found again
-        each = _unit_flexibility(stage, body.part, body.edge, body.nu, body.holes, body.plane, round(angle - turns * pitch, 12) + 0.0)
+        each = _unit_flexibility(stage, replace(body, young=1.0), round(angle - turns * pitch, 12) + 0.0, ())
         out[:, k] = np.roll(each, (turns, turns), axis=(1, 2))
     return out / (body.young * width)
 
 
+def flexibility_with_second(stage: Stage, body: Body, width: float, crank: float, second: Floats) -> Floats:
+    """Return `flexibility` (side, contact, contact) of an envelope stage at one crank angle (rad) at contacts of both branches.
+
+    second  parameters (contact,) of the disc's flank at contacts of the second branch, rad, which follow the N of the first branch
+    """
+    return _unit_flexibility(stage, replace(body, young=1.0), crank, tuple(second.tolist())) / (body.young * width)
+
+
 @functools.lru_cache(maxsize=512)
-def _unit_flexibility(stage: Stage, part: Part, edge: float, nu: float, holes: Holes | None, plane: Plane, crank: float) -> Floats:
-    """Return `flexibility` for one crank angle, width and modulus one."""
-    body = Annulus(_rim(stage, part), _fixed_radius(stage, part, edge), 1.0, 1.0, nu, plane)
-    lines = _lines_of_action(stage, part, body, crank)
+def _unit_flexibility(stage: Stage, unit: Body, crank: float, second: tuple[float, ...]) -> Floats:
+    """Return `flexibility` for one crank angle, width and modulus one, at the contacts of the first branch and of the second one (rad)."""
+    part, holes = unit.part, unit.holes
+    body = Annulus(_rim(stage, part), _fixed_radius(stage, part, unit.edge), 1.0, 1.0, unit.nu, unit.plane)
+    others = np.array(second)
+    size = (2, stage.pins + len(second), stage.pins + len(second))
+    if part == "ring" and stage.kind == "lobe envelope":
+        return np.asarray(np.broadcast_to(contact_flexibility(stage, body, crank, part, others), size))
+    lines = _lines_of_action(stage, part, body, crank, others)
     if part == "ring" or stage.has_planet_pins:
         whole = (_edge_flexibility(body, lines) if holes is None else _response(stage, body, holes).flexibility(lines.rim)) + np.diag(lines.rest)
-        return np.asarray(np.broadcast_to(whole, (2, stage.pins, stage.pins)))
+        return np.asarray(np.broadcast_to(whole, size))
     # Except near the flank and over the holes, these and a smaller hub change a disc with lobes as they change a round one.
-    hub = replace(body, fixed=max(edge, _SMALLEST_HUB * body.loaded))
-    whole = contact_flexibility(stage, hub, crank)
+    hub = replace(body, fixed=max(unit.edge, _SMALLEST_HUB * body.loaded))
+    whole = contact_flexibility(stage, hub, crank, part, others)
     if holes is not None:
         body = replace(body, loaded=_rim_over_holes(stage, body, holes))
-        lines = _lines_of_action(stage, part, body, crank)
+        lines = _lines_of_action(stage, part, body, crank, others)
         whole = whole + _response(stage, body, holes).flexibility(lines.rim) - _edge_flexibility(replace(body, fixed=hub.fixed), lines)
     elif hub != body:
         whole = whole + _edge_flexibility(body, lines) - _edge_flexibility(hub, lines)
-    return np.asarray(np.broadcast_to(whole, (2, stage.pins, stage.pins)))
+    return np.asarray(np.broadcast_to(whole, size))
 
 
 def _rim_over_holes(stage: Stage, body: Annulus, holes: Holes) -> float:
@@ -136,11 +148,11 @@ def _response(stage: Stage, body: Annulus, holes: Holes) -> Response:
     """Return the response of a disc with holes, in evenly spaced positions of these: the first one on the line of centres."""
     number = _POSITIONS[holes.bearings]
     lines = 2 * math.pi / holes.count * np.arange(number) / number
-    return response(body, holes, _lines_of_action(stage, "planet", body, 0.0).rim, lines, "free" if holes.bearings else "sliding")
+    return response(body, holes, _lines_of_action(stage, "planet", body, 0.0, np.zeros(0)).rim, lines, "free" if holes.bearings else "sliding")
 
 
 def _pinned(stage: Stage, part: Part) -> bool:
-    """Return whether this part has the pins or round lobes. The rim of the other part is wavy, and so is that of an envelope ring."""
+    """Return whether this part has the pins or round lobes. The rim of the other part is wavy."""
     return stage.kind != "lobe envelope" and (part == "planet") == stage.has_planet_pins
 
 
@@ -158,32 +170,34 @@ class _LinesOfAction:
     """Where the contacts' lines of action cross the rim of a body.
 
     rim   place, inclination and distribution of each force
-    rest  (N,) approach per force (m/N) between the depth that the law of the contact includes and the distributed load
+    rest  (contact,) approach per force (m/N) between the depth that the law of the contact includes and the distributed load
     """
 
     rim: RimLoads
     rest: Floats
 
 
-def _lines_of_action(stage: Stage, part: Part, body: Annulus, crank: float) -> _LinesOfAction:
+def _lines_of_action(stage: Stage, part: Part, body: Annulus, crank: float, second: Floats) -> _LinesOfAction:
+    """Return the lines of action of all contacts of the first branch, then of the second one of an envelope stage, whose rim here is the disc's."""
     pinned = _pinned(stage, part)
     theta = pin_angles(stage, np.array([crank]))[0]
     along = normals(stage, theta) @ np.array([1, 1j])
     # the planet's centre is at e along the line of centres from the ring's; pin angles are about the pin circle's centre
     centre = (-stage.eccentricity if part == "ring" else 0.0) if stage.has_planet_pins else (stage.eccentricity if part == "planet" else 0.0)
     pin = stage.ring_radius * np.exp(1j * theta) - centre
+    of_second, away = (each @ np.array([1, 1j]) * np.exp(-1j * crank * (1 + 1 / stage.lobes)) for each in flank(stage, second))
+    pin, along = np.append(pin, of_second), np.append(along, away)
     foot = (pin * along.conj()).imag  # signed distance of the line of action from the part's centre
     if (np.abs(foot) >= body.loaded).any():
         raise ValueError("a contact's line of action does not cross the rim: this stage is too far from round to be modelled by annuli")
     place = along * (np.sqrt(body.loaded**2 - foot**2) + 1j * foot)
     slant = np.angle(along / place)
-    reach = contact_radius(stage, theta)
+    reach = np.append(contact_radius(stage, theta), second_radius(stage, second))
     if pinned:
         half, shape = math.asin(stage.pin_radius / body.loaded), CORNERED
         share = stage.pin_radius / reach
     else:
-        lobes = stage.pins if stage.kind == "lobe envelope" and part == "ring" else stage.lobes
-        half, shape = math.pi / (2 * lobes), ELLIPTIC
+        half, shape = math.pi / (2 * stage.lobes), ELLIPTIC
         share = half * body.loaded / (4 * reach * np.exp(-0.75 + (1 + body.plane_nu) / 2 * np.sin(slant) ** 2))
     rest = 2 * np.log(share) / (math.pi * body.plane_modulus * body.width)
     if pinned:

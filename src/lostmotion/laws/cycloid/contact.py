@@ -131,6 +131,7 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     supports: Supports | None = None,
     *,
     bodies: Floats | None = None,
+    stiffening: Floats | None = None,
     threads: int = 1,
 ) -> LoadSharing:
     """Return the forces on the lobes of one disc and its rotation, at all combinations of torques, crank angles and simulated gearboxes (draws).
@@ -140,6 +141,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     gaps     along the normals, m, negative for interference; any shape that broadcasts to (crank, draw, N)
     bodies   (side, crank, N, N) displacement of the bodies along contact i per force on contact j, m/N (`bodies.flexibility`), under forward and
              backward torques, or one for both; None for rigid bodies
+    stiffening  (crank, N) by how many times each contact is stiffer than by its law, because the second branch carries the rest of its force, which
+                 is not part of the pressure; default: `branches` of the flanks, with the pressure of the whole force
     threads  number of threads, on which the result does not depend
 
     The residual is below 1e-9 of the torque, usually 1e-12; otherwise the case is marked as not converged. That includes a torque below a millionth
@@ -163,7 +166,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
         raise ValueError("the bearing's and the output's stiffness and the pin circle must be positive; infinite means rigid")
     theta = pin_angles(stage, crank)
     radius = contact_radius(stage, theta)
-    law, soft, scale, largest = _coefficients(flanks, radius)
+    stiffer = np.full_like(radius, flanks.branches) if stiffening is None else stiffening
+    law, soft, scale, largest = _coefficients(flanks, radius, stiffer)
     shape = (len(torque), len(crank), draws)
     cases = math.prod(shape)
     out, forces = np.empty((cases, kernel.COLUMNS)), np.empty((cases, stage.pins))
@@ -187,7 +191,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
             list(pool.map(lambda ends: solve(ends[0], ends[1]), pairwise(edges)))
     else:
         solve(0, cases)
-    return _named(flanks, radius, torque, output, out.reshape(*shape, -1), forces.reshape(*shape, -1))
+    first = None if stiffening is None else 1 / stiffening
+    return _named(flanks, radius, first, torque, output, out.reshape(*shape, -1), forces.reshape(*shape, -1))
 
 
 def _checked(bodies: Floats, cranks: int, pins: int) -> Floats:
@@ -199,27 +204,29 @@ def _checked(bodies: Floats, cranks: int, pins: int) -> Floats:
     return np.ascontiguousarray(np.broadcast_to(bodies, (2, *bodies.shape[1:])))
 
 
-def _coefficients(flanks: Flanks, radius: Floats) -> tuple[int, Floats, Floats, Floats]:
+def _coefficients(flanks: Flanks, radius: Floats, stiffening: Floats) -> tuple[int, Floats, Floats, Floats]:
     """Return the parameters of the law of approach for the kernel: its number, and two coefficients and the largest valid force of each contact."""
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
     one = np.ones_like(radius)
     if flanks.law == "linear":
-        return kernel.LINEAR, (1 / (flanks.branches * flanks.stiffness) + flanks.bending) * one, 0 * one, np.inf * one
+        return kernel.LINEAR, 1 / (stiffening * flanks.stiffness) + flanks.bending, 0 * one, np.inf * one
     if flanks.law == "palmgren":
-        return kernel.POWER, palmgren_factor(flanks.width) / flanks.branches * one, flanks.bending * one, np.inf * one
-    soft = 1 / (math.pi * flanks.modulus * flanks.width * flanks.branches)
+        return kernel.POWER, palmgren_factor(flanks.width) / stiffening, flanks.bending * one, np.inf * one
+    soft = 1 / (math.pi * flanks.modulus * flanks.width * stiffening)
     scale = np.log(johnson_scale(flanks.width, radius, flanks.modulus))
     # delta = soft F (ln B - ln F) + bending F: bending only shifts ln B
-    return kernel.LOGARITHMIC, soft * one, scale + flanks.bending / soft, np.exp(scale - LEAST_LOGARITHM)
+    return kernel.LOGARITHMIC, soft, scale + flanks.bending / soft, np.exp(scale - LEAST_LOGARITHM)
 
 
-def _named(flanks: Flanks, radius: Floats, torque: Floats, output: Floats, out: Floats, forces: Floats) -> LoadSharing:
+def _named(flanks: Flanks, radius: Floats, first: Floats | None, torque: Floats, output: Floats, out: Floats, forces: Floats) -> LoadSharing:
+    """Return the result; `first` is the share (crank, N) of every force that the contact of the first branch carries, None for all of it."""
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
     converged = np.isfinite(out[..., kernel.ROTATION])
     with np.errstate(invalid="ignore"):
-        pressures = peak_pressure(forces / flanks.width, radius[None, :, None, :], flanks.modulus)
+        carried = forces if first is None else forces * first[None, :, None, :]
+        pressures = peak_pressure(carried / flanks.width, radius[None, :, None, :], flanks.modulus)
     return LoadSharing(
         rotation=out[..., kernel.ROTATION] + torque[:, None, None] / output,
         forces=forces,

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.cycloid.bodies import flexibility
+from lostmotion.laws.cycloid.both_branches import reduced_flexibility
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, Supports, load_sharing, output_pin_stiffness
 from lostmotion.laws.cycloid.geometry import Modification, Stage, first_contact_angle, gaps, pin_angles
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
@@ -121,16 +122,24 @@ class Drive:
         if (self.disc_body or self.ring_body) and self.flanks.law != "johnson":
             raise ValueError(f"elastic bodies need Johnson's law of approach, which defines their depth, not {self.flanks.law!r}")
 
-    def bodies(self, crank: Floats) -> Floats | None:
-        """Return the displacement (side, crank, N, N) along contact i per force at contact j, m/N, of disc and ring; None where both are rigid."""
+    def bodies(self, crank: Floats) -> tuple[Floats | None, Floats | None]:
+        """Return the displacement (side, crank, N, N) along contact i per force at contact j, m/N, of disc and ring; None where both are rigid.
+
+        And by how many times each contact (crank, N) is stiffer than by its law because of the second branch of an envelope ring; None where that is
+        `flanks.branches`, without elastic bodies.
+        """
         return _bodies(self, np.ascontiguousarray(crank, dtype=float).tobytes())
 
 
 @functools.lru_cache(maxsize=16)
-def _bodies(drive: Drive, crank: bytes) -> Floats | None:
-    parts = [each for each in (drive.disc_body, drive.ring_body) if each is not None]
-    found = [flexibility(drive.stage, each, drive.flanks.width, np.frombuffer(crank)) for each in parts]
-    return np.asarray(np.sum(found, axis=0)) if found else None
+def _bodies(drive: Drive, crank: bytes) -> tuple[Floats | None, Floats | None]:
+    parts = tuple(each for each in (drive.disc_body, drive.ring_body) if each is not None)
+    if not parts:
+        return None, None
+    angles = np.frombuffer(crank)
+    if drive.stage.kind == "lobe envelope":
+        return reduced_flexibility(drive.stage, parts, drive.flanks, angles)
+    return np.asarray(np.sum([flexibility(drive.stage, each, drive.flanks.width, angles) for each in parts], axis=0)), None
 
 
 def crank_force_per_torque(drive: Drive) -> float:
@@ -163,7 +172,9 @@ def crank_force(drive: Drive, torque: float) -> float:
     force = abs(torque) * crank_force_per_torque(drive)
     crank = crank_angles_of_pitch(drive)
     supports = _supports(drive, force, rigid=False)
-    answer = load_sharing(drive.stage, drive.flanks, [torque], crank, nominal_gaps(drive, crank), supports, bodies=drive.bodies(crank)).checked()
+    bodies, stiffening = drive.bodies(crank)
+    gap = nominal_gaps(drive, crank)
+    answer = load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, bodies=bodies, stiffening=stiffening).checked()
     return float(answer.bearing_force.mean()) * crank_force_per_torque(drive) * drive.stage.planet_pitch_radius
 
 
@@ -178,7 +189,9 @@ def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigi
     """
     force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_force_per_torque(drive)
     supports = _supports(drive, force, rigid=rigid_eccentric)
-    return load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, bodies=drive.bodies(crank), threads=threads).checked()
+    bodies, stiffening = drive.bodies(crank)
+    found = load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, bodies=bodies, stiffening=stiffening, threads=threads)
+    return found.checked()
 
 
 def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False, threads: int = 1) -> Floats:

@@ -17,13 +17,17 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid.geometry import flank
+from lostmotion.laws.cycloid.geometry import contact_radius, flank
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy.typing as npt
+
     from lostmotion.laws.cycloid.geometry import Stage
     from lostmotion.spatial import Floats
+
+    _Complexes = npt.NDArray[np.complex128]
 
 # Range of stages on which the rule for the stiffness is within 4 % of the contact along the whole flank.
 RULE_SHORTENING: Final = (0.40, 0.81)
@@ -64,9 +68,13 @@ def _crossing(stage: Stage, beyond: Floats | float) -> Floats:
 def second_contact_places(stage: Stage, crank: float) -> Floats:
     """Return the points (contact, 2), m, of the ring at all second contacts at a crank angle (rad)."""
     t = second_contacts(stage, [crank])[0]
-    points = flank(stage, t[np.isfinite(t)])[0] @ np.array([1, 1j])
-    at = stage.eccentricity * np.exp(1j * crank) + points * np.exp(-1j * crank / stage.lobes)
+    at = place_on_ring(stage, t[np.isfinite(t)], crank)
     return np.stack([at.real, at.imag], axis=-1)
+
+
+def place_on_ring(stage: Stage, t: Floats, crank: Floats | float) -> _Complexes:
+    """Return the places (complex, m), about the ring's centre, of points of the disc's flank at parameters t (rad) at crank angles (rad)."""
+    return np.asarray(stage.eccentricity * np.exp(1j * crank) + flank(stage, t)[0] @ np.array([1, 1j]) * np.exp(-1j * crank / stage.lobes))
 
 
 def mean_contacts(stage: Stage) -> tuple[float, float]:
@@ -106,15 +114,33 @@ def stiffening_by_rule(stage: Stage) -> float:
     return 1 + (1.57 - 1.3 * stage.shortening) * second / first
 
 
+def _second_crossing(stage: Stage, t: Floats) -> tuple[_Complexes, _Complexes, _Complexes]:
+    """Return points of the disc's flank at t (rad), outward normals, and where these cross the pitch circle a second time, in the disc's axes, m."""
+    place, towards = (each @ np.array([1, 1j]) for each in flank(stage, t))
+    first = stage.planet_pitch_radius * np.exp(1j * stage.pins * t)
+    foot = place - (place * towards.conj()).real * towards  # of the chord
+    return place, towards, np.asarray(2 * foot - first)
+
+
+def second_radius(stage: Stage, t: Floats) -> Floats:
+    """Return the equivalent radii (t,), m, of second contacts at parameters t (rad) of the disc's flank: large, for a hollow that nearly fits.
+
+    After Euler and Savary 1/O2 = 1/O1 + 1/(e z N s) for the centres of curvature O1 of the disc and O2 of the ring, from the pitch point along the
+    inward normal, with the cosine s between that normal and the line of centres. At the junction the radius is infinite.
+    """
+    place, towards, pitch = _second_crossing(stage, t)
+    lever = stage.planet_pitch_radius
+    off = ((pitch - place) * towards.conj()).real
+    of_disc = 1 / contact_radius(stage, -stage.lobes * t) - 1 / stage.pin_radius
+    cosine = -(towards * pitch.conj()).real / lever
+    inverse = of_disc / (1 + of_disc * off) + 1 / (lever * stage.pins * cosine)
+    return np.asarray(1 / (of_disc - inverse / (1 - inverse * off)))
+
+
 def ring_of_second_branch(stage: Stage, t: Floats) -> Floats:
     """Return the points (t, 2), m, of the ring at the second contact of the disc's flank at t (rad), whose normal meets the pitch circle again."""
-    e, z, n = stage.eccentricity, stage.lobes, stage.pins
-    points, normal = flank(stage, t)
-    place, towards = points[:, 0] + 1j * points[:, 1], normal[:, 0] + 1j * normal[:, 1]
-    along = (place * towards.conj()).real  # the chord's foot lies at place - along * towards
-    first = e * z * np.exp(1j * n * t)
-    foot = place - along * towards
-    other = 2 * foot - first
+    z, n = stage.lobes, stage.pins
+    other = _second_crossing(stage, t)[2]
     crank = np.angle(other * np.exp(-1j * math.pi / z)) * z / n + math.pi / n  # other = e z exp(i psi N/z); the tip's own is pi/N
-    at = e * np.exp(1j * crank) + place * np.exp(-1j * crank / z)
+    at = place_on_ring(stage, t, crank)
     return np.stack([at.real, at.imag], axis=-1)

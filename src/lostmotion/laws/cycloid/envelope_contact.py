@@ -39,6 +39,8 @@ _FINE: Final = 10
 _COARSE: Final = 16
 _RING_POINTS: Final = 8001
 _STEPS: Final = 60
+# Unbalanced torque, as a share, at which separate contacts are in equilibrium.
+_BALANCED: Final = 1e-13
 # Share of the longest arm below which a contact on the line of centres only rounds to one that drives.
 _SHORT: Final = 1e-6
 # Elements that touch at this share of the largest wind-up are those of the first estimate.
@@ -130,7 +132,6 @@ def separate_contacts(stage: Stage, flanks: Flanks, torque: float, crank: float,
 
     Each is a Hertz contact: delta = p/(pi E*) ln(pi E* d^2 exp(1)/(p Req)). Arguments and errors as `envelope_contact`; depth one or (N,).
     """
-    from scipy.optimize import brentq
     from scipy.special import lambertw
 
     theta = pin_angles(stage, np.array([crank]))[0]
@@ -138,20 +139,28 @@ def separate_contacts(stage: Stage, flanks: Flanks, torque: float, crank: float,
     scale = math.pi * flanks.modulus * math.e * np.asarray(depth) ** 2 / contact_radius(stage, theta)
     wanted = torque / flanks.width
 
-    def loads(rotation: float) -> Floats:
+    def loads(rotation: float) -> tuple[Floats, float]:
         height = math.pi * flanks.modulus * np.maximum(arm * rotation - gap, 0.0) / scale
         if (height > math.exp(-1)).any():
             raise DidNotConvergeError("the load is beyond the law of separate contacts")
         safe = np.where(height > 0, height, math.exp(-1))
-        return np.where(height > 0, -scale * height / lambertw(-safe, -1).real, 0.0)
+        logarithm = -lambertw(-safe, -1).real
+        slope = np.where(height > 0, math.pi * flanks.modulus * arm / (logarithm - 1), 0.0)
+        return np.where(height > 0, scale * height / logarithm, 0.0), float(slope @ arm)
 
     high = first = float(np.min(gap[arm > 0] / arm[arm > 0]))
     step = wanted / (math.pi * flanks.modulus * stage.planet_pitch_radius**2)
-    while float(loads(high) @ arm) < wanted:
+    while float(loads(high)[0] @ arm) < wanted:
         step *= 1.5
         high = first + step
-    rotation = float(brentq(lambda each: float(loads(each) @ arm) - wanted, first, high, xtol=1e-15 * step, rtol=1e-14))
-    return rotation, loads(rotation)
+    rotation = high
+    for _ in range(_STEPS):  # every load is a convex function of the rotation, so that Newton's method approaches from above
+        found, slope = loads(rotation)
+        excess = float(found @ arm) - wanted
+        if excess <= _BALANCED * wanted:
+            break
+        rotation -= excess / slope
+    return rotation, found
 
 
 def _solved(stage: Stage, flanks: Flanks, torque: float, crank: float, relief: Modification, depth: float) -> tuple[float, ...]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 Kind = Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"]
+Part = Literal["planet", "ring"]
 _KINDS: Final = get_args(Kind)
 _FEWEST: Final = 3
 

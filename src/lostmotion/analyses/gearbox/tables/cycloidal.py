@@ -85,12 +85,13 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
 
 
 def _peak_card(drawn: Drawn, hardest: Lobes, load: str) -> Card:
-    """Return the card of the peak pressure; of an envelope ring an upper limit, unless it is solved along the whole flank."""
-    solved = None if drawn.branches is None else drawn.branches.solved
-    if solved is not None:
-        return Card("peak contact pressure", f"{float(solved.peak.max()) / 1e9:.3g} GPa", f"along the whole flank at {load}")
-    found = Figure(hardest.largest_peak / 1e9, "GPa", bound="" if drawn.branches is None else "upper")
-    first = "" if drawn.branches is None else f"; by the first branch alone, {OVERSTATED} too large"
+    """Return the card of the peak pressure; of an envelope ring with a rigid disc and ring an upper limit, unless it is solved along the flank."""
+    both = drawn.branches
+    if both is not None and both.solved is not None:
+        return Card("peak contact pressure", f"{float(both.solved.peak.max()) / 1e9:.3g} GPa", f"along the whole flank at {load}")
+    alone = both is not None and not both.elastic
+    found = Figure(hardest.largest_peak / 1e9, "GPa", bound="upper" if alone else "")
+    first = f"; by the first branch alone, {OVERSTATED} too large" if alone else "" if both is None else ", a share of it on the second branch"
     return Card("peak contact pressure", str(found), f"most heavily loaded lobe, {digits(hardest.largest_force)} N at {load}{first}")
 
 
@@ -224,6 +225,8 @@ def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
         for case in cases
     )
     alone = "" if drawn.branches is None else "; loads and pressures are those of the first branch alone"
+    if drawn.branches is not None and drawn.branches.elastic:
+        alone = "; a load includes the lobe's share of the second branch, a pressure is that of the first branch"
     customary = "; equal discs take a share of 0.5, 0.55 the customary allowance" if len(cases) > 1 else ""
     note = (
         f"one of {gearbox.discs} discs, crank at zero, θ from the line of centres"

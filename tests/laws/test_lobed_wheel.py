@@ -1,4 +1,4 @@
-"""The disc with its exact flank: a round disc as its limit, the number of point forces, and stages of every shape."""
+"""Disc and envelope ring with their exact profile: round bodies as limits, the number of point forces, and stages of every shape."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from hypothesis import strategies as st
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.annulus import Annulus, flexibility
+from lostmotion.laws.cycloid.envelope import second_contacts
 from lostmotion.laws.cycloid.geometry import Stage, contact_radius, normals, pin_angles
-from lostmotion.laws.cycloid.lobed_disc import _attempt, contact_flexibility
+from lostmotion.laws.cycloid.lobed_wheel import _attempt, contact_flexibility
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
     (
-        "disc with its exact flank",
-        "the annulus as its limit without lobes; more point forces; reciprocity in random stages",
+        "disc and envelope ring with their exact profile",
+        "the annulus as their limit without lobes; more point forces; reciprocity in random stages",
         "0.2 %; 0.1 %; 1 % of the largest displacement",
-        "laws/cycloid/lobed_disc.py",
+        "laws/cycloid/lobed_wheel.py",
     ),
 )
 
@@ -50,6 +51,33 @@ def test_more_point_forces_change_nothing(stage: Stage):
     """The displacements at 24 and at 60 point forces per lobe differ by less than 1/1000 of the largest."""
     first, second = (_attempt(stage, unit_disc(0.02), 0.013, density) for density in (24, 60))
     np.testing.assert_allclose(first, second, atol=1e-3 * np.abs(second).max())
+
+
+@pytest.mark.parametrize("outer", [0.052, 0.06, 0.1])
+def test_a_ring_without_lobes_is_the_annulus(outer: float):
+    """At an eccentricity of 1/100 000 of the radius an envelope ring is round: displacements are those of the annulus, exact by Fourier series."""
+    stage = Stage(0.05, 0.003, 5e-7, 20, "lobe envelope")
+    theta = pin_angles(stage, np.array([0.1]))[0]
+    along = np.angle(normals(stage, theta) @ np.array([1, 1j]))
+    rim, half = stage.ring_radius - stage.pin_radius, 4e-3
+    slant = along - np.angle(stage.ring_radius * np.exp(1j * theta) - stage.pin_radius * np.exp(1j * along))
+    exact = flexibility(Annulus(rim, outer, 1.0, 1.0, NU), along - slant, slant, half)
+    exact += np.diag(2 * np.log(half * rim / (4 * contact_radius(stage, theta) * math.exp(-0.75))) * (1 - NU**2) / math.pi)
+    found = contact_flexibility(stage, Annulus(rim, outer, 1.0, 1.0, NU), 0.1, "ring")
+    np.testing.assert_allclose(found, exact, atol=2e-3 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize(
+    ("pins", "pin", "eccentricity", "outer"), [(14, 0.0061, 0.0029, 0.055), (20, 0.003, 0.0012, 0.06), (40, 0.0025, 0.0006, 0.051)]
+)
+def test_rings_are_reciprocal_at_contacts_of_both_branches(pins: int, pin: float, eccentricity: float, outer: float):
+    """Displacements of a ring at all contacts are reciprocal to 1/1000 before they are made symmetric, and more point forces change them no more."""
+    stage = Stage(0.05, pin, eccentricity, pins, "lobe envelope")
+    second = second_contacts(stage, [0.05])[0]
+    second = second[np.isfinite(second)]
+    found, finer = (_attempt(stage, Annulus(0.05, outer, 1.0, 1.0, NU), 0.05, density, "ring", second) for density in (48, 96))
+    np.testing.assert_allclose(found, found.T, atol=1e-3 * np.abs(found).max())
+    np.testing.assert_allclose(found, finer, atol=1e-3 * np.abs(found).max())
 
 
 @settings(max_examples=30, deadline=None)
