@@ -9,7 +9,7 @@ import base64
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.reporting.page.tables import style, table
-from lostmotion.reporting.page.text import escaped, foldable, headline, number, spaced
+from lostmotion.reporting.page.text import escaped, foldable, headline, spaced
 from lostmotion.reporting.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def _numbers(cards: tuple[Card, ...]) -> str:
     if not cards:
         return ""
     lines = "".join(
-        f'<tr style="background:none"><td style="{_CELL};padding-right:10px;text-align:right;white-space:nowrap"><b>{number(card.number)}</b></td>'
+        f'<tr style="background:none"><td style="{_CELL};padding-right:10px;text-align:right;white-space:nowrap"><b>{spaced(card.number)}</b></td>'
         f'<td style="{_CELL}">{spaced(card.title)}</td></tr>'
         for card in cards[:_MOST]
     )
@@ -83,5 +83,5 @@ def _line(bar: Bar, block: Bars) -> str:
     return (
         f'<tr style="background:none"><td style="{_CELL};padding-right:8px">{foldable(bar.label)}</td>'
         f'<td style="{_CELL};width:50%;padding-top:5px">{drawn}</td>'
-        f'<td style="{_CELL};padding-left:8px;text-align:right;white-space:nowrap">{number(str(bar.figure))}</td></tr>'
+        f'<td style="{_CELL};padding-left:8px;text-align:right;white-space:nowrap">{spaced(str(bar.figure))}</td></tr>'
     )
