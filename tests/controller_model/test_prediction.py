@@ -12,7 +12,7 @@ from scipy.special import ndtr
 import lostmotion
 from lostmotion import Arm
 from lostmotion.controller_model.accurate_percentile import accurate95
-from lostmotion.controller_model.controller import INPUT, LOAD, OK, OPEN_PLAY, OVERLOAD, RANGE
+from lostmotion.controller_model.controller import INPUT, JOINT_PLAY, LOAD, OK, OPEN_PLAY, OVERLOAD, RANGE
 from lostmotion.controller_model.percentile import percentile95
 from lostmotion.propagation.analytic import analytic
 from lostmotion.units import Toleranced
@@ -144,7 +144,20 @@ def test_play_of_one_joint(torque, side, mean, variance):
     sign = -np.sign(found.torques[0, 0]) if torque > 2 else 1.0
     assert found.joints[0, 0] == pytest.approx(sign * mean, abs=1e-15)
     assert found.covariance[0, 2, 2] == pytest.approx(variance, abs=1e-18)
-    assert found.flags[0] == (0 if torque > 2 else OPEN_PLAY)
+    assert found.flags[0] == (0 if torque > 2 else OPEN_PLAY + JOINT_PLAY)
+
+
+def test_flags_name_the_joints_whose_play_is_open():
+    """Two joints with 2 N m of friction: a load of 3 N m on the first and 1 N m on the second leaves the play of the second open, and so on."""
+    joint = one_joint(backlash=2e-3, friction_torque=Toleranced(2.0)).joints[0]
+    arm = Arm(name="two joints", joints=[joint, joint.model_copy(update={"name": "B"})])
+    model, open_play = lostmotion.controller(arm, largest_payload=10.0), np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
+    for opens in open_play:  # a force on the tool, one metre from the second joint and two from the first, and a moment
+        first, second = np.where(opens, 1.0, 3.0)
+        force = first - second
+        found = model.predict([0.0, 0.0], [0, 0, 0, 0, 0, 0, -force, 0, second - force, 0])
+        np.testing.assert_allclose(np.abs(found.torques[0]), [first, second])
+        assert found.flags[0] == opens.any() * OPEN_PLAY + opens @ [JOINT_PLAY, 2 * JOINT_PLAY]
 
 
 def test_a_drive_above_its_rated_torque_is_flagged():

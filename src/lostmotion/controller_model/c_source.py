@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
+from lostmotion.controller_model.controller import play_flags
 from lostmotion.laws.rolling.table import BOTTOM, RIM
 
 if TYPE_CHECKING:
@@ -200,7 +201,7 @@ def _place(record: Record, arrays: _Arrays) -> str:
         arrays.add("lm_column lm_columns", [f"{{{numbers(column)}}}" for column in columns]),
         arrays.add("lm_shared lm_shareds", shared),
     )
-    head = f"{record.parent}, {record.joint}, {axis}, {int(record.carries_tool and (record.joint >= 0 or _errs(record)))}"
+    head = f"{record.parent}, {record.joint}, {axis}, {int(record.carries_tool and (record.joint >= 0 or _errs(record)))}, {play_flags(record)}"
     pose = f"{numbers(record.pose[:3, :3])}, {numbers(record.pose[:3, 3])}, {number(record.mass)}, {numbers(record.moment)}, {numbers(record.mean)}"
     constant = f"{arrays.matrix(record.compliance)}, {arrays.matrix(record.own_weight)}, {number(variance)}"
     return f"{{{head}, {pose}, {constant}, " + ", ".join(f"{first}, {count}" for first, count in lists) + "}"

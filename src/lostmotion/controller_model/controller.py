@@ -15,13 +15,14 @@ from lostmotion.controller_model.prediction import factors_of, frames, tool_erro
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lostmotion.controller_model.tables import Tables
+    from lostmotion.controller_model.tables import Record, Tables
     from lostmotion.spatial import Floats
 
 # Status of a pose. Outputs are zero unless the status is OK or SINGULAR.
 OK, INPUT, RANGE, LOAD, SINGULAR = range(5)
-# Flags of a pose: a play is open in some robots, so that the direction of approach counts; a drive is above its rated torque.
-OPEN_PLAY, OVERLOAD = 1, 2
+# Flags of a pose: a play is open in some robots, so that the direction of approach counts; a drive is above its rated torque; times 2^k, a play of
+# the drive or of the bearings of joint k is open.
+OPEN_PLAY, OVERLOAD, JOINT_PLAY = 1, 2, 4
 # Damping of the inverse of the position Jacobian, m^2, and its limits (Y. Nakamura, H. Hanafusa, J. Dyn. Sys. Meas. Control 108 (1986) 163).
 DAMPING: Final = 1e-5
 _LEAST_DAMPING: Final = 1e-8
@@ -37,7 +38,7 @@ class Prediction:
     """The state of the arm at each pose, in SI, in the base's axes.
 
     status       (pose,) OK, INPUT, RANGE or LOAD; where it is not OK, all other values are zero
-    flags        (pose,) sum of OPEN_PLAY and OVERLOAD
+    flags        (pose,) sum of OPEN_PLAY, OVERLOAD and JOINT_PLAY x 2^k of each joint k concerned
     turn, point  (pose, 3, 3) rotation of the tool and (pose, 3) tool point, without errors
     torques      (pose, joint) that the drives must hold, positive along the joint's motion, N m or N
     joints       (pose, joint) expected deflection along each joint: wind-up, play and hysteresis, rad or m
@@ -77,6 +78,11 @@ class Compensation:
     left: Floats
     prediction: Prediction
     status: NDArray[np.int64]
+
+
+def play_flags(record: Record) -> int:
+    """Return the flags where a play of a place is open."""
+    return OPEN_PLAY + (JOINT_PLAY << record.joint if record.joint >= 0 else 0)
 
 
 class Controller:
@@ -132,13 +138,14 @@ class Controller:
 
     def _evaluate(self, q: Floats, load: Floats, gravity: Floats, side: Floats) -> Prediction:
         found = tool_error(self.tables, q, load, gravity, side, factors_of)
-        open_play = np.any([each.open_play for each in found.factors], axis=0)
+        places = [record for record in self.tables.records if record.carries_tool]
+        opens = [np.where(each.open_play, play_flags(place), 0) for place, each in zip(places, found.factors, strict=True)]
         beyond = np.any([each.beyond for each in found.factors], axis=0)
         overload = (np.abs(found.torques) > self.tables.rated).any(axis=1)
         mean_square = np.einsum("pii->p", found.covariance) + (found.screw[:, 3:] ** 2).sum(axis=1)
         return Prediction(
             status=np.where(beyond, LOAD, OK),
-            flags=np.where(open_play, OPEN_PLAY, 0) + np.where(overload, OVERLOAD, 0),
+            flags=np.bitwise_or.reduce([*opens, np.where(overload, OVERLOAD, 0)]),
             mean_square=mean_square,
             length95=self._percentile(found.screw[:, 3:], found.covariance),
             **{name: values for name, values in found._asdict().items() if name != "factors"},

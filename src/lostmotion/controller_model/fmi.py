@@ -86,7 +86,13 @@ def _outputs(joints: Sequence[str], of_joint: Sequence[str], held: Sequence[str]
     states = "0 valid, 1 an input that is not finite, 2 a joint out of its range, 3 a load beyond the tables, 4 the correction was reduced"
     out = [
         Variable("status", "command.status", "output", states, integer=True),
-        Variable("flags", "output.flags", "output", "1: a play is open in some robots; 2: a drive above its rated torque; 3: both", integer=True),
+        Variable(
+            "flags",
+            "output.flags",
+            "output",
+            "sum of 1: open play; 2: a drive above its rated torque; 4, 8, 16, ...: open play of each joint in order",
+            integer=True,
+        ),
     ]
     out += [Variable(f"point.{axis}", f"output.point[{k}]", "output", "tool point without errors", "m") for k, axis in enumerate(_AXES)]
     out += [Variable(f"turn.{k // 3 + 1}{k % 3 + 1}", f"output.turn[{k}]", "output", "rotation of the tool without errors") for k in range(9)]

@@ -370,7 +370,7 @@ typedef struct {
     lm_real factors[LM_FACTORS];
     lm_real sizes[LM_SIZES];
     lm_real behind[3]; /* side factors: 1, -side, 1 - side^2 */
-    int open_play;
+    int open_play; /* flags */
     int beyond; /* a load beyond a table */
 } lm_local;
 
@@ -430,7 +430,7 @@ static void lm_find_factors(const lm_place *place, lm_real value, lm_local *loca
             factors[count + 1] = open;
             factors[count + 2] = LM_SQRT(closed * open);
             count += 3;
-            local->open_play |= (closed < LM_ALL) ? 1 : 0;
+            local->open_play |= (closed < LM_ALL) ? place->play : 0;
         }
     }
 #endif
@@ -685,7 +685,7 @@ static void lm_finish(lm_output *output, int open_play, int beyond)
 {
     int k;
     output->status = LM_OK;
-    output->flags = (open_play != 0) ? LM_OPEN_PLAY : 0;
+    output->flags = open_play;
     for (k = 0; k < LM_JOINTS; k++) {
         output->flags |= (LM_FABS(output->torques[k]) > lm_rated[k]) ? LM_OVERLOAD : 0;
     }

@@ -93,6 +93,7 @@ typedef struct {
 
 typedef struct {
     int parent, joint, axis, errs; /* axis of the joint in a twist: 2 turning, 5 sliding; errs: its motion or errors move the tool */
+    int play;                      /* flags where a play of the place is open */
     lm_real rotation[9], offset[3];
     lm_real mass, moment[3];
     lm_real mean[6];
