@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -87,6 +88,18 @@ def test_a_sheet_without_bars_shows_its_main_table_shortened():
     assert "row 15" not in text
     assert "and 25 more rows" in text
     assert "row 39" in screen(Sheet(name="x", subject="", verdict="", cards=(), sections=SHEET.sections, source=""))
+
+
+def test_a_table_too_wide_for_the_screen_loses_its_intervals_and_no_figure():
+    """On 60 columns the intervals are left to the full output, and every figure is whole; on 200 they stand beside the figures."""
+    rows = tuple(Row(f"design {k}", tuple(Figure(1.0 + k, "mm", 0.9 + k, 1.1 + k) for _ in range(3))) for k in range(2))
+    wide = Sheet(name="x", subject="", verdict="Yes.", cards=(), sections=(Section("s", "Designs", ("mean", "median", "largest"), rows),), source="")
+    narrow, broad = screen(wide, 60), screen(wide, 200)
+    assert max(map(len, narrow.splitlines())) <= 60
+    assert "…" not in narrow
+    assert broad.count("…") == 6
+    for text in (narrow, broad):
+        assert len(re.findall(r"\d mm", text)) == 6
 
 
 def run(*words, cwd, **environment):

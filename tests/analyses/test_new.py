@@ -108,3 +108,13 @@ def test_a_urdf_leads_to_a_prediction_in_two_commands(urdf):
     assert "assumed" in study.sheet.verdict
     with pytest.raises(OutputExistsError):
         lostmotion.new(urdf=urdf).report()
+
+
+def test_the_commands_that_follow_name_the_sidecar_where_it_is_not_the_default(urdf, tmp_path):
+    """A sidecar written elsewhere would not be found by the URDF's name: the printed commands of `new` and of `check` state it."""
+    elsewhere = tmp_path / "elsewhere.toml"
+    made = lostmotion.new(urdf=urdf, out=elsewhere)
+    made.report(force=True)
+    assert f"`lostmotion study {urdf} --sidecar {elsewhere}`" in made.sheet.verdict
+    assert f"`lostmotion study {urdf} --sidecar {elsewhere}`" in lostmotion.check(urdf, sidecar=elsewhere).sheet.verdict
+    assert "--sidecar" not in lostmotion.new(urdf=urdf, force=True).sheet.verdict

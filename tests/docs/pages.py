@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
-TOUR = (ROOT / "README.md", ROOT / "docs" / "tour.md", *sorted((ROOT / "docs" / "tour").glob("*.md")))
+TOUR = (ROOT / "README.md", ROOT / "docs" / "tour.md", ROOT / "docs" / "how-to.md", *sorted((ROOT / "docs" / "tour").glob("*.md")))
 PAGES = (*TOUR, ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if path not in TOUR))
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

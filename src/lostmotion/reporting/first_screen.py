@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Final
 from rich.cells import cell_len
 from rich.text import Text
 
-from lostmotion.reporting.screen import console_of, legible_sheet, print_lines, print_section, print_sheet
+from lostmotion.reporting.screen import console_of, legible_sheet, print_lines, print_section, print_sheet, width_of
 from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from lostmotion.reporting.sheet import Bar, Bars, Card, Sheet
+    from lostmotion.reporting.sheet import Bar, Bars, Card, Section, Sheet
 
 # Wider lines are not read more easily; narrower bars show nothing.
 _WIDEST: Final = 100
@@ -153,7 +153,14 @@ def _print_main_table(screen: Console, sheet: Sheet) -> None:
     """Print the first table of a sheet, its first rows where it is long."""
     for section in sheet.sections[:1]:
         left = len(section.rows) - _MOST_ROWS
+        shown = replace(section, rows=section.rows[:_MOST_ROWS], note="") if left > 0 else section
         screen.print()
-        print_section(screen, replace(section, rows=section.rows[:_MOST_ROWS], note="") if left > 0 else section)
+        print_section(screen, shown if width_of(screen, shown) <= screen.width else _without_intervals(shown))
         if left > 0:
             _print(screen, Text(f"{_INDENT}and {left} more rows", style="dim"))
+
+
+def _without_intervals(section: Section) -> Section:
+    """Return a section whose figures have no interval: they stand in the full output where the screen is too narrow for them."""
+    rows = tuple(replace(row, figures=tuple(replace(figure, low=math.nan, high=math.nan) for figure in row.figures)) for row in section.rows)
+    return replace(section, rows=rows)

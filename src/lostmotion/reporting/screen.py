@@ -55,6 +55,11 @@ def print_section(screen: Console, section: Section) -> None:
         screen.print(Text(section.note, style="dim"))
 
 
+def width_of(screen: Console, section: Section) -> int:
+    """Return the columns that a section takes at least, its remarks below it."""
+    return _taken(screen, _table(section, remarks=False, narrow=True))
+
+
 def _print_answer(sheet: Sheet, screen: Console) -> None:
     """Print the notes, the statements of the first screen, the warnings, the answer, and lines to copy."""
     for note in sheet.notes:

@@ -42,7 +42,7 @@ def check(
     from lostmotion.io import read
 
     arm = read(asked.file, asked.sidecar)
-    return Check(asked.file, arm_sheet(arm, str(asked.file)), arm, asked.out)
+    return Check(asked.file, arm_sheet(arm, str(asked.file), "" if asked.sidecar is None else str(asked.sidecar)), arm, asked.out)
 
 
 def _kind_of_part(file: Path) -> str:

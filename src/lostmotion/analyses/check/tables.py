@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-def arm_sheet(arm: Arm, file: str) -> Sheet:
+def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
     """Return what is known of an arm, with the largest static load of each drive spread evenly over the joint ranges."""
     known = states(arm)
     q = even_poses(arm)
@@ -34,7 +34,7 @@ def arm_sheet(arm: Arm, file: str) -> Sheet:
         name=arm.name,
         subject="check of the description",
         counts=f"{several(len(arm.moving), 'moving joint')}, {arm.mass:.3g} kg, payload {arm.payload.mass:.3g} kg",
-        verdict=_verdict(known, file),
+        verdict=_verdict(known, f"{file} --sidecar {sidecar}" if sidecar else file),
         cards=(
             Card("moving joints", str(len(arm.moving))),
             Card("mass", str(Figure(arm.mass, "kg"))),

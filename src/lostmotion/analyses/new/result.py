@@ -40,7 +40,9 @@ class New(Result):
                 sections=(Section("templates", "Templates", ("value",), rows),),
                 source="",
             )
-        file = self.path if self.urdf is None else self.urdf
+        file = str(self.path if self.urdf is None else self.urdf)
+        if self.urdf is not None and self.path != self.urdf.with_suffix(".toml"):
+            file += f" --sidecar {self.path}"
         verdict = f"Next: `lostmotion check {file}` shows what is assumed, `lostmotion study {file}` predicts the accuracy."
         return Sheet(name=self.path.stem, subject="new file", verdict=verdict, cards=(), sections=(), source="", facts={"file": str(self.path)})
 
