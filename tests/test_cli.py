@@ -165,5 +165,6 @@ def test_a_stopped_run_leaves_nothing_behind(tmp_path):
         _, told = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "stopped" in told
+    assert "nothing was written" in told
     assert "Traceback" not in told
     assert not list(tmp_path.iterdir())

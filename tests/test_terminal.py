@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -11,7 +12,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import shellingham
+from typer.testing import CliRunner
 
+from lostmotion.cli import app
 from lostmotion.errors import LostmotionError, legible
 from lostmotion.reporting.screen import print_sheet
 from tests.runs.conftest import ARM
@@ -114,6 +118,57 @@ def test_a_sheet_writes_control_characters_out(capsys):
     said = capsys.readouterr().out
     assert legible(said) == said
     assert "owned" in said
+
+
+class Terminal(io.StringIO):
+    """A stream that is a terminal."""
+
+    def isatty(self):
+        """Return what makes a terminal."""
+        return True
+
+
+@pytest.mark.parametrize(("variables", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)])
+def test_no_color_takes_the_colours_and_leaves_the_words(monkeypatch, variables, coloured):
+    """A warning is red on a terminal, unless NO_COLOR is set; it is printed either way."""
+    from lostmotion.reporting.sheet import Sheet
+
+    for name in ("NO_COLOR", "FORCE_COLOR", "COLORTERM"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in {"TERM": "xterm", **variables}.items():
+        monkeypatch.setenv(name, value)
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stdout", screen)
+    print_sheet(Sheet(name="arm", subject="", verdict="", cards=(), sections=(), source="", warnings=("overloaded",)))
+    printed = screen.getvalue()
+    assert "overloaded" in printed
+    codes = {code for codes in re.findall(r"\x1b\[([0-9;]*)m", printed) for code in codes.split(";")}
+    assert ("31" in codes) == coloured
+
+
+@pytest.mark.parametrize(
+    ("typed", "word", "offered"),
+    [
+        ("lostmotion st", 1, {"study", "statics"}),
+        ("lostmotion exp", 1, {"export"}),
+        ("lostmotion export ", 2, {"c", "fmu"}),
+        ("lostmotion run --pose-l", 2, {"--pose-law"}),
+        ("lostmotion study arm.toml --approach ", 4, {"random", "up", "down"}),
+        ("lostmotion study arm", 2, set()),  # the shell offers files
+    ],
+)
+def test_a_shell_completes_commands_options_and_words(typed, word, offered):
+    """As the script of --show-completion asks for them; names of commands with two words come one word at a time."""
+    environment = {"_LOSTMOTION_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(word)}
+    done = CliRunner().invoke(app, [], prog_name="lostmotion", env=environment)
+    assert set(done.stdout.split()) == offered
+
+
+def test_the_script_for_completion_is_printed(monkeypatch):
+    """For bash it falls back on the names of files."""
+    monkeypatch.setattr(shellingham, "detect_shell", lambda: ("bash", "/bin/bash"))
+    done = CliRunner().invoke(app, ["--show-completion"], prog_name="lostmotion")
+    assert "complete -o default -F _lostmotion_completion lostmotion" in done.stdout
 
 
 READ_ONLY = """

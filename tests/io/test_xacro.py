@@ -125,6 +125,8 @@ def test_a_package_beside_the_project_may_be_included(project, tmp_path):
     assert "package 'tools', which is not there" in found.found
     (other / "package.xml").write_text("<package><name>tools</name></package>", encoding="utf-8")
     assert read(path).moving[0].name == "j"
+    mesh = '<link name="m"><visual><geometry><mesh filename="$(find gone)/m.stl"/></geometry></visual></link>'
+    assert read(project(body(mesh, joint("j", "base m")))).moving[0].name == "j"  # no mesh is opened
 
 
 WRONG = {
@@ -138,6 +140,7 @@ WRONG = {
     "macros without end": ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', "without end", ""),
     # What means harm.
     "include from elsewhere": ('<xacro:include filename="../../secret.xml" optional="true"/>', "secret.xml", "package.xml"),
+    "values of a package that is not there": ("<a b=\"${xacro.load_yaml('$(find gone)/a.yaml')}\"/>", "package 'gone', which is not there", ""),
     "pattern of elsewhere": ('<xacro:include filename="/etc/*"/>', "opens '/etc'", "package.xml"),
     "values from elsewhere": ("<a b=\"${xacro.load_yaml('../../secret.xml')}\"/>", "secret.xml", "package.xml"),
     "environment": ('<a b="$(env HOME)"/>', "environment variable 'HOME' is not set", ""),

@@ -31,22 +31,31 @@ _ALIASES: Final = {"run": "study"}
 _COLLECTED_EVERY: Final = 100_000
 
 
+def _completes(ctx: typer.Context | None) -> bool:
+    """Return whether a shell asks for words that complete what is typed."""
+    return ctx is not None and ctx.resilient_parsing
+
+
 class _Questions(TyperGroup):
-    """The commands, each made when it is asked for."""
+    """The commands, each made when it is asked for. A shell that completes what is typed gets their names one word at a time."""
 
-    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]  # noqa: ARG002 - Click's own signature
+    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override] # Click's own signature
         """Return the names of the questions, in the order of the help."""
-        return [command_name(name) for name in QUESTIONS]
+        names = [command_name(name) for name in QUESTIONS]
+        return [*dict.fromkeys(name.partition(" ")[0] for name in names)] if _completes(ctx) else names
 
-    def get_command(self, ctx: typer.Context, cmd_name: str) -> Any:  # type: ignore[override]  # noqa: ANN401, ARG002 - Click's own class
+    def get_command(self, ctx: typer.Context, cmd_name: str) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
         """Return the command of this name, None where there is none."""
         name = _ALIASES.get(cmd_name, cmd_name).replace(" ", "_")
         if name not in QUESTIONS:
-            return None
+            behind = {each.removeprefix(f"{name}_"): self.get_command(ctx, each) for each in QUESTIONS if each.startswith(f"{name}_")}
+            return TyperGroup(name=cmd_name, commands=behind) if behind and _completes(ctx) else None
         return command_of(getattr(importlib.import_module(QUESTIONS[name]), name))
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
         """Return the command that was typed. Raises InputError where there is none of this name."""
+        if _completes(ctx):
+            return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
         if " ".join(args[:2]) in map(command_name, QUESTIONS):  # `export c`
             args = [" ".join(args[:2]), *args[2:]]
         word = args[0]
@@ -60,7 +69,7 @@ app = typer.Typer(
     cls=_Questions,
     help="How accurate will this robot arm be before it is built, where in its workspace, and which part is to blame?",
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )

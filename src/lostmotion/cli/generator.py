@@ -91,10 +91,15 @@ def _declared(question: Question, parameter: Parameter) -> inspect.Parameter:
     shown_as = (
         typer.Argument(help=text, metavar=_positional(parameter), show_default=False)
         if _is_positional(question, parameter)
-        else typer.Option(*names, help=text, metavar=metavar, show_default=False)
+        else typer.Option(*names, help=text, metavar=metavar, show_default=False, autocompletion=_words_of(parameter))
     )
     default = False if parameter.is_switch else None
     return inspect.Parameter(parameter.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, shown_as])
+
+
+def _words_of(parameter: Parameter) -> Callable[[str], list[str]] | None:
+    """Return what completes a value in a shell: the words that an option takes. None for other options, which the shell completes by file names."""
+    return (lambda incomplete: [word for word in parameter.words if word.startswith(incomplete)]) if parameter.words else None
 
 
 def _is_positional(question: Question, parameter: Parameter) -> bool:

@@ -87,6 +87,7 @@ class _Expansion:
         self.folders = [str(self.project)]
         self.homes = [str(self.project.parent), *request["homes"]]
         self.refused: list[str] = []
+        self.absent: dict[str, str] = {}  # where packages would be that are not there
         self.expression = ""
 
     def _own_name(self) -> str:
@@ -131,16 +132,18 @@ class _Expansion:
         return str(eval(expression, {"__builtins__": {}}, substitution._DictWrapper(arguments, known)))  # noqa: S307, SLF001 - its syntax is checked
 
     def _find(self, package: str) -> str:
-        """Return the folder of a package: that of the file itself, one beside it, or one of an installed ROS."""
+        """Return the folder of a package: that of the file itself, one beside it, or one of an installed ROS.
+
+        A package that is not there is no mistake until a file of it is opened: meshes are not.
+        """
         if package == self.name or (self.name and package == self.project.name):
             return str(self.project)
         homes = [Path(home) / package for home in self.homes] if _PACKAGE.fullmatch(package) else []
         found = next((each for each in homes if (each / _MANIFEST).is_file()), None)
         if found is None:
-            expected = (
-                f"a folder of that name with its {_MANIFEST}, beside the package of the file, or found by AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
-            )
-            refuse(self._place(), "", f"the package {shown(package)}, which is not there", expected, f"{self.project.parent / 'ur_description'}")
+            folder = str(self.project.parent / (package if _PACKAGE.fullmatch(package) else "NAME"))
+            self.absent[folder] = package
+            return folder
         self.folders.append(os.path.realpath(found))
         return str(found)
 
@@ -175,11 +178,12 @@ class _Expansion:
 
     def _refuse(self, error: Exception) -> NoReturn:
         """Raise what went wrong in the words of this project, else in those of xacro."""
-        if self.refused:
-            self._refuse_place()
         cause: Any = error
         while isinstance(cause, XacroException) and cause.exc is not None:
             cause = cause.exc
+        self._refuse_absent([*self.refused, str(getattr(cause, "filename", ""))])
+        if self.refused:
+            self._refuse_place()
         if isinstance(cause, InputError):
             raise cause
         place = self._place()
@@ -198,6 +202,15 @@ class _Expansion:
         at = f" in {shown('${' + self.expression + '}')}" if self.expression and not isinstance(cause, XacroException) else ""
         words = _legible((cause.msg if isinstance(cause, SyntaxError) else str(cause)) or type(cause).__name__, _LONGEST_WORDS)
         refuse(place, "", f"{words}{at}", "a file that the program xacro expands", f"xacro {self.path.name} > arm.urdf")
+
+    def _refuse_absent(self, places: list[str]) -> None:
+        """Refuse a place in a package that is not there."""
+        for folder, package in self.absent.items():
+            if any(place.startswith(folder) for place in places):
+                expected = (
+                    f"a folder of that name with its {_MANIFEST}, beside the package of the file, or found by AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
+                )
+                refuse(self._place(), "", f"the package {shown(package)}, which is not there", expected, f"{self.project.parent / 'ur_description'}")
 
     def _refuse_place(self) -> NoReturn:
         expected = f"files in {self.project}: the nearest folder above with a {_MANIFEST}, otherwise the file's own"
