@@ -75,4 +75,5 @@ for each in (study, stiffer):
 # `stiffer.report("my-report")` writes the page with every figure, `figure` returns one chart for a paper:
 
 # %%
+# %matplotlib inline
 stiffer.figure("waterfall")

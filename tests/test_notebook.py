@@ -61,3 +61,13 @@ def test_a_result_without_bars_shows_its_tables(study):
     assert "image/png" not in found
     assert "<details>" not in found["text/html"]
     assert "<table" in found["text/html"]
+
+
+def test_a_summary_in_a_notebook_is_one_block_of_text(study, monkeypatch, capsys):
+    """In a notebook the first screen goes to standard output as on a terminal, instead of one HTML block for each line."""
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    study.summary()
+    printed = capsys.readouterr().out
+    assert printed.startswith(study.arm.name)
+    assert "<pre" not in printed
+    assert max(map(len, printed.splitlines())) <= 80

@@ -23,8 +23,8 @@ _REMARK: Final = 20
 
 
 def console_of(console: Console | None) -> Console:
-    """Return the terminal to print on, standard output by default."""
-    return console or Console()
+    """Return the terminal to print on, standard output by default; in a notebook too, which would frame every line by itself."""
+    return console or Console(force_jupyter=False)
 
 
 def print_sheet(sheet: Sheet, console: Console | None = None) -> None:

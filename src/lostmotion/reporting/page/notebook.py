@@ -9,7 +9,7 @@ import base64
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.reporting.page.tables import style, table
-from lostmotion.reporting.page.text import escaped, foldable, headline, spaced
+from lostmotion.reporting.page.text import escaped, headline, spaced
 from lostmotion.reporting.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def _html(sheet: Sheet, picture: Plot | None, png: str) -> str:
     if picture is not None:
         shown = f'<img src="data:image/png;base64,{png}" alt="{escaped(picture.words)}" style="width:100%;max-width:560px">'
         figures = (
-            f'<table style="border:0;width:100%"><tr style="background:none"><td style="{_CELL};width:57%">{shown}</td>'
+            f'<table class="lostmotion-figures" style="border:0;width:100%"><tr style="background:none"><td style="{_CELL};width:57%">{shown}</td>'
             f'<td style="{_CELL};padding-left:16px">{figures}</td></tr></table>'
         )
     if sheet.bars:
@@ -66,13 +66,13 @@ def _numbers(cards: tuple[Card, ...]) -> str:
         f'<td style="{_CELL}">{spaced(card.title)}</td></tr>'
         for card in cards[:_MOST]
     )
-    return f'<table style="border:0;margin:0 0 10px">{lines}</table>'
+    return f'<table class="lostmotion-figures" style="border:0;margin:0 0 10px">{lines}</table>'
 
 
 def _bars(block: Bars) -> str:
     lines = "".join(_line(bar, block) for bar in block.bars[:_MOST])
     head = f'<b>{spaced(block.title)}</b> <span style="{_QUIET}">{spaced(block.column)}</span>'
-    return f'<p style="margin:0 0 2px">{head}</p><table style="border:0;width:100%;margin:0 0 10px">{lines}</table>'
+    return f'<p style="margin:0 0 2px">{head}</p><table class="lostmotion-figures" style="border:0;width:100%;margin:0 0 10px">{lines}</table>'
 
 
 def _line(bar: Bar, block: Bars) -> str:
@@ -81,7 +81,7 @@ def _line(bar: Bar, block: Bars) -> str:
     left, width = (100 * (min(0.0, bar.size) - low) / (high - low), 100 * abs(bar.size) / (high - low))
     drawn = f'<div style="margin-left:{left:.1f}%;width:{width:.1f}%;height:10px;background:{LIGHT["robot"]}"></div>'
     return (
-        f'<tr style="background:none"><td style="{_CELL};padding-right:8px">{foldable(bar.label)}</td>'
-        f'<td style="{_CELL};width:50%;padding-top:5px">{drawn}</td>'
+        f'<tr style="background:none"><td style="{_CELL};padding-right:8px;white-space:nowrap">{escaped(bar.label)}</td>'
+        f'<td style="{_CELL};width:60%;padding-top:5px">{drawn}</td>'
         f'<td style="{_CELL};padding-left:8px;text-align:right;white-space:nowrap">{spaced(str(bar.figure))}</td></tr>'
     )
