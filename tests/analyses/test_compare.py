@@ -254,6 +254,29 @@ def test_what_differs_is_listed_in_the_words_of_the_file(tmp_path, files):
     assert any("axis mounting of B" in warning for warning in found.sheet.warnings)
 
 
+def test_stated_prices_are_added_and_joints_without_one_are_named(tmp_path):
+    """The price of a joint includes its gearbox's; links and tool add theirs; an arm without any price has none, which is not zero."""
+    priced = ARM.replace("ratio = 100,", "ratio = 100, price = 900,").replace('name = "B"', 'name = "B"\nprice = 1250')
+    (tmp_path / "priced.toml").write_text(priced.replace("rigid = true", "rigid = true, price = 40"), encoding="utf-8")
+    dearer = priced.replace("price = 900", "price = 1000").replace("rigid = true", "rigid = true, price = 40") + "[tool]\nprice = 7\n"
+    (tmp_path / "dearer.toml").write_text(dearer, encoding="utf-8")
+    (tmp_path / "partly.toml").write_text(ARM.replace("ratio = 100,", "ratio = 100, price = 900,", 1), encoding="utf-8")
+    (tmp_path / "none.toml").write_text(ARM, encoding="utf-8")
+    prices = {name: lostmotion.read(tmp_path / f"{name}.toml").price for name in ("priced", "dearer", "partly", "none")}
+    assert prices == {"priced": 900 + 1250 + 80, "dearer": 1000 + 1250 + 80 + 7, "partly": 900, "none": None}
+    found = lostmotion.compare(*(tmp_path / f"{name}.toml" for name in prices), **SMALL)
+    of_price = [change.figures["price"].value for change in found.changes]
+    assert of_price[:2] == [107.0, 900 - 2230]
+    assert math.isnan(of_price[2])
+    brief = dict(found.sheet.brief)["Price"]
+    assert brief.startswith("2230 → 2337 → 900 → not stated")
+    assert "B in partly; A, B in none" in brief
+    assert found.changes[0].same
+    two = lostmotion.compare(tmp_path / "priced.toml", tmp_path / "dearer.toml", **SMALL).sheet
+    assert "It costs 107 more." in two.verdict
+    assert "prices" not in " ".join(two.notes)
+
+
 def test_every_text_fits_a_terminal_and_no_number_is_a_power_of_ten(found):
     """The first screen has no more than 40 lines, every figure fits 80 columns, and numbers are written out."""
     first, whole = (io.StringIO() for _ in range(2))

@@ -218,6 +218,18 @@ class Arm(Part):
         return tuple(dict.fromkeys(gearbox.model for gearbox in found if gearbox.model))
 
     @property
+    def price(self) -> float | None:
+        """Return the stated prices of joints, gearboxes, links and tool together; None where none is stated."""
+        prices = [*(joint.total_price for joint in self.joints), *(joint.link.price for joint in self.joints), self.tool.price]
+        stated = [price for price in prices if price is not None]
+        return sum(stated) if stated else None
+
+    @property
+    def joints_without_price(self) -> tuple[str, ...]:
+        """Return the names of the moving joints without a price, stated neither for the joint nor for its gearbox."""
+        return tuple(joint.name for joint in self.moving if joint.total_price is None)
+
+    @property
     def gravity_in_base(self) -> Floats:
         """Return the acceleration of free fall (3,), m/s^2, in the base's axes at the base's nominal tilt."""
         return np.asarray(self.base.tilt.T @ np.array([0.0, 0.0, -self.gravity]))

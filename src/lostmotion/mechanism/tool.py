@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from lostmotion.parts.error_source import Force, Mass, Torque
+from lostmotion.parts.error_source import Force, Mass, Price, Torque
 from lostmotion.parts.frame import Frame, Vector
 from lostmotion.parts.joint import PlaceName
 from lostmotion.parts.provenance import Sourced
@@ -25,6 +25,7 @@ class Tool(Sourced):
 
     frame           pose of the tool relative to the place that it is fixed to
     mass            kg, without the payload
+    price           of the tool
     centre_of_mass  in the tool frame, m
     after           name of the place that the tool is fixed to; by default the tip of the last joint
     """
@@ -32,5 +33,6 @@ class Tool(Sourced):
     shareable: ClassVar[bool] = False
     frame: Frame = Frame()
     mass: Mass = 0.0
+    price: Price | None = None
     centre_of_mass: Vector = (0.0, 0.0, 0.0)
     after: PlaceName | None = None

@@ -40,6 +40,8 @@ Lead = Annotated[float, Quantity("m", "10 mm", above=0)]
 LengthDim = Annotated[Toleranced, Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)]
 ClearanceDim = Annotated[Toleranced, Quantity("m", "40 µm ± 20 µm", low=0, toleranced=True, band="uniform")]
 Mass = Annotated[float, Quantity("kg", "2.5 kg", low=0)]
+# In the file's currency; no error depends on it.
+Price = Annotated[float, Quantity("", "900", low=0)]
 Inertia = Annotated[float, Quantity("kg m^2", "1.4e-5 kg m^2", low=0)]
 Force = Annotated[float, Quantity("N", "50 N")]
 ForceAmount = Annotated[float, Quantity("N", "5 N", low=0)]

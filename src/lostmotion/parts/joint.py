@@ -18,7 +18,7 @@ from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.encoder import Encoder
-from lostmotion.parts.error_source import AngleAmount, ErrorSource, Grouped, LengthAmount, Mass, Part
+from lostmotion.parts.error_source import AngleAmount, ErrorSource, Grouped, LengthAmount, Mass, Part, Price
 from lostmotion.parts.forms import Constant
 from lostmotion.parts.gearbox.gearbox import AmountT, HasPlay, PlayInLoop
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox, is_drawn
@@ -116,6 +116,7 @@ class _Joint(OfClass):
     after  name of the parent place: "base", or NAME.seat, NAME or NAME.tip of an earlier joint. Default: the tip of the previous joint, the
            base for the first joint
     mass   of the joint unit, its gearbox included; fixed to the seat, at centre_of_mass. Default: the gearbox's own mass, where stated
+    price  of the joint unit, its gearbox included. Default: the gearbox's own price, where stated
     """
 
     shareable: ClassVar[bool] = False
@@ -124,6 +125,7 @@ class _Joint(OfClass):
     origin: Frame = Frame()
     mounting: Mounting | None = None
     mass: Mass | None = None
+    price: Price | None = None
     centre_of_mass: Vector = (0.0, 0.0, 0.0)
     link: Link = Link()
 
@@ -134,6 +136,12 @@ class _Joint(OfClass):
             return self.mass
         gearbox = getattr(self, "gearbox", None)
         return 0.0 if gearbox is None or gearbox.mass is None else float(gearbox.mass)
+
+    @property
+    def total_price(self) -> float | None:
+        """Return the price of the joint unit as stated, or else the gearbox's own; None where neither is stated."""
+        gearbox = getattr(self, "gearbox", None)
+        return self.price if self.price is not None or gearbox is None else gearbox.price
 
     @property
     @abstractmethod

@@ -12,7 +12,7 @@ from lostmotion.laws import beam
 from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.laws.process_tolerance import Process, process_tolerance
 from lostmotion.parts.compliance import Compliance, Measured
-from lostmotion.parts.error_source import ErrorSource, Expansion, LengthAmount, LengthDim, Mass, TemperatureDifference
+from lostmotion.parts.error_source import ErrorSource, Expansion, LengthAmount, LengthDim, Mass, Price, TemperatureDifference
 from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
@@ -42,6 +42,7 @@ class Link(OfClass):
     measured            instead of a section: a force on the tip and the measured deflection
     rigid               true: the link is declared rigid. None of these four: the stiffness is not specified, and the link is assumed rigid
     mass                default: that of section and material; zero with a compliance or a measurement
+    price               of the link, data for comparisons
     centre_of_mass      in the joint's frame; default: that of the sections, or the middle. Stated: the mass is spread uniformly on both sides
                         of it, up to the nearer end
     up                  direction across the link that the section's height follows; default: across the joint's axis
@@ -61,6 +62,7 @@ class Link(OfClass):
     measured: Measured | None = None
     rigid: bool = False
     mass: Mass | None = None
+    price: Price | None = None
     centre_of_mass: Vector | None = None
     up: Direction | None = None
     expansion: Expansion | None = None

@@ -22,8 +22,8 @@ DEFAULT: Final = "default"
 # The reason of a stated friction whose scatter alone is a default.
 DEFAULT_SCATTER: Final = f"{DEFAULT} scatter, {FRICTION_SCATTER_TEXT}"
 LONGEST_SOURCE: Final = 500
-# Keys that identify a part or its provenance, and hold no values.
-NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "preset", "kind", "type", "name", "model", "notes", "after"})
+# Keys that identify a part or its provenance, or state its price: no error depends on them.
+NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "preset", "kind", "type", "name", "model", "notes", "after", "price"})
 
 Keys = Annotated[tuple[Annotated[Line, Field(max_length=80)], ...], Field(max_length=100)]
 

@@ -37,7 +37,7 @@ class Measure:
 
     key     of its row
     name    of its row
-    unit    "m", "rad", "kg", or "1" for a share
+    unit    "m", "rad", "kg", "price" in the currency of the files, or "1" for a share
     value   its value for one arm, with its interval
     change  its difference, after minus before, with its paired interval
     group   of the table that it stands in
@@ -94,6 +94,8 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
         ),
         _exact("mass", "mass of the arm", "kg", lambda each: each.arm.mass),
     ]
+    if any(each.arm.price is not None for each in arms):
+        out.append(_exact("price", "price of the arm", "price", lambda each: math.nan if each.arm.price is None else each.arm.price))
     if any(math.isfinite(each.load) for each in arms):
         out.append(_exact("load", "most loaded drive, of its rated load", "1", lambda each: each.load))
     return tuple(out)

@@ -26,6 +26,7 @@ from lostmotion.parts.error_source import (
     Mass,
     PartFigure,
     PlayDim,
+    Price,
     Share,
     TorqueAmount,
 )
@@ -103,6 +104,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     friction_torque   under a load below it the play stays open; default: 1 % of the rated torque, or where none is stated, in an arm, 2 % of the
                       most that the joint holds at rest, in any pose on any slope. ± is its scatter over gearboxes; default: ±50 %
     mass              of the gearbox; used where the joint states no mass, which would include its gearbox
+    price             of the gearbox; used where the joint states no price, which would include its gearbox
     inertia           moment of inertia at the input; data only, no result uses it
     upper_limits      keys for which the maker states an upper limit instead of a value: figures based on them are "at most"
 
@@ -124,6 +126,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     transmission_error: AmountT | Annotated[list[Harmonic[AmountT]], Field(max_length=64)] | None = None
     friction_torque: FrictionT | None = None
     mass: Mass | None = None
+    price: Price | None = None
     inertia: Inertia | None = None
     upper_limits: Keys = ()
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 NO_DIFFERENCE_SEEN: Final = "no difference seen"
 EQUAL: Final = "equal"
-_SIZES: Final = {"rad": ("arcmin", ARCMIN), "kg": ("kg", 1.0), "1": ("%", 0.01)}
+_SIZES: Final = {"rad": ("arcmin", ARCMIN), "kg": ("kg", 1.0), "price": ("1", 1.0), "1": ("%", 0.01)}
 
 
 def figure(found: Estimate, unit: str, samples: str = "") -> Figure:
@@ -23,7 +23,7 @@ def figure(found: Estimate, unit: str, samples: str = "") -> Figure:
     if unit == "m":
         return length(found.value, found.low, found.high, samples)
     name, size = _SIZES[unit]
-    return Figure(found.value / size, name, found.low / size, found.high / size, samples)
+    return Figure(found.value / size, name, found.low / size, found.high / size, samples, stated=unit == "price")
 
 
 def is_decided(change: Estimate) -> bool:
@@ -35,6 +35,8 @@ def remark(change: Estimate, *, exact: bool) -> str:
     """Return what a reader must know of a difference: that it is zero, not distinguished from zero, or without an interval; else nothing."""
     if change.value == 0 and (exact or change.low == change.high == 0):
         return EQUAL
+    if exact and math.isnan(change.value):
+        return "not stated for all arms"
     if exact or is_decided(change):
         return ""
     return NO_DIFFERENCE_SEEN if math.isfinite(change.low) else "no interval: too few robots or sets of poses"

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.compare.description import WHOLE_JOINT
 from lostmotion.analyses.compare.tables.figures import figure, is_decided, measure_of, with_interval
+from lostmotion.error_model.differences import ZERO
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import FAILS, share_neglected
 from lostmotion.reporting.first_order import failure
 from lostmotion.reporting.provenance import assumed_count, at_least, ideal_joints_clause, repeats_bounded, upper_limit_sentences
-from lostmotion.reporting.sheet import Figure, length, several
+from lostmotion.reporting.sheet import Figure, as_stated, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
@@ -82,10 +83,10 @@ def _signed(found: Figure) -> str:
 
 
 def _heavier(change: Change) -> str:
-    mass = change.figures["mass"].value
-    if not mass:
-        return ""
-    return f"It is {Figure(abs(mass), 'kg')} {'heavier' if mass > 0 else 'lighter'} ({Figure(change.arm.arm.mass, 'kg')})."
+    mass, price = change.figures["mass"].value, change.figures.get("price", ZERO).value
+    texts = [f"is {Figure(abs(mass), 'kg')} {'heavier' if mass > 0 else 'lighter'}"] if mass else []
+    texts += [f"costs {as_stated(abs(price))} {'more' if price > 0 else 'less'}"] if price and math.isfinite(price) else []
+    return f"It {' and '.join(texts)}." if texts else ""
 
 
 def _rests(found: Comparison) -> str:
@@ -120,6 +121,7 @@ def brief(found: Comparison) -> tuple[tuple[str, str], ...]:
         ("Repeatability", _changed(found, "rp_p95", "95 % of the robots repeat within", repeats=True)),
         ("Sag", _changed(found, "sag", "Mean displacement along gravity")),
         ("Mass", _masses(found)),
+        ("Price", _prices(found.arms)),
         ("Drives", _drives(found)),
         ("Largest", _largest(found.arms)),
         ("Poses", _poses(found)),
@@ -165,6 +167,15 @@ def _masses(found: Comparison) -> str:
     if len(set(masses)) == 1:
         return f"{Figure(masses[0], 'kg')}, equal."
     return " → ".join(str(Figure(mass, "kg")) for mass in masses) + "."
+
+
+def _prices(arms: Sequence[ComparedArm]) -> str:
+    """Return the prices of all arms, and what lacks one."""
+    if all(each.arm.price is None for each in arms):
+        return ""
+    missing = [f"{', '.join(each.arm.joints_without_price)} in {each.label}" for each in arms if each.arm.joints_without_price]
+    prices = " → ".join("not stated" if each.arm.price is None else as_stated(each.arm.price) for each in arms)
+    return f"{prices} in the currency of the files" + (f"; no price is stated for {'; '.join(missing)}." if missing else ".")
 
 
 def _drives(found: Comparison) -> str:

@@ -33,7 +33,7 @@ _EXACT: Final = "Exact sum over terms; the interval shows what the choice of pos
 _GROUPS: Final[dict[Group, tuple[str, str, str]]] = {
     "accuracy": ("changes", "Accuracy", "change: against the first arm, with its paired interval"),
     "levels": ("changes_by_level", "What can be compensated", f"load and pose: {REMEDIES[0]}. Robots: {REMEDIES[1]}. Visits: {REMEDIES[2]}"),
-    "arm": ("changes_of_arm", "Mass and drives", "as far as stated; loads of the drives: largest over the poses, standing still"),
+    "arm": ("changes_of_arm", "Mass, price and drives", "as far as stated; loads of the drives: largest over the poses, standing still"),
 }
 # Groupings of the error terms, as the tables name them; rows that a table shows.
 _GROUPINGS: Final[dict[Grouping, str]] = {"parts": "part", "members": "member of a part", "causes": "kind of error"}
@@ -76,7 +76,7 @@ def compare_sheet(found: Comparison) -> Sheet:
         counts=counts,
         warnings=warnings(found),
         notes=(
-            f"not counted: {NOT_COUNTED}, prices{without_mass(model for each in found.arms for model in each.arm.gearboxes_without_mass)}",
+            f"not counted: {NOT_COUNTED}{'' if measure_of(found, 'price') else ', prices (none is stated)'}{_without_mass(found)}",
             *_notes(found),
         ),
         words=_WORDS,
@@ -86,6 +86,10 @@ def compare_sheet(found: Comparison) -> Sheet:
         bars=bars(found),
         brief=brief(found),
     )
+
+
+def _without_mass(found: Comparison) -> str:
+    return without_mass(model for each in found.arms for model in each.arm.gearboxes_without_mass)
 
 
 def _unsure(found: Comparison, each: ComparedArm, value: Estimate) -> Estimate:
@@ -244,6 +248,8 @@ def _facts(found: Comparison) -> dict[str, Any]:
                 "arm": each.arm.name,
                 "mass_kg": each.arm.mass,
                 "mass_not_stated": list(each.arm.gearboxes_without_mass),
+                "price": each.arm.price,
+                "price_not_stated": list(each.arm.joints_without_price),
                 "poses": {"count": len(each.poses), "law": each.poses.law, "independent_sets": each.poses.replicates},
                 **provenance_facts(each.known),
             }
