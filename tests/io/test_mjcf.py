@@ -186,6 +186,7 @@ SIDE = f'<body name="crank">{INERTIAL.format(1)}{HINGE.format("crank")}</body>'
         (model(chain(kinds=("hinge", "ball", "hinge"))), "a ball joint"),
         (model(chain(kinds=("hinge", "slide"))), "a slide without range"),
         (model(chain(kinds=("hinge", "free"))), "free joint can only be used on top level"),
+        (model(chain('<site pos="nan 0 0"/>')), "not finite or too large: site_pos"),
         (model(chain('<joint name="j1"/>')), "repeated name 'j1'"),
         (model('<body name="a"><geom size="0.1"/></body>'), "no joint that moves"),
         (model(chain('<body name="x"><joint/></body>')), "mass and inertia of moving bodies"),

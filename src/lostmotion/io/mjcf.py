@@ -20,6 +20,7 @@ from lostmotion.io.mjcf_xml import self_contained
 from lostmotion.io.own_process import ask
 from lostmotion.io.text import refuse
 from lostmotion.io.urdf_tree import MOST_ELEMENTS, UrdfJoint, UrdfLink, UrdfTree, is_name
+from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +34,7 @@ _SECONDS: Final = 15
 _TYPES: Final = {"free": "floating", "ball": "ball", "slide": "prismatic", "hinge": "revolute"}
 _WORLD: Final = "world"
 # Numbers that are calculated with.
-_MATRICES: Final = ("body_pos", "body_quat", "body_ipos", "jnt_pos", "jnt_axis", "jnt_range", "site_pos", "site_quat")
+_MATRICES: Final = ("body_pos", "body_quat", "body_ipos", "body_mass", "jnt_pos", "jnt_axis", "jnt_range", "qpos0", "site_pos", "site_quat")
 
 
 def read_tree(path: Path, text: str) -> UrdfTree:
@@ -70,6 +71,10 @@ class _Builder:
         self.tree = tree
         self.lines = lines
         self.model = {name: np.array(value, dtype=float) if name in _MATRICES else value for name, value in compiled.items()}
+        wrong = [name for name in _MATRICES if not np.all(np.abs(self.model[name]) <= LARGEST)]
+        if wrong:
+            expected = f"finite numbers up to {LARGEST:g} in m, kg and rad"
+            refuse(tree.file, tree.root, f"numbers that are not finite or too large: {', '.join(wrong)} of MuJoCo", expected, 'pos="0 0 0.3"')
         self.parents: list[int] = compiled["body_parentid"]
         self.bodies = self._names("body", [_WORLD, *(f"body_{k}" for k in range(1, len(self.parents)))])
         owners = [self.bodies[body] for body in compiled["jnt_bodyid"]]
@@ -82,7 +87,7 @@ class _Builder:
         for body in range(len(self.parents)):
             self._add_body(body)
         for site, name in enumerate(self.model["site"]):
-            if name and len(self.tree.links) < MOST_ELEMENTS:
+            if name and is_name(name) and len(self.tree.links) < MOST_ELEMENTS:
                 pose = _pose(self.model["site_pos"][site], self.model["site_quat"][site])
                 self._add_frame(_free(name, self.tree.links, "site"), self.model["site_bodyid"][site], pose)
         self._couple()
@@ -107,7 +112,7 @@ class _Builder:
         joints = [k for k, owner in enumerate(model["jnt_bodyid"]) if owner == body]
         anchor = model["jnt_pos"][joints[-1]] if joints and self._turns(joints[-1]) else np.zeros(3)
         moved = bool(np.any(anchor))
-        carrier = f"{name}@{self.joints[joints[-1]]}" if moved else name
+        carrier = self._between(body, joints[-1]) if moved else name
         self.carriers.append(carrier)
         self.anchors.append(anchor)
         centre = tuple((model["body_ipos"][body] - anchor).tolist())
@@ -129,11 +134,15 @@ class _Builder:
         before = np.zeros(3)
         for joint in joints:
             anchor = model["jnt_pos"][joint] if self._turns(joint) else np.zeros(3)
-            child = self.carriers[body] if joint == joints[-1] else f"{self.bodies[body]}@{self.joints[joint]}"
+            child = self.carriers[body] if joint == joints[-1] else self._between(body, joint)
             self.tree.links.setdefault(child, UrdfLink(child, is_frame=True))
             added = self._add(self.joints[joint], _TYPES[model["jnt_type"][joint]], link, child, seat @ _pose(anchor - before))
             self._move(added, joint)
             link, before, seat = child, anchor, _pose(np.zeros(3))
+
+    def _between(self, body: int, joint: int) -> str:
+        """Return the name of the link behind one of the joints of a body."""
+        return _free(f"{self.bodies[body]}@{self.joints[joint]}", self.bodies, "link")
 
     def _turns(self, joint: int) -> bool:
         """Return whether a joint has an anchor that counts: that of a slide shifts nothing."""
@@ -161,7 +170,8 @@ class _Builder:
 
     def _add(self, name: str, kind: str, parent: str, child: str, seat: Floats) -> UrdfJoint:
         x, y, z = seat[:3, 3].tolist()
-        name = _free(name, self.tree.joints, "fixed")
+        if kind == "fixed":
+            name = _free(name, {*self.tree.joints, *self.joints}, "fixed")
         joint = UrdfJoint(name, kind, parent, child, (x, y, z), rpy_of(seat[:3, :3]), self.lines.get(name, 0), root="/")
         self.tree.joints[name] = joint
         return joint

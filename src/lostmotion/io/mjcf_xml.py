@@ -36,8 +36,8 @@ _KEPT: Final = {
     "worldbody": frozenset({"body", "frame", "replicate", "joint", "freejoint", "geom", "site", "inertial"}),
     "equality": frozenset({"connect", "weld", "joint"}),
 }
-# Omitted and worth a note: what they do to the arm is missing.
-_NOTED: Final = ("actuator", "tendon", "composite", "flexcomp", "plugin")
+# Omitted, and what they do to the arm is missing.
+_FORCES: Final = ("tendon", "composite", "flexcomp", "plugin")
 # Attributes of the compiler that name folders, or drop bodies and shapes.
 _OF_COMPILER: Final = ("meshdir", "texturedir", "assetdir", "strippath", "fusestatic", "discardvisual")
 
@@ -132,8 +132,13 @@ def _reduce(root: etree._Element, file: str) -> list[str]:
                 dropped[str(element.tag)] += 1
                 _drop(element)
             _take(element, "material")
-    found = [f"{dropped[name]} {name}{'s' * (dropped[name] != 1)}" for name in _NOTED if dropped[name]]
-    return [f"not carried over from MJCF: {', '.join(found)}; forces that they exert on the arm are missing"] if found else []
+    forces = ", ".join(_counted(name, dropped) for name in _FORCES if dropped[name])
+    out = [f"not carried over: {forces}; their weight and their forces are missing"] if forces else []
+    return [*out, f"not carried over: {_counted('actuator', dropped)}; drives are stated in the sidecar"] if dropped["actuator"] else out
+
+
+def _counted(name: str, counts: Counter[str]) -> str:
+    return f"{counts[name]} {name}{'s' * (counts[name] != 1)}"
 
 
 def _drop_shapes(root: etree._Element) -> None:
