@@ -1,4 +1,4 @@
-"""Twenty thousand spoiled files of all formats: each is refused in words or gives finite figures."""
+"""Spoiled files of all formats: each is refused in words or gives finite figures. `python -m tests.io.fuzzed` spoils as many as one likes."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ def test_spoiled_files_are_refused_or_read(tmp_path):
 
 
 @pytest.mark.slow
-def test_twenty_thousand_spoiled_files_are_refused_or_read(tmp_path):
+def test_eight_thousand_spoiled_files_are_refused_or_read(tmp_path):
     """Whatever is done to a file of any format: a refusal in words or finite figures, no traceback, warning or control character, nothing written."""
-    counts = look_at(tmp_path, 20_000)
+    counts = look_at(tmp_path, 8_000)
     for kind in formats(tmp_path):
-        assert min(counts[kind.name, said] for said in ("read", "refused")) > 50, (kind.name, counts)
+        assert min(counts[kind.name, said] for said in ("read", "refused")) > 20, (kind.name, counts)
 
 
 @pytest.mark.parametrize("text", ["\x1f3", "3\u2028", "\u0663", "\x1f\n3"])
