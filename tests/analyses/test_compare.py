@@ -264,6 +264,9 @@ def test_stated_prices_are_added_and_joints_without_one_are_named(tmp_path):
     (tmp_path / "none.toml").write_text(ARM, encoding="utf-8")
     prices = {name: lostmotion.read(tmp_path / f"{name}.toml").price for name in ("priced", "dearer", "partly", "none")}
     assert prices == {"priced": 900 + 1250 + 80, "dearer": 1000 + 1250 + 80 + 7, "partly": 900, "none": None}
+    text = (EXAMPLES / "z-arm-drawn.toml").read_text(encoding="utf-8")
+    (tmp_path / "drawn.toml").write_text(text.replace("rated_torque = ", "price = 500\nrated_torque = "), encoding="utf-8")
+    assert lostmotion.read(tmp_path / "drawn.toml").price == 5 * 500
     found = lostmotion.compare(*(tmp_path / f"{name}.toml" for name in prices), **SMALL)
     of_price = [change.figures["price"].value for change in found.changes]
     assert of_price[:2] == [107.0, 900 - 2230]

@@ -37,7 +37,7 @@ class CycloidalGearbox(CycloidalDrawing):
                      1 % of the rated torque for the play, and none in the hysteresis. ± is its scatter over gearboxes, of the play alone;
                      default: ±50 %
     unstated         factors on the compliance of what the drawing leaves open, by name: each is a range unless stated
-    mass, inertia    of the gearbox, and at its input, as for `Gearbox`
+    mass, price, inertia  of the gearbox, the last at its input, as for `Gearbox`
     """
 
     # the drawing of a gearbox that an arm takes to its temperature

@@ -18,6 +18,7 @@ from lostmotion.parts.error_source import (
     Line,
     LinearStiffness,
     Mass,
+    Price,
 )
 from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame  # noqa: TC001 - read by pydantic
 from lostmotion.parts.gearbox.cycloidal.names import OUTSIDE, STAGE_MEMBERS
@@ -86,6 +87,7 @@ class CycloidalStages(CycloidalStage):
     input_shaft: AngularStiffness | None = None
     friction_torque: FrictionTorque | None = None
     mass: Mass | None = None
+    price: Price | None = None
     inertia: Inertia | None = None
 
     @model_validator(mode="after")
