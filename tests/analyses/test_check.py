@@ -54,11 +54,14 @@ def test_the_states_are_those_of_a_study():
 
 
 def test_an_arm_of_which_nothing_is_known_is_not_called_accurate(tmp_path):
-    """The check says that no accuracy can be predicted."""
+    """The check says that no accuracy can be predicted, and lists a note of the file once."""
     (tmp_path / "bare.toml").write_text(
-        'name = "x"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["0 deg", "90 deg"]\nlink = { length = "1 m" }\n', "utf-8"
+        'name = "x"\nnotes = ["a sketch"]\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["0 deg", "90 deg"]\nlink = { length = "1 m" }\n',
+        "utf-8",
     )
-    assert "no accuracy can be predicted" in lostmotion.check(tmp_path / "bare.toml").sheet.verdict
+    sheet = lostmotion.check(tmp_path / "bare.toml").sheet
+    assert "no accuracy can be predicted" in sheet.verdict
+    assert sheet.notes.count("a sketch") == 1
 
 
 @pytest.mark.parametrize(("file", "state"), [("gearbox/rv-like.toml", {"backlash": "assumed"}), ("bearing/6209.toml", {"bearing": "stated"})])

@@ -29,6 +29,7 @@ SECTIONS = {
     "laws": "Laws of parts",
     "parts": "Parts",
     "catalogue": "Catalogue",
+    "io": "Reading files",
     "mechanism": "Mechanism and statics",
     "error_model": "Error model",
     "propagation": "Propagation",

@@ -15,6 +15,15 @@ from lostmotion.io.sweep_designs import texts
 from lostmotion.mechanism.serial import frames, joint_torques
 from tests.io.conftest import mistakes
 
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    (
+        "frames and static torques of MJCF",
+        "MuJoCo, random arms with several joints on a body, anchors, slides and bodies beside the chain, and a model of two files with a mesh",
+        "1e-9",
+        "io/mjcf.py",
+    ),
+)
 HINGE = '<joint name="{0}" axis="0 1 0" range="-1 1.2"/>'
 INERTIAL = '<inertial pos="0.1 0.02 0.03" mass="{0}" diaginertia="0.1 0.1 0.1"/>'
 

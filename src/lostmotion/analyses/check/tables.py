@@ -43,7 +43,7 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
         ),
         sections=(_joints(arm, held, len(q)), *provenance_sections(known)),
         warnings=(*arm.warnings, *overload_warnings(overloaded(arm, held, len(q)))),
-        notes=(*arm.notes, *arm.remarks),
+        notes=arm.remarks,
         source=f"static loads at {_evenly(len(q))}",
         facts={"arm": arm.name, "file": file, "warnings": list(arm.warnings), **provenance_facts(known)},
     )
