@@ -6,13 +6,14 @@ them come close, or one reaches over the junction of the branches, they are one 
 - The displacement of one contact by another at the distance s has the logarithm of the root of s^2 + [exp(-1/2) (a_i + a_j)/2]^2, with half-widths a.
   At s = 0 two equal contacts then approach as a single one under both forces. Contacts closer than a tenth of a_i + a_j are that single one.
 - At the junction the curvature of the gap falls to zero, because the hollow of the second branch fits there. A contact at a distance x from it that
-  is smaller than its half-width has the mean curvature over its width 2 h, k (1 + x/h)/2 + k' (1 - x/h)/2, with k' of the other side.
+  is smaller than its half-width has the mean curvature over its width 2 h, k (1 + x/h)/2 + k' (1 - x/h)/2, with k' of the other side. Its law is then
+  shifted so that, on half-planes, it carries under the reference load what it carries by the contact along the whole flank (`envelope_contact`).
 
 The equilibrium of all contacts is solved once per position of the lobes, without gaps, under a reference load. Each contact of the second branch is
 divided between its neighbours of the first branch. Their compliance, with all forces in the ratios of that equilibrium, is the reduced one: exact at
 the reference load, and stiffening with the load as Johnson's law does. So a force of the reduced stage is that of a lobe with its share of the
 second branch, and its gap is that of the lobe. Valid for static load without friction, to first order in the displacements. The rotation is within
-1 % of finite elements, mostly 0.5 %; 1.3 to 1.8 % too large with a contact whose width reaches over the junction of the branches.
+1 % of finite elements, mostly 0.3 %.
 
 Source: K. Johnson, Contact Mechanics, 1985, sections 4.2 and 5.6; reduction by virtual work. Compared with contact by finite elements in the tests.
 """
@@ -21,15 +22,16 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.laws.contact import johnson_scale
+from lostmotion.laws.contact import LEAST_LOGARITHM, johnson_scale
 from lostmotion.laws.cycloid.bodies import flexibility_with_second
 from lostmotion.laws.cycloid.envelope import place_on_ring, second_contacts, second_radius
-from lostmotion.laws.cycloid.envelope_contact import johnson_depth
+from lostmotion.laws.cycloid.envelope_contact import flank_moments, johnson_depth
 from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles
 
 if TYPE_CHECKING:
@@ -48,29 +50,35 @@ REFERENCE_LOAD: Final = 2.5e-4
 _MERGED: Final = math.exp(-0.5) / 2
 # Distances, over that sum, below which they are a single contact, because their equations are nearly dependent; the later ones where these fail.
 _SAME: Final = (0.1, 0.3, 1.0)
+# Distance from a contact of the second branch, over the pitch, within which one of the first branch takes part of its force even without its own.
+_BESIDE: Final = 1 / 16
+# Smallest widening over the junction with which the contact along the flank is solved.
+_WIDER: Final = 1.02
 
 
-def reduced_flexibility(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: Floats) -> tuple[Floats, Floats]:
+def reduced_flexibility(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the displacements (m/N) along contact i of the first branch under a unit force at contact j: (side, crank, N, N), symmetric.
 
     bodies  the elastic ones of disc and ring
     flanks  width and modulus, for Johnson's law
     crank   (crank,) crank angles, rad
 
-    And by how many times each contact is stiffer than by that law (crank, N). Errors as `bodies.flexibility`, and DidNotConvergeError.
+    And by how many times each contact is stiffer than by that law, and the share of its force that counts for its pressure, both (crank, N).
+    Raises DidNotConvergeError, and errors as `bodies.flexibility`.
     """
     pitch = 2 * math.pi / stage.pins
-    out, stiffer = np.empty((2, len(crank), stage.pins, stage.pins)), np.empty((len(crank), stage.pins))
+    out = np.empty((2, len(crank), stage.pins, stage.pins))
+    stiffer, pressed = np.empty((2, len(crank), stage.pins))
     for k, angle in enumerate(np.asarray(crank, dtype=float).tolist()):
         turns = math.floor(angle / pitch + 1e-9)
-        each, times = _reduced(stage, bodies, flanks, round(angle - turns * pitch, 12) + 0.0)
-        out[:, k], stiffer[k] = np.roll(each, (turns, turns), axis=(1, 2)), np.roll(times, turns)
-    return out, stiffer
+        each, share, wide = _reduced(stage, bodies, flanks, round(angle - turns * pitch, 12) + 0.0)
+        out[:, k], stiffer[k], pressed[k] = np.roll(each, (turns, turns), axis=(1, 2)), np.roll(1 / share, turns), np.roll(share / wide**2, turns)
+    return out, stiffer, pressed
 
 
 @functools.lru_cache(maxsize=256)
-def _reduced(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: float) -> tuple[Floats, Floats]:
-    """Return `reduced_flexibility` for one crank angle."""
+def _reduced(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: float) -> tuple[Floats, Floats, Floats]:
+    """Return the displacements of `reduced_flexibility` at one crank angle, each contact's share of its force, and how many times wider it is."""
     for same in _SAME[:-1]:
         try:
             return _reduced_beyond(stage, bodies, flanks, crank, same)
@@ -79,17 +87,39 @@ def _reduced(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: floa
     return _reduced_beyond(stage, bodies, flanks, crank, _SAME[-1])
 
 
-def _reduced_beyond(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: float, same: float) -> tuple[Floats, Floats]:
-    """Return `_reduced` with contacts of the second branch that are farther than `same` times the half-widths from those of the first one."""
-    second = _second(stage, crank)
+@dataclass(frozen=True, slots=True)
+class _Contacts:
+    """Contacts (contact,) of a stage at one crank angle, first those of the first branch.
+
+    second  parameters of the disc's flank at those of the second branch, rad
+    theta   of a pin with the same arm, rad; arm in m
+    radius  equivalent radii, m; `merged` with the width over the junction
+    half    half-widths under the reference load, m
+    places  on the ring, m
+    extra   (side, contact) added to the logarithm of each law, by the contact along the flank of those that reach over the junction
+    """
+
+    second: Floats
+    theta: Floats
+    arm: Floats
+    radius: Floats
+    merged: Floats
+    half: Floats
+    places: Complexes
+    extra: Floats
+
+
+@functools.lru_cache(maxsize=256)
+def _contacts(stage: Stage, crank: float, same: float) -> _Contacts:
+    """Return the contacts, those of the second branch farther than `same` times the half-widths from those of the first one."""
+    second = second_contacts(stage, [crank])[0]
+    second = second[np.isfinite(second)]
     n = stage.pins
     theta = np.append(pin_angles(stage, np.array([crank]))[0], -stage.lobes * second)
     theta = np.asarray(np.angle(np.exp(1j * theta)))
     arm = arms(stage, theta)
-    soft = 1 / (math.pi * flanks.modulus * flanks.width)
-    torque = REFERENCE_LOAD * flanks.modulus * flanks.width * stage.pin_radius * stage.planet_pitch_radius * n / 4
     radius = np.append(contact_radius(stage, theta[:n]), second_radius(stage, second))
-    half = np.sqrt(8 * torque * np.abs(arm) / (arm @ arm) * radius * soft)
+    half = np.sqrt(8 / math.pi * _reference_torque(stage) * np.abs(arm) / (arm @ arm) * radius)
     first = stage.ring_radius * np.exp(1j * theta[:n]) - stage.pin_radius * (normals(stage, theta[:n]) @ np.array([1, 1j]))
     places = np.append(first * np.exp(1j * crank), place_on_ring(stage, second, crank))
     wide = _over_junction(stage, places, radius, half)
@@ -97,7 +127,48 @@ def _reduced_beyond(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, cran
     apart = np.abs(places[n:, None] - places[:n])
     one = np.append(np.ones(n, dtype=bool), (apart > same * (half[n:, None] + half[:n])).all(axis=1))
     second, theta, arm, radius, half, places, wide = second[one[n:]], *(each[one] for each in (theta, arm, radius, half, places, wide))
-    merged = radius * wide**2
+    found = _Contacts(second, theta, arm, radius, radius * wide**2, half, places, np.zeros((2, len(theta))))
+    for side, sign in enumerate((1, -1)):
+        found.extra[side] = _by_flank(stage, found, crank, np.flatnonzero((wide > _WIDER) & (sign * arm > 0)), sign)
+    return found
+
+
+def _reference_torque(stage: Stage) -> float:
+    """Return the torque of the reference load per width and modulus E* (m^2)."""
+    return REFERENCE_LOAD * stage.pin_radius * stage.planet_pitch_radius * stage.pins / 4
+
+
+def _by_flank(stage: Stage, given: _Contacts, crank: float, over: np.ndarray, sign: int) -> Floats:
+    """Return what is added to the logarithms of the laws of all contacts (contact,), so that those `over` the junction carry as by their whole flank.
+
+    On half-planes with a common depth: each flank with such a contact is turned as far as its contacts turn by their laws, under the reference load.
+    """
+    out = np.zeros(len(given.arm))
+    depth, z = johnson_depth(stage), stage.lobes
+    at = (given.places - stage.eccentricity * np.exp(1j * crank)) * np.exp(1j * crank / z)
+    lobes = np.round((sign * np.angle(at) + math.pi / (2 * z)) * z / (2 * math.pi)).astype(int)
+    law = np.log(math.pi * math.e * depth**2 / given.merged)
+    arm = sign * given.arm
+    near = np.log(np.maximum(depth / _apart(given.places, given.half), 1.0)) * (1 - np.eye(len(arm)))
+    load = _reference_torque(stage) * np.maximum(arm, 0.0) / (arm @ arm)
+    for k in over:
+        mine = np.flatnonzero((lobes == lobes[k]) & (arm > 0))
+        force, others = load[mine], 2 * near[np.ix_(mine, mine)]
+        rotation = float(force @ (force * (law[mine] - np.log(force)) + others @ force) / (force @ arm[mine])) / math.pi
+        force = flank_moments(stage, sign * crank, int(lobes[k]), rotation, float(given.half[k]), depth, sign * given.theta[mine]) / arm[mine]
+        loaded = np.where(force > 0, force, 1.0)
+        logarithm = np.maximum((math.pi * rotation * arm[mine] - others @ force) / loaded, LEAST_LOGARITHM)
+        out[mine] = np.where(force > 0, logarithm - law[mine] + np.log(loaded), 0.0)
+    return out
+
+
+def _reduced_beyond(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: float, same: float) -> tuple[Floats, Floats, Floats]:
+    """Return `_reduced` with contacts of the second branch that are farther than `same` times the half-widths from those of the first one."""
+    given = _contacts(stage, crank, same)
+    second, theta, arm, radius, half, places = given.second, given.theta, given.arm, given.radius, given.half, given.places
+    n = stage.pins
+    soft = 1 / (math.pi * flanks.modulus * flanks.width)
+    torque = flanks.modulus * flanks.width * _reference_torque(stage)
     # The law of the contact ends at the depth of Johnson's law for `local`: within it the modulus is that of the contact, beyond that of the body.
     depth = johnson_depth(stage)
     local = np.append(radius[:n], np.full(len(second), depth * math.e / 2))
@@ -108,32 +179,26 @@ def _reduced_beyond(stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, cran
     for body in bodies:
         plane = 2 * (1 - body.nu**2 if body.plane == "strain" else 1.0) / body.young / (math.pi * flanks.width)
         moved = moved + flexibility_with_second(stage, body, flanks.width, crank, second) + plane * (beyond - _merging(places, half) - near)
-    scale = np.log(johnson_scale(flanks.width, merged, flanks.modulus)) - 2 * np.log(merged / local)
+    scales = np.log(johnson_scale(flanks.width, given.merged, flanks.modulus)) - 2 * np.log(given.merged / local) + given.extra
     own = np.log(johnson_scale(flanks.width, radius[:n], flanks.modulus))
     parts = np.eye(n, len(theta))
     rest, share = np.empty(n), np.ones(n)
     for side, sign in enumerate((1.0, -1.0)):
+        scale = scales[side]
         force = _equilibrium(sign * torque, arm, soft, scale, moved[side], stage.planet_pitch_radius)
         approach = soft * force * (scale - np.log(np.where(force > 0, force, 1.0)))
         mine = np.flatnonzero(sign * arm[:n] >= 0)
         lumped = _lumped(np.abs(theta), sign * arm, force, n)
         for k in mine:
             at = lumped[k].sum()
-            if force[k] > 0:
+            if at > 0:
                 total = float(lumped[k] @ arm) / arm[k] if at > force[k] else force[k]
                 parts[k] = lumped[k] / total
                 share[k] = parts[k] @ force / total
                 rest[k] = parts[k] @ approach / total - soft * share[k] * (own[k] - math.log(total))
             else:
                 rest[k] = soft * (scale[k] - own[k])
-    return np.asarray(parts @ moved @ parts.T + np.diag(rest)), 1 / share
-
-
-@functools.lru_cache(maxsize=256)
-def _second(stage: Stage, crank: float) -> Floats:
-    """Return the parameters (contact,) of the disc's flank at the contacts of the second branch, rad."""
-    found = second_contacts(stage, [crank])[0]
-    return np.asarray(found[np.isfinite(found)])
+    return np.asarray(parts @ moved @ parts.T + np.diag(rest)), share, np.sqrt(given.merged / radius)[:n]
 
 
 def _lumped(angle: Floats, arm: Floats, force: Floats, n: int) -> Floats:
@@ -142,12 +207,14 @@ def _lumped(angle: Floats, arm: Floats, force: Floats, n: int) -> Floats:
     angle  (contact,) from the line of centres, 0 to pi
     arm    (contact,) m, positive where it drives
 
-    A force of the second branch is divided between the loaded neighbours of the first branch, by distance and arm.
+    A force of the second branch is divided between the loaded neighbours of the first branch, by distance and arm. One beside it counts as loaded.
     """
     out = np.diag(force)[:n].copy()
-    loaded = np.flatnonzero((force[:n] > 0) & (arm[:n] > 0))
+    second = n + np.flatnonzero((force[n:] > 0) & (arm[n:] > 0))
+    beside = (np.abs(angle[:n, None] - angle[second]) < _BESIDE * 2 * math.pi / n).any(axis=1)
+    loaded = np.flatnonzero(((force[:n] > 0) | beside) & (arm[:n] > 0))
     loaded = loaded[np.argsort(angle[loaded])]
-    for j in n + np.flatnonzero((force[n:] > 0) & (arm[n:] > 0)):
+    for j in second:
         after = int(np.clip(np.searchsorted(angle[loaded], angle[j]), 1, len(loaded) - 1))
         pair = loaded[[after - 1, after]]
         near = np.clip((angle[pair[1]] - angle[j]) / (angle[pair[1]] - angle[pair[0]]), 0.0, 1.0)

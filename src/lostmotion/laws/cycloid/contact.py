@@ -132,6 +132,7 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     *,
     bodies: Floats | None = None,
     stiffening: Floats | None = None,
+    pressed: Floats | None = None,
     threads: int = 1,
 ) -> LoadSharing:
     """Return the forces on the lobes of one disc and its rotation, at all combinations of torques, crank angles and simulated gearboxes (draws).
@@ -141,8 +142,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     gaps     along the normals, m, negative for interference; any shape that broadcasts to (crank, draw, N)
     bodies   (side, crank, N, N) displacement of the bodies along contact i per force on contact j, m/N (`bodies.flexibility`), under forward and
              backward torques, or one for both; None for rigid bodies
-    stiffening  (crank, N) by how many times each contact is stiffer than by its law, because the second branch carries the rest of its force, which
-                 is not part of the pressure; default: `branches` of the flanks, with the pressure of the whole force
+    stiffening  (crank, N) by how many times each contact is stiffer than by its law; default: `branches` of the flanks
+    pressed  (crank, N) share of each force that counts for the pressure of its contact, because a second branch carries the rest; default: all of it
     threads  number of threads, on which the result does not depend
 
     The residual is below 1e-9 of the torque, usually 1e-12; otherwise the case is marked as not converged. That includes a torque below a millionth
@@ -191,8 +192,7 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
             list(pool.map(lambda ends: solve(ends[0], ends[1]), pairwise(edges)))
     else:
         solve(0, cases)
-    first = None if stiffening is None else 1 / stiffening
-    return _named(flanks, radius, first, torque, output, out.reshape(*shape, -1), forces.reshape(*shape, -1))
+    return _named(flanks, radius, pressed, torque, output, out.reshape(*shape, -1), forces.reshape(*shape, -1))
 
 
 def _checked(bodies: Floats, cranks: int, pins: int) -> Floats:
@@ -219,13 +219,13 @@ def _coefficients(flanks: Flanks, radius: Floats, stiffening: Floats) -> tuple[i
     return kernel.LOGARITHMIC, soft, scale + flanks.bending / soft, np.exp(scale - LEAST_LOGARITHM)
 
 
-def _named(flanks: Flanks, radius: Floats, first: Floats | None, torque: Floats, output: Floats, out: Floats, forces: Floats) -> LoadSharing:
-    """Return the result; `first` is the share (crank, N) of every force that the contact of the first branch carries, None for all of it."""
+def _named(flanks: Flanks, radius: Floats, pressed: Floats | None, torque: Floats, output: Floats, out: Floats, forces: Floats) -> LoadSharing:
+    """Return the result; `pressed` as for `load_sharing`."""
     from lostmotion.laws.cycloid import contact_kernel as kernel
 
     converged = np.isfinite(out[..., kernel.ROTATION])
     with np.errstate(invalid="ignore"):
-        carried = forces if first is None else forces * first[None, :, None, :]
+        carried = forces if pressed is None else forces * pressed[None, :, None, :]
         pressures = peak_pressure(carried / flanks.width, radius[None, :, None, :], flanks.modulus)
     return LoadSharing(
         rotation=out[..., kernel.ROTATION] + torque[:, None, None] / output,

@@ -122,24 +122,23 @@ class Drive:
         if (self.disc_body or self.ring_body) and self.flanks.law != "johnson":
             raise ValueError(f"elastic bodies need Johnson's law of approach, which defines their depth, not {self.flanks.law!r}")
 
-    def bodies(self, crank: Floats) -> tuple[Floats | None, Floats | None]:
+    def bodies(self, crank: Floats) -> tuple[Floats | None, Floats | None, Floats | None]:
         """Return the displacement (side, crank, N, N) along contact i per force at contact j, m/N, of disc and ring; None where both are rigid.
 
-        And by how many times each contact (crank, N) is stiffer than by its law because of the second branch of an envelope ring; None where that is
-        `flanks.branches`, without elastic bodies.
+        And, of an envelope ring on elastic bodies, `stiffening` and `pressed` of its contacts (crank, N) for `load_sharing`, otherwise None.
         """
         return _bodies(self, np.ascontiguousarray(crank, dtype=float).tobytes())
 
 
 @functools.lru_cache(maxsize=16)
-def _bodies(drive: Drive, crank: bytes) -> tuple[Floats | None, Floats | None]:
+def _bodies(drive: Drive, crank: bytes) -> tuple[Floats | None, Floats | None, Floats | None]:
     parts = tuple(each for each in (drive.disc_body, drive.ring_body) if each is not None)
     if not parts:
-        return None, None
+        return None, None, None
     angles = np.frombuffer(crank)
     if drive.stage.kind == "lobe envelope":
         return reduced_flexibility(drive.stage, parts, drive.flanks, angles)
-    return np.asarray(np.sum([flexibility(drive.stage, each, drive.flanks.width, angles) for each in parts], axis=0)), None
+    return np.asarray(np.sum([flexibility(drive.stage, each, drive.flanks.width, angles) for each in parts], axis=0)), None, None
 
 
 def crank_force_per_torque(drive: Drive) -> float:
@@ -172,7 +171,7 @@ def crank_force(drive: Drive, torque: float) -> float:
     force = abs(torque) * crank_force_per_torque(drive)
     crank = crank_angles_of_pitch(drive)
     supports = _supports(drive, force, rigid=False)
-    bodies, stiffening = drive.bodies(crank)
+    bodies, stiffening, _ = drive.bodies(crank)
     gap = nominal_gaps(drive, crank)
     answer = load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, bodies=bodies, stiffening=stiffening).checked()
     return float(answer.bearing_force.mean()) * crank_force_per_torque(drive) * drive.stage.planet_pitch_radius
@@ -189,9 +188,9 @@ def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigi
     """
     force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_force_per_torque(drive)
     supports = _supports(drive, force, rigid=rigid_eccentric)
-    bodies, stiffening = drive.bodies(crank)
-    found = load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, bodies=bodies, stiffening=stiffening, threads=threads)
-    return found.checked()
+    bodies, stiffening, pressed = drive.bodies(crank)
+    loads = (drive.stage, drive.flanks, [torque], crank, gap, supports)
+    return load_sharing(*loads, bodies=bodies, stiffening=stiffening, pressed=pressed, threads=threads).checked()
 
 
 def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False, threads: int = 1) -> Floats:

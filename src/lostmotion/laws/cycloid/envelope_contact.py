@@ -38,6 +38,7 @@ _FINE: Final = 10
 # Coarse steps, in elements, of the search for the parts of a flank that can touch.
 _COARSE: Final = 16
 _RING_POINTS: Final = 8001
+_FLANK_POINTS: Final = 4001
 _STEPS: Final = 60
 # Unbalanced torque, as a share, at which separate contacts are in equilibrium.
 _BALANCED: Final = 1e-13
@@ -71,7 +72,7 @@ class EnvelopeContact:
 
 @dataclass(slots=True)
 class _Flank:
-    """The part of one lobe's flank that can touch: influence (m/Pa), arms (m), gaps (m), the elements in contact, and their pressure (Pa)."""
+    """The part of one lobe's flank that can touch: influence (m/Pa), arms (m), gaps (m), elements in contact, their pressure (Pa), number, theta."""
 
     influence: Floats
     arm: Floats
@@ -79,6 +80,7 @@ class _Flank:
     touching: np.ndarray
     pressure: Floats
     place: np.ndarray
+    theta: Floats
 
 
 def johnson_depth(stage: Stage) -> float:
@@ -174,6 +176,25 @@ def _solved(stage: Stage, flanks: Flanks, torque: float, crank: float, relief: M
     return rotation, alone, max(float(each.pressure.max()) for each in parts), float(areas.max()), float(len(areas))
 
 
+def flank_moments(stage: Stage, crank: float, lobe: int, rotation: float, half: float, depth: float, theta: Floats) -> Floats:
+    """Return the moments (contact,) per width and modulus E* (m) on one flank of a disc that is turned by `rotation` (rad), by its whole contact.
+
+    crank  rad
+    lobe   of the disc, counted from the line of centres at crank zero; its flank is that with positive arms
+    half   half-width of its contact, m, roughly; depth: as for `envelope_contact`
+    theta  (contact,) of its contacts, rad, between which its pressure is divided
+
+    Raises DidNotConvergeError.
+    """
+    parts = _candidates(stage, 1.0, crank, Modification(), depth, half / _FINE, rotation, lobe=lobe)
+    _equilibrium(parts, None, rotation)
+    out = np.zeros(len(theta))
+    for each in parts:
+        nearest = np.abs(each.theta[:, None] - theta).argmin(axis=1)
+        np.add.at(out, nearest, each.pressure * each.arm * half / _FINE)
+    return out
+
+
 def _areas(part: _Flank) -> Floats:
     """Return the sum of the pressures of each contact area of a flank."""
     loaded = part.pressure > 0
@@ -181,19 +202,19 @@ def _areas(part: _Flank) -> Floats:
     return np.diff(np.cumsum(part.pressure)[ends], prepend=0.0)
 
 
-def _candidates(stage: Stage, modulus: float, crank: float, relief: Modification, depth: float, size: float, bound: float) -> list[_Flank]:
-    """Return the parts of all flanks that a rotation of `bound` (rad) can bring into contact, in elements of `size` (m)."""
+def _candidates(  # noqa: PLR0913 - stage, contact, elements
+    stage: Stage, modulus: float, crank: float, relief: Modification, depth: float, size: float, bound: float, *, lobe: int | None = None
+) -> list[_Flank]:
+    """Return the parts of all flanks, or of one lobe's, that a rotation of `bound` (rad) can bring into contact, in elements of `size` (m)."""
     z = stage.lobes
-    # theta = -z t: the flanks with positive arms
-    fine = np.linspace(-math.pi / z, 0.0, 4001)
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(flank(stage, fine)[0], axis=0), axis=1))])
+    fine, length = _along(stage)
     count = math.ceil(length[-1] / size)
     at = np.interp((np.arange(count) + 0.5) * size, length, fine)
     place = flank(stage, at)[0] @ np.array([1, 1j])
     arm = arms(stage, -z * at)
     relieved = gaps(stage, -z * at, relief)
     coarse = np.unique(np.append(np.arange(0, count, _COARSE), count - 1))
-    turns = np.exp(2j * math.pi * np.arange(z) / z - 1j * crank / z)[:, None]
+    turns = np.exp(2j * math.pi * (np.arange(z) if lobe is None else np.array([lobe])) / z - 1j * crank / z)[:, None]
     centre = stage.eccentricity * np.exp(1j * crank)
     limit = 2 * arm[coarse] * bound + (_COARSE * size) ** 2 / stage.pin_radius
     within = float(limit.max() - min(relieved.min(), 0.0))
@@ -212,11 +233,18 @@ def _candidates(stage: Stage, modulus: float, crank: float, relief: Modification
         if not len(k):
             continue
         table = 2 / (math.pi * modulus) * np.diff(_integral((np.arange(k[-1] - k[0] + 2) - 0.5) * size, depth))
-        parts.append(_Flank(table[np.abs(k[:, None] - k)], arm[k], gap, k >= 0, np.zeros(len(k)), k))
+        parts.append(_Flank(table[np.abs(k[:, None] - k)], arm[k], gap, k >= 0, np.zeros(len(k)), k, -z * at[k]))
     first = min(float((each.gap / each.arm).min()) for each in parts)
     for each in parts:
         each.touching = each.gap < each.arm * (first + _EARLY * (bound - first))
     return parts
+
+
+@functools.lru_cache(maxsize=8)
+def _along(stage: Stage) -> tuple[Floats, Floats]:
+    """Return parameters t (rad) of a flank with positive arms, theta = -z t, and the length (m) along it from its tip."""
+    fine = np.linspace(-math.pi / stage.lobes, 0.0, _FLANK_POINTS)
+    return fine, np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(flank(stage, fine)[0], axis=0), axis=1))])
 
 
 def _integral(distance: Floats, depth: float) -> Floats:
@@ -253,10 +281,11 @@ def _ring(stage: Stage) -> tuple[KDTree, np.ndarray, np.ndarray, Floats]:
     return KDTree(np.stack([points.real, points.imag], axis=-1)), points, along / np.abs(along), bends
 
 
-def _equilibrium(parts: list[_Flank], torque: float) -> float:
+def _equilibrium(parts: list[_Flank], torque: float | None, rotation: float = 0.0) -> float:
     """Return the rotation (rad) at which all pressures balance a torque per width and element (N/m), and write the pressures to the parts.
 
-    An element with a negative pressure is released, one that overlaps is added, until neither exists. Raises DidNotConvergeError.
+    Without a torque the rotation is the given one. An element with a negative pressure is released, one that overlaps is added, until neither exists.
+    Raises DidNotConvergeError.
     """
     from scipy.linalg import cho_factor, cho_solve
 
@@ -272,7 +301,8 @@ def _equilibrium(parts: list[_Flank], torque: float) -> float:
             pushed.append(solved)
         if stiff <= 0:
             break
-        rotation = (torque + free) / stiff
+        if torque is not None:
+            rotation = (torque + free) / stiff
         changed = False
         for each, solved in zip(parts, pushed, strict=True):
             each.pressure[:] = 0.0

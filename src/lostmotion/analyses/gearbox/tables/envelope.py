@@ -21,8 +21,8 @@ _AS_DRAWN: Final = "the stage as drawn, without tolerances"
 OVERSTATED: Final = "12 to 28 %"
 # Errors of the contacts of both branches on elastic bodies, measured by finite elements.
 _COUPLED: Final = (
-    "contacts of both branches are solved together on the elastic disc and ring: the wind-up within 1 % of finite elements, within 2 % at crank "
-    "angles with a contact at the junction of the branches, the peak pressure within 5 %"
+    "contacts of both branches are solved together on the elastic disc and ring: the wind-up within 1 % of finite elements, "
+    "the peak pressure within 5 %"
 )
 _SETTLED: Final = "1 + c S2/S1 of the lever arms, c = 1.57 - 1.3 K1, within 4 % of the contact along the whole flank to a depth of 3 mm"
 
