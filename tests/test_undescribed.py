@@ -57,6 +57,7 @@ def test_run_shows_no_figure_of_accuracy(bare):
     found = run_command(app, ["run", str(bare), "--poses", "64", "--out", "out"])
     assert found.exit_code == 0
     assert f"N{NOT_DESCRIBED[1:]}" in " ".join(found.output.split())
+    assert ("`lostmotion new --from " in found.output) == (bare.suffix == ".urdf")  # a first sidecar is one command away
     said = json.loads((bare.parent / "out" / "result.json").read_text(encoding="utf-8"))
     assert [section["key"] for section in said["sections"]] == ["workspace", "torques", "states"]
     assert said["states"]["described"] is False

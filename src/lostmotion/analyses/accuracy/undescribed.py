@@ -53,6 +53,8 @@ def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file
     lines = None
     if file is not None:
         found = skeleton(arm, file, sidecar)
-        lines = Lines(f"Lines for {found.file}, to start from:", found.text)
+        begun = sidecar is not None or file.suffix.lower() == ".toml" or file.with_suffix(".toml").exists()
+        begin = "" if begun else f"; `lostmotion new --from {file}` writes such lines with a fitting reducer for each joint"
+        lines = Lines(f"Lines for {found.file}, to start from{begin}:", found.text)
     visited = chosen_poses(arm, poses, pose_law, seed)
     return Undescribed(arm, visited, workspace(arm, seed=seed), holding_torques(arm, visited.q)[1], lines)
