@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import re
+from itertools import combinations
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
 from lostmotion.reporting.svg import inline_svg
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
@@ -49,6 +55,20 @@ def unprinted(plot: Plot, sheet: Sheet) -> set[str]:
                     shown.remove(text)
     printed = {number for text in _printed(sheet) for number in NUMBER.findall(text)}
     return {number for text in shown if not CLASS.fullmatch(text) for number in NUMBER.findall(PLACE.sub("", text)) if number not in printed}
+
+
+def crowded(figure: Figure) -> list[str]:
+    """Return which parts of a figure, axes with their words, title and legends, reach beyond its edge or into each other: by matplotlib's measure."""
+    figure.set_dpi(100)  # as on a screen; coarser pixels widen the letters
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    parts = {f"axes {k}": on.get_tightbbox(renderer) for k, on in enumerate(figure.axes)}
+    parts |= {f"legend {k}": legend.get_window_extent(renderer) for k, legend in enumerate(figure.legends)}
+    parts |= {text.get_text(): text.get_window_extent(renderer) for text in figure.findobj(Text) if text.get_text() == figure.get_suptitle() != ""}
+    inside = figure.bbox
+    beyond = [name for name, box in parts.items() if min(box.x0, box.y0, inside.x1 - box.x1, inside.y1 - box.y1) < -0.5]
+    return beyond + [f"{one} over {other}" for (one, a), (other, b) in combinations(parts.items(), 2) if Bbox.intersection(a, b) is not None]
 
 
 def _numbers(axis: Axis) -> list[str]:

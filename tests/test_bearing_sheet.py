@@ -26,7 +26,7 @@ from lostmotion.parts.bearing.pair import BallPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.sheet import find_row
-from tests.chart_texts import axis_titles, unprinted
+from tests.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "bearing"
 OF_209 = {"bore": "45 mm", "outside_diameter": "85 mm", "balls": 9, "ball_diameter": "12.7 mm", "pitch_diameter": "65 mm", "span": "60 mm"}
@@ -114,6 +114,7 @@ def test_every_example_has_its_sheet(path):
         assert plot.section in keys
         assert all("[" in title for title in axis_titles(plot)), plot.key
         assert not unprinted(plot, sheet), plot.key
+        assert not crowded(plot.figure), plot.key
         if plot.key == "element-loads":  # no x and y: loads by their angle
             assert plot.figure.get_suptitle() == "Load of each element [N] by its angle from the radial load"
 

@@ -32,7 +32,7 @@ from lostmotion.laws.cycloid.tolerances import simulate
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal import model as cycloidal_model
 from lostmotion.reporting.sheet import ARCMIN, find_row
-from tests.chart_texts import axis_titles, unprinted
+from tests.chart_texts import axis_titles, crowded, unprinted
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -319,6 +319,7 @@ def test_every_sheet_and_plot_is_whole(name, tmp_path):
         assert plot.section in keys
         assert all("[" in title for title in axis_titles(plot)), plot.key
         assert not unprinted(plot, sheet), plot.key
+        assert not crowded(plot.figure), plot.key
     assert json.dumps(found.result(), allow_nan=False)
     assert "<table" in found._repr_html_()
 

@@ -22,7 +22,7 @@ from lostmotion.analyses.workspace_map.tables.map_labels import percentile_label
 from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import find_row, length
-from tests.chart_texts import axis_titles, unprinted
+from tests.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -125,6 +125,7 @@ def test_plots_show_the_map(mapped):
     assert curve.get_xdata()[-1] == pytest.approx(1e3 * found.figures[QUANTILE, 2][found.centre].max())
     assert not set().union(*(unprinted(plot, found.sheet) for plot in plots.values()))
     assert all("[" in title for plot in plots.values() for title in axis_titles(plot))
+    assert not [plot.key for plot in plots.values() if crowded(plot.figure)]
 
 
 def test_the_map_is_written_with_names_and_units(mapped, tmp_path):

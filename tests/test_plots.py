@@ -19,7 +19,7 @@ from lostmotion.reporting.chart import label, mark_at, named_rows, one
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.section import from_above, from_the_side
 from lostmotion.reporting.svg import inline_svg
-from tests.chart_texts import axis_titles, unprinted
+from tests.chart_texts import axis_titles, crowded, unprinted
 
 LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
 LINK["material"] = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}
@@ -56,6 +56,7 @@ def test_every_axis_names_its_unit():
     for plot in plots.plots(small_study()):
         titles = axis_titles(plot)
         assert titles, plot.key
+        assert not crowded(plot.figure), plot.key
         for title in titles:
             shared = plot.key == "ap-rp" and not title  # the two panels count robots on the left one's axis
             assert shared or title.endswith("]") or "], " in title, (plot.key, title)

@@ -23,7 +23,7 @@ from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.serial import joint_torques
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.reporting.sheet import find_row
-from tests.chart_texts import axis_titles, unprinted
+from tests.chart_texts import axis_titles, crowded, unprinted
 
 Z_ARM = Path(__file__).parents[1] / "examples" / "z-arm.toml"
 TILT = math.radians(10)
@@ -110,6 +110,7 @@ def test_plots_show_the_figures_of_the_survey(found):
     np.testing.assert_allclose(bars, 100 * np.sort(found.shares)[::-1], rtol=1e-9)
     assert not set().union(*(unprinted(plot, sheet) for plot in drawn.values()))
     assert all("[" in title for plot in drawn.values() for title in axis_titles(plot))
+    assert not [plot.key for plot in drawn.values() if crowded(plot.figure)]
 
 
 def test_outlines_of_the_ellipsoid_are_its_shadows(found):

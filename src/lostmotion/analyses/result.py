@@ -101,14 +101,15 @@ class Result(ABC):
         from lostmotion.reporting.page.document import contents
 
         refuse_existing(out, force=force)
-        return write_whole({**contents(self.sheet, self.plots), **self.files(), **self.copies(figures, tables)}, out, force=force)
+        plots = self.plots
+        return write_whole({**contents(self.sheet, plots), **self.files(), **self.copies(plots, figures, tables)}, out, force=force)
 
-    def copies(self, figures: FigureKind | None, tables: TableKind | None) -> dict[str, bytes]:
-        """Return plots and tables as the contents of files of these kinds, by name in the report's folder."""
+    def copies(self, plots: Sequence[Plot], figures: FigureKind | None, tables: TableKind | None) -> dict[str, bytes]:
+        """Return its plots and tables as the contents of files of these kinds, by name in the report's folder."""
         from lostmotion.reporting.figure_files import figure_files
         from lostmotion.reporting.table_files import table_files
 
-        drawn = {} if figures is None else figure_files(self.plots, figures)
+        drawn = {} if figures is None else figure_files(plots, figures)
         return {**drawn, **({} if tables is None else table_files(self.sheet, tables))}
 
     def result(self) -> dict[str, Any]:

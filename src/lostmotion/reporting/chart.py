@@ -1,6 +1,6 @@
 """The pieces that charts are made of: figures in mm, axes, bars, histograms, marks and legends. Matplotlib is loaded when a chart is drawn.
 
-Figures are made without pyplot and change no setting of matplotlib. Their colours are those of the light palette.
+Figures are made without pyplot. Their colours are those of the light palette.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from lostmotion.reporting.chart_settings import SMALL, settings
 from lostmotion.reporting.palette import CLASSES, LIGHT
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
-    from contextlib import AbstractContextManager
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -27,10 +27,7 @@ if TYPE_CHECKING:
 
 WIDTH: Final = 130.0
 PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
-SMALL: Final = 8.5
-_TEXT: Final = 9.5
 _TITLE: Final = 10.5
-_LEFT: Final = 0.012
 _MM: Final = 1 / 25.4
 # Widths in a legend, mm: of a letter, and of what stands beside an entry's name.
 _LETTER: Final = 1.65
@@ -39,65 +36,22 @@ _LONGEST_LABEL: Final = 36
 _BAND: Final = 0.18
 # Of the axes' width, from where on words stand to the left of what they mark.
 _ROOM_LEFT: Final = 0.45
-_STYLE: Final[dict[Any, Any]] = {
-    "font.family": "sans-serif",
-    "font.size": _TEXT,
-    "text.color": LIGHT["ink"],
-    "text.parse_math": False,
-    "axes.edgecolor": LIGHT["quiet"],
-    "axes.linewidth": 0.8,
-    "axes.labelcolor": LIGHT["quiet"],
-    "axes.titlesize": _TEXT,
-    "axes.titlecolor": LIGHT["ink"],
-    "axes.titlelocation": "left",
-    "axes.titlepad": 8.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.facecolor": "none",
-    "axes.unicode_minus": True,
-    "figure.facecolor": LIGHT["paper"],
-    "legend.frameon": False,
-    "legend.fontsize": SMALL,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "lostmotion",
-}
-# Groups of settings that change what is drawn; the others belong to windows and the machine.
-_DRAWING: Final = {
-    "axes",
-    "contour",
-    "errorbar",
-    "font",
-    "grid",
-    "legend",
-    "lines",
-    "patch",
-    "path",
-    "pdf",
-    "polaraxes",
-    "savefig",
-    "svg",
-    "text",
-} | {f"{axis}{what}" for axis in "xy" for what in ("axis", "tick")}
-
-
-def settings() -> AbstractContextManager[None]:
-    """Return a context with matplotlib's own settings and those of all charts, whatever the user's are; they are back afterwards."""
-    import matplotlib as mpl
-
-    own: dict[Any, Any] = {key: value for key, value in mpl.rcParamsDefault.items() if key.partition(".")[0] in _DRAWING}
-    return mpl.rc_context({**own, **_STYLE})
 
 
 def figure(height: float, width: float = WIDTH) -> Figure:
     """Return an empty figure of this size (mm) whose axes are placed so that nothing overlaps."""
     from matplotlib.figure import Figure
 
+    from lostmotion.reporting.chart_margins import Margins
+
     with settings():
-        return Figure(figsize=(width * _MM, height * _MM), layout="constrained")
+        return Figure(figsize=(width * _MM, height * _MM), layout=Margins())
 
 
 def axes(on: Figure, title: str = "", *, rows: int = 1, columns: int = 1, **how: Any) -> np.ndarray:  # noqa: ANN401 - options of Figure.subplots
     """Return new axes (rows, columns) on a figure, the title above the first."""
+    from lostmotion.reporting.chart_margins import corner
+
     with settings():
         made: np.ndarray = on.subplots(rows, columns, squeeze=False, **how)
         for each in made.flat:
@@ -105,8 +59,16 @@ def axes(on: Figure, title: str = "", *, rows: int = 1, columns: int = 1, **how:
             each.tick_params(length=3)
             each.set_axisbelow(True)
         if title:
-            on.suptitle(title, x=_LEFT, ha="left", fontsize=_TITLE, parse_math=False)
+            where: dict[str, Any] = {"x": 0, "y": 1, "ha": "left", "va": "top", "transform": corner(on, above=True)}
+            _place(on, head=on.suptitle(title, fontsize=_TITLE, parse_math=False, **where))
     return made
+
+
+def _place(on: Figure, **parts: Any) -> None:  # noqa: ANN401 - artists of matplotlib
+    """Keep the place of a title or legend free: `head` above all axes, `foot` below."""
+    layout = on.get_layout_engine()
+    if layout is not None:
+        layout.set(**parts)
 
 
 def one(title: str, height: float, *, width: float = WIDTH) -> tuple[Figure, Axes]:
@@ -166,18 +128,21 @@ def _columns(names: Sequence[str], width: float, most: int) -> int:
 
 def _legend(on: Figure, entries: dict[str, Any], most: int, title: str = "", *, above: bool = True) -> None:
     """Draw a legend above or below all axes. Above, the figure's title becomes the legend's: matplotlib would draw one over the other."""
-    columns = _columns(list(entries), on.get_figwidth() / _MM, most)
-    import matplotlib as mpl
+    from lostmotion.reporting.chart_margins import corner
 
+    columns = _columns(list(entries), on.get_figwidth() / _MM, most)
     heading = on.get_suptitle() if above else title
     size, colour = (_TITLE, LIGHT["ink"]) if above else (SMALL, LIGHT["quiet"])
     if above:
         on.suptitle("")
-    with mpl.rc_context(_STYLE):
+    with settings():
         made = on.legend(
             list(entries.values()),
             list(entries),
-            loc="outside upper left" if above else "outside lower left",
+            loc="upper left" if above else "lower left",
+            bbox_to_anchor=(0, 1 if above else 0),
+            bbox_transform=corner(on, above=above),
+            borderaxespad=0.0,
             ncols=columns,
             title=heading,
             title_fontsize=size,
@@ -187,6 +152,7 @@ def _legend(on: Figure, entries: dict[str, Any], most: int, title: str = "", *, 
             columnspacing=1.4,
         )
     made.get_title().set_color(colour)
+    _place(on, **{"head" if above else "foot": made})
     for each in (*made.get_texts(), made.get_title()):
         each.set_parse_math(False)
 

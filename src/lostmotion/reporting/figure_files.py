@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from lostmotion.reporting.chart import settings
-from lostmotion.reporting.svg import with_plain_fonts
+from lostmotion.reporting.chart_settings import settings
+from lostmotion.reporting.svg import raw_svg, with_plain_fonts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +20,6 @@ FOLDER: Final = "figures"
 _DPI: Final = 300
 # Nothing in a file depends on the day or on the version of a library.
 _UNDATED: Final[dict[str, dict[str, Any]]] = {
-    "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
     "png": {"Software": None},
 }
@@ -33,7 +32,8 @@ def figure_files(drawn: Sequence[Plot], kind: FigureKind) -> dict[str, bytes]:
 
 def figure_bytes(figure: Figure, kind: FigureKind, *, dpi: float = _DPI) -> bytes:
     """Return a figure as the content of a file of this kind; a PNG with this many pixels per inch."""
+    if kind == "svg":
+        return with_plain_fonts(raw_svg(figure)).encode()
     with settings(), io.BytesIO() as content:
         figure.savefig(content, format=kind, dpi=dpi if kind == "png" else figure.dpi, metadata=_UNDATED[kind])
-        written = content.getvalue()
-    return with_plain_fonts(written.decode()).encode() if kind == "svg" else written
+        return content.getvalue()

@@ -7,7 +7,7 @@ import io
 import re
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.reporting.chart import settings
+from lostmotion.reporting.chart_settings import settings
 from lostmotion.reporting.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -50,17 +50,9 @@ def raw_svg(figure: Figure) -> str:
     """Return a figure as matplotlib writes it, in its own colours and with its texts as texts; no clock is read."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    # `savefig` would draw everything twice, to place the axes first.
-    layout = figure.get_layout_engine()
     canvas: Any = FigureCanvasSVG(figure)
     with settings(), io.BytesIO() as content:
-        if layout is not None:
-            # Axes of one scale move when they are placed, and with them their names: only the second time all keep apart.
-            for _ in range(2 if any(on.get_aspect() != "auto" for on in figure.axes) else 1):
-                layout.execute(figure)
-            figure.set_layout_engine("none")
-        canvas.print_svg(content, metadata=_UNDATED)
-        figure.set_layout_engine(layout)
+        canvas.print_svg(content, metadata=_UNDATED)  # `savefig` would draw everything twice
         return content.getvalue().decode()
 
 

@@ -58,7 +58,8 @@ class Sweep(Result):
 
         if out is not None:
             return super().report(out, force=force, figures=figures, tables=tables)
-        for name, content in {**contents(self.sheet, self.plots), **self.copies(figures, tables)}.items():
+        plots = self.plots
+        for name, content in {**contents(self.sheet, plots), **self.copies(plots, figures, tables)}.items():
             self.store.keep(name, content)
         return self.store.folder
 

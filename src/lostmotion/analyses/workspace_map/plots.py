@@ -13,7 +13,6 @@ from lostmotion.analyses.workspace_map.tables.map_labels import configuration_la
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import (
     PER_UNIT,
-    SMALL,
     axes,
     cells,
     class_legend,
@@ -26,6 +25,7 @@ from lostmotion.reporting.chart import (
     named_rows,
     one,
 )
+from lostmotion.reporting.chart_settings import SMALL
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Figure as Number

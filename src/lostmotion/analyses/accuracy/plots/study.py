@@ -116,6 +116,7 @@ def accuracy_over_robots(answer: Answer) -> Figure:
         edges, counts = binned(values, about=max(min(30, round(2 * len(values) ** (1 / 3))), 5))
         histogram(on, edges * factor, counts, LIGHT["robot"] if name == "AP" else LIGHT["visit"])
         on.locator_params(axis="x", nbins=5)
+        on.locator_params(axis="y", integer=True)
         mark(on, pooled_robots_quantile(sampled.robot_means[:, :, column]), "95th percentile", unit)
         label_axes(on, f"{name} [{unit}]", "robots [1]" if name == "AP" else "")
     return drawn

@@ -12,7 +12,8 @@ from lostmotion.analyses.iso9283.plots.measured import measured_accuracy, measur
 from lostmotion.analyses.iso9283.tables.labels import load_label
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import tool_points
-from lostmotion.reporting.chart import PER_UNIT, SMALL, axes, cells, dots, figure, grid, label, label_axes, legend, one, swatch, text
+from lostmotion.reporting.chart import PER_UNIT, axes, cells, dots, figure, grid, label, label_axes, legend, one, swatch, text
+from lostmotion.reporting.chart_settings import SMALL
 from lostmotion.reporting.palette import LIGHT, round_below
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import length
