@@ -79,7 +79,7 @@ def test_a_figure_that_no_table_prints_is_found():
 def test_no_two_plots_share_a_key():
     """Keys name files and places on the page."""
     keys = [plot.key for plot in plots.plots(small_study())]
-    assert len(set(keys)) == len(keys) == 11
+    assert len(set(keys)) == len(keys) == 12
 
 
 def areas(figure):

@@ -118,11 +118,6 @@ class Browser:
         for kind in ("mousePressed", "mouseReleased"):
             self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
-    def media(self, *, scheme: str = "light", medium: str = "", motion: str = "no-preference") -> None:
-        """Show the page in a colour scheme ("light" or "dark"), as on paper with the medium "print", and with "reduce"d motion."""
-        features = [{"name": "prefers-color-scheme", "value": scheme}, {"name": "prefers-reduced-motion", "value": motion}]
-        self.ask("Emulation.setEmulatedMedia", media=medium, features=features)
-
     def screenshot(self, path: Path) -> Path:
         """Write a picture of the page as PNG."""
         path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot", format="png")["data"]))
@@ -141,7 +136,8 @@ class Browser:
     def _note(self, message: dict[str, Any]) -> None:
         kind, about = message.get("method"), message.get("params", {})
         if kind == "Runtime.exceptionThrown":
-            self.errors.append(about["exceptionDetails"]["text"])
+            details = about["exceptionDetails"]
+            self.errors.append(details.get("exception", {}).get("description") or details["text"])
         elif kind == "Runtime.consoleAPICalled" and about["type"] == "error":
             self.errors.append(" ".join(str(each.get("value", each.get("description"))) for each in about["args"]))
         elif kind == "Log.entryAdded" and about["entry"]["level"] == "error":

@@ -159,6 +159,6 @@ def test_a_report_prints_on_a4_with_every_figure(page, folder):
 def test_the_first_screen_of_a_study_has_answer_arm_and_largest_contributors(page):
     """At 1440 x 900 all three are seen without scrolling."""
     page.value("document.querySelectorAll('details').forEach(each => each.open = false)")
-    for what in ("h1", "#plot-arm", ".numbers", ".bars"):
+    for what in ("h1", ".viewer", ".numbers", ".bars"):
         assert page.value(f"document.querySelector('{what}').getBoundingClientRect().height") > 30, what
         assert page.value(f"document.querySelector('{what}').getBoundingClientRect().bottom") <= 900, what

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.accuracy.answer import Answer
 from lostmotion.analyses.accuracy.attribution import Attributed
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from lostmotion.propagation.pooled import Pooled
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
+
+# Tool points that show the workspace in a picture; its extent and volume are not reported.
+_PICTURED: Final = 131_072
 
 
 class Study(Answer, Attributed, Result):
@@ -44,8 +47,9 @@ class Study(Answer, Attributed, Result):
 
     def _first_plot(self) -> Plot:
         from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace
+        from lostmotion.analyses.accuracy.plots.study import pose_errors
 
-        return arm_in_workspace(self)
+        return next(arm_in_workspace(pose_errors(self)))
 
     def arrays(self) -> xarray.Dataset:
         """Return every result per pose and per robot with its name, unit and coordinates."""
@@ -113,9 +117,16 @@ class AnalyticStudy(Attributed, Result):
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
+        from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace
         from lostmotion.analyses.accuracy.plots.budget import of_budget
+        from lostmotion.analyses.accuracy.workspace import workspace
+        from lostmotion.mechanism.serial import tool_points
 
-        return of_budget(self.budget, self.places)
+        within = self.analytic.quantiles[:, self.analytic.levels.index(0.95)]
+        reachable = workspace(self.arm, samples=_PICTURED, seed=self.seed).points
+        tool = tool_points(self.arm, self.poses.q)
+        pictures = arm_in_workspace(PoseErrors(self.arm, self.poses.q, self.approach, tool, self.analytic.mean, within, reachable))
+        return [*pictures, *of_budget(self.budget, self.places)]
 
     def arrays(self) -> xarray.Dataset:
         """Return every figure per pose with its uncertainty, name, unit and coordinates."""

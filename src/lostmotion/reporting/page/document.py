@@ -11,6 +11,7 @@ from lostmotion.reporting.page.security import policy
 from lostmotion.reporting.page.style import style
 from lostmotion.reporting.page.tables import table, width_of
 from lostmotion.reporting.page.text import escaped, spaced
+from lostmotion.reporting.page.viewer import script_elements, scripts
 from lostmotion.reporting.plot import FIRST_SCREEN
 from lostmotion.reporting.svg import inline_svg
 
@@ -41,11 +42,12 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
     links = " ".join(f'<a href="#{section.key}">{escaped(section.title)}</a>' for section in sheet.sections)
     words = "".join(f"<dt>{escaped(word)}</dt><dd>{escaped(meaning)}</dd>" for word, meaning in sheet.words)
     explained = f'<section id="words" class="wide"><h2>How to read this</h2><dl class="words">{words}</dl></section>\n' if words else ""
+    viewed = any(plot.scene is not None for plot in drawn)
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy(())}">
+<meta http-equiv="Content-Security-Policy" content="{policy(scripts() if viewed else ())}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{escaped(sheet.name)}: {escaped(sheet.subject)}</title>
 <style>{style()}</style>
@@ -58,7 +60,7 @@ def page(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 {"".join(_section(section, [plot for plot in drawn if plot.section == section.key]) for section in sheet.sections)}{explained}</main>
 <footer id="source"><h2>Where it comes from</h2><p>{spaced(f"lostmotion {version}, {sheet.source}")}</p>
 <p>{_beside(sheet)}</p></footer>
-</body>
+{script_elements() if viewed else ""}</body>
 </html>
 """
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.reporting.page.bars import bars
 from lostmotion.reporting.page.text import escaped, headline, spaced
+from lostmotion.reporting.page.viewer import viewer
 from lostmotion.reporting.svg import inline_svg
 
 if TYPE_CHECKING:
@@ -25,7 +26,8 @@ def first_screen(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
     notes = f'<ul class="notes">{"".join(f"<li>{spaced(note)}</li>" for note in sheet.notes)}</ul>\n' if sheet.notes else ""
     lines = f"<p>{escaped(sheet.lines.title)}</p><pre>{escaped(sheet.lines.text)}</pre>\n" if sheet.lines else ""
     cards = f'<dl class="numbers">{"".join(map(_card, sheet.cards))}</dl>\n' if sheet.cards else ""
-    pictures = "".join(
+    scenes = "".join(viewer(plot.scene) for plot in drawn if plot.scene is not None)
+    pictures = scenes + "".join(
         f'<figure id="plot-{plot.key}">{inline_svg(plot)}<figcaption aria-hidden="true">{spaced(plot.words)}</figcaption></figure>' for plot in drawn
     )
     if pictures:

@@ -1,109 +1,172 @@
-"""The arm at its worst pose in a cut through its workspace, coloured by the error: the picture of the first screen."""
+"""The arm at its worst and at its best pose in a cut through its workspace, coloured by the error: the pictures of the first screen."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.accuracy.plots.workspace_cells import NEAREST, cells_in_space, cells_of_cut
+from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.serial import frames
-from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.arm_scene import ArmScene, Cells, ShownPose
 from lostmotion.reporting.chart import PER_UNIT, cells, class_legend, class_of, label_axes, one
 from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import FIRST_SCREEN, Plot
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    from collections.abc import Iterator, Sequence
 
-    from lostmotion.analyses.accuracy.answer import Answer
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Cells along the longest side of the workspace; poses whose mean colours a cell.
+# Cells along the longest side of the workspace.
 _CELLS: Final = 44
-_NEAREST: Final = 16
 # Classes cover the values between these percentiles.
 _COVERED: Final = (3.0, 97.0)
-# A workspace lower than this share of its longest side is cut horizontally. The arrow is at most this share of that side long.
+# A workspace lower than this share of its longest side is cut horizontally. The enlarged error is at most this share of that side long.
 _FLAT: Final = 0.05
-_ARROW: Final = 0.15
-# The mean error vector is drawn where its part in the plane of the cut is more than this share of the mean error.
+_ERROR: Final = 0.15
+# The mean error vector is drawn where its part in the plane of the cut is more than this share of it.
 _SHOWN: Final = 0.2
+# Semi-axis over standard deviation of the ellipsoid that contains 95 % of a normal vector: root of the quantile of chi-square with three degrees.
+_WITHIN_95: Final = 2.7955
 _FILLS: Final = {"base": "quiet", "joint": "quiet", "tool": "warn", "payload": "warn"}
+_MEANING: Final = {"worst": "the pose with the largest mean error", "best": "the pose with the smallest mean error"}
+_WHAT: Final = "95 % of positions within"
 
 
-def arm_in_workspace(answer: Answer) -> Plot:
-    """Return the arm at the pose with the largest mean error, in the cut through its workspace that holds base axis and tool.
+@dataclass(frozen=True)
+class PoseErrors:
+    """The error of an arm at each of its poses, for a picture.
 
-    A cell has the mean of the 95th percentile over the poses of the study that put the tool nearest to it. The workspace is that of the joint limits.
+    q          (pose, joint) rad or m
+    approach   sign of the joints' last motion
+    tool       (pose, 3) m, where each pose puts the tool
+    mean       (pose,) mean error, m
+    within     (pose,) 95th percentile of the error, m
+    reachable  (point, 3) m, what the tool reaches within the joint limits
     """
-    table, points = answer.sampled.per_pose, answer.workspace.points
-    worst = int(table[:, kernel.MEAN].argmax())
-    q95 = table[:, kernel.FIRST_QUANTILE + 3 * kernel.QUANTILES.index(0.95)]
-    unit = length(float(q95.max())).unit
-    tool, bias = answer.tool[worst], answer.sampled.bias[worst, 3:]
-    size = float(np.ptp(points, axis=0).max()) or 1.0
-    view, names = _view(points, tool, size)
-    limits = class_limits(*(float(each) * PER_UNIT[unit] for each in np.percentile(q95, _COVERED)))
+
+    arm: Arm
+    q: Floats
+    approach: float
+    tool: Floats
+    mean: Floats
+    within: Floats
+    reachable: Floats
+
+    @property
+    def size(self) -> float:
+        """Return the longest side of the workspace, m; 1 for a point."""
+        return float(np.ptp(self.reachable, axis=0).max()) or 1.0
+
+    @property
+    def flat(self) -> bool:
+        """Return whether the workspace is so low that it is cut horizontally."""
+        return float(np.ptp(self.reachable[:, 2])) < _FLAT * self.size
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """What both pictures share: limits between the classes in a unit, and the factor by which errors are drawn larger."""
+
+    limits: Sequence[float]
+    unit: str
+    factor: float
+
+
+def arm_in_workspace(found: PoseErrors) -> Iterator[Plot]:
+    """Yield the arm at the poses with the largest and the smallest mean error, each in the cut through its workspace that holds base axis and tool.
+
+    A cell has the mean of the 95th percentile over the poses that put the tool nearest to it; for fewer poses than a cell takes, none is coloured.
+    The first plot has the scene for the viewer. Where all poses have one error there is one plot.
+    """
+    chosen = {"worst": int(found.mean.argmax()), "best": int(found.mean.argmin())} if np.ptp(found.mean) > 0 else {"shown": 0}
+    bias, axes = _errors(found, list(chosen.values()))
+    longest = max(float(np.linalg.norm(each, axis=-1).max()) for each in (bias, axes))
+    unit = length(float(found.within.max())).unit
+    limits = class_limits(*(float(each) * PER_UNIT[unit] for each in np.percentile(found.within, _COVERED)))
+    scale = _Scale(limits, unit, _factor(_ERROR * found.size / longest) if longest else 1.0)
+    shown = [
+        ShownPose(f"{name} pose", found.q[k], bias[n], axes[n], _words(found, name, k, scale.factor)) for n, (name, k) in enumerate(chosen.items())
+    ]
+    scene = ArmScene(found.arm, shown, scale.factor, found.flat, _cells(found, scale) if len(found.q) >= NEAREST else None)
+    for n, (name, k) in enumerate(chosen.items()):
+        yield Plot(f"arm-{name}" if n else "arm", FIRST_SCREEN, *_picture(found, name, k, bias[n], scale), None if n else scene)
+
+
+def _errors(found: PoseErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
+    """Return the mean error vectors (pose, 3), and the semi-axes (pose, axis, 3) of the ellipsoids with 95 % of the positions about them, m."""
+    matrix = screws(found.arm, found.q[poses], approach=found.approach)
+    drawn = matrix.merged.tool[:, 3:][:, :, matrix.merged.columns("robot", "visit", "robot x visit")]
+    squares, axes = np.linalg.eigh(drawn @ drawn.transpose(0, 2, 1))
+    axes = axes * np.linalg.det(axes)[:, None, None]  # right-handed, or the viewer would draw its surface inside out
+    return matrix.bias[:, 3:], _WITHIN_95 * np.sqrt(np.maximum(squares, 0.0))[:, :, None] * axes.transpose(0, 2, 1)
+
+
+def _words(found: PoseErrors, name: str, pose: int, factor: float) -> str:
+    """Return what the viewer shows at a pose."""
+    within, mean = (length(float(each[pose])) for each in (found.within, found.mean))
+    errors = f" Arrow: mean error; ellipsoid: 95 % of positions about it; both drawn {factor:g} times larger." if found.mean[pose] else ""
+    return f"{name.capitalize()} pose: mean error {mean}, 95 % of positions within {within}.{errors}"
+
+
+def _cells(found: PoseErrors, scale: _Scale) -> Cells:
+    """Return the coloured cells of the workspace."""
+    edge = found.size / _CELLS
+    low, values = cells_in_space(found.reachable, found.tool, found.within * PER_UNIT[scale.unit], edge)
+    return Cells(edge, low, class_of(values, scale.limits), scale.limits, _WHAT, scale.unit)
+
+
+def _picture(found: PoseErrors, name: str, pose: int, bias: Floats, scale: _Scale) -> tuple[Figure, str]:
+    """Return the figure of the arm at a pose in its cut, and what it shows in words."""
+    tool, edge, error = found.tool[pose], found.size / _CELLS, scale.factor * bias
+    view, names = _view(tool, flat=found.flat)
     drawn, on = one("", 132, width=178)
-    across, up, values = _cut(points, answer.tool, q95 * PER_UNIT[unit], view, float(view[2] @ tool), size / _CELLS)
-    cells(on, across * 1e3, up * 1e3, class_of(values, limits))
-    seen = np.concatenate([*_arm(on, answer, worst, view), 1e3 * np.column_stack([across[[0, -1]], up[[0, -1]]])])
-    room = 1e3 * size / _CELLS
-    on.set_xlim(float(seen[:, 0].min()) - room, float(seen[:, 0].max()) + room)
-    on.set_ylim(float(seen[:, 1].min()) - room, float(seen[:, 1].max()) + room)
-    mean, within = float(table[worst, kernel.MEAN]), float(np.linalg.norm(view[:2] @ bias))
-    factor = _factor(_ARROW * size / within) if within > _SHOWN * mean else 0.0
-    if factor:
-        start, end = (1e3 * (view[:2] @ each) for each in (tool, tool + factor * bias))
+    across, up, values = cells_of_cut(found.reachable, found.tool, found.within * PER_UNIT[scale.unit], view, float(view[2] @ tool), edge)
+    coloured = len(found.q) >= NEAREST
+    if coloured:
+        cells(on, across * 1e3, up * 1e3, class_of(values, scale.limits))
+        class_legend(drawn, scale.limits, f"{_WHAT} [{scale.unit}]")
+    else:
+        cells(on, across * 1e3, up * 1e3, np.where(np.isfinite(values), 0, -1), (LIGHT["line"],))
+    seen = np.concatenate([*_arm(on, found, pose, view), 1e3 * np.column_stack([across[[0, -1]], up[[0, -1]]])])
+    on.set_xlim(float(seen[:, 0].min()) - 1e3 * edge, float(seen[:, 0].max()) + 1e3 * edge)
+    on.set_ylim(float(seen[:, 1].min()) - 1e3 * edge, float(seen[:, 1].max()) + 1e3 * edge)
+    arrow = ""
+    if float(np.linalg.norm(view[:2] @ bias)) > _SHOWN * float(np.linalg.norm(bias)):
+        start, end = (1e3 * (view[:2] @ each) for each in (tool, tool + error))
         on.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": LIGHT["warn"], "lw": 2.2, "mutation_scale": 14}, zorder=6)
+        arrow = f" The arrow is the mean error vector in this plane, drawn {scale.factor:g} times larger."
     on.set_aspect("equal")
-    label_axes(on, *(f"{name} [mm]" for name in names))
-    class_legend(drawn, limits, f"95 % of positions within [{unit}]")
-    arrow = f" The arrow is the mean error vector in this plane, drawn {factor:g} times larger." if factor else ""
-    words = (
-        f"The arm at the pose with the largest mean error, {length(mean)}, in the cut through its workspace at the tool. "
-        f"Cells: mean over the {min(_NEAREST, len(q95))} nearest poses.{arrow}"
-    )
-    return Plot("arm", FIRST_SCREEN, drawn, words)
+    label_axes(on, *(f"{each} [mm]" for each in names))
+    of_cells = f"Cells: mean over the {NEAREST} nearest poses." if coloured else "Grey: what the tool reaches."
+    mean = length(float(found.mean[pose]))
+    return drawn, f"The arm at {_MEANING.get(name, 'a pose')}, {mean}, in the cut through its workspace at the tool. {of_cells}{arrow}"
 
 
-def _view(points: Floats, tool: Floats, size: float) -> tuple[Floats, tuple[str, str]]:
-    """Return the directions to the right, upwards and towards the viewer (3, 3) of the cut, and the names of the first two."""
-    if float(np.ptp(points[:, 2])) < _FLAT * size:
+def _view(tool: Floats, *, flat: bool) -> tuple[Floats, tuple[str, str]]:
+    """Return the directions to the right, upwards and towards the viewer (3, 3) of the cut through a tool point, and the names of the first two."""
+    if flat:
         return np.eye(3), ("x", "y")
     azimuth = math.atan2(tool[1], tool[0])
     right = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
     return np.array([right, [0.0, 0.0, 1.0], np.cross(right, [0.0, 0.0, 1.0])]), ("distance from the base's axis", "z")
 
 
-def _cut(points: Floats, tool: Floats, values: Floats, view: Floats, depth: float, edge: float) -> tuple[Floats, Floats, Floats]:
-    """Return the edges of the cells of a cut across and upwards, m, and their values (across, up); NaN where no point of the workspace is."""
-    from scipy.ndimage import binary_closing
-    from scipy.spatial import KDTree
-
-    near = np.concatenate([points, tool])  # never empty: the plane contains the tool of one pose
-    inside = near[np.abs(near @ view[2] - depth) <= edge] @ view[:2].T
-    across, up = (
-        np.arange(math.floor(low / edge), math.floor(high / edge) + 2) * edge for low, high in zip(inside.min(0), inside.max(0), strict=True)
-    )
-    reached = np.histogram2d(inside[:, 0], inside[:, 1], bins=(across, up))[0] > 0
-    reached |= binary_closing(np.pad(reached, 1), np.ones((3, 3), bool))[1:-1, 1:-1]
-    column, row = np.nonzero(reached)
-    centres = np.column_stack([across[column] + edge / 2, up[row] + edge / 2, np.full(len(row), depth)]) @ view
-    of_poses = KDTree(tool).query(centres, k=np.arange(1, min(_NEAREST, len(tool)) + 1))[1]
-    out = np.full(reached.shape, np.nan)
-    out[column, row] = values[of_poses].mean(axis=1)
-    return across, up, out
-
-
-def _arm(on: Axes, answer: Answer, pose: int, view: Floats) -> list[Floats]:
+def _arm(on: Axes, found: PoseErrors, pose: int, view: Floats) -> list[Floats]:
     """Draw the bodies of the arm from far to near, and return their outlines (corner, 2), mm."""
     from matplotlib.patches import Polygon
 
-    at = frames(answer.arm, answer.poses.q[pose : pose + 1])[:, 0]
-    bodies = sorted(answer.arm.bodies, key=lambda body: float(view[2] @ (at[body.place] @ body.pose)[:3, 3]))
+    at = frames(found.arm, found.q[pose : pose + 1])[:, 0]
+    bodies = sorted(found.arm.bodies, key=lambda body: float(view[2] @ (at[body.place] @ body.pose)[:3, 3]))
     outlines = [body.silhouette(at[body.place], view[:2]) * 1e3 for body in bodies]
     for body, outline in zip(bodies, outlines, strict=True):
         on.add_patch(Polygon(outline, facecolor=LIGHT[_FILLS.get(body.kind, "line")], edgecolor=LIGHT["ink"], linewidth=0.7, zorder=5))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace
+from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace
 from lostmotion.analyses.accuracy.plots.bending import bending
 from lostmotion.analyses.accuracy.plots.budget import CAUSES_TEXT, LEVELS_TEXT, at_places, budget, by_level, levels
 from lostmotion.analyses.accuracy.plots.waterfall import waterfall
@@ -73,9 +73,15 @@ def plots(answer: Answer) -> list[Plot]:
         if answer.sampled.visits > 1:
             inside = accuracy_over_robots(seen_in(answer, zone))
             places.append(Plot(f"zone-{k}-ap-rp", f"zone_{k}_iso9283", inside, f"Histograms of AP and RP over the robots in the zone {zone.name}."))
-    return (
-        [arm_in_workspace(answer)] + [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing] + places
-    )
+    shown = [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing]
+    return [*arm_in_workspace(pose_errors(answer)), *shown, *places]
+
+
+def pose_errors(answer: Answer) -> PoseErrors:
+    """Return the error at each pose for the pictures of the first screen."""
+    table = answer.sampled.per_pose
+    within = table[:, kernel.FIRST_QUANTILE + 3 * kernel.QUANTILES.index(0.95)]
+    return PoseErrors(answer.arm, answer.poses.q, answer.approach, answer.tool, table[:, kernel.MEAN], within, answer.workspace.points)
 
 
 def mean_errors(answer: Answer) -> PoseValues:
