@@ -233,6 +233,7 @@ def test_loops_beside_the_chain_and_ties_to_mocap_bodies_are_no_matter(tmp_path)
         (model(chain(), rest='<asset><model name="x" file="../secret.xml"/></asset>'), "a model attached from another file"),
         (model('<body><joint/><geom type="mesh" mesh="m"/></body>', rest='<asset><mesh name="m" file="../m.stl"/></asset>'), "the mesh '../m.stl'"),
         (model('<body><joint/><geom type="mesh" mesh="m"/></body>', rest='<asset><mesh file="m.stl"/></asset>'), "the mesh 'm.stl'"),
+        (model(chain(), rest='<default><mesh file="/etc/passwd"/></default>'), "a file named by <mesh>"),
         (model('<body><joint/><geom type="box" file="x" size="1 1 1"/></body>'), "a file named by <geom>"),
     ],
 )

@@ -135,6 +135,7 @@ WRONG = {
     "argument without a value": ('<link name="$(arg size)"/>', "the argument 'size' without a value", "size = "),
     "unknown macro": ("<xacro:wrist/>", "unknown macro name: xacro:wrist", ""),
     "unknown property": ('<link name="${size}"/>', "name 'size' is not defined in '${size}'", ""),
+    "unknown key": ("<a b=\"${xacro.load_yaml('../config/lengths.yaml')['upper_arm']}\"/>", "no key 'upper_arm'", ""),
     "missing parameter": ('<xacro:macro name="m" params="a"/><xacro:m/>', "Undefined parameters [a]", ""),
     "include that is not there": ('<xacro:include filename="wrist.xacro"/>', "'wrist.xacro', which is not there", "wrist.xacro"),
     "not well-formed": ('<xacro:if value="1"><link name="a></xacro:if>', "not well-formed", ""),

@@ -72,8 +72,14 @@ def self_contained(path: Path, text: str) -> Model:
     for each in root.iterchildren("compiler"):
         _take(each, *_OF_COMPILER)
     for element in root.iter():
-        if "file" in element.attrib and element.tag != "mesh":
-            refuse(_at(path, element), "", f"a file named by <{element.tag}>", "files named by include and mesh only", '<mesh file="link.stl"/>')
+        if "file" in element.attrib and (element.tag != "mesh" or element.get("file") not in meshes):
+            refuse(
+                _at(path, element),
+                "",
+                f"a file named by <{element.tag}>",
+                "files named by include and by meshes of asset only",
+                '<mesh file="link.stl"/>',
+            )
     return Model(root.get("model", ""), etree.tostring(root, encoding="unicode"), meshes, notes, lines)
 
 

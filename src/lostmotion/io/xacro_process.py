@@ -200,7 +200,8 @@ class _Expansion:
         if isinstance(cause, RecursionError | MemoryError):
             refuse(place, "", "macros or values without end", "macros that end", '<xacro:if value="${count > 0}">')
         at = f" in {shown('${' + self.expression + '}')}" if self.expression and not isinstance(cause, XacroException) else ""
-        words = _legible((cause.msg if isinstance(cause, SyntaxError) else str(cause)) or type(cause).__name__, _LONGEST_WORDS)
+        text = cause.msg if isinstance(cause, SyntaxError) else f"no key {cause}" if isinstance(cause, KeyError) else str(cause)
+        words = _legible(text or type(cause).__name__, _LONGEST_WORDS)
         refuse(place, "", f"{words}{at}", "a file that the program xacro expands", f"xacro {self.path.name} > arm.urdf")
 
     def _refuse_absent(self, places: list[str]) -> None:
