@@ -14,6 +14,7 @@ import typer.main
 import lostmotion
 from lostmotion.analyses.sizing.request import read_request
 from lostmotion.cli import app
+from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.sweep_designs import read_sweep
 from tests.docs.pages import PAGES, ROOT, TOUR, snippets
 
@@ -41,7 +42,7 @@ def _arm_of(block):
 
 @pytest.mark.parametrize("block", _blocks("toml"))
 def test_every_toml_snippet_is_accepted(block, tmp_path):
-    """An arm, a sidecar, a sizing file or a sweep: each is read without a mistake, and each value has its unit."""
+    """An arm, a sidecar, a sizing file, a calibration or a sweep: each is read without a mistake, and each value has its unit."""
     tree = tomllib.loads(block.text)
     file = tmp_path / "snippet.toml"
     if "sizing" in tree:
@@ -50,6 +51,9 @@ def test_every_toml_snippet_is_accepted(block, tmp_path):
     elif isinstance(tree.get("joints"), dict) or "xacro" in tree:
         file.write_text(block.text, "utf-8")
         assert lostmotion.read(EXAMPLES / "ur5e.urdf", file).joints
+    elif "estimates" in tree:
+        file.write_text(block.text, "utf-8")
+        assert len(read_calibration(file, lostmotion.read(EXAMPLES / "z-arm.toml").terms).streams) == len(tree["estimates"])
     elif "sweep" in tree and "gearboxes.cycloidal.backlash" in tree["sweep"]:
         file.write_text(block.text, "utf-8")
         assert len(read_sweep(EXAMPLES / "z-arm.toml", None, file)[1]) == len(tree["sweep"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from lostmotion.analyses.arguments import ArmArgument, SidecarArgument, path_of
+from lostmotion.analyses.export.calibration import calibration_of
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.units import Quantity
@@ -19,7 +20,10 @@ _LargestPayload: TypeAlias = Annotated[
 ]
 
 
-_CalibrationArgument: TypeAlias = Annotated["Calibration | None", Argument("Estimates of the errors of one robot. Default: none.", python_only=True)]
+_CalibrationArgument: TypeAlias = Annotated[
+    "Calibration | str | Path | None",
+    Argument("File with estimates of the errors of one robot, in TOML. Default: none.", calibration_of, metavar="FILE"),
+]
 
 
 @question(folder=None)

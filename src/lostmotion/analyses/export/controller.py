@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.arguments import arm_of
+from lostmotion.analyses.export.calibration import calibration_of
 from lostmotion.analyses.quantities import amount
 from lostmotion.controller_model.controller import Controller
 from lostmotion.controller_model.lowering import tables_of
@@ -20,7 +21,11 @@ if TYPE_CHECKING:
 
 
 def controller(
-    arm: Arm | str | Path, *, largest_payload: float | str | None = None, calibration: Calibration | None = None, accurate_length: bool = False
+    arm: Arm | str | Path,
+    *,
+    largest_payload: float | str | None = None,
+    calibration: Calibration | str | Path | None = None,
+    accurate_length: bool = False,
 ) -> Controller:
     """Return the controller of an arm: `predict` and `compensate` on tables, with the formulas of the C sources.
 
@@ -32,19 +37,19 @@ def controller(
         Largest payload, in kg or as text with a unit, for which it answers. Default: twice the payload of the file, or the mass of the arm where
         none is stated.
     calibration
-        Estimates of the errors of one robot. Default: none.
+        Estimates of the errors of one robot, or their file. Default: none.
     accurate_length
         Whether the 95th percentile of the length is computed within 0.2 % instead of 1.5 %, which takes longer.
 
     Raises
     ------
     InputError
-        With every mistake in the file, for a payload that is not positive, for an arm without any error source, and for a calibration of draws that
+        With every mistake in the files, for a payload that is not positive, for an arm without any error source, and for a calibration of draws that
         the arm does not have.
 
     """
     described = arm_of("arm", arm, {})
     refuse_undescribed(described)
     payload = None if largest_payload is None else amount("largest_payload", largest_payload, Quantity("kg", "10 kg", above=0))
-    terms = None if calibration is None else calibration.terms(described.terms)
+    terms = None if calibration is None else calibration_of("calibration", calibration, {"arm": described}).terms(described.terms)
     return Controller(tables_of(described, validity_of(described, payload), terms), accurate_length=accurate_length)
