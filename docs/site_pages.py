@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parents[1]
 DOCS = "docs/"
 # Files of the project that are pages of the site.
-PAGES = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md"}
+PAGES = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md", "examples/paper/README.md": "paper.md"}
 # Pages of the reference: title, introduction, and the ends of the homes of the names that they describe; the last has the others.
 REFERENCE = {
     "functions": ("Functions", "Every question is a function, and a command with the same arguments.", (".command",)),
