@@ -193,10 +193,13 @@ def singular_value(model, given):
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("precision", [[], ["-DLM_FLOAT"]], ids=["double", "float"])
-@pytest.mark.parametrize(("name", "count"), [("z-arm", 4_000), ("drawn", 4_000), pytest.param("z-arm", 250_000, marks=pytest.mark.slow)])
-def test_no_input_leads_out_of_bounds(exported, name, count, precision, compiler):
+@pytest.mark.parametrize(
+    ("name", "unroll", "count"),
+    [("z-arm", False, 4_000), ("drawn", True, 4_000), *(pytest.param("z-arm", unroll, 125_000, marks=pytest.mark.slow) for unroll in (False, True))],
+)
+def test_no_input_leads_out_of_bounds(exported, name, unroll, count, precision, compiler):
     """Random numbers of any size, infinities and NaN under the address and undefined behaviour sanitizers: a status, and zeros unless it is valid."""
-    folder, model = exported(name)
+    folder, model = exported(name, unroll=unroll)
     rng = np.random.default_rng(11)
     given = [each.copy() for each in inputs(model, count)]
     wild = np.array([np.nan, np.inf, -np.inf, 0.0, 1e300, -1e300, 1e30, 1e-310, -0.0, 3.0, 1e4])
@@ -216,10 +219,11 @@ def test_no_input_leads_out_of_bounds(exported, name, count, precision, compiler
         np.testing.assert_array_equal(status, blocks["status"][:, 0])
 
 
+@WRITTEN
 @pytest.mark.parametrize("compiler", COMPILERS)
-def test_the_object_calls_nothing_but_mathematics(exported, compiler):
+def test_the_object_calls_nothing_but_mathematics(exported, compiler, unroll):
     """No heap, no input or output: what is undefined in the object files is the tables and functions of math.h (and copying of structures)."""
-    folder, _ = exported("drawn")
+    folder, _ = exported("drawn", unroll=unroll)
     target = folder / "core.o"
     subprocess.run([compiler, *FLAGS, "-I", str(folder / "src"), "-c", str(folder / "src" / "lm_core.c"), "-o", str(target)], check=True)
     listed = subprocess.run(["nm", "-u", str(target)], capture_output=True, text=True, check=True).stdout.split()
