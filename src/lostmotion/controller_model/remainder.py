@@ -9,7 +9,7 @@ import numpy as np
 from lostmotion.controller_model.prediction import frames
 
 if TYPE_CHECKING:
-    from lostmotion.controller_model.controller import Controller
+    from lostmotion.controller_model.controller import Controller, Prediction
     from lostmotion.spatial import Floats
 
 # Poses whose position Jacobian has a smaller singular value (m) are near singular ones.
@@ -40,14 +40,19 @@ def shares_left(model: Controller, q: Floats, passes: Literal[1, 2] = 1) -> tupl
     Joints stand at the corrected command with the deflection that belongs to it, and so does everything else. NaN where there is no error.
     """
     found = model.compensate(q, passes=passes)
-    wanted = found.prediction.point
-    before, after = (np.linalg.norm(reached(model, values) - wanted, axis=1) for values in (np.asarray(q, dtype=float), found.command))
+    start = found.prediction
+    points = _points(model, np.asarray(q, dtype=float), start), reached(model, found.command)
+    before, after = (np.linalg.norm(each - start.point, axis=1) for each in points)
     share: Floats = np.divide(after, before, out=np.full(len(before), np.nan), where=before > 0)
-    return share, np.asarray(np.linalg.svd(found.prediction.jacobian[:, 3:], compute_uv=False)[:, -1], dtype=float)
+    return share, np.asarray(np.linalg.svd(start.jacobian[:, 3:], compute_uv=False)[:, -1], dtype=float)
 
 
 def reached(model: Controller, command: Floats) -> Floats:
     """Return the tool points (pose, 3), m, that the model expects at a command (pose, joint): joints with their deflection, then the rest."""
-    found = model.predict(command)
+    return _points(model, command, model.predict(command))
+
+
+def _points(model: Controller, command: Floats, found: Prediction) -> Floats:
+    """Return the tool points at a command from the prediction there."""
     _, points = frames(model.tables, command + found.joints)
     return np.asarray(points[-1] + found.elsewhere[:, 3:])
