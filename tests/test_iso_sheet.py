@@ -313,8 +313,8 @@ def test_a_zero_is_never_a_headline(tmp_path, last):
     assert found.predicted.loads[0].repeatability.max() < 1e-15
     either = find_row(sheet.sections, "either", "worst").figures[0]
     bound = "" if last else "at least "
-    assert sheet.verdict.startswith(f"95 % of the arms of this design repeat within {bound}{either} ({either.interval}) where joints arrive")
-    assert "from one side no described error varies from visit to visit, so no repeatability is predicted" in sheet.verdict
+    assert sheet.verdict.startswith(f"95 % of arms repeat within {bound}{either} ({either.interval}): RP_l from either side")
+    assert "From one side no described error varies from visit to visit, so no repeatability is predicted" in sheet.verdict
     assert not re.search(r"(within|least|most) 0 ", sheet.verdict)
     fitted = find_row(sheet.sections, "fitted", "worst").figures[0]
     assert f"{bound}{fitted} ({fitted.interval}) with best-fit frames" in sheet.verdict

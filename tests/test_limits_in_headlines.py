@@ -117,7 +117,7 @@ def test_a_limit_bounds_an_error_only_where_every_kind_is_described(tmp_path, le
 def test_the_sheet_of_iso_9283_says_at_most(tmp_path):
     """Loops at their makers' limits bound every figure that the headline gives: from either side, at the commanded point and with fitted frames."""
     sheet = lostmotion.iso9283(arm_of(tmp_path, "limit"), robots=50, visits=4).sheet
-    assert re.search(r"95 % of the arms of this design repeat within at most [^:]* where joints arrive from either side", sheet.verdict)
+    assert re.search(r"95 % of arms repeat within at most [^:]*: RP_l from either side", sheet.verdict)
     assert re.search(r"is within at most [^:]* of the commanded point", sheet.verdict)
     assert re.search(r"at most [\d.]+ .?m( \([^)]*\))* with best-fit frames", sheet.verdict)
     assert "Makers' upper limits stand for hysteresis of X-10" in sheet.verdict

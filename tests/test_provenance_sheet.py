@@ -11,6 +11,7 @@ import lostmotion
 from lostmotion.analyses.statics.survey import survey
 from lostmotion.analyses.statics.tables import statics_sheet
 from lostmotion.error_model.provenance import states
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.layout import plain
 from lostmotion.reporting.provenance import provenance_sections
 from tests.first_screen import first_screen
@@ -87,13 +88,15 @@ def test_a_half_described_arm_is_at_least_this_compliant(half):
 
 @pytest.mark.parametrize("file", ["z-arm.toml", "arm-from-drawings.toml", "ur5e.urdf", "paper/z-arm-lumped.toml"])
 def test_the_table_has_a_line_for_every_moving_joint(file):
-    """Each joint once, each cell a state; the assumed values are all there, under the part that holds them."""
+    """Each joint once, each cell a state; what went in names every value with its state, the assumed ones too."""
     known = states(lostmotion.read(EXAMPLES / file))
-    table, *assumed = provenance_sections(known)
+    table, inputs, *_ = provenance_sections(known)
     assert [row.label for row in table.rows] == [each.joint for each in known.joints]
     assert {str(figure) for row in table.rows for figure in row.figures} <= {"stated", "assumed", "ideal", "-"}
-    keys = [key for row in (assumed[0].rows if assumed else ()) for key in row.note.partition(";")[0].split(", ")]
-    assert sorted(keys) == sorted(each.key for each in known.assumed)
+    rows = [row for row in inputs.rows if row.figures[1].words != "ideal"]
+    shown = [(row.label, each.split(" ")[0], row.figures[1].words) for row in rows for each in row.figures[0].words.split("; ")]
+    assert shown == [(short_name(each.owner), each.key, each.state) for each in known.given]
+    assert {(short_name(each.owner), each.key, each.reason) for each in known.assumed} <= set(shown)
 
 
 def test_a_described_arm_is_no_lower_bound():

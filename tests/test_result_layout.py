@@ -110,7 +110,7 @@ def test_a_result_shows_itself_in_a_few_lines(asked):
 def test_no_result_shows_all_its_fields():
     """Whatever a result is computed from, its text is that of results."""
     kinds = [kind for kind in (getattr(lostmotion, name) for name in lostmotion.__all__) if isinstance(kind, type) and issubclass(kind, Result)]
-    assert len(kinds) == 13
+    assert len(kinds) == 14
     for kind in kinds:
         assert kind.__repr__ is Result.__repr__ or "__repr__" in vars(kind)
         assert not kind.__dataclass_params__.repr

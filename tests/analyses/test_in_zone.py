@@ -242,7 +242,8 @@ def test_a_study_without_sampling_says_it_too(arm, study):
         "causes_at_1",
         "halving_at_1",
         "states",
-        "assumed",
+        "inputs",
+        "laws",
     ]
     for key in ("zone_1_analytic", "budget_at_1"):
         assert repr(sections[key].rows) == repr(both[key].rows)  # as text: no number is not itself

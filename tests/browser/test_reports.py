@@ -29,7 +29,7 @@ REPORTS = {
 }
 # Whole numbers that are counted, and so are exact: alone in a cell of a table, or before what was counted.
 COUNTED = re.compile(r"\d+(?= (?:paired samples|samples|evaluated poses|evaluated|poses|cells|visits)\b)|^\d+$")
-VERSION = re.compile(r"\d+\.\d+\.\d+(?:[.\w+]*)")
+NAMED = re.compile(r"\d+\.\d+\.\d+(?:[.\w+]*)|(?:ISO|ISO/TS|EN) [\d-]+")  # versions and standards
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:[eE][+−-]?\d+)?")
 
 # What sticks out of the page to the right and does not scroll by itself; on paper, what is wider than its section.
@@ -126,11 +126,11 @@ def test_texts_of_charts_are_whole_and_apart(page):
 
 
 def test_no_number_has_more_than_four_significant_digits(page):
-    """Only what is counted, and the version, is printed to more digits; no power of ten stands on a page for people."""
+    """Only what is counted, a version and the number of a standard are printed to more digits; no power of ten stands on a page for people."""
     shown = page.value("[document.body.innerText, ...[...document.querySelectorAll('svg text')].map(each => each.textContent)].join('\\n')")
     found = []
     for words in re.split(r"[\t\n]", shown):
-        for number in NUMBER.findall(COUNTED.sub("", VERSION.sub("", words))):
+        for number in NUMBER.findall(COUNTED.sub("", NAMED.sub("", words))):
             digits = number.replace(".", "").lstrip("0")
             if len(digits if "." in number else digits.rstrip("0")) > 4 or "e" in number.lower():
                 found.append(words)

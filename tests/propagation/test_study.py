@@ -302,7 +302,7 @@ def test_a_study_has_the_interface_that_the_readme_states(arm, capsys):
     keys = [section["key"] for section in study.result()["sections"]]
     by_level = ["budget_levels", "causes_levels"]
     first = ["workspace", "error", "iso9283", "levels", "waterfall", "budget", "causes"]
-    assert keys == [*first, *by_level, "bending", "torques", "exact_check", "states", "assumed"]
+    assert keys == [*first, *by_level, "bending", "torques", "exact_check", "states", "inputs", "laws"]
 
 
 def test_every_public_name_exists_and_has_a_docstring():

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from lostmotion.errors import InputError, Problem
 from lostmotion.parts.error_source import Part
-from lostmotion.parts.provenance import DEFAULT, Sourced, value_keys
+from lostmotion.parts.provenance import ASSUMED, DEFAULT, Sourced, value_keys
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.base import Base
@@ -92,6 +92,29 @@ class AssumedValue:
 
 
 @dataclass(frozen=True, slots=True)
+class GivenValue:
+    """A value that went in: the part that has it ("joints.A.gearbox"), its key, and the class of parts whose field it is.
+
+    value   as the part holds it, in SI; None where the part has no value of its own, and computes one
+    reason  why it counts as assumed; empty for a stated one
+    whole   whether its part as a whole is marked as assumed; then it counts there, once
+    """
+
+    owner: str
+    key: str
+    part: type[Part]
+    value: object
+    reason: str = ""
+    source: str = ""
+    whole: bool = False
+
+    @property
+    def state(self) -> str:
+        """Return "stated", or why it counts as assumed."""
+        return self.reason or (ASSUMED if self.whole else "stated")
+
+
+@dataclass(frozen=True, slots=True)
 class States:
     """The states of the error sources of an arm.
 
@@ -99,6 +122,7 @@ class States:
     fixed    states of fixed joints between base and tool whose link or mounting is described
     base     states of the base's tilt and mount
     assumed  every assumed value; a value that several joints share is listed once, under the first of them
+    given    every value of the arm, stated or assumed, in the order of its parts; shared ones as in `assumed`
     moved_by_temperature  whether a link expands or bends at a stated temperature
     limits   maker's upper limits that count at the poses of a study (`upper_limits.with_limits`), the largest contributor first
     """
@@ -109,6 +133,7 @@ class States:
     assumed: tuple[AssumedValue, ...]
     moved_by_temperature: bool = False
     limits: tuple[LimitShare, ...] = ()
+    given: tuple[GivenValue, ...] = ()
 
     @property
     def ideal_joints(self) -> tuple[str, ...]:
@@ -136,20 +161,31 @@ def states(arm: Arm) -> States:
     """
     on_tool_path = [joint for joint, places in zip(arm.joints, arm.tree.joints, strict=True) if places.moved in arm.tree.tool_path]
     found = [(joint, JointStates(joint.name, _of_joint(joint))) for joint in on_tool_path]
+    given = tuple(_given_in(arm))
     return States(
         joints=tuple(each for joint, each in found if joint.type != "fixed"),
         fixed=tuple(each for joint, each in found if joint.type == "fixed" and not each.ideal),
         base=_of_base(arm.base),
-        assumed=tuple(_assumed_in(arm)),
+        assumed=_assumed(given),
+        given=given,
         moved_by_temperature=any(
             joint.link.bends_with_temperature or (joint.link.expands and arm.environment.temperature is not None) for joint in on_tool_path
         ),
     )
 
 
-def assumed_in_part(part: object, owner: str) -> tuple[AssumedValue, ...]:
-    """Return every assumed value of one part and of the parts that it consists of; `owner` is the name of the part, for example "gearbox"."""
+def given_in_part(part: object, owner: str) -> tuple[GivenValue, ...]:
+    """Return every value of one part and of the parts that it consists of; `owner` is the name of the part, for example "gearbox"."""
     return tuple(value for value, _ in _walk(part, owner, ""))
+
+
+def assumed_in_part(part: object, owner: str) -> tuple[AssumedValue, ...]:
+    """Return every assumed value of one part and of the parts that it consists of; `owner` as in `given_in_part`."""
+    return _assumed(given_in_part(part, owner))
+
+
+def _assumed(given: Iterable[GivenValue]) -> tuple[AssumedValue, ...]:
+    return tuple(AssumedValue(each.owner, each.key, each.reason, each.source) for each in given if each.reason)
 
 
 def part_states(part: Sourced, kind: str) -> dict[str, State]:
@@ -241,35 +277,51 @@ def _assumed_keys(part: Sourced) -> set[str]:
 
 def _any_assumed(value: object, *, elastic: bool = True) -> bool:
     """Return whether any value in a part is assumed; without `elastic`, the values of materials, which enter only its stiffness, are excluded."""
-    return any(not each.reason.startswith(DEFAULT) and (elastic or not holder.elastic_only) for each, holder in _walk(value, "", ""))
+    return any(each.reason and not each.reason.startswith(DEFAULT) and (elastic or not holder.elastic_only) for each, holder in _walk(value, "", ""))
 
 
-def _assumed_in(arm: Arm) -> Iterator[AssumedValue]:
-    """Yield every assumed value of an arm, once also where several joints share the part that it belongs to."""
+def _given_in(arm: Arm) -> Iterator[GivenValue]:
+    """Yield every value of an arm, once also where several joints share the part that it belongs to."""
     seen: set[tuple[str, str]] = set()
+    names: dict[int, str] = {}
     places: list[tuple[str, object]] = [("base", arm.base), ("tool", arm.tool), ("payload", arm.payload), ("environment", arm.environment)]
     places += [(f"joints.{joint.name}", joint) for joint in arm.joints]
     for owner, part in places:
         for value, holder in _walk(part, owner, ""):
-            key = (repr(holder) if holder.shareable else value.owner, value.key)
+            if holder.shareable and id(holder) not in names:
+                names[id(holder)] = repr(holder)
+            key = (names.get(id(holder), value.owner), value.key)
             if key not in seen and (value.key != _EXPANSION or arm.has_temperatures):
                 seen.add(key)
                 yield value
 
 
-def _walk(value: object, owner: str, source: str) -> Iterator[tuple[AssumedValue, Part]]:
-    """Yield the assumed values of a part and of the parts that it consists of, each with the part that has it."""
+def _walk(value: object, owner: str, source: str, *, whole: bool = False) -> Iterator[tuple[GivenValue, Part]]:
+    """Yield the values of a part and of the parts that it consists of, each with the part that has it; `whole` as in `GivenValue`."""
     if isinstance(value, tuple | list):
         for index, each in enumerate(value, 1):
-            yield from _walk(each, f"{owner}.{index}", source)
+            yield from _walk(each, f"{owner}.{index}", source, whole=whole)
     if not isinstance(value, Part):
         return
+    assumptions: dict[str, str] = {}
+    preset = None
     if isinstance(value, Sourced):
         source = value.source or source
-        for key, reason in value.assumptions.items():
-            # the source that the file quotes for its own values is not the source of a default
-            preset = getattr(value, "preset", None)
-            origin = preset.source if preset is not None and key in preset.keys else "" if reason.startswith(DEFAULT) else source
-            yield AssumedValue(owner, key, reason, origin), value
-    for name in value_keys(type(value)):
-        yield from _walk(getattr(value, name), f"{owner}.{name}", source)
+        assumptions = value.assumptions
+        preset = getattr(value, "preset", None)
+    model = type(value)
+    inner = {name: getattr(value, name) for name in value_keys(model)}
+    for key in [*(key for key in inner if key in value.model_fields_set and key not in assumptions), *assumptions]:
+        reason, held = assumptions.get(key, ""), inner.get(key)
+        if not reason and (held is None or _has_parts(held)):
+            continue
+        # The source that the file quotes for its own values is not the source of a default.
+        origin = preset.source if preset is not None and key in preset.keys else "" if reason.startswith(DEFAULT) else source
+        yield GivenValue(owner, key, model, None if _has_parts(held) else held, reason, origin, whole), value
+    for name, held in inner.items():
+        yield from _walk(held, f"{owner}.{name}", source, whole=whole or assumptions.get(name) == ASSUMED)
+
+
+def _has_parts(value: object) -> bool:
+    """Return whether a value is a part or consists of parts, whose own values are listed."""
+    return isinstance(value, Part) or (isinstance(value, tuple | list) and any(isinstance(each, Part) for each in value))

@@ -9,6 +9,7 @@ import numpy as np
 
 from lostmotion.errors import LostmotionError, OutputExistsError
 from lostmotion.mechanism.serial import frames
+from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.palette import LIGHT, round_below
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def arm_picture(arm: Arm) -> str:
     scale = (_PANEL - 2 * _LABEL) / (float((high - low).max()) or 1.0)
     middle = (low + high) / 2
     width, height = 3 * _PANEL + 4 * _GAP, _TOP + _PANEL + _BOTTOM
-    subtitle = f"{len(arm.moving)} moving joints, {arm.mass:.3g} kg, payload {arm.payload.mass:.3g} kg; every joint in the middle of its range"
+    subtitle = f"{about_arm(arm)}; every joint in the middle of its range"
     font = f'font-family="system-ui, sans-serif" font-size="13" fill="{LIGHT["ink"]}"'
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" {font}>',

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Figure, Row, Section, Sheet
 
 # Changes where a key changes or goes; keys may be added without.
-LAYOUT: Final = 2
+LAYOUT: Final = 3
 _PERCENTILE: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(?: %(?: of [a-z]+)?(?: are)? below|(?:th|st|nd|rd) percentile)|^([0-9]+) %$")
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.error_model.provenance import KINDS, assumed_in_part
+from lostmotion.error_model.provenance import KINDS, assumed_in_part, given_in_part
 from lostmotion.error_model.upper_limits import in_error, in_repeats
-from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.parts.provenance import DEFAULT_SCATTER
+from lostmotion.reporting.inputs import inputs_section
+from lostmotion.reporting.laws_used import laws_section
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, in_words, several
 
 if TYPE_CHECKING:
@@ -26,12 +27,11 @@ BASE_TILT: Final = "base tilt"
 # Joints, and kinds of error, that a headline names; of more it says how many.
 _NAMED_JOINTS: Final = 2
 _NAMED_KINDS: Final = 3
-_SHARED: Final = "a part that several joints share is listed under the first of them"
 
 
 def provenance_sections(known: States) -> tuple[Section, ...]:
-    """Return the table of states, one line per joint, and the assumed values where there are some."""
-    return (_states_section(known), *(_assumed_section(known.assumed) if known.assumed else ()))
+    """Return the table of states, one line per joint, every value that went in, and the laws that its parts use."""
+    return (_states_section(known), *inputs_section(known.given, known), *laws_section(known.given))
 
 
 def provenance_facts(known: States) -> dict[str, Any]:
@@ -52,14 +52,12 @@ def provenance_facts(known: States) -> dict[str, Any]:
     }
 
 
-def with_assumed(sheet: Sheet, part: object, owner: str) -> Sheet:
-    """Return the sheet of one part with what is assumed of it: counted in the headline, as a table, and in what result.json holds."""
-    assumed = assumed_in_part(part, owner)
+def with_inputs(sheet: Sheet, part: object, owner: str) -> Sheet:
+    """Return the sheet of one part with what went in: as a table, what is assumed counted in the headline, and listed in what result.json holds."""
+    given, assumed = given_in_part(part, owner), assumed_in_part(part, owner)
     facts = {**sheet.facts, "states": {"assumed": _assumed_facts(assumed)}}
-    if not assumed:
-        return replace(sheet, facts=facts)
     verdict = " ".join([sheet.verdict, *_rests_on(assumed)])
-    return replace(sheet, verdict=verdict, sections=(*sheet.sections, *_assumed_section(assumed, "")), facts=facts)
+    return replace(sheet, verdict=verdict, sections=(*sheet.sections, *inputs_section(given), *laws_section(given)), facts=facts)
 
 
 def at_least(text: object, known: States) -> str:
@@ -237,15 +235,3 @@ def _cell(line: JointStates, kind: str) -> Figure:
 
 def _assumed_facts(assumed: Sequence[AssumedValue]) -> list[dict[str, str]]:
     return [{"part": each.owner, "key": each.key, "reason": each.reason, "source": each.source} for each in assumed]
-
-
-def _assumed_section(assumed: Sequence[AssumedValue], note: str = _SHARED) -> tuple[Section]:
-    """Return the assumed values, those of one part with one reason in a line."""
-    together: dict[tuple[str, str, str], list[str]] = {}
-    for each in assumed:
-        together.setdefault((short_name(each.owner), each.reason, each.source), []).append(each.key)
-    rows = tuple(
-        Row(owner, (in_words(reason),), ", ".join(keys) + (f"; {source}" if source else "")) for (owner, reason, source), keys in together.items()
-    )
-    folded = f"{several(assumed_count(assumed), 'value')} of {several(len({each.owner for each in assumed}), 'part')}"
-    return (Section("assumed", "Assumed values", ("reason",), rows, note, folded),)

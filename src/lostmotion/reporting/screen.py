@@ -20,6 +20,8 @@ T = TypeVar("T")
 
 # A remark in a narrower column than this is no longer read easily.
 _REMARK: Final = 20
+# Words in a cell that are longer than this are text.
+_TEXT: Final = 24
 
 
 def console_of(console: Console | None) -> Console:
@@ -120,8 +122,10 @@ def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
     table.add_column("", min_width=max((len(word) for row in section.rows for word in row.label.split()), default=0))
     with_interval = section.with_interval
     for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
-        widest = max((len(word) for word in (*(str(row.figures[k]) for row in section.rows), *name.split())), default=0)
-        table.add_column(name, justify="right", min_width=widest)
+        shown = [row.figures[k] for row in section.rows]
+        texts = any(len(figure.words) > _TEXT for figure in shown)  # which folds; figures never do
+        whole = [word for figure in shown for word in (figure.words.split() if texts else [str(figure)])]
+        table.add_column(name, justify="left" if texts else "right", min_width=max(map(len, [*whole, *name.split()]), default=0))
         if interval:
             table.add_column("95 % interval", justify="left", no_wrap=True, style="dim")
     if remarks:

@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.error_model.intervals import share_interval
 from lostmotion.parts.bearing.fits import STEPS
 from lostmotion.parts.term import Condition, Motion
-from lostmotion.reporting.provenance import with_assumed
+from lostmotion.reporting.provenance import with_inputs
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, as_stated, length
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
             words=_WORDS,
             source=f"load: {load_text}",
         )
-        return with_assumed(sheet, bearing, "bearing")
+        return with_inputs(sheet, bearing, "bearing")
     sections = (_clearance(examined), _samples(examined), _play(examined), _shifts(examined), _elements(examined), _stiffness(examined))
     sheet = Sheet(
         name=name,
@@ -59,7 +59,7 @@ def bearing_sheet(name: str, bearing: Bearing, load: BearingLoad, examined: Exam
         seed=examined.seed,
         facts={"bearing": name, "seed": examined.seed, "built": examined.count, "load": _plain_load(load)},
     )
-    return with_assumed(sheet, bearing, "bearing")
+    return with_inputs(sheet, bearing, "bearing")
 
 
 def described(load: BearingLoad) -> str:

@@ -11,7 +11,8 @@ from lostmotion.error_model.overload import overloaded
 from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.serial import frames, joint_torques, tool_points
-from lostmotion.reporting.provenance import assumed_count, caveats, provenance_facts, provenance_sections, with_assumed
+from lostmotion.reporting.arm_summary import about_arm
+from lostmotion.reporting.provenance import assumed_count, caveats, provenance_facts, provenance_sections, with_inputs
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, in_words, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
@@ -33,7 +34,7 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
     return Sheet(
         name=arm.name,
         subject="check of the description",
-        counts=f"{several(len(arm.moving), 'moving joint')}, {arm.mass:.3g} kg, payload {arm.payload.mass:.3g} kg",
+        about=about_arm(arm),
         verdict=_verdict(known, f"{file} --sidecar {sidecar}" if sidecar else file),
         cards=(
             Card("moving joints", str(len(arm.moving))),
@@ -64,7 +65,7 @@ def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
         source="",
         facts={kind: read.name, "known": dict(found)},
     )
-    return with_assumed(sheet, read.part, kind)
+    return with_inputs(sheet, read.part, kind)
 
 
 def _verdict(known: States, file: str) -> str:

@@ -19,7 +19,7 @@ _GAP: Final = 2
 _BOLD: Final = 1.1
 # States of provenance, which are shown as marks.
 _MARKS: Final = ("stated", "assumed", "ideal")
-# Words in a cell that are longer than this may fold.
+# Words in a cell that are longer than this fold, and their column begins at the left.
 _LONG: Final = 24
 # In a table of more columns than this a remark has a line of its own: the column of labels is too narrow for sentences.
 _REMARK_BESIDE: Final = 3
@@ -36,14 +36,17 @@ def table(section: Section) -> str:
         return f"<p>{escaped(section.title)}: {escaped(section.note)}</p>"
     samples = list(dict.fromkeys(figure.samples for row in section.rows for figure in row.figures if figure.samples))
     intervals = section.with_interval
+    texts = [any(len(row.figures[k].words) > _LONG for row in section.rows) for k in range(len(section.columns))]
     head = "".join(
-        f'<th scope="col" class="value">{escaped(name)}</th>' + ('<th scope="col" class="interval">95 % interval</th>' if interval else "")
-        for name, interval in zip(section.columns, intervals, strict=True)
+        f'<th scope="col" class="{"long" if of_text else "value"}">{escaped(name)}</th>'
+        + ('<th scope="col" class="interval">95 % interval</th>' if interval else "")
+        for name, interval, of_text in zip(section.columns, intervals, texts, strict=True)
     )
     columns = 1 + len(section.columns) + sum(intervals)
     body = []
     for row in section.rows:
-        cells = "".join(_cells(figure, samples, interval=interval) for figure, interval in zip(row.figures, intervals, strict=True))
+        shown = zip(row.figures, intervals, texts, strict=True)
+        cells = "".join(_cells(figure, samples, interval=interval, of_text=of_text) for figure, interval, of_text in shown)
         note = spaced(row.note)
         if note and columns > _REMARK_BESIDE:
             body.append(f'<tr><th scope="row">{foldable(row.label)}</th>{cells}</tr><tr class="remark"><td colspan="{columns}">{note}</td></tr>')
@@ -60,16 +63,16 @@ def width_of(section: Section) -> int:
     words = [word for row in section.rows for word in (row.label[:_FOLDS_AT], *re.split(r"[ ._]", row.label))]
     labels = max(map(len, words), default=0)
     cells = [[row.figures[k] for row in section.rows] for k in range(len(section.columns))]
-    figures = sum(_BOLD * max((min(len(str(each)), _LONG) for each in column), default=0) + _GAP for column in cells)
+    figures = sum(_BOLD * max((min(len(str(each)), 2 * _LONG) for each in column), default=0) + _GAP for column in cells)
     intervals = sum(max(len(each.interval) for each in column) + _GAP for column in cells if any(each.interval for each in column))
     return math.ceil(labels + figures + intervals)
 
 
-def _cells(figure: Figure, samples: list[str], *, interval: bool) -> str:
+def _cells(figure: Figure, samples: list[str], *, interval: bool, of_text: bool) -> str:
     mark = f"<sup>{_mark(samples.index(figure.samples))}</sup>" if len(samples) > 1 and figure.samples else ""
     beside = f'<td class="interval">{spaced(figure.interval)}</td>' if interval else ""
     if figure.words and not math.isfinite(figure.value):
-        kind = " words long" if len(figure.words) > _LONG else " words"
+        kind = " words long" if of_text else " words"
         shown = f'<span class="mark {figure.words}">{figure.words}</span>' if figure.words in _MARKS else spaced(figure.words)
         return f'<td class="value{kind}">{shown}{mark}</td>{beside}'
     return f'<td class="value">{spaced(str(figure))}{mark}</td>{beside}'

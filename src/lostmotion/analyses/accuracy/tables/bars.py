@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 # Parts with a bar of their own; the others share one.
 _MOST_BARS: Final = 7
 _HALVING: Final = "halving it takes off"
-_SMALLEST_IN_MM: Final = 1e-4
 # Remedies are computed as ideal ones.
 _REAL: Final = "real remedies leave more"
 # Each stage of the waterfall as a bar names it, in the waterfall's order.
@@ -39,9 +38,8 @@ def blame_bars(found: Sequence[Cost], gains: Mapping[str, Estimate], counted: st
     own = sorted(erring, key=lambda cost: -abs(cost.share))[: _MOST_BARS if len(erring) > _MOST_BARS + 1 else len(erring)]
     named = {cost.part for cost in own}
     others = [cost for cost in erring if cost.part not in named]
-    in_mm = max((abs(gain.value) for gain in gains.values() if math.isfinite(gain.value)), default=0.0) >= _SMALLEST_IN_MM
     bars = [
-        Bar(short_name(cost.part), _share(cost.share, counted), cost.share, _gain(gains.get(cost.part), in_mm=in_mm), cost.levels)
+        Bar(short_name(cost.part), _share(cost.share, counted), cost.share, _gain(gains.get(cost.part)), cost.levels)
         for cost in sorted(own, key=lambda cost: -cost.share)
     ]
     if others:
@@ -77,9 +75,6 @@ def _share(share: float, counted: str) -> Figure:
     return Figure(100 * share, "%", samples=counted)
 
 
-def _gain(gain: Estimate | None, *, in_mm: bool) -> Figure | None:
-    """Return a reduction (m), all of them in one unit so that they can be compared."""
-    if gain is None or not math.isfinite(gain.value):
-        return None
-    unit, factor = ("mm", 1e3) if in_mm else ("µm", 1e6)
-    return Figure(gain.value * factor, unit, gain.low * factor, gain.high * factor)
+def _gain(gain: Estimate | None) -> Figure | None:
+    """Return a reduction (m); none where it was not computed."""
+    return None if gain is None or not math.isfinite(gain.value) else length(gain.value, gain.low, gain.high)

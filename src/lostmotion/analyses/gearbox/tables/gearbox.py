@@ -19,7 +19,7 @@ from lostmotion.analyses.gearbox.tables.stated import (
 )
 from lostmotion.analyses.gearbox.tables.units import TURNING, units_of
 from lostmotion.parts.gearbox.kinds import is_drawn
-from lostmotion.reporting.provenance import with_assumed
+from lostmotion.reporting.provenance import with_inputs
 from lostmotion.reporting.sheet import Sheet
 
 if TYPE_CHECKING:
@@ -44,10 +44,10 @@ def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = ()) -> S
     """Return the sheet of a gearbox."""
     gearbox, drawn = study.gearbox, study.drawn
     if not is_drawn(gearbox):
-        return with_assumed(_of_figures(name, study, gearbox, notes), gearbox, "gearbox")
+        return with_inputs(_of_figures(name, study, gearbox, notes), gearbox, "gearbox")
     if drawn is None:
         raise ValueError("a gearbox by its drawing without the results of its drawing")
-    return with_assumed(_of_drawing(name, study, gearbox, drawn, notes), gearbox, "gearbox")
+    return with_inputs(_of_drawing(name, study, gearbox, drawn, notes), gearbox, "gearbox")
 
 
 def _of_figures(name: str, study: GearStudy, gearbox: StatedGearbox, notes: tuple[str, ...]) -> Sheet:

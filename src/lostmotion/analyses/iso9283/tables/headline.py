@@ -25,23 +25,22 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
     one, either = _worst_scatter(sheet.repeatability), _worst_scatter(sheet.random_approach)
     accurate, fitted = (estimate_figure(over_robots(values.max(axis=0)).high) for values in (sheet.accuracy, sheet.fitted))
     from_either = f"{repeats_bounded(either, either_known)}{_interval(either)}"
-    worst = "at the worst of the five poses, 100 % of the payload"
+    worst = "worst of five poses, full payload"
     if not one.words:
         text = (
-            f"95 % of the arms of this design repeat within {repeats_bounded(one, known)}{_interval(one)}: RP_l from one side {worst}; "
-            f"{from_either} where joints arrive from either side."
+            f"95 % of arms repeat within {repeats_bounded(one, known)}{_interval(one)}: RP_l from one side, {worst}. "
+            f"Where joints arrive from either side: {from_either}."
         )
     elif not either.words:
         text = (
-            f"95 % of the arms of this design repeat within {from_either} where joints arrive from either side: RP_l {worst}; "
-            "from one side no described error varies from visit to visit, so no repeatability is predicted."
+            f"95 % of arms repeat within {from_either}: RP_l from either side, {worst}. "
+            "From one side no described error varies from visit to visit, so no repeatability is predicted."
         )
     else:
         text = "No described error varies from visit to visit, from either side of approach, so no repeatability is predicted."
-    arms = "the arms of this design" if either.words and one.words else "them"
     text += (
-        f" For 95 % of {arms} the mean of an arm's visits is within {at_least(accurate, known)}{_interval(accurate)} of the "
-        f"commanded point: AP_p at its worst pose; {at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
+        f" AP_p of 95 % of arms is within {at_least(accurate, known)}{_interval(accurate)} of the commanded point at its worst pose, "
+        f"{at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
     )
     return " ".join([text, *caveats(known)])
 
