@@ -57,7 +57,7 @@ class Change:
         return self.by["parts"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Arms compared with the first of them.
 
