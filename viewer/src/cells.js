@@ -29,7 +29,7 @@ void main() { vec4 world = modelMatrix * vec4(position, 1.0); at = world.xyz; gl
 // Unlit, so that a pixel has the colour of the legend. A cell is looked up slightly behind the plane: a plane between two cells shows the one that is kept.
 const FRAGMENT = `uniform sampler3D classes; uniform vec3 low, inward; uniform float edge; uniform vec3 colours[8]; varying vec3 at;
 void main() {
-  ivec3 cell = ivec3(floor((at - low) / edge + 0.02 * inward));
+  ivec3 cell = ivec3(floor((at - low) / edge + 0.002 * inward));
   if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, textureSize(classes, 0)))) discard;
   int k = int(texelFetch(classes, cell, 0).r * 255.0 + 0.5);
   if (k == 0) discard;

@@ -40,7 +40,7 @@ async function start(root) {
     } else picture.cells?.cut(null);
     picture.paint();
   }
-  // Put the plane through the tool, and look at it from the side that is cut away.
+  // Put the plane through the arm, or across the middle of the workspace, and look at it from the side that is cut away.
   function faced() {
     const facing = normal();
     slider.disabled = !facing;
@@ -48,10 +48,10 @@ async function start(root) {
     if (facing && picture.cells) {
       const sign = cut.value === "y" ? -1 : 1;
       const ends = picture.cells.extent(facing).map((end) => sign * end * 1e3).sort((a, b) => a - b);
-      const tool = Math.round(sign * facing.dot(new Vector3(...pose.tool)) * 1e3);
-      slider.min = tool - Math.ceil((tool - ends[0]) / slider.step) * slider.step; // the steps start from here, so the tool's place is one of them
+      const first = cut.value === "arm" ? 0 : Math.round((ends[0] + ends[1]) / 2);
+      slider.min = first - Math.ceil((first - ends[0]) / slider.step) * slider.step; // steps count from here, so the first place is one of them
       slider.max = Math.ceil(ends[1]);
-      slider.value = tool;
+      slider.value = first;
     }
     moved();
     looked();
