@@ -42,6 +42,7 @@ ARMS = {
     "drawn": functools.partial(lostmotion.read, EXAMPLES / "arm-from-drawings.toml"),
     "scara": functools.partial(scara, payload={"mass": 2.0}),
     "seven joints": functools.partial(random_arm, 26),
+    "gantry": functools.partial(lostmotion.read, EXAMPLES / "gantry.toml"),
 }
 PRECISIONS = {"double": [], "float": ["-DLM_FLOAT"]}
 pytestmark = pytest.mark.skipif(not COMPILERS, reason="neither gcc nor clang is installed")

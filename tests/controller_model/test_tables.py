@@ -18,12 +18,12 @@ from tests.parts.random_arms import EXAMPLES, random_arm, random_poses
 VALIDATES = (
     (
         "controller: kinematics, torques, mean and covariance from tables",
-        "the study's pose matrix on 29 arms with every kind of part, last motion known and unknown",
+        "the study's pose matrix on 31 arms with every kind of part, last motion known and unknown",
         "1e-10",
     ),
 )
 
-NAMES = ("z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml", "arm-in-the-sun.toml", "paper/z-arm-lumped.toml")
+NAMES = ("z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml", "arm-in-the-sun.toml", "paper/z-arm-lumped.toml", "gantry.toml", "scara.toml")
 ARMS = {name: functools.partial(lostmotion.read, EXAMPLES / name) for name in NAMES} | {
     f"random {seed}": functools.partial(random_arm, seed) for seed in range(24)
 }

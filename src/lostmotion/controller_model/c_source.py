@@ -249,7 +249,7 @@ def _pieces(start: Floats, width: Floats, slope: Floats, arrays: _Arrays) -> tup
 
 def _curve(curve: Curve, arrays: _Arrays) -> str:
     first, count = _pieces(curve.start, curve.width, curve.slope, arrays)
-    return f"{{{number(curve.base)}, {int(curve.odd)}, {first}, {count}, {numbers(curve.way)}}}"
+    return f"{{{number(curve.base)}, {int(curve.odd)}, {int(curve.travels)}, {first}, {count}, {numbers(curve.way)}}}"
 
 
 def _friction(friction: Friction, arrays: _Arrays) -> str:

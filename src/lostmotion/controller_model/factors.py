@@ -34,9 +34,14 @@ _STATES: Final = ("deflects", "held", "grows")
 
 @dataclass
 class Factors:
-    """The factors at one place, each stored once. `turn` (6, 6) turns the arm's axes of the place into those of its record."""
+    """The factors at one place, each stored once.
+
+    turn    (6, 6) turns the arm's axes of the place into those of its record
+    limits  (2,) of the joint of the place, rad or m; None without a joint
+    """
 
     turn: Floats
+    limits: Floats | None = None
     curves: list[Curve] = field(default_factory=list)
     harmonics: list[Harmonic] = field(default_factory=list)
     seats: list[Seat] = field(default_factory=list)
@@ -82,14 +87,14 @@ class Factors:
         Raises TypeError for a form that is linear in the wrench, and for one that is not known.
         """
         match form:
-            case forms.Constant(direction=direction):
-                return [((), self.turn @ direction)]
+            case forms.Constant(direction=direction, travel=travel):
+                return [(self._travel(travel), self.turn @ direction)]
             case forms.Harmonic(direction=direction, order=order, phase=phase, turns=turns, envelope=envelope):
                 harmonic = self._harmonic(Harmonic(order, 1.0 if turns is None else turns, phase == "cosine"))
                 own: Size = () if envelope is None else (self.curve(direction, envelope, odd=False),)
                 return [((harmonic, *own), self.turn @ direction)]
-            case forms.Spring(direction=direction, curve=curve, odd=odd):
-                return [((self.curve(direction, curve, odd=odd),), self.turn @ direction)]
+            case forms.Spring(direction=direction, curve=curve, odd=odd, travel=travel):
+                return [((self.curve(direction, curve, odd=odd), *self._travel(travel)), self.turn @ direction)]
             case play.HeldPlay(direction=direction) | load_table.LoadTable(direction=direction) if direction is not None:
                 return [((), self.turn @ direction)]
             case play.HeldPlay(seat=seat):
@@ -124,6 +129,17 @@ class Factors:
             width = np.append(np.diff(curve.load), math.inf)
             self.curves.append(Curve(self.turn @ direction, odd, float(curve.value[0]), curve.load, width, slope))
         return ("curve", self._known[key], 0)
+
+    def _travel(self, travel: LoadCurve | None) -> Size:
+        """Return the factor of a curve over the joint value, between the limits; none without one."""
+        if travel is None:
+            return ()
+        if self.limits is None:
+            raise TypeError("a form that follows the value of a joint, at a place without one")
+        # A curve that began far below the limits would be a small difference of large numbers in single precision.
+        low, high = self.limits
+        at = np.array([low, *travel.load[(travel.load > low) & (travel.load < high)], high])
+        return (self.curve(np.zeros(6), type(travel)(at, travel(at)), odd=False),)
 
     def _harmonic(self, harmonic: Harmonic) -> Factor:
         if harmonic not in self.harmonics:

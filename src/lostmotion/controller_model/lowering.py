@@ -12,8 +12,7 @@ from lostmotion.controller_model.factors import Factors
 from lostmotion.controller_model.places import places_of
 from lostmotion.controller_model.simplification import with_combined_springs, without_phases
 from lostmotion.controller_model.tables import ONE, UNKNOWN, Entry, Product, Shared, Tables, Validity
-from lostmotion.errors import InputError, Problem
-from lostmotion.parts.forms import Constant, Linear, Spring
+from lostmotion.parts.forms import Linear
 from lostmotion.parts.play import InPlay
 
 if TYPE_CHECKING:
@@ -73,14 +72,13 @@ def tables_of(arm: Arm, valid: Validity, terms: Sequence[PlacedTerm] | None = No
     valid  limits of the load and of gravity
     terms  error terms in place of the arm's own, such as those of a calibrated robot
 
-    Exact: the tables have the same mean and covariance as the terms. Raises InputError for terms that follow a joint's value and are no harmonics.
+    Exact: the tables have the same mean and covariance as the terms.
     """
     own = [each for each in (arm.terms if terms is None else terms) if each.place in arm.tree.tool_path]
-    _refuse_travel(arm.name, own)
     simplified = with_combined_springs(without_phases(own))
     places = places_of(arm.tree, {each.place for each in simplified})
     rise = 0.0 if arm.environment.rise is None else arm.environment.rise.nominal
-    factors = [Factors(np.eye(6)) for _ in places.records]
+    factors = [Factors(np.eye(6), None if each.joint < 0 else arm.limits[each.joint]) for each in places.records]
     errors: list[dict[Error, Screws]] = [{} for _ in places.records]
     for placed in simplified:
         number = places.number[placed.place]
@@ -99,14 +97,6 @@ def tables_of(arm: Arm, valid: Validity, terms: Sequence[PlacedTerm] | None = No
         arm.gravity_in_base,
         valid,
     )
-
-
-def _refuse_travel(arm: str, terms: Sequence[PlacedTerm]) -> None:
-    """Refuse terms that are not in the tables: errors in proportion to a joint's value, and springs whose length changes with it."""
-    found = next((each for each in terms if isinstance(each.term.form, Constant | Spring) and each.term.form.travel is not None), None)
-    if found is not None:
-        expected = "errors that the tables of a controller hold: no lead_error or scale_error, and a drive of constant stiffness"
-        raise InputError([Problem(arm, found.owner, f"{found.term.cause} that follows the joint's value", expected, 'stiffness = "40 N/µm"')])
 
 
 def _shared(errors: Sequence[Mapping[Error, Screws]]) -> list[Error]:

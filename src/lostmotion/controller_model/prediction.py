@@ -175,7 +175,7 @@ def _sum(entries: Sequence[Entry], sizes: Sequence[Floats], behind: Sequence[Flo
 def factors_of(record: Record, value: Floats, wrench: Floats) -> Factors:
     """Return the factors of a record at joint values (pose,), rad or m, and wrenches (pose, 6) in the axes of its place."""
     out = [np.ones(len(value))]
-    out += [_curve(curve, wrench @ curve.way) for curve in record.curves]
+    out += [_curve(curve, value if curve.travels else wrench @ curve.way) for curve in record.curves]
     for harmonic in record.harmonics:
         phase = harmonic.order * (harmonic.turns * value)
         out.append(np.cos(phase) if harmonic.cosine else np.sin(phase))
@@ -202,7 +202,7 @@ def _length(load: Floats) -> Floats:
 
 
 def _curve(curve: Curve, load: Floats) -> Floats:
-    size = np.abs(load)
+    size = load if curve.travels else np.abs(load)
     out = np.full(len(load), curve.base)
     for start, width, slope in zip(curve.start, curve.width, curve.slope, strict=True):
         out += slope * np.clip(size - start, 0.0, width)

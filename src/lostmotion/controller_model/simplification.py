@@ -63,7 +63,7 @@ def with_combined_springs(terms: Iterable[PlacedTerm]) -> list[PlacedTerm]:
         line = _line(form).tobytes()
         drawn = [draw for draw in (each.term.robot, None if each.term.sided else each.term.visit) if draw is not None]
         owners = tuple(draw.shared or each.owner for draw in drawn)
-        springs.setdefault((each.place, owners, each.term.robot, each.term.visit, line, form.odd), []).append(each)
+        springs.setdefault((each.place, owners, each.term.robot, each.term.visit, line, form.odd, form.travel), []).append(each)
     return [*out, *(_combined(group) if len(group) > 1 else group[0] for group in springs.values())]
 
 
@@ -81,4 +81,4 @@ def _combined(group: Sequence[PlacedTerm]) -> PlacedTerm:
         factor = each.term.scale if form.odd else each.term.scale * float(np.sign(form.direction @ direction))
         value = value + factor * form.curve(load)
         beyond += factor * form.curve.beyond
-    return replace(group[0], term=replace(group[0].term, form=Spring(direction, Curve(load, value, beyond), forms[0].odd), scale=1.0))
+    return replace(group[0], term=replace(group[0].term, form=replace(forms[0], direction=direction, curve=Curve(load, value, beyond)), scale=1.0))

@@ -39,7 +39,7 @@ CLOSED, OPEN, DIFFERS = range(3)
 class Curve(NamedTuple):
     """A piecewise linear factor of the load way @ wrench: base + sum of slope x clip(|load| - start, 0, width); odd: times the load's sign.
 
-    way    (6,) direction of the load
+    way    (6,) direction of the load; zero for a factor of the joint value, which takes the place of |load|
     start, width, slope  (n,) of each piece; the last width is infinite
     """
 
@@ -49,6 +49,11 @@ class Curve(NamedTuple):
     start: Floats
     width: Floats
     slope: Floats
+
+    @property
+    def travels(self) -> bool:
+        """Return whether it is a factor of the joint value."""
+        return not self.way.any()
 
 
 class Harmonic(NamedTuple):

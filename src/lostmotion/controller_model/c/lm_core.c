@@ -382,13 +382,13 @@ static void lm_find_factors(const lm_place *place, lm_real value, lm_local *loca
     int k;
 #if LM_SEATS > 0
     lm_real loads[LM_SEATS][3];
-    lm_real lengths[LM_SEATS];
+    lm_real lengths[LM_SEATS] = {LM_ZERO};
 #endif
     factors[0] = LM_ONE;
     for (k = place->curve; k < place->curve + place->curves; k++) {
         const lm_curve *curve = &lm_curves[k];
         const lm_real load = lm_dot6(curve->way, local->wrench);
-        const lm_real size = lm_pieces_at(LM_FABS(load), curve->base, curve->first, curve->count);
+        const lm_real size = lm_pieces_at((curve->travels != 0) ? value : LM_FABS(load), curve->base, curve->first, curve->count);
         factors[count] = (curve->odd != 0) ? lm_sign(load) * size : size;
         count++;
     }
