@@ -137,6 +137,7 @@ def test_a_scene_is_drawn_of_any_study():
     assert alone.scene.flat
     assert "larger" not in alone.words + alone.scene.poses[0].words
     assert "through the arm" not in viewer(alone.scene)
+    assert "<button" not in viewer(alone.scene)
 
 
 def test_a_study_without_sampling_shows_the_same_scene():

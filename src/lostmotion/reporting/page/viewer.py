@@ -55,6 +55,7 @@ def viewer(scene: ArmScene) -> str:
     buttons = "".join(
         f'<button type="button" aria-pressed="{"false" if k else "true"}">{escaped(pose.name)}</button>' for k, pose in enumerate(scene.poses)
     )
+    group = f'<span role="group" aria-label="Pose of the arm">{buttons}</span>\n' if len(scene.poses) > 1 else ""
     cuts = [cut for cut in _CUTS if not (scene.flat and cut[0] == "arm")]
     if scene.flat:
         cuts.sort(key=lambda cut: cut[0] != "z")
@@ -62,8 +63,7 @@ def viewer(scene: ArmScene) -> str:
     legend = _legend(scene.cells) if scene.cells is not None else ""
     return f"""<div class="viewer" data-label="{escaped(_LABEL)}" hidden>
 <div class="stage"></div>
-{legend}<div class="controls"><span role="group" aria-label="Pose of the arm">{buttons}</span>
-<span class="cut"><label>cut <select>{choices}</select></label>
+{legend}<div class="controls">{group}<span class="cut"><label>cut <select>{choices}</select></label>
 <label>at <input type="range" step="10"> <output></output></label></span></div>
 <p class="shown quiet" aria-live="polite">{spaced(scene.poses[0].words)}</p>
 <script type="application/json">{_data(scene)}</script></div>
