@@ -337,7 +337,7 @@ def test_without_a_torque_no_figure_is_invented(tmp_path):
     """A strain wave gear whose maker states no rated torque shows its zones, no loop, and says how to give one."""
     found = stated(tmp_path, "no torque")
     assert found.loop is None
-    assert {section.key for section in found.sheet.sections} == {"stated", "zones", "transmission", "assumed"}
+    assert {section.key for section in found.sheet.sections} == {"stated", "zones", "transmission", "inputs", "laws"}
     assert any("--torque" in note for note in found.sheet.notes)
     given = gear(found.gearbox, 60.0)
     assert given.wind_up == pytest.approx(float(given.loop.friction_rising[-1] + given.gearbox.hysteresis / 2))
@@ -793,8 +793,8 @@ def test_assumed_values_of_a_drawing_are_counted_and_listed():
     assert stated
     assert stated <= {(each["part"], each["key"]) for each in listed}
     assert f"This rests on {len(listed)} assumed values, see the table." in found.sheet.verdict
-    (section,) = (each for each in found.sheet.sections if each.key == "assumed")
-    assert all(key in " ".join(row.note for row in section.rows) for _, key in stated)
+    (section,) = (each for each in found.sheet.sections if each.key == "inputs")
+    assert all(key in " ".join(row.figures[0].words for row in section.rows) for _, key in stated)
 
 
 @pytest.mark.parametrize(("stands", "keys"), [("gearbox", {"backlash"}), ("joint", {"backlash", "stiffness", "rated_torque"})])
@@ -808,12 +808,12 @@ def test_assumed_values_of_stated_figures_reach_screen_and_result(tmp_path, stan
     )
     done = ran("arm.toml", "--joint", "a", "--out", "out", "--full", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "Assumed values" in done.stdout
+    assert "What went in" in done.stdout
     assert " assumed value" in done.stdout
     assumed = json.loads((tmp_path / "out" / "result.json").read_text())["states"]["assumed"]
     assert keys <= {each["key"] for each in assumed}
     assert {each["reason"] for each in assumed} == {"assumed"}
-    assert "Assumed values" in (tmp_path / "out" / "report.html").read_text()
+    assert "What went in" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_a_gearbox_that_is_stated_in_full_rests_on_nothing_assumed(tmp_path):

@@ -138,7 +138,7 @@ def test_a_rigid_arm_has_a_sheet_without_compliance():
     arm = Arm(name="rigid", joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5, "mass": 2.0})])
     surveyed = survey(arm, lostmotion.sample_poses(arm, 16))
     sheet = statics_sheet(surveyed)
-    assert [section.key for section in sheet.sections] == ["torques", "causes", "reducers", "bearings", "states"]
+    assert [section.key for section in sheet.sections] == ["torques", "causes", "reducers", "bearings", "states", "inputs", "laws"]
     assert "rigid" in sheet.notes[-1]
     assert [plot.key for plot in statics_plots(surveyed)] == ["causes"]
 

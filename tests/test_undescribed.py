@@ -59,7 +59,7 @@ def test_run_shows_no_figure_of_accuracy(bare):
     assert f"N{NOT_DESCRIBED[1:]}" in " ".join(found.output.split())
     assert ("`lostmotion new --from " in found.output) == (bare.suffix == ".urdf")  # a first sidecar is one command away
     said = json.loads((bare.parent / "out" / "result.json").read_text(encoding="utf-8"))
-    assert [section["key"] for section in said["sections"]] == ["workspace", "torques", "states"]
+    assert [section["key"] for section in said["sections"]] == ["workspace", "torques", "states", "inputs", "laws"]
     assert said["states"]["described"] is False
     assert not (bare.parent / "out" / "arrays.nc").exists()
     page = (bare.parent / "out" / "report.html").read_text(encoding="utf-8")
