@@ -122,6 +122,7 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
         say_json(function(**given))
         return
     from lostmotion.analyses.result import PartialResultError
+    from lostmotion.io.flexibility_files import keep_flexibilities
     from lostmotion.reporting.folder import refuse_existing
     from lostmotion.reporting.progress import ProgressBar
 
@@ -132,6 +133,7 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     callbacks = {each.name for each in question.parameters if each.argument.python_only}
     if "ready" in callbacks and out is not None:
         given["ready"] = partial(refuse_existing, out, force=force)
+    keep_flexibilities()
     try:
         with ProgressBar() as bar:
             found = _asked(function, {**given, **({"progress": bar} if "progress" in callbacks else {})})

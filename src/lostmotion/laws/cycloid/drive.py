@@ -23,6 +23,7 @@ from lostmotion.laws.cycloid.bodies import flexibility
 from lostmotion.laws.cycloid.both_branches import reduced_flexibility
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, Supports, load_sharing, output_pin_stiffness
 from lostmotion.laws.cycloid.geometry import Modification, Stage, first_contact_angle, gaps, pin_angles
+from lostmotion.laws.cycloid.kept import recalled
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
 
 if TYPE_CHECKING:
@@ -135,10 +136,15 @@ def _bodies(drive: Drive, crank: bytes) -> tuple[Floats | None, Floats | None, F
     parts = tuple(each for each in (drive.disc_body, drive.ring_body) if each is not None)
     if not parts:
         return None, None, None
-    angles = np.frombuffer(crank)
+    key = f"{drive.stage!r} {parts!r} {drive.flanks!r} {crank.hex()}"
+    found = recalled(key, functools.partial(_flexibilities, drive, parts, np.frombuffer(crank)))
+    return (*found, None, None) if len(found) == 1 else (found[0], found[1], found[2])
+
+
+def _flexibilities(drive: Drive, parts: tuple[Body, ...], crank: Floats) -> tuple[Floats, ...]:
     if drive.stage.kind == "lobe envelope":
-        return reduced_flexibility(drive.stage, parts, drive.flanks, angles)
-    return np.asarray(np.sum([flexibility(drive.stage, each, drive.flanks.width, angles) for each in parts], axis=0)), None, None
+        return reduced_flexibility(drive.stage, parts, drive.flanks, crank)
+    return (np.asarray(np.sum([flexibility(drive.stage, each, drive.flanks.width, crank) for each in parts], axis=0)),)
 
 
 def crank_force_per_torque(drive: Drive) -> float:
