@@ -4,7 +4,7 @@ from tests.docs.pages import ROOT
 from tests.docs.validation import PAGE, SOURCE, comparisons, page
 
 # Modules of the propagation that compute no figure.
-WITHOUT_FIGURES = {"propagation/montecarlo/memory.py"}
+WITHOUT_FIGURES = {"laws/cycloid/kept.py", "propagation/montecarlo/memory.py"}
 
 
 def test_the_page_is_what_the_tests_state():

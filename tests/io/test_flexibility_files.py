@@ -1,4 +1,4 @@
-"""Flexibilities that are kept in files: the same figures to the bit, computed once, and anew where a file is damaged or of other laws."""
+"""Flexibilities that are kept in files: the same figures to the bit, computed once, and again where a file is damaged or of other laws."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def foreign(raw):
 
 
 @pytest.mark.parametrize("damaged", [spoil, foreign, lambda raw: raw[:-8], lambda raw: raw[:0], lambda raw: raw[:40], lambda raw: raw * 100])
-def test_a_damaged_file_is_computed_anew(tmp_path, computed, drawn, damaged):
+def test_a_damaged_file_is_computed_again(tmp_path, computed, drawn, damaged):
     """One wrong bit is enough: no figure ever follows from it, and the file is whole again."""
     kept.keep_in(FlexibilityFiles(tmp_path))
     first = bodies(drawn)

@@ -1,6 +1,6 @@
 """Flexibilities of the elastic bodies of drawn gearboxes in the user's cache folder, so that the next run need not compute them.
 
-A file has a checksum and its content, arrays as NumPy writes them; without a match it is computed anew. Its name is a hash of what the arrays follow
+A file has a checksum and its content, arrays as NumPy writes them; without a match it is computed again. Its name is a hash of what the arrays follow
 from, with the source text of all laws and the version of NumPy: another version never reads them. The folder can be deleted at any time.
 """
 
@@ -55,7 +55,8 @@ class FlexibilityFiles:
             return None
         arrays = []
         with suppress(ValueError, EOFError):
-            while content.tell() < len(raw) - _CHECKSUM:
+            while content.read(1):
+                content.seek(-1, os.SEEK_CUR)
                 arrays.append(np.load(content, allow_pickle=False))
             return tuple(arrays)
         return None
