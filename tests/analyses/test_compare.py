@@ -20,6 +20,15 @@ from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.screen import print_sheet
 from tests.examples.test_planar_2r import FILE, GRAVITY, K2, L2, MASS, bias_and_variance
 
+VALIDATES = (
+    (
+        "comparison of arms",
+        "two studies with the same draws; the planar 2R with another spring in closed form; 50 pairs of runs against one of 16 million samples each",
+        "every digit; 1e-9; no more than 8 of 50 intervals of any figure miss",
+        "analyses/compare/comparison.py analyses/compare/measures.py",
+    ),
+)
+
 EXAMPLES = FILE.parent
 # A quick arm whose error differs from robot to robot and from visit to visit.
 ARM = """
@@ -278,6 +287,30 @@ def test_stated_prices_are_added_and_joints_without_one_are_named(tmp_path):
     two = lostmotion.compare(tmp_path / "priced.toml", tmp_path / "dearer.toml", **SMALL).sheet
     assert "It costs 107 more." in two.verdict
     assert "prices" not in " ".join(two.notes)
+
+
+def test_an_arm_whose_errors_are_not_small_is_not_compared(tmp_path, files):
+    """With a play of sixty degrees adding errors up fails: the headline says so and names the arm, and no interval of an error is printed."""
+    (tmp_path / "loose.toml").write_text(ARM.replace("0.8 arcmin ± 0.4 arcmin", "60 deg"), encoding="utf-8")
+    sheet = lostmotion.compare(files[0], tmp_path / "loose.toml", **SMALL).sheet
+    assert sheet.verdict.startswith("loose: First-order figures fail here")
+    assert not any(figure.interval for section in sheet.sections for row in section.rows for figure in row.figures)
+
+
+def test_given_poses_are_those_of_every_arm(tmp_path, files):
+    """A CSV of poses, or an array: all arms stand there, with no interval for the choice of poses; a file that suits only one arm is refused."""
+    (tmp_path / "poses.csv").write_text("A [deg],B [deg]\n0,30\n10,-40\n", encoding="utf-8")
+    found = lostmotion.compare(*files, poses=tmp_path / "poses.csv", robots=80, visits=2)
+    assert found.paired
+    assert [len(each.poses) for each in found.arms] == [2, 2]
+    assert math.isnan(found.changes[0].figures["rms"].low)
+    assert math.isfinite(found.changes[0].figures["mean"].low)
+    np.testing.assert_array_equal(
+        lostmotion.compare(*files, poses=np.radians([[0, 30], [10, -40]]), robots=80, visits=2).arms[1].poses.q, found.arms[0].poses.q
+    )
+    (tmp_path / "renamed.toml").write_text(ARM.replace('name = "B"', 'name = "C"'), encoding="utf-8")
+    with pytest.raises(lostmotion.InputError, match=r"poses\.csv"):
+        lostmotion.compare(files[0], tmp_path / "renamed.toml", poses=tmp_path / "poses.csv")
 
 
 def test_every_text_fits_a_terminal_and_no_number_is_a_power_of_ten(found):

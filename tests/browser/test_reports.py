@@ -24,6 +24,7 @@ REPORTS = {
     "iso9283": lambda _: lostmotion.iso9283(Z_ARM, measured=EXAMPLES / "measured" / "z-arm.csv", robots=60, instrument="5 µm"),
     "target": lambda _: lostmotion.target(EXAMPLES / "planar-2r.toml", error="1 mm", robots=60, visits=4, poses=64),
     "size": lambda _: lostmotion.size(Z_ARM, poses=64),
+    "compare": lambda _: lostmotion.compare(Z_ARM, EXAMPLES / "gantry.toml", EXAMPLES / "scara.toml", poses=64, robots=60, visits=4),
     "statics": lambda _: lostmotion.statics(Z_ARM, poses=64, tilt="10 deg"),
     "sweep": lambda folder: lostmotion.sweep(Z_ARM, folder / "sweep.toml", poses=64, robots=20, visits=4, out=folder / "run"),
 }

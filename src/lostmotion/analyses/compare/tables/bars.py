@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.analyses.compare.description import ABSENT
 from lostmotion.analyses.compare.tables.figures import figure, measure_of
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.sheet import Bar, Bars, Figure, in_words, length
+from lostmotion.reporting.sheet import Bar, Bars, Figure, digits, in_words, length
 
 if TYPE_CHECKING:
     from lostmotion.analyses.compare.comparison import Change, Comparison, PartChange
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 _MOST_BARS: Final = 6
 _MOST_ARMS: Final = 2
 _LEAST: Final = 0.005
+_PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
 
 
 def bars(found: Comparison) -> tuple[Bars, ...]:
@@ -53,6 +55,8 @@ def _of_parts(found: Comparison, change: Change, index: int) -> list[Bars]:
 
 
 def _sizes(each: PartChange) -> Figure:
-    """Return the r.m.s. error of a part by itself, before and after, in words."""
-    texts = ["-" if value is None else str(length(value)) for value in (each.before, each.after)]
-    return in_words(" → ".join(texts))
+    """Return the r.m.s. error of a part by itself, before and after, in words and in the unit of the larger one."""
+    sizes = (each.before, each.after)
+    unit = length(max(size or 0.0 for size in sizes)).unit
+    texts = [ABSENT if size is None else digits(size * _PER_UNIT[unit]) for size in sizes]
+    return in_words(f"{' → '.join(texts)} {unit}")

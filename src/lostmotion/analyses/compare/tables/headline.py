@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.compare.description import WHOLE_JOINT
+from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
 from lostmotion.analyses.compare.tables.figures import figure, is_decided, measure_of, with_interval
 from lostmotion.error_model.differences import ZERO
 from lostmotion.mechanism.placed_terms import short_name
@@ -32,7 +32,7 @@ def verdict(found: Comparison) -> str:
     """Return the headline: how much more or less accurate the other arms are than the first, the part that made most of it, and the mass."""
     wrong = failing(found)
     if wrong:
-        return " ".join(f"{each.label}: {failure(each.sampled.exact, _within(found, each))}" for each in wrong)
+        return " ".join(f"{each.label}: {failure(each.sampled.exact, within_of(found, each))}" for each in wrong)
     if len(found.changes) > 1:
         return _of_many(found)
     change = found.changes[0]
@@ -41,17 +41,18 @@ def verdict(found: Comparison) -> str:
 
 def failing(found: Comparison) -> list[ComparedArm]:
     """Return the arms in which the first-order sum of errors fails."""
-    return [each for each in found.arms if share_neglected(each.sampled.exact, _within(found, each)) > FAILS]
+    return [each for each in found.arms if share_neglected(each.sampled.exact, within_of(found, each)) > FAILS]
 
 
-def _within(found: Comparison, each: ComparedArm) -> float:
+def within_of(found: Comparison, each: ComparedArm) -> float:
+    """Return the error that 95 % of the positions of an arm stay within, m."""
     measure = measure_of(found, "p95")
     return math.nan if measure is None else measure.value(each).value
 
 
 def _answer(found: Comparison, change: Change) -> str:
     first, other = found.arms[0], change.arm
-    before, after = (at_least(length(_within(found, each)), each.known) for each in (first, other))
+    before, after = (at_least(length(within_of(found, each)), each.known) for each in (first, other))
     size = change.figures["p95"]
     if change.same:
         return f"No difference: {other.label} and {first.label} have the same error in every sample, 95 % of positions within {after}."
@@ -101,9 +102,9 @@ def _rests(found: Comparison) -> str:
 
 def _of_many(found: Comparison) -> str:
     """Return the headline of more than two arms: the most accurate one, and the change of each against the first."""
-    best = min(found.arms, key=lambda each: _within(found, each))
+    best = min(found.arms, key=lambda each: within_of(found, each))
     first = found.arms[0]
-    within = at_least(length(_within(found, best)), best.known)
+    within = at_least(length(within_of(found, best)), best.known)
     texts = []
     for change in found.changes:
         size = change.figures["p95"]
@@ -182,8 +183,9 @@ def _drives(found: Comparison) -> str:
     shares = [each.load for each in found.arms]
     if not any(math.isfinite(share) for share in shares):
         return ""
-    texts = [str(Figure(100 * share, "%")) if math.isfinite(share) else "not rated" for share in shares]
-    return f"The most loaded drive holds {' → '.join(texts)} of its rated load standing still."
+    texts = [str(Figure(100 * share, "%")) if math.isfinite(share) else ABSENT for share in shares]
+    unrated = "" if all(map(math.isfinite, shares)) else f" ({ABSENT}: none is rated)"
+    return f"The most loaded drive holds {' → '.join(texts)} of its rated load standing still{unrated}."
 
 
 def _largest(arms: Sequence[ComparedArm]) -> str:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
 from lostmotion.analyses.compare.tables.bars import bars
 from lostmotion.analyses.compare.tables.figures import counted, figure, measure_of, remark
-from lostmotion.analyses.compare.tables.headline import brief, failing, verdict, warnings
+from lostmotion.analyses.compare.tables.headline import brief, failing, verdict, warnings, within_of
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.chance_levels import REMEDIES
-from lostmotion.reporting.first_order import judged
+from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import provenance_facts
@@ -58,7 +58,7 @@ def compare_sheet(found: Comparison) -> Sheet:
     labels = [each.label for each in found.arms]
     poses = several(len(first.poses), "pose") if len({len(each.poses) for each in found.arms}) == 1 else "poses of their own"
     counts = f"{poses} x {several(first.sampled.robots, 'robot')} x {several(first.sampled.visits, 'visit')}, same draws"
-    return Sheet(
+    sheet = Sheet(
         name=" and ".join([", ".join(labels[:-1]), labels[-1]]),
         subject="comparison",
         verdict=verdict(found),
@@ -86,15 +86,13 @@ def compare_sheet(found: Comparison) -> Sheet:
         bars=bars(found),
         brief=brief(found),
     )
+    for each in failing(found):  # without intervals, and with the failure as the headline
+        sheet = replace(checked(sheet, each.sampled.exact, within_of(found, each)), verdict=sheet.verdict, cards=())
+    return sheet
 
 
 def _without_mass(found: Comparison) -> str:
     return without_mass(model for each in found.arms for model in each.arm.gearboxes_without_mass)
-
-
-def _unsure(found: Comparison, each: ComparedArm, value: Estimate) -> Estimate:
-    """Return an estimate without its interval where the first-order sum of errors fails in this arm."""
-    return replace(value, low=math.nan, high=math.nan) if each in failing(found) else value
 
 
 def _changes(found: Comparison, group: Group) -> Section:
@@ -176,7 +174,7 @@ def _figures(found: Comparison) -> Section:
     rows = tuple(
         Row(
             measure.name,
-            tuple(figure(_unsure(found, each, measure.value(each)), measure.unit, counted(each)) for each in found.arms),
+            tuple(figure(measure.value(each), measure.unit, counted(each)) for each in found.arms),
             key=measure.key,
         )
         for measure in found.measures
@@ -217,9 +215,8 @@ def _arms(found: Comparison) -> Section:
 
 def _check(found: Comparison) -> Section:
     rows = []
-    within = measure_of(found, "p95")
     for each in found.arms:
-        check, error = each.sampled.exact, math.nan if within is None else within.value(each).value
+        check, error = each.sampled.exact, within_of(found, each)
         sizes = (length(check.largest), Figure(100 * share_neglected(check, error), "%"))
         rows.append(Row(each.label, sizes, judged(check, error)))
     return Section("exact_check", "First order against exact composition", ("largest difference", "of the 95 % error"), tuple(rows))
