@@ -41,9 +41,8 @@ def test_shares_add_to_the_change_of_the_mean_square(seed):
     q = random_poses(arm, 5)
     labels = (label_of("part"), label_of("cause"))
     squares = [found.total / found.poses for found in (tally(each, q) for each in (arm, heavier))]
-    for forth, back, none in zip(
-        *(budget_changes(one, other, q, labels) for one, other in ((arm, heavier), (heavier, arm), (arm, arm))), strict=True
-    ):
+    pairs = (arm, heavier), (heavier, arm), (arm, arm)
+    for forth, back, none in zip(*(budget_changes(one, other, q, labels) for one, other in pairs), strict=True):
         assert sum(forth.values()) == pytest.approx(squares[1] - squares[0], rel=1e-10, abs=1e-13 * squares[0])
         assert {name: -value for name, value in back.items()} == pytest.approx(forth, rel=1e-9, abs=1e-13 * squares[0])
         assert not any(none.values())

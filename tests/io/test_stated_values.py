@@ -34,12 +34,7 @@ def test_every_text_is_read_back_to_its_value(path):
     arm = lostmotion.read(path)
     count = 0
     for quantity, value, text in quantities(arm):
-        again = (
-            Toleranced(*(pair if isinstance(pair := quantity(text), tuple) else (pair,)))
-            if not isinstance(quantity(text), Toleranced)
-            else quantity(text)
-        )
-        wanted = value if isinstance(value, Toleranced) else Toleranced(value)
+        again, wanted = (each if isinstance(each, Toleranced) else Toleranced(each) for each in (quantity(text), value))
         assert float(again.nominal) == pytest.approx(float(wanted.nominal), rel=1e-9, abs=1e-15), text
         assert again.tolerance == pytest.approx(wanted.tolerance, rel=1e-9, abs=1e-15), text
         count += 1
