@@ -29,7 +29,12 @@ def spaced(text: str) -> str:
 
 def foldable(name: str) -> str:
     """Return the name of a part as HTML that folds at its joints, not in mid-word."""
-    return re.sub(r"([._])(?=\w{3})", r"\1<wbr>", escaped(name))
+    return folded(escaped(name))
+
+
+def folded(content: str) -> str:
+    """Return HTML in which names of parts fold at their joints; numbers stay whole."""
+    return re.sub(r"([._])(?=[^\W\d]\w\w)", r"\1<wbr>", content)
 
 
 def headline(verdict: str) -> tuple[str, str]:
