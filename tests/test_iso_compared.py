@@ -118,7 +118,7 @@ def test_the_sheet_says_that_thirty_visits_read_low(loads):
         assert "with 30 visits, " in note
         assert f"{1e6 * sheet.limit[0]:.3g} µm" in note
     assert "on the average (AP_p)" not in loads.sheet.verdict
-    assert "For 95 % of them the mean of an arm's visits is within" in loads.sheet.verdict
+    assert "AP_p of 95 % of arms is within" in loads.sheet.verdict
 
 
 def test_commands_out_of_reach_name_their_file(arm, cube, tmp_path):

@@ -12,7 +12,6 @@ import lostmotion
 from lostmotion import Arm
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.provenance import states
-from lostmotion.errors import InputError
 from lostmotion.mechanism.elastostatics import compliance
 from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
@@ -204,10 +203,3 @@ def test_what_grows_with_a_travel_is_refused_on_a_joint_that_turns(part):
     """A turning joint has neither a lead nor a scale."""
     with pytest.raises(ValidationError, match=r"on a turning joint"):
         RevoluteJoint(name="A", limits=(-1, 1), **part)
-
-
-@pytest.mark.parametrize("parts", [{"gearbox": BELT}, {"gearbox": {"lead_error": 1e-4}}])
-def test_a_controller_is_refused_where_its_tables_cannot_hold_an_axis(parts):
-    """The tables of a controller hold constants, harmonics and springs of constant length; others are refused by name."""
-    with pytest.raises(InputError, match=r"joints\.X\.gearbox"):
-        lostmotion.controller(axis(force=(1.0, 0.0, 0.0), **parts))
