@@ -274,3 +274,17 @@ def test_a_shared_part_is_checked_before_any_joint_names_it(mistakes_in):
         '[materials.m]\nyoung = "-3 GPa"\npoisson = 0.3\ndensity = "1 kg/m^3"\n',
     )
     assert set(found) == {"gearboxes.g.stiffness", "bearings.b.clearence", "sections.s", "encoders.e.side", "materials.m.young"}
+
+
+def test_a_link_of_negative_length_is_refused(mistakes_in):
+    """A length is a distance; the direction says where the link points."""
+    found = mistakes_in(HEAD + JOINT + 'link = { length = "-400 mm" }\n')
+    assert list(found) == ["joints.A.link.length"]
+    assert "-400 mm" in found["joints.A.link.length"].found
+    assert 'direction = "-x"' in found["joints.A.link.length"].example
+
+
+def test_the_example_for_a_misspelt_key_keeps_the_name_that_was_meant(mistakes_in):
+    """An empty table as the example would describe an ideal gearbox, which its author never meant."""
+    found = mistakes_in(HEAD + "[gearboxes.elbow]\nratio = 2\n" + JOINT + 'gearbx = "elbow"\n')
+    assert found["joints.A.gearbx"].example == 'gearbox = "elbow"'

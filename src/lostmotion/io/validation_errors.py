@@ -141,6 +141,9 @@ def _describe_unknown(spot: _Spot, also: Also) -> _Described:
     for owner in owners:
         examples |= also.get(owner, {})
     near = nearest(spot.last, examples)
+    plain = isinstance(spot.given, str) and spot.given.isprintable() and not {'"', "\\"} & {*spot.given}
+    if near and plain and examples[near].startswith(f"{near} = {{"):
+        examples[near] = f'{near} = "{spot.given}"'  # the name of a table, rather than an empty table
     found = f"an unknown key with {shown(spot.given)}"
     return _Described(spot.path, found, "one of " + ", ".join(examples), examples[near or next(iter(examples))], near)
 

@@ -6,7 +6,7 @@ import functools
 from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
 from lostmotion.laws import beam
 from lostmotion.laws.distributions import Normal, of_tolerance
@@ -67,6 +67,14 @@ class Link(OfClass):
     up: Direction | None = None
     expansion: Expansion | None = None
     temperature_difference: TemperatureDifference = Toleranced(0.0)
+
+    @field_validator("length")
+    @classmethod
+    def _is_a_distance(cls, length: Toleranced) -> Toleranced:
+        if length.nominal < 0:
+            found = f"a negative length, {1e3 * length.nominal:g} mm"
+            raise refuse_section(found, "a length of at least 0; the direction says where the link points", 'length = "400 mm", direction = "-x"')
+        return length
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
