@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 # Parts with a bar of their own; the others share one.
 _MOST_BARS: Final = 7
 _HALVING: Final = "halving it takes off"
-# Remedies are computed as ideal ones.
-_REAL: Final = "real remedies leave more"
+# Real remedies leave more.
+_IDEAL: Final = "ideal remedies"
 # Each stage of the waterfall as a bar names it, in the waterfall's order.
 _STAGES: Final = ("as manufactured", "calibrated", "load compensated", "both", "and each robot mapped")
 
@@ -57,7 +57,8 @@ def remedy_bars(found: Waterfall) -> tuple[Bars, ...]:
     counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}"
     ends = [(stage.q95.value, length(stage.q95.value, stage.q95.low, stage.q95.high, counted)) for stage in found.stages]
     bars = tuple(Bar(label, figure, size) for label, (size, figure) in zip(_STAGES, ends, strict=True))
-    return (Bars("waterfall", "What can be done about it", "95 % of positions within", bars, note=_REAL),)
+    note = f"{_IDEAL}, {several(found.poses, 'pose')}"  # a part of the study's, so the first bar may differ from the answer
+    return (Bars("waterfall", "What can be done about it", "95 % of positions within", bars, note=note),)
 
 
 def rms_bars(found: Budget) -> tuple[Bars, ...]:
@@ -68,7 +69,7 @@ def rms_bars(found: Budget) -> tuple[Bars, ...]:
     left = (("as manufactured", (0, 1, 2)), ("load compensated", (1, 2)), ("and each robot mapped", (2,)))
     values = [(label, found.rms_interval(*levels)) for label, levels in left]
     bars = tuple(Bar(label, length(rms.value, rms.low, rms.high, counted), rms.value) for label, rms in values)
-    return (Bars("levels", "What can be done about it", "root mean square error", bars, note=_REAL),)
+    return (Bars("levels", "What can be done about it", "root mean square error", bars, note=_IDEAL),)
 
 
 def _share(share: float, counted: str) -> Figure:
