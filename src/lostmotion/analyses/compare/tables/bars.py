@@ -42,10 +42,7 @@ def _of_parts(found: Comparison, change: Change, index: int) -> list[Bars]:
     own = [each for each in change.parts if abs(each.share.value) >= _LEAST * largest]
     own = own if len(own) <= _MOST_BARS + 1 else own[:_MOST_BARS]
     others = [each for each in change.parts if each not in own]
-    drawn = [
-        Bar(short_name(each.part), length(each.share.value), each.share.value, _sizes(each))
-        for each in sorted(own, key=lambda each: each.share.value)
-    ]
+    drawn = [Bar(short_name(each.part), length(each.share.value), each.share.value, _sizes(each)) for each in own]
     rest = sum(each.share.value for each in others)
     if abs(rest) >= _LEAST * largest:
         drawn.append(Bar(f"{len(others)} other{'s' if len(others) > 1 else ''}", length(rest), rest))
