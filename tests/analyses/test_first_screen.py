@@ -63,11 +63,11 @@ def test_a_part_that_cancels_others_has_a_bar_to_the_left():
     assert split.ends == pytest.approx((-0.5, 1.5))
 
 
-def test_a_reduction_is_in_the_unit_of_its_size():
-    """What halving takes off is in µm below 0.1 mm, as every length is; none without a run."""
+def test_reductions_share_one_unit():
+    """What halving takes off is in µm where the largest is below 1 mm, else in mm; none without a run."""
     gains = {"joints.A": Estimate(2e-4, 1e-4, 3e-4), "joints.B": Estimate(1e-6, 0.0, 2e-6)}
     (blame,) = blame_bars([_cost("A", 0.9), _cost("B", 0.1)], gains, "")
-    assert [bar.effect.unit for bar in blame.bars] == ["mm", "µm"]
+    assert [bar.effect.unit for bar in blame.bars] == ["µm", "µm"]
     (without,) = blame_bars([_cost("B", 1.0)], {}, "")
     assert without.bars[0].effect is None
 

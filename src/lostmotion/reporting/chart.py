@@ -14,7 +14,8 @@ import numpy as np
 
 from lostmotion.reporting.chart_settings import SMALL, settings
 from lostmotion.reporting.palette import CLASSES, LIGHT
-from lostmotion.reporting.sheet import length
+from lostmotion.reporting.sheet import PER_METRE, length
+from lostmotion.reporting.sheet import Figure as Number
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 WIDTH: Final = 130.0
-PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
+PER_UNIT: Final = PER_METRE
 _TITLE: Final = 10.5
 _MM: Final = 1 / 25.4
 # Widths in a legend, mm: of a letter, and of what stands beside an entry's name.
@@ -274,6 +275,16 @@ def cells(on: Axes, x: np.ndarray, y: np.ndarray, classes: np.ndarray, colours: 
             on.add_patch(PathPatch(Path(np.array(points), codes), facecolor=colour, linewidth=0, antialiased=False))
     on.set_xlim(x[0], x[-1])
     on.set_ylim(y[0], y[-1])
+
+
+def contour(on: Axes, x: Floats, y: Floats, values: Floats, level: float, name: str, unit: str) -> None:
+    """Draw the line at a level, in `unit`, of the values (across, up) of cells with these centres, m, where it crosses them; the legend names it."""
+    known = values[np.isfinite(values)]
+    if min(values.shape) < 2 or not (known < level).any() or not (known > level).any():  # noqa: PLR2004 - a contour needs an area
+        return
+    for colour, width in ((LIGHT["paper"], 3.0), (LIGHT["ink"], 1.2)):
+        on.contour(x * 1e3, y * 1e3, np.ma.masked_invalid(values.T), levels=[level], colors=[colour], linewidths=[width])
+    on.plot([], [], color=LIGHT["ink"], linewidth=1.2, label=f"{name} {Number(level, unit, stated=True)}")
 
 
 def dots(on: Axes, x: Floats, y: Floats, colour: str, name: str, size: float = 2.2) -> None:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
 ARCMIN = math.pi / 10800
 ARCSEC = ARCMIN / 60
 # In the units people read (µm, mm, N m, %) anything smaller is what rounding leaves of zero.
 _NOTHING = 1e-7
+# Units of length, per metre.
+PER_METRE = {"µm": 1e6, "mm": 1e3, "m": 1.0}
 # Significant digits without an interval, at most with one, and of the interval's width.
 _DIGITS = 3
 _MOST_DIGITS = 4
@@ -272,5 +274,17 @@ def several(count: int, noun: str) -> str:
 
 def length(value: float, low: float = math.nan, high: float = math.nan, samples: str = "", *, stated: bool = False) -> Figure:
     """Return a length (m) in the unit that suits its size: µm, mm or m."""
-    unit, factor = ("µm", 1e6) if abs(value) < 1e-4 else ("mm", 1e3) if abs(value) < 1 else ("m", 1.0)  # noqa: PLR2004 - where people change units
-    return Figure(value * factor, unit, low * factor, high * factor, samples, stated=stated)
+    unit = "µm" if abs(value) < 1e-4 else "mm" if abs(value) < 1 else "m"  # noqa: PLR2004 - where people change units
+    by = PER_METRE[unit]
+    return Figure(value * by, unit, low * by, high * by, samples, stated=stated)
+
+
+def in_one_unit(figures: Sequence[Figure]) -> list[Figure]:
+    """Return lengths, in whatever units, in one unit for a column: µm where the largest is below 1 mm, else mm, and m from 1 m."""
+    largest = max((abs(each.value) / PER_METRE[each.unit] for each in figures if math.isfinite(each.value)), default=0.0)
+    unit = "µm" if largest < 1e-3 else length(largest).unit  # noqa: PLR2004 - where people change units
+    out = []
+    for each in figures:
+        by = PER_METRE[unit] / PER_METRE[each.unit]
+        out.append(replace(each, value=each.value * by, unit=unit, low=each.low * by, high=each.high * by))
+    return out

@@ -9,11 +9,11 @@ import numpy as np
 
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.chart import PER_UNIT, label_axes, legend, named_rows, one, stacked, text
+from lostmotion.reporting.chart import label_axes, legend, named_rows, one, stacked, text
 from lostmotion.reporting.palette import LEVELS, LIGHT
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Figure as Number
-from lostmotion.reporting.sheet import length
+from lostmotion.reporting.sheet import in_one_unit, length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,13 +36,13 @@ def levels(found: Budget) -> Figure:
     squares = found.rms**2 * np.maximum(found.levels, 0.0)
     stages = ("as manufactured", "load and pose\ncompensated", "and each robot\nmapped")
     left = np.array([squares[k:].sum() for k in range(len(stages))])
-    unit = length(math.sqrt(left[0])).unit
-    size = np.sqrt(left) * PER_UNIT[unit]
+    shown = in_one_unit([length(math.sqrt(whole)) for whole in left])
+    unit, size = shown[0].unit, np.array([each.value for each in shown])
     figure, on = one("Remaining r.m.s. error", 66)
     share = [np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)]) for k in range(len(stages))]
     stacked(on, [(name, colour, size * each) for (name, colour), each in zip(LEVELS, share, strict=True)])
-    for stage, whole in enumerate(left):
-        text(on, size[stage], stage, str(length(math.sqrt(whole))), xytext=(4, 0), va="center")
+    for stage, remaining in enumerate(shown):
+        text(on, remaining.value, stage, str(remaining), xytext=(4, 0), va="center")
     named_rows(on, stages)
     on.set_xlim(0, max(float(size[0]), 1e-12) * 1.2)
     label_axes(on, f"r.m.s. error [{unit}], split by mean square")

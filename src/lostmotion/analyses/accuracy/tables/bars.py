@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.palette import LEVEL_NAMES
-from lostmotion.reporting.sheet import Bar, Bars, Figure, length, several
+from lostmotion.reporting.sheet import Bar, Bars, Figure, in_one_unit, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -38,10 +38,9 @@ def blame_bars(found: Sequence[Cost], gains: Mapping[str, Estimate], counted: st
     own = sorted(erring, key=lambda cost: -abs(cost.share))[: _MOST_BARS if len(erring) > _MOST_BARS + 1 else len(erring)]
     named = {cost.part for cost in own}
     others = [cost for cost in erring if cost.part not in named]
-    bars = [
-        Bar(short_name(cost.part), _share(cost.share, counted), cost.share, _gain(gains.get(cost.part)), cost.levels)
-        for cost in sorted(own, key=lambda cost: -cost.share)
-    ]
+    own.sort(key=lambda cost: -cost.share)
+    taken = _gains([gains.get(cost.part) for cost in own])
+    bars = [Bar(short_name(cost.part), _share(cost.share, counted), cost.share, gain, cost.levels) for cost, gain in zip(own, taken, strict=True)]
     if others:
         together = sum(cost.share for cost in others)
         levels = tuple(sum(cost.levels[k] for cost in others) for k in range(len(LEVEL_NAMES)))
@@ -55,8 +54,8 @@ def remedy_bars(found: Waterfall) -> tuple[Bars, ...]:
     if not found.stages[0].q95.value > 0:
         return ()
     counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}"
-    ends = [(stage.q95.value, length(stage.q95.value, stage.q95.low, stage.q95.high, counted)) for stage in found.stages]
-    bars = tuple(Bar(label, figure, size) for label, (size, figure) in zip(_STAGES, ends, strict=True))
+    left = in_one_unit([length(stage.q95.value, stage.q95.low, stage.q95.high, counted) for stage in found.stages])
+    bars = tuple(Bar(label, figure, figure.value) for label, figure in zip(_STAGES, left, strict=True))
     note = f"{_IDEAL}, {several(found.poses, 'pose')}"  # a part of the study's, so the first bar may differ from the answer
     return (Bars("waterfall", "What can be done about it", "95 % of positions within", bars, note=note),)
 
@@ -67,8 +66,9 @@ def rms_bars(found: Budget) -> tuple[Bars, ...]:
         return ()
     counted = f"exact sum over terms, {several(found.poses, 'pose')}"
     left = (("as manufactured", (0, 1, 2)), ("load compensated", (1, 2)), ("and each robot mapped", (2,)))
-    values = [(label, found.rms_interval(*levels)) for label, levels in left]
-    bars = tuple(Bar(label, length(rms.value, rms.low, rms.high, counted), rms.value) for label, rms in values)
+    values = [found.rms_interval(*levels) for _, levels in left]
+    figures = in_one_unit([length(rms.value, rms.low, rms.high, counted) for rms in values])
+    bars = tuple(Bar(label, figure, figure.value) for (label, _), figure in zip(left, figures, strict=True))
     return (Bars("levels", "What can be done about it", "root mean square error", bars, note=_IDEAL),)
 
 
@@ -76,6 +76,8 @@ def _share(share: float, counted: str) -> Figure:
     return Figure(100 * share, "%", samples=counted)
 
 
-def _gain(gain: Estimate | None) -> Figure | None:
-    """Return a reduction (m); none where it was not computed."""
-    return None if gain is None or not math.isfinite(gain.value) else length(gain.value, gain.low, gain.high)
+def _gains(found: Sequence[Estimate | None]) -> list[Figure | None]:
+    """Return reductions (m) in one unit; none where one was not computed."""
+    known = [gain for gain in found if gain is not None and math.isfinite(gain.value)]
+    shown = iter(in_one_unit([length(gain.value, gain.low, gain.high) for gain in known]))
+    return [next(shown) if gain is not None and math.isfinite(gain.value) else None for gain in found]

@@ -8,16 +8,17 @@ from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.palette import LEVEL_NAMES
-from lostmotion.reporting.sheet import Figure, Row, Section, digits, length, several
+from lostmotion.reporting.sheet import Figure, Row, Section, digits, in_one_unit, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.analyses.accuracy.answer import Answer
-    from lostmotion.error_model.budget import Budget, Cost
+    from lostmotion.error_model.budget import Budget, Cost, Halving
     from lostmotion.error_model.intervals import Estimate
 
 _OFF: Final = "effect of halving on the 95th percentile"
+_CANCELLING: Final = "cancels part of the others"
 _CANCELS: Final = -5e-4  # shows as -0.1 % or more
 
 
@@ -29,60 +30,50 @@ def levels_section(found: Budget) -> Section:
         ("from the manufacture of each robot", REMEDIES[1]),
         ("from visit to visit", REMEDIES[2]),
     )
-    rows = [Row(label, _rms(found, (level,), counted), note) for level, (label, note) in enumerate(names)]
-    rows.append(Row("all together", _rms(found, (0, 1, 2), counted)))
-    rows.append(Row("left after compensation of load and pose", _rms(found, (1, 2), counted)))
+    lines: list[tuple[str, tuple[int, ...], str]] = [(label, (level,), note) for level, (label, note) in enumerate(names)]
+    lines += [("all together", (0, 1, 2), ""), ("left after compensation of load and pose", (1, 2), "")]
+    rms = in_one_unit([_rms(found, levels, counted) for _, levels, _ in lines])
+    shares = [Figure(100 * sum(found.levels[level] for level in levels), "%", samples=counted) for _, levels, _ in lines]
+    rows = [Row(label, (size, share), note) for (label, _, note), size, share in zip(lines, rms, shares, strict=True)]
     note = INTERVAL_OF_POSES if len(found.of_sets) > 1 else ""
     return Section("levels", "What can be compensated", ("r.m.s. error", "share of mean square"), tuple(rows), note)
 
 
-def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> tuple[Figure, Figure]:
+def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> Figure:
     rms = found.rms_interval(*levels)
-    share = sum(found.levels[level] for level in levels)
-    return length(rms.value, rms.low, rms.high, counted), Figure(100 * share, "%", samples=counted)
+    return length(rms.value, rms.low, rms.high, counted)
 
 
 def budget_section(answer: Answer) -> Section:
     """Return the error budget by part, with the effect of halving each."""
     halving = answer.halving
-    exact = f"exact sum over terms, {several(len(answer.poses), 'pose')}"
-    counted = f"{halving.samples} paired samples"
-    rows = []
-    for cost in costs(answer.sampled.tally):
-        gain = halving.gains[cost.part]
-        rows.append(
-            Row(
-                short_name(cost.part),
-                (
-                    Figure(cost.alone * 1e6, "µm", samples=exact),
-                    Figure(100 * cost.share, "%", samples=exact),
-                    _gain(gain, counted),
-                ),
-                "cancels part of the others" if cost.share < _CANCELS else "",
-            ),
-        )
+    found = costs(answer.sampled.tally)
+    rows = _halved_rows(found, [halving.gains[cost.part] for cost in found], len(answer.poses), halving)
     read_on = f"{digits(halving.before * 1e3)} mm on {several(halving.samples, 'sample')}"
     note = (
         "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: reduction of the 95th percentile when "
         f"this part's errors are halved, its interval counting robots and sets of poses; from {read_on}"
     )
-    return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", _OFF), tuple(rows), note)
+    return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", _OFF), rows, note)
 
 
 def causes_section(answer: Answer) -> Section:
     """Return the error budget by kind of error, at any joint, with the effect of halving it at all joints."""
-    halving = answer.halving
-    exact, counted = f"exact sum over terms, {several(answer.budget.poses, 'pose')}", f"{halving.samples} paired samples"
-    rows = [
-        Row(
-            cost.part,
-            (Figure(cost.alone * 1e6, "µm", samples=exact), Figure(100 * cost.share, "%", samples=exact), _gain(halving.causes[cost.part], counted)),
-            "cancels part of the others" if cost.share < _CANCELS else "",
-        )
-        for cost in answer.budget.causes
-    ]
+    halving, found = answer.halving, answer.budget.causes
+    rows = _halved_rows(found, [halving.causes[cost.part] for cost in found], answer.budget.poses, halving)
     note = "the same mean square, by kind of error instead of part; halving: that kind of error at every joint"
-    return Section("causes", "Error budget by kind of error", ("r.m.s. alone", "share", _OFF), tuple(rows), note)
+    return Section("causes", "Error budget by kind of error", ("r.m.s. alone", "share", _OFF), rows, note)
+
+
+def _halved_rows(found: Sequence[Cost], gains: Sequence[Estimate], poses: int, halving: Halving) -> tuple[Row, ...]:
+    """Return a row for each contributor: its error alone, its share, and what halving it takes off."""
+    exact, counted = f"exact sum over terms, {several(poses, 'pose')}", f"{halving.samples} paired samples"
+    alone = in_one_unit([length(cost.alone, samples=exact) for cost in found])
+    taken = in_one_unit([_gain(gain, counted) for gain in gains])
+    return tuple(
+        Row(short_name(cost.part), (size, Figure(100 * cost.share, "%", samples=exact), off), _CANCELLING if cost.share < _CANCELS else "")
+        for cost, size, off in zip(found, alone, taken, strict=True)
+    )
 
 
 def by_level_sections(found: Budget) -> list[Section]:
@@ -112,18 +103,21 @@ def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
     rows = []
     for erring, gains, everywhere in ((found.parts, halving.gains, ""), (found.causes, halving.causes, ", at every joint")):
         kept = [(gains[cost.part], short_name(cost.part) + everywhere) for cost in erring if cost.alone > 0]
-        for gain, name in sorted(kept, key=lambda each: -each[0].value):
-            rows.append(Row(name, (_gain(gain, counted),), "cancels part of the others" if gain.high < 0 else ""))
+        kept.sort(key=lambda each: -each[0].value)
+        taken = in_one_unit([_gain(gain, counted) for gain, _ in kept])
+        rows += [Row(name, (off,), _CANCELLING if gain.high < 0 else "") for (gain, name), off in zip(kept, taken, strict=True)]
     note = f"parts, then kinds of error; the 95th percentile here is {digits(halving.before * 1e3)} mm on {counted}"
     return [Section(key, title, ("taken off",), tuple(rows), note)]
 
 
 def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section:
     exact = f"exact sum over terms, {several(of.poses, 'pose')}"
-    rows = [Row(short_name(cost.part), (Figure(cost.alone * 1e6, "µm", samples=exact), *_shares(cost, exact))) for cost in found if cost.alone > 0]
+    erring = [cost for cost in found if cost.alone > 0]
+    *alone, together = in_one_unit([length(size, samples=exact) for size in (*(cost.alone for cost in erring), of.rms)])
+    rows = [Row(short_name(cost.part), (size, *_shares(cost, exact))) for cost, size in zip(erring, alone, strict=True)]
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
     shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
-    rows.append(Row("all together", (Figure(of.rms * 1e6, "µm", samples=exact), *shares)))
+    rows.append(Row("all together", (together, *shares)))
     return Section(
         key, title, ("r.m.s. alone", "share", *LEVEL_NAMES), tuple(rows), "shares of the mean square; parts without an error here are omitted"
     )
@@ -135,5 +129,5 @@ def _shares(cost: Cost, exact: str) -> tuple[Figure, ...]:
 
 def _gain(gain: Estimate, counted: str) -> Figure:
     if gain.low == gain.high == 0:  # of what does not move the tool: known, not estimated
-        return Figure(0.0, "µm", samples=counted)
-    return Figure(gain.value * 1e6, "µm", gain.low * 1e6, gain.high * 1e6, counted)
+        return length(0.0, samples=counted)
+    return length(gain.value, gain.low, gain.high, counted)

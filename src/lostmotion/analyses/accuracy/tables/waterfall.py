@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.reporting.sheet import Figure, Row, Section, length, several
+from lostmotion.reporting.sheet import Figure, Row, Section, in_one_unit, length, several
 
 if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
@@ -25,10 +25,11 @@ def waterfall_section(found: Waterfall, repeatability: Estimate | None) -> Secti
     """Return the effect of calibration and compensation."""
     counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}, the same at every stage"
     rows = []
-    for stage, text in zip(found.stages, STAGES, strict=True):
+    means, left = (in_one_unit([_of(each, counted) for each in column]) for column in zip(*((s.mean, s.q95) for s in found.stages), strict=True))
+    for stage, text, mean, q95 in zip(found.stages, STAGES, means, left, strict=True):
         off = _of(stage.reduction, counted)
         effect = f"; reduces the 95th percentile by {off} ({off.interval})" if stage is not found.stages[0] and off.interval else ""
-        rows.append(Row(stage.name, (_of(stage.mean, counted), _of(stage.q95, counted)), text + effect))
+        rows.append(Row(stage.name, (mean, q95), "" if text == stage.name else text + effect))
     stays = ""
     if repeatability is not None and math.isfinite(repeatability.value):
         stays = f" RP stays at {_of(repeatability, '')} on average, since none of this changes between visits."
