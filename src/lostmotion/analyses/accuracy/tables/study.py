@@ -10,6 +10,7 @@ from lostmotion.analyses.accuracy.tables.brief import brief_of
 from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
 from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
+from lostmotion.analyses.accuracy.tables.joints import joints_section
 from lostmotion.analyses.accuracy.tables.stopping import stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
@@ -22,7 +23,6 @@ from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.exact import share_neglected
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
-from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import bounded_cards, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.reporting.warnings import overload_warnings
@@ -35,10 +35,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.workspace import Workspace
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.overload import Overload
-    from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
-    from lostmotion.mechanism.arm import Arm
-    from lostmotion.mechanism.holding_torques import HoldingTorque
     from lostmotion.reporting.sheet import Bars
 
 # What the words mean, for whoever reads the report without the manual.
@@ -114,7 +111,7 @@ def sections(answer: Answer) -> list[Section]:
         *by_level_sections(answer.budget),
         *requested_sections(answer.places),
         *_bending(answer),
-        torques_section(answer.arm, answer.poses, answer.worst_torques),
+        joints_section(answer, states(answer.arm)),
         _check(answer),
     ]
     if answer.stopping is not None:
@@ -180,26 +177,6 @@ def _bending(answer: Answer) -> list[Section]:
         "a negative contribution reduces the bending. Share: of the tool's mean-square error over all poses"
     )
     return [Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)]
-
-
-def torques_section(arm: Arm, poses: Poses, worst: Sequence[HoldingTorque]) -> Section:
-    """Return the static torque of each drive at its worst pose."""
-    counted = several(len(poses), "pose")
-    rows = tuple(
-        Row(
-            held.joint,
-            (Figure(held.worst, held.unit, samples=counted), Figure(held.over_tilts, held.unit, samples=counted)),
-            f"pose {held.worst_index}: {joint_values(arm, poses.q[held.worst_index])}; over tilts pose {held.over_tilts_index}",
-        )
-        for held in worst
-    )
-    return Section(
-        "torques",
-        "Static torque of each drive",
-        ("as the base stands", "worst over base tilts"),
-        rows,
-        "largest of the visited poses; its sign is the drive's",
-    )
 
 
 def _q95(answer: Answer) -> float:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.accuracy.tables.study import torques_section, workspace_section
+from lostmotion.analyses.accuracy.tables.joints import torques_section
+from lostmotion.analyses.accuracy.tables.study import workspace_section
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
 from lostmotion.reporting.provenance import provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import Card, Lines, Sheet, several

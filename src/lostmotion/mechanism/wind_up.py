@@ -1,0 +1,45 @@
+"""The largest elastic wind-up of each drive under its static load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.mechanism.serial import Conditions, as_poses, frames
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+_CAUSE: Final = "wind-up"
+_BLOCK: Final = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class WindUp:
+    """The wind-up of one drive at the pose where it is largest, of the nominal part: rad, or m on a sliding joint, positive along the motion."""
+
+    joint: str
+    value: float
+    index: int
+
+
+def wind_ups(arm: Arm, q: Floats) -> list[WindUp]:
+    """Return the largest wind-up of each drive whose stiffness is described, over these poses q (pose, joint), rad or m.
+
+    It is the deflection of the output along the joint under the static torque, without backlash, of a part with nominal stiffness. Raises ValueError
+    for q of another shape or not finite.
+    """
+    values = as_poses(arm, q)
+    elastic = [of for of in arm.terms if of.kind == "gearbox" and of.term.cause == _CAUSE and of.term.level == "design" and of.joint is not None]
+    found = {of.joint: np.zeros(len(values)) for of in elastic if of.joint is not None}
+    for start in range(0, len(values), _BLOCK):
+        here = slice(start, start + _BLOCK)
+        conditions = Conditions(arm, values[here], frames(arm, values[here]))
+        for of in elastic:
+            if of.joint is not None:
+                found[of.joint][here] += arm.moving[of.joint].twist @ (of.term.scale * of.term.form.screw(conditions(of)))
+    largest = {joint: int(np.abs(angle).argmax()) for joint, angle in found.items()}
+    return [WindUp(arm.moving[joint].name, float(found[joint][at]), at) for joint, at in sorted(largest.items())]
