@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 # A table of this width in letters stands in half of the page, on paper too; a wider one takes all of it.
 _NARROW: Final = 65
+# A table of up to this width stands beside a single plot, in the larger part of the page; a wider one below it.
+_BESIDE: Final = 84
 # A table of more rows is closed at first where a plot shows the same figures.
 _FEW_ROWS: Final = 9
 # Plots that a narrow section has at most.
@@ -75,8 +77,9 @@ def _beside(sheet: Sheet) -> str:
 def _section(section: Section, drawn: list[Plot]) -> str:
     """Return a section: its plots, and its table beside or below them. Narrow sections stand in pairs."""
     figures = "".join(f'<figure id="plot-{plot.key}">{inline_svg(plot)}</figure>' for plot in drawn)
-    narrow = width_of(section) <= _NARROW
-    full = "" if narrow else " full"
+    width = width_of(section)
+    narrow, uneven = width <= _NARROW, _NARROW < width <= _BESIDE and len(drawn) == _ONE
+    full = "" if narrow or uneven else " full"
     # A table that is wider than its place scrolls, for which the keyboard has to reach it.
     shown = f'<div class="table{full}" role="group" aria-label="Table: {escaped(section.title)}" tabindex="0">{table(section)}</div>'
     if section.folded:
@@ -84,5 +87,5 @@ def _section(section: Section, drawn: list[Plot]) -> str:
     elif drawn and len(section.rows) > _FEW_ROWS:
         shown = f'<details class="{full.strip()}"><summary>Table of {len(section.rows)} rows</summary>{shown}</details>'
     wide = not narrow or len(drawn) > _ONE
-    inside = f'<div class="{"beside" if wide and drawn else "below"}">{figures}{shown}</div>'
+    inside = f'<div class="{"below" if not (wide and drawn) else "beside uneven" if uneven else "beside"}">{figures}{shown}</div>'
     return f'<section id="{section.key}" class="{"wide" if wide else "narrow"}"><h2>{escaped(section.title)}</h2>{inside}</section>\n'
