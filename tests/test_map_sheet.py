@@ -17,7 +17,7 @@ import lostmotion
 from lostmotion import Arm
 from lostmotion.analyses.workspace_map.cell_statistics import QUANTILE
 from lostmotion.analyses.workspace_map.plots import map_plots
-from lostmotion.analyses.workspace_map.radial import radial_section, vertical_axis
+from lostmotion.analyses.workspace_map.radial import full_turn_axis, radial_section
 from lostmotion.analyses.workspace_map.tables.map_labels import percentile_label
 from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.screen import print_sheet
@@ -155,9 +155,9 @@ def test_turned_places_hold_the_box(mapped):
 
 def test_a_first_axis_that_turns_fully_has_a_radial_section():
     """A vertical first axis with 360° gives a radial section, as for the UR5e; the paper's arm with ±170° has none."""
-    assert vertical_axis(lostmotion.read(Z_ARM)) is None
+    assert full_turn_axis(lostmotion.read(Z_ARM)) is None
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
-    assert vertical_axis(arm) == pytest.approx((0, 0), abs=1e-9)
+    assert full_turn_axis(arm) == pytest.approx((0, 0), abs=1e-9)
     found = lostmotion.map(arm, cell=0.2, by="best", poses=4096, per_cell=3)
     section = radial_section(found)
     known = np.isfinite(section.values)

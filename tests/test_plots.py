@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,12 +13,15 @@ from matplotlib.patches import StepPatch
 
 import lostmotion
 from lostmotion.analyses.accuracy.plots import study as plots
+from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace, sections_of
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.error_bins import bin_edges
+from lostmotion.mechanism.serial import vertical_axis
 from lostmotion.propagation.montecarlo.histogram import linear_bins
 from lostmotion.reporting.chart import label, mark_at, named_rows, one
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.section import from_above, from_the_side
+from lostmotion.reporting.section import sections
+from lostmotion.reporting.sheet import length
 from lostmotion.reporting.svg import inline_svg
 from tests.chart_texts import axis_titles, crowded, unprinted
 
@@ -163,23 +167,49 @@ def test_forces_and_torques_do_not_share_an_axis():
     assert [on.get_xlabel() for on in figure.axes] == ["holding torque, magnitude [N m]", "holding force, magnitude [N]"]
 
 
-def test_sections_have_equal_axes_and_one_set_of_classes():
-    """A millimetre up is a millimetre across, and a colour means the same error on every section."""
-    study = small_study()
-    figures = [draw(plots.mean_errors(study)) for draw in (from_the_side, from_above)]
-    assert [figure.axes[0].get_aspect() for figure in figures] == [1.0, 1.0]
-    names = [[each.get_text() for each in figure.legends[0].get_texts()][:7] for figure in figures]
-    assert names[0] == names[1]
+def sections_in(study):
+    """Return the sections of a study by name."""
+    return dict(sections(sections_of(plots.pose_errors(study))))
 
 
-def test_a_turning_column_is_seen_in_one_section():
-    """Turned about its vertical axis, each tool point keeps its distance and height: the section is as wide as the arm reaches from the axis."""
+def test_sections_have_equal_axes_and_the_classes_of_the_arm_in_its_workspace():
+    """A millimetre up is a millimetre across, and a colour means the same error on the first picture and on every section."""
     study = small_study()
-    on = from_the_side(plots.mean_errors(study)).axes[0]
-    assert on.get_xlabel() == "distance from the axis of O [mm]"
-    assert on.get_xlim()[1] >= 1e3 * np.hypot(*study.workspace.points[:, :2].T).max()
-    lying = lostmotion.Arm.model_validate({"name": "no column", "joints": TURNING[1:]})
-    assert from_the_side(plots.mean_errors(lostmotion.study(lying, 16, 16, 2, threads=1))).axes[0].get_xlabel() == "x [mm]"
+    pictures = [*sections_in(study).values(), next(arm_in_workspace(plots.pose_errors(study))).figure]
+    assert [figure.axes[0].get_aspect() for figure in pictures] == [1.0, 1.0, 1.0]
+    names = [[each.get_text() for each in figure.legends[0].get_texts()][:7] for figure in pictures]
+    assert names[0] == names[1] == names[2]
+
+
+def test_a_section_from_the_side_contains_the_axis_of_a_turning_column():
+    """Through the axis, with the worst pose turned into the section; without such an axis through the worst pose itself."""
+    study = small_study()
+    on = sections_in(study)["xoz"].axes[0]
+    x, y = vertical_axis(study.arm)
+    at = study.tool[plots.pose_errors(study).mean.argmax()]
+    (ring,) = [line for line in on.lines if line.get_label() == "worst pose"]
+    assert ring.get_xdata()[0] == pytest.approx(1e3 * (x + np.hypot(at[0] - x, at[1] - y)))
+    assert ring.get_ydata()[0] == pytest.approx(1e3 * at[2])
+    assert sections_in(study)["xoz"].get_suptitle() == f"Section XOZ, y = {1e3 * y:.4g} mm"
+    lying = lostmotion.study(lostmotion.Arm.model_validate({"name": "no column", "joints": TURNING[1:]}), 16, 16, 2, threads=1)
+    assert vertical_axis(lying.arm) is None
+    where = 1e3 * lying.tool[plots.pose_errors(lying).mean.argmax(), 1]
+    assert sections_in(lying)["xoz"].get_suptitle() == f"Section XOZ, y = {where:.4g} mm".replace("-", "−")
+
+
+def test_a_section_has_no_width_where_the_workspace_has_none():
+    """An arm that moves in a horizontal plane is cut horizontally alone; one slide moves along a line and has no section."""
+    plane = {**TURNING[0], "axis": "z"}
+    assert list(sections_in(study_of(plane, {**plane, "name": "second"}))) == ["xoy"]
+    assert sections_in(study_of({**SLIDING, "lumped": {"angle": 0.0}})) == {}
+
+
+def test_the_contour_of_the_target_separates_the_cells_within_it():
+    """Between the smallest and the largest error of a section there is a line, named in the legend; beyond them none."""
+    study = replace(small_study(), target=float(np.median(plots.pose_errors(small_study()).within)))
+    assert [each.get_text() for each in sections_in(study)["xoz"].legends[0].get_texts()].count(f"target {length(study.target, stated=True)}") == 1
+    beyond = sections_in(replace(study, target=1.0))["xoz"]
+    assert not [each for each in beyond.legends[0].get_texts() if each.get_text().startswith("target")]
 
 
 @pytest.mark.parametrize("joints", [(STIFF,), (SLIDING,), (SLIDING, *TURNING[:1])], ids=["no errors", "one slide", "slide and turn"])

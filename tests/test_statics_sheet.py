@@ -105,7 +105,7 @@ def test_plots_show_the_figures_of_the_survey(found):
     (ring,) = [line for line in drawn["compliance-xoz"].figure.axes[0].lines if line.get_label() == "most compliant pose"]
     axis = lostmotion.frames(found.arm, np.zeros((1, len(found.arm.moving))))[found.arm.tree.moved[0], 0, :3, 3]
     x, y, z = 1e3 * (found.tool_positions[found.softest_pose] - [axis[0], axis[1], 0])
-    np.testing.assert_allclose([ring.get_xdata()[0], ring.get_ydata()[0]], [np.hypot(x, y), z], atol=1e-6)
+    np.testing.assert_allclose([ring.get_xdata()[0], ring.get_ydata()[0]], [1e3 * axis[0] + np.hypot(x, y), z], atol=1e-6)
     bars = [bar.get_width() for bar in drawn["shares"].figure.axes[0].patches[: len(found.parts)]]
     np.testing.assert_allclose(bars, 100 * np.sort(found.shares)[::-1], rtol=1e-9)
     assert not set().union(*(unprinted(plot, sheet) for plot in drawn.values()))

@@ -14,13 +14,13 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.plots import arm as picture
 from lostmotion.analyses.accuracy.plots.study import pose_errors
-from lostmotion.analyses.accuracy.plots.workspace_cells import cells_in_space, cells_of_cut
 from lostmotion.mechanism.serial import tool_points
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.page.viewer import viewer
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.svg import inline_svg
+from lostmotion.reporting.workspace_cells import cells_in_space, cells_of_cut
 from tests.test_plots import STIFF, small_study
 
 
@@ -47,6 +47,20 @@ def test_cut_holds_the_values_of_the_poses_near_each_cell():
     assert known[inside].all()
     assert not known[np.hypot(y, z) > 1.1].any()
     assert values[inside] == pytest.approx(2 * y[inside], abs=0.1)  # 16 poses lie within 60 mm
+
+
+def test_values_that_do_not_depend_on_the_azimuth_are_compared_at_all_azimuths():
+    """With 300 poses, 16 of which span 0.7 m in space: about a vertical axis a cell of the cut has the value of its own distance and height."""
+    points = ball() + np.array([0.2, 0.0, 0.0])
+    tool, view = points[:300], np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+    radius = np.hypot(tool[:, 0] - 0.2, tool[:, 1])
+    off = []
+    for axis in (None, (0.2, 0.0)):
+        across, up, values = cells_of_cut(points, tool, radius, view, 0.0, 0.05, axis)
+        x, z = np.meshgrid((across[1:] + across[:-1]) / 2, (up[1:] + up[:-1]) / 2, indexing="ij")
+        inside = (np.hypot(x - 0.2, z) < 0.8) & (np.abs(x - 0.2) > 0.2)
+        off.append(np.abs(values - np.abs(x - 0.2))[inside].max())
+    assert off[1] < 0.12 < off[0]
 
 
 def test_cells_in_space_fill_the_workspace_and_hold_the_values_near_them():

@@ -9,7 +9,7 @@ from lostmotion.analyses.iso9283.largest_cube import _column
 from lostmotion.analyses.iso9283.warm_up import WarmUp, growth
 from lostmotion.analyses.sizing.link_deflection import LinkLoads
 from lostmotion.analyses.sizing.sizing import rms_error
-from lostmotion.analyses.workspace_map.radial import vertical_axis
+from lostmotion.analyses.workspace_map.radial import full_turn_axis
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.elastostatics import compliance
 from lostmotion.mechanism.holding_torques import static_loads
@@ -69,7 +69,7 @@ def test_a_weightless_branch_changes_no_answer():
     np.testing.assert_allclose(growth(other, q[0], WarmUp(25.0)), growth(one, same[0], WarmUp(25.0)), rtol=1e-12, atol=1e-18)
     np.testing.assert_allclose(compliance(other, q), compliance(one, same), rtol=1e-9, atol=1e-18)
     assert rms_error(other, q) == pytest.approx(rms_error(one, same), rel=1e-12)
-    assert vertical_axis(other) == pytest.approx(vertical_axis(one))
+    assert full_turn_axis(other) == pytest.approx(full_turn_axis(one))
     np.testing.assert_allclose(_column(other), _column(one), atol=1e-15)
     for mine, theirs in zip(bending(other, q, np.zeros((30, 3)), 1.0), bending(one, same, np.zeros((30, 3)), 1.0), strict=True):
         assert mine.joint == theirs.joint

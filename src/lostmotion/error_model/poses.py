@@ -11,6 +11,7 @@ import numpy as np
 from lostmotion.error_model.draws import sobol, uniforms
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import Normal
+from lostmotion.mechanism.serial import tool_points
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -21,6 +22,8 @@ POSE_LAWS: Final[tuple[str, ...]] = get_args(PoseLaw)[:-1]
 # Number of independent sets of poses; the differences between them show the uncertainty due to the choice of poses.
 REPLICATES: Final = 8
 MOST_POSES: Final = 10_000_000
+# Poses that show in a picture what the tool reaches.
+_PICTURED: Final = 131_072
 # NumPy's largest number of dimensions. With more joints a grid has one step in each, or far too many poses.
 _MOST_AXES: Final = 32
 
@@ -87,6 +90,11 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
         shape = Normal(cut=3.0)
         return Poses(middle + sigma * shape.quantile(u) * (3.0 / shape.bound), "normal", REPLICATES)
     return Poses(low + u * (high - low), law, REPLICATES)
+
+
+def reachable_points(arm: Arm, seed: int = 1) -> Floats:
+    """Return what the tool reaches within the joint limits, for a picture: the tool points (point, 3), m, of many poses."""
+    return tool_points(arm, sample_poses(arm, _PICTURED, "sobol", seed).q)
 
 
 def _sobol(joints: int, each: int, seed: int) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
     from lostmotion.mechanism.tool import Payload
     from lostmotion.spatial import Floats
+
+
+# Horizontal part of a unit vector that is vertical but for rounding.
+_UPRIGHT: Final = 1e-9
 
 
 def as_poses(arm: Arm, q: Floats) -> Floats:
@@ -41,6 +45,15 @@ def frames(arm: Arm, q: Floats) -> Floats:
 def tool_points(arm: Arm, q: Floats) -> Floats:
     """Return the tool point (pose, 3), m, in the base's frame. Equal to `frames(arm, q)[-1, :, :3, 3]`, in a fraction of its time."""
     return tool_point(arm.tree, as_poses(arm, q))
+
+
+def vertical_axis(arm: Arm) -> tuple[float, float] | None:
+    """Return the position (x, y; m) of the first joint's axis in the base's axes if that joint turns about a vertical axis; else None."""
+    place = arm.tree.moved[arm.tree.tool_joints[0]]
+    at = frames(arm, arm.limits.mean(axis=1)[None])[place, 0]
+    axis = at[:3, :3] @ arm.tree.places[place].twist[:3]  # zero for a joint that slides
+    upright = axis.any() and math.hypot(axis[0], axis[1]) <= _UPRIGHT
+    return (float(at[0, 3]), float(at[1, 3])) if upright else None
 
 
 def wrenches(arm: Arm, q: Floats, payload: Payload | None = None, gravity: Floats | None = None) -> Floats:

@@ -37,7 +37,8 @@ class Answer:
     sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
     budget: error budget over all poses, by kind of error too; budgets: the same at stated poses and in zones.
     zones: the errors in zones that were asked about, over poses of their own. threads: how many there were, for questions still to come.
-    bands: the same over values that are only known to lie in a range; None where all are known.
+    bands: the same over values that are only known to lie in a range; None where all are known. target: largest acceptable error, m, where one was
+    stated.
     """
 
     arm: Arm
@@ -60,6 +61,7 @@ class Answer:
     zones: tuple[FoundInZone, ...] = ()
     threads: int = 1
     bands: Bands | None = None
+    target: float | None = None
 
     @property
     def places(self) -> tuple[Budget, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Annotated, Final, Literal, TypedDict, Unpack, overload
 
 from lostmotion.analyses.arguments import (
     DEFAULT_POSES,
@@ -29,8 +29,10 @@ from lostmotion.analyses.arguments import (
     poses_at,
     zones_of,
 )
+from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import InputError, refuse_argument
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -49,6 +51,9 @@ def _precision_of(_name: str, value: float | str, _given: object) -> Tolerance:
     return Tolerance.of(value)
 
 
+_TARGET: Final = Quantity("m", "0.5 mm", above=0, high=100.0)
+
+
 class Settings(TypedDict, total=False):
     """Arguments of `study` by keyword."""
 
@@ -57,6 +62,7 @@ class Settings(TypedDict, total=False):
     at: At | list[At] | None
     zone: Zone | Sequence[Zone] | None
     until: float | str | None
+    target: Amount | None
     most_robots: int
     sidecar: str | Path | None
     threads: int | None
@@ -130,6 +136,10 @@ def study(
             metavar="PRECISION",
         ),
     ] = None,
+    target: Annotated[
+        Amount | None,
+        Argument("Largest acceptable error, '0.5 mm': the share of positions within it, and its contour in the sections of the workspace.", _TARGET),
+    ] = None,
     most_robots: Annotated[int, Argument("How many robots are simulated at most, with `until`.", least=1)] = 10_000,
     sidecar: SidecarArgument = None,
     threads: ThreadsArgument = None,
@@ -162,6 +172,8 @@ def study(
 
     if until is not None and method == "analytic":
         raise refuse_argument("until", until, "a method that draws robots: without sampling there are none", method="both")
+    if target is not None and method == "analytic":
+        raise refuse_argument("target", target, "a method that draws robots: the share within a target is counted", method="both")
     if device != "cpu" and method == "analytic":
         raise refuse_argument("device", device, '"cpu": without sampling there is nothing for a GPU to do', device="cpu")
     check_device(device)
@@ -186,4 +198,4 @@ def study(
         progress=progress,
     )
     law = pose_law if isinstance(asked.poses, int) and pose_law != "grid" else None
-    return carry_out(asked.arm, chosen, law, route, asked.at or [], asked.zone or [])
+    return carry_out(asked.arm, chosen, law, route, asked.at or [], asked.zone or [], asked.target)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from lostmotion.analyses.accuracy.answer import Answer
 from lostmotion.analyses.accuracy.attribution import Attributed
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from lostmotion.propagation.pooled import Pooled
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
-
-# Tool points that show the workspace in a picture; its extent and volume are not reported.
-_PICTURED: Final = 131_072
 
 
 class Study(Answer, Attributed, Result):
@@ -119,11 +116,11 @@ class AnalyticStudy(Attributed, Result):
         """Return the plots of the report."""
         from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace
         from lostmotion.analyses.accuracy.plots.budget import of_budget
-        from lostmotion.analyses.accuracy.workspace import workspace
+        from lostmotion.error_model.poses import reachable_points
         from lostmotion.mechanism.serial import tool_points
 
         within = self.analytic.quantiles[:, self.analytic.levels.index(0.95)]
-        reachable = workspace(self.arm, samples=_PICTURED, seed=self.seed).points
+        reachable = reachable_points(self.arm, self.seed)
         tool = tool_points(self.arm, self.poses.q)
         pictures = arm_in_workspace(PoseErrors(self.arm, self.poses.q, self.approach, tool, self.analytic.mean, within, reachable))
         return [*pictures, *of_budget(self.budget, self.places)]

@@ -22,11 +22,14 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
 
-def carry_out(arm: Arm, chosen: Poses, law: PoseLaw | None, route: Route, at: Sequence[Any], zones: Sequence[Any]) -> Study | AnalyticStudy:
+def carry_out(
+    arm: Arm, chosen: Poses, law: PoseLaw | None, route: Route, at: Sequence[Any], zones: Sequence[Any], target: float | None
+) -> Study | AnalyticStudy:
     """Return the study of these poses by this route, with error budgets at the poses `at`, and the same figures in `zones`.
 
-    `law` chooses more poses where the route continues until figures are precise; None where the poses were given. Raises InputError for a pose that
-    there is not, and a zone that no pose reaches, before anything is computed.
+    `law` chooses more poses where the route continues until figures are precise; None where the poses were given. `target` (m): an error of which the
+    share of positions within it is counted. Raises InputError for a pose that there is not, and a zone that no pose reaches, before anything is
+    computed.
     """
     for pose in at:
         one_pose(chosen.q, pose)
@@ -36,7 +39,7 @@ def carry_out(arm: Arm, chosen: Poses, law: PoseLaw | None, route: Route, at: Se
     study: Study | AnalyticStudy
     if found.sampled is not None:
         whole = answer(arm, found.poses, found.sampled, route.seed, approach=route.approach, threads=route.threads, progress=route.progress)
-        besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": in_zones}
+        besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": in_zones, "target": target}
         study = Study(**{name: getattr(whole, name) for name in Answer.__dataclass_fields__} | besides)
     elif found.analytic is not None and found.pooled is not None:
         every = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=route.approach, replicates=found.poses.replicates)

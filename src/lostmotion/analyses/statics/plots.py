@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.poses import reachable_points
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import axes, axes_by_unit, figure, grouped, label_axes, legend, named_rows, one, stacked
 from lostmotion.reporting.palette import LIGHT, OF_CAUSE
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.section import PoseValues, from_above, from_the_side
+from lostmotion.reporting.section import SECTION_TEXT, PoseValues, sections
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,14 +28,8 @@ def statics_plots(survey: Survey) -> list[Plot]:
     """Return the plots in reading order; a rigid arm has none of compliance."""
     drawn = [Plot("causes", "causes", causes(survey), "Stacked bars of each joint's largest holding torque by cause.")]
     if survey.parts:
+        drawn += [Plot(f"compliance-{name}", "map", section, SECTION_TEXT[name]) for name, section in sections(compliances(survey))]
         drawn += [
-            Plot(
-                "compliance-xoz",
-                "map",
-                from_the_side(compliances(survey)),
-                "Section from the side in classes of the largest compliance.",
-            ),
-            Plot("compliance-xoy", "map", from_above(compliances(survey)), "Horizontal section in classes of the largest compliance."),
             Plot(
                 "ellipsoid", "ellipsoid", ellipsoid_plot(survey), "Compliance ellipsoids at the most compliant pose, rotation free and constrained."
             ),
@@ -61,8 +56,8 @@ def causes(survey: Survey) -> Figure:
 
 def compliances(survey: Survey) -> PoseValues:
     """Return the compliance along the most compliant direction at each pose, with the most compliant pose marked."""
-    values = survey.max_compliance * 1e6
-    return PoseValues(survey.arm, survey.tool_positions, values, "largest compliance", "µm/N", survey.softest_pose, "most compliant pose")
+    values, marked = survey.max_compliance * 1e6, (survey.softest_pose, "most compliant pose")
+    return PoseValues(survey.arm, survey.tool_positions, values, "largest compliance", "µm/N", *marked, reachable_points(survey.arm))
 
 
 def ellipsoid_plot(survey: Survey) -> Figure:

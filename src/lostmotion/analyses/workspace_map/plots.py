@@ -17,6 +17,7 @@ from lostmotion.reporting.chart import (
     cells,
     class_legend,
     class_of,
+    contour,
     figure,
     grid,
     grouped,
@@ -28,7 +29,6 @@ from lostmotion.reporting.chart import (
 from lostmotion.reporting.chart_settings import SMALL
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import Figure as Number
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
@@ -192,14 +192,9 @@ def _draw(on: Axes, found: WorkspaceMap, x: Floats, y: Floats, values: Floats) -
 
 def _target(on: Axes, found: WorkspaceMap, x: Floats, y: Floats, values: Floats) -> None:
     """Draw the contour line of the target where it crosses a slice."""
-    known = values[np.isfinite(values)]
-    if found.within_target is None or not len(known) or min(values.shape) < 2:  # noqa: PLR2004 - a contour needs an area
-        return
-    target = found.within_target.target
-    if known.min() < target < known.max():
-        for colour, width in ((LIGHT["paper"], 3.0), (LIGHT["ink"], 1.2)):
-            on.contour(x * 1e3, y * 1e3, np.ma.masked_invalid(values.T), levels=[target], colors=[colour], linewidths=[width])
-        on.plot([], [], color=LIGHT["ink"], linewidth=1.2, label=f"target {Number(target * _unit(found)[1], _unit(found)[0], stated=True)}")
+    if found.within_target is not None:
+        unit, factor = _unit(found)
+        contour(on, x, y, values * factor, found.within_target.target * factor, "target", unit)
 
 
 def _classes(made: Figure, found: WorkspaceMap, on: Axes) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE, cell_figures
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.serial import vertical_axis
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.map import WorkspaceMap
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _TURN: Final = 2 * math.pi
-_PARALLEL: Final = 1e-9
+_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class RadialSection:
 
 def radial_section(found: WorkspaceMap) -> RadialSection | None:
     """Return the quantile by distance from the first axis and height, over all azimuths; None unless that axis is vertical and turns fully."""
-    axis = vertical_axis(found.arm)
+    axis = full_turn_axis(found.arm)
     if axis is None:
         return None
     grid, points = found.reached.grid, found.reached.points
@@ -42,12 +42,7 @@ def radial_section(found: WorkspaceMap) -> RadialSection | None:
     return RadialSection(np.asarray(grid.edge * (np.arange(rings) + 0.5), dtype=float), grid.centres_along(2), values.reshape(rings, heights))
 
 
-def vertical_axis(arm: Arm) -> tuple[float, float] | None:
+def full_turn_axis(arm: Arm) -> tuple[float, float] | None:
     """Return the position (x, y; m) of the first axis if it is vertical and turns through 360°; else None."""
-    first = arm.tree.tool_joints[0]
-    joint = arm.moving[first]
-    if joint.type != "revolute" or joint.limits[1] - joint.limits[0] < _TURN * (1 - _PARALLEL):
-        return None
-    here = frames(arm, arm.limits.mean(axis=1)[None])[arm.tree.moved[first], 0]
-    direction = here[:3, :3] @ joint.twist[:3]
-    return None if math.hypot(direction[0], direction[1]) > _PARALLEL else (float(here[0, 3]), float(here[1, 3]))
+    low, high = arm.moving[arm.tree.tool_joints[0]].limits
+    return vertical_axis(arm) if high - low >= _TURN * (1 - _ROUNDING) else None

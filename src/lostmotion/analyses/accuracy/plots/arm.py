@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.plots.workspace_cells import NEAREST, cells_in_space, cells_of_cut
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.serial import frames
 from lostmotion.reporting.arm_scene import ArmScene, Cells, ShownPose
 from lostmotion.reporting.chart import PER_UNIT, cells, class_legend, class_of, label_axes, one
 from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import FIRST_SCREEN, Plot
+from lostmotion.reporting.section import COVERED, FLAT, PoseValues, symmetry_axis
 from lostmotion.reporting.sheet import length
+from lostmotion.reporting.workspace_cells import CELLS, NEAREST, cells_in_space, cells_of_cut
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,12 +27,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Cells along the longest side of the workspace.
-_CELLS: Final = 44
-# Classes cover the values between these percentiles.
-_COVERED: Final = (3.0, 97.0)
-# A workspace lower than this share of its longest side is cut horizontally. The enlarged error is at most this share of that side long.
-_FLAT: Final = 0.05
+# The enlarged error is at most this share of the longest side of the workspace long.
 _ERROR: Final = 0.15
 # The mean error vector is drawn where its part in the plane of the cut is more than this share of it.
 _SHOWN: Final = 0.2
@@ -52,6 +48,7 @@ class PoseErrors:
     mean       (pose,) mean error, m
     within     (pose,) 95th percentile of the error, m
     reachable  (point, 3) m, what the tool reaches within the joint limits
+    target     largest acceptable error, m; None without one
     """
 
     arm: Arm
@@ -61,6 +58,7 @@ class PoseErrors:
     mean: Floats
     within: Floats
     reachable: Floats
+    target: float | None = None
 
     @property
     def size(self) -> float:
@@ -70,7 +68,7 @@ class PoseErrors:
     @property
     def flat(self) -> bool:
         """Return whether the workspace is so low that it is cut horizontally."""
-        return float(np.ptp(self.reachable[:, 2])) < _FLAT * self.size
+        return float(np.ptp(self.reachable[:, 2])) < FLAT * self.size
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ def arm_in_workspace(found: PoseErrors) -> Iterator[Plot]:
     bias, axes = _errors(found, list(chosen.values()))
     longest = max(float(np.linalg.norm(each, axis=-1).max()) for each in (bias, axes))
     unit = length(float(found.within.max())).unit
-    limits = class_limits(*(float(each) * PER_UNIT[unit] for each in np.percentile(found.within, _COVERED)))
+    limits = class_limits(*(float(each) * PER_UNIT[unit] for each in np.percentile(found.within, COVERED)))
     scale = _Scale(limits, unit, _factor(_ERROR * found.size / longest) if longest else 1.0)
     shown = [
         ShownPose(f"{name} pose", found.q[k], bias[n], axes[n], _words(found, name, k, scale.factor)) for n, (name, k) in enumerate(chosen.items())
@@ -100,6 +98,13 @@ def arm_in_workspace(found: PoseErrors) -> Iterator[Plot]:
     scene = ArmScene(found.arm, shown, scale.factor, found.flat, _cells(found, scale) if len(found.q) >= NEAREST else None)
     for n, (name, k) in enumerate(chosen.items()):
         yield Plot(f"arm-{name}" if n else "arm", FIRST_SCREEN, *_picture(found, name, k, bias[n], scale), None if n else scene)
+
+
+def sections_of(found: PoseErrors) -> PoseValues:
+    """Return the 95th percentile at each pose for sections in the classes of the pictures above, with the worst pose marked."""
+    unit = length(float(found.within.max())).unit
+    values, target = found.within * PER_UNIT[unit], None if found.target is None else found.target * PER_UNIT[unit]
+    return PoseValues(found.arm, found.tool, values, _WHAT, unit, int(found.mean.argmax()), "worst pose", found.reachable, target)
 
 
 def _errors(found: PoseErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
@@ -120,17 +125,18 @@ def _words(found: PoseErrors, name: str, pose: int, factor: float) -> str:
 
 def _cells(found: PoseErrors, scale: _Scale) -> Cells:
     """Return the coloured cells of the workspace."""
-    edge = found.size / _CELLS
-    low, values = cells_in_space(found.reachable, found.tool, found.within * PER_UNIT[scale.unit], edge)
+    edge = found.size / CELLS
+    low, values = cells_in_space(found.reachable, found.tool, found.within * PER_UNIT[scale.unit], edge, symmetry_axis(found.arm))
     return Cells(edge, low, class_of(values, scale.limits), scale.limits, _WHAT, scale.unit)
 
 
 def _picture(found: PoseErrors, name: str, pose: int, bias: Floats, scale: _Scale) -> tuple[Figure, str]:
     """Return the figure of the arm at a pose in its cut, and what it shows in words."""
-    tool, edge, error = found.tool[pose], found.size / _CELLS, scale.factor * bias
+    tool, edge, error = found.tool[pose], found.size / CELLS, scale.factor * bias
     view, names = _view(tool, flat=found.flat)
     drawn, on = one("", 132, width=178)
-    across, up, values = cells_of_cut(found.reachable, found.tool, found.within * PER_UNIT[scale.unit], view, float(view[2] @ tool), edge)
+    shown, axis = found.within * PER_UNIT[scale.unit], symmetry_axis(found.arm)
+    across, up, values = cells_of_cut(found.reachable, found.tool, shown, view, float(view[2] @ tool), edge, axis)
     coloured = len(found.q) >= NEAREST
     if coloured:
         cells(on, across * 1e3, up * 1e3, class_of(values, scale.limits))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace
+from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace, sections_of
 from lostmotion.analyses.accuracy.plots.bending import bending
 from lostmotion.analyses.accuracy.plots.budget import CAUSES_TEXT, LEVELS_TEXT, at_places, budget, by_level, levels
 from lostmotion.analyses.accuracy.plots.waterfall import waterfall
@@ -15,10 +15,10 @@ from lostmotion.analyses.accuracy.tables.zone import seen_in
 from lostmotion.error_model.intervals import pooled_quantile, pooled_robots_quantile
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.histogram import binned, linear_bins
-from lostmotion.reporting.chart import PER_UNIT, axes, axes_by_unit, figure, grouped, histogram, label_axes, legend, mark, named_rows, one
+from lostmotion.reporting.chart import PER_UNIT, axes, axes_by_unit, figure, grouped, histogram, label_axes, legend, mark, mark_at, named_rows, one
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.section import PoseValues, from_above, from_the_side
+from lostmotion.reporting.section import SECTION_TEXT, sections
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
@@ -32,18 +32,6 @@ if TYPE_CHECKING:
 def plots(answer: Answer) -> list[Plot]:
     """Return the plots of this study. In reading order; AP and RP only where poses were visited twice, a budget only where parts err."""
     drawn: list[tuple[str, str, Callable[[Answer], Figure], str]] = [
-        (
-            "workspace-xoz",
-            "workspace",
-            lambda answer: from_the_side(mean_errors(answer)),
-            "Section of the workspace from the side in classes of the mean error.",
-        ),
-        (
-            "workspace-xoy",
-            "workspace",
-            lambda answer: from_above(mean_errors(answer)),
-            "Horizontal section through the worst pose in classes of the mean error.",
-        ),
         ("error-histogram", "error", error_histogram, "Histogram of the position error over the workspace with its 50th, 95th and 99th percentile."),
         ("ap-rp", "iso9283", accuracy_over_robots, "Histograms of AP and RP over the robots with the 95th percentile."),
         ("levels", "levels", lambda answer: levels(answer.budget), LEVELS_TEXT),
@@ -66,6 +54,8 @@ def plots(answer: Answer) -> list[Plot]:
     missing = {"ap-rp"} if answer.sampled.visits < 2 else set()  # noqa: PLR2004 - a scatter needs two
     missing |= set() if answer.sampled.tally.owners else {"levels", "waterfall", "budget", "causes"}
     missing |= set() if answer.bending else {"bending"}
+    pictured = pose_errors(answer)
+    cut = [Plot(f"workspace-{name}", "workspace", drawn, SECTION_TEXT[name]) for name, drawn in sections(sections_of(pictured))]
     places = at_places(answer.places)
     for k, zone in enumerate(answer.zones, start=1):
         words = f"Histogram of the position error in the zone {zone.name} over that of the whole workspace."
@@ -74,22 +64,14 @@ def plots(answer: Answer) -> list[Plot]:
             inside = accuracy_over_robots(seen_in(answer, zone))
             places.append(Plot(f"zone-{k}-ap-rp", f"zone_{k}_iso9283", inside, f"Histograms of AP and RP over the robots in the zone {zone.name}."))
     shown = [Plot(key, section, draw(answer), words) for key, section, draw, words in drawn if key not in missing]
-    return [*arm_in_workspace(pose_errors(answer)), *shown, *places]
+    return [*arm_in_workspace(pictured), *cut, *shown, *places]
 
 
 def pose_errors(answer: Answer) -> PoseErrors:
     """Return the error at each pose for the pictures of the first screen."""
     table = answer.sampled.per_pose
     within = table[:, kernel.FIRST_QUANTILE + 3 * kernel.QUANTILES.index(0.95)]
-    return PoseErrors(answer.arm, answer.poses.q, answer.approach, answer.tool, table[:, kernel.MEAN], within, answer.workspace.points)
-
-
-def mean_errors(answer: Answer) -> PoseValues:
-    """Return the mean error at each pose, with the worst pose marked."""
-    means = answer.sampled.per_pose[:, kernel.MEAN]
-    unit = length(float(means.max())).unit
-    worst = int(means.argmax())
-    return PoseValues(answer.arm, answer.tool, means * PER_UNIT[unit], "mean error", unit, worst, "worst pose", answer.workspace.points)
+    return PoseErrors(answer.arm, answer.poses.q, answer.approach, answer.tool, table[:, kernel.MEAN], within, answer.workspace.points, answer.target)
 
 
 def error_histogram(answer: Answer) -> Figure:
@@ -100,6 +82,8 @@ def error_histogram(answer: Answer) -> Figure:
     factor = PER_UNIT[unit]
     drawn, on = one("Position error over the workspace", 80)
     histogram(on, edges * factor, 100 * counts / counts.sum())
+    if answer.target is not None:  # first, so that the words of the others hide its line
+        mark_at(on, answer.target * factor, f"target {length(answer.target, stated=True)}", row=len(kernel.QUANTILES))
     for k, level in enumerate(kernel.QUANTILES):
         mark(on, pooled_quantile(sampled.group_hist, sampled.replicate_hist, level), f"{100 * level:.0f}th percentile", unit, row=k)
     label_axes(on, f"position error [{unit}]", f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [%]")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.accuracy.tables.error import WITHIN_TARGET
 from lostmotion.analyses.accuracy.tables.stopping import outcome
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in
 from lostmotion.propagation.montecarlo import kernel
@@ -15,6 +16,7 @@ from lostmotion.reporting.provenance import (
     headline_names,
     missing_kinds,
     repeatability_sentence,
+    share_within_bounded,
     state_counts,
     upper_limit_sentences,
 )
@@ -40,7 +42,7 @@ _ROUNDING: Final = 1e-9
 
 def brief_of(found: Sequence[Section], answer: Answer, known: States) -> tuple[tuple[str, str], ...]:
     """Return the statements of a study by Monte Carlo, each a word and a sentence or two."""
-    out = [("RP", _repeatability(found, known))]
+    out = [("RP", _repeatability(found, known)), ("Target", _within_target(found, answer, known))]
     for k, zone in enumerate(answer.zones, 1):
         row = find_row(found, f"zone_{k}", "95th percentile")
         out += [("Zone", zone_sentence(zone.name, row.figures[0], known))] if row is not None else []
@@ -61,6 +63,17 @@ def _repeatability(found: Sequence[Section], known: States) -> str:
     if repeats is not None and (error is None or error.figures[0].value):
         return "No described error differs between visits, so no repeatability is predicted."
     return ""
+
+
+def _within_target(found: Sequence[Section], answer: Answer, known: States) -> str:
+    """Return the sentence on the share of positions within the target; empty without one."""
+    row = find_row(found, "error", WITHIN_TARGET)
+    if row is None or answer.target is None:
+        return ""
+    share = row.figures[0]
+    counted = f"{share}{f' ({share.interval})' if share.interval else ''} of positions"
+    text = share_within_bounded(counted, known)
+    return f"{text[0].upper()}{text[1:]} are within {length(answer.target, stated=True)}."
 
 
 def zone_sentence(name: str, inside: Figure, known: States) -> str:

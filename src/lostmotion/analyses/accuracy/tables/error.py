@@ -12,6 +12,7 @@ from lostmotion.error_model.intervals import (
     pooled_quantile,
     pooled_robots_quantile,
     root_mean_square,
+    share_below,
     standard_deviation,
 )
 from lostmotion.mechanism.placed_terms import short_name
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.mechanism.arm import Arm
 
+# Label of the share of positions within the target.
+WITHIN_TARGET: Final = "within the target"
 # Of the errors without limits, how many are named.
 _MOST_NAMES: Final = 3
 
@@ -41,6 +44,9 @@ def error_section(answer: Answer, where: str = "") -> Section:
         Row("standard deviation", (as_length(spread, counted),), "of the position error about its mean, over all robots, poses and visits"),
         *(Row(f"{100 * level:.0f}th percentile", (as_length(found, counted),)) for level, found in quantiles.items()),
     ]
+    if answer.target is not None:
+        within = share_below(sampled.group_hist, sampled.replicate_hist, answer.target, sampled.robots)
+        rows.append(Row(WITHIN_TARGET, (as_share(within, counted),), f"target: {length(answer.target, stated=True)}", "within_target"))
     at = int(table[:, kernel.LARGEST].argmax())
     who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
     rows.append(
@@ -143,3 +149,8 @@ def described_pose(answer: Answer, index: int) -> str:
 def as_length(estimate: Estimate, samples: str) -> Figure:
     """Return an estimate (m) in the unit that suits its size."""
     return length(estimate.value, estimate.low, estimate.high, samples)
+
+
+def as_share(estimate: Estimate, samples: str) -> Figure:
+    """Return the estimate of a share, 0..1, in per cent."""
+    return Figure(100 * estimate.value, "%", 100 * estimate.low, 100 * estimate.high, samples)

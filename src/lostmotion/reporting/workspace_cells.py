@@ -1,26 +1,39 @@
-"""Cells of a workspace, each with the value of the poses nearest to it: of a plane cut, and in space."""
+"""Cells of a workspace, each with the mean value of the poses nearest to it: of a plane cut, and in space.
+
+Where values do not depend on the angle about a vertical axis, poses are compared by their distance from it and their height: all azimuths then count
+for each cell, and 16 poses lie much nearer to it than in space.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
+# Cells along the longest side of a workspace.
+CELLS: Final = 44
 # Poses whose mean value a cell has.
 NEAREST: Final = 16
 
 
-def cells_of_cut(points: Floats, tool: Floats, values: Floats, view: Floats, depth: float, edge: float) -> tuple[Floats, Floats, Floats]:
+# Position (x, y) of a vertical axis in the base's axes, m; None without one.
+Axis: TypeAlias = tuple[float, float] | None
+
+
+def cells_of_cut(
+    points: Floats, tool: Floats, values: Floats, view: Floats, depth: float, edge: float, axis: Axis = None
+) -> tuple[Floats, Floats, Floats]:
     """Return the edges of the cells of a cut across and upwards, m, and their values (across, up); NaN where no point of the workspace is.
 
     points  (point, 3) m, of the workspace
     tool    (pose, 3) m, with their values (pose,)
     view    (3, 3) directions to the right, upwards and towards the viewer; the cut is at this depth along the last, m
     edge    of a cell, m
+    axis    vertical axis about which the values do not change
     """
     near = np.concatenate([points, tool])  # never empty: the plane contains the tool of one pose
     inside = near[np.abs(near @ view[2] - depth) <= edge] @ view[:2].T
@@ -31,11 +44,11 @@ def cells_of_cut(points: Floats, tool: Floats, values: Floats, view: Floats, dep
     column, row = np.nonzero(reached)
     centres = np.column_stack([across[column] + edge / 2, up[row] + edge / 2, np.full(len(row), depth)]) @ view
     out = np.full(reached.shape, np.nan)
-    out[column, row] = _near(tool, values, centres)
+    out[column, row] = _near(tool, values, centres, axis)
     return across, up, out
 
 
-def cells_in_space(points: Floats, tool: Floats, values: Floats, edge: float) -> tuple[Floats, Floats]:
+def cells_in_space(points: Floats, tool: Floats, values: Floats, edge: float, axis: Axis = None) -> tuple[Floats, Floats]:
     """Return the corner (3,) of the first cell, m, and the values (x, y, z) of cubic cells; NaN where no point of the workspace is.
 
     Arguments as for `cells_of_cut`. The cells lie symmetrically about the middle of the workspace, so those of a flat one lie symmetrically about it.
@@ -49,7 +62,7 @@ def cells_in_space(points: Floats, tool: Floats, values: Floats, edge: float) ->
     reached = _closed(reached)
     cell = np.nonzero(reached)
     out = np.full(shape, np.nan)
-    out[cell] = _near(tool, values, first + edge * (np.column_stack(cell) + 0.5))
+    out[cell] = _near(tool, values, first + edge * (np.column_stack(cell) + 0.5), axis)
     return first, out
 
 
@@ -62,9 +75,11 @@ def _closed(reached: np.ndarray) -> np.ndarray:
     return np.asarray(reached | binary_closing(around, np.ones((3,) * reached.ndim, bool))[inner])
 
 
-def _near(tool: Floats, values: Floats, centres: Floats) -> Floats:
+def _near(tool: Floats, values: Floats, centres: Floats, axis: Axis) -> Floats:
     """Return the mean value over the poses nearest to each centre (cell, 3)."""
     from scipy.spatial import KDTree
 
+    if axis is not None:
+        tool, centres = (np.column_stack([np.hypot(at[:, 0] - axis[0], at[:, 1] - axis[1]), at[:, 2]]) for at in (tool, centres))
     of_poses = KDTree(tool).query(centres, k=np.arange(1, min(NEAREST, len(tool)) + 1))[1]
     return np.asarray(values[of_poses].mean(axis=1))
