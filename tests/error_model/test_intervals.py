@@ -18,6 +18,7 @@ from lostmotion.error_model.intervals import (
     robots_quantile,
     root_mean_square,
     root_mean_square_of_samples,
+    share_below,
     share_interval,
     standard_deviation,
 )
@@ -101,14 +102,17 @@ def test_a_quantile_beyond_the_histogram_has_no_interval():
 
 
 @pytest.mark.slow
-def test_the_interval_of_a_pooled_quantile_covers():
-    """Of 1 000 synthetic studies with lognormal errors 93 to 97 % have a 95 % interval that covers the true 50th or 95th percentile."""
+def test_the_interval_of_a_pooled_quantile_or_share_covers():
+    """Of 1 000 synthetic studies with lognormal errors 93 to 97 % have a 95 % interval that covers the true 50th or 95th percentile.
+
+    So have those of the share of errors up to these lengths.
+    """
     rng = np.random.default_rng(8)
     robots, groups, samples = 128, 32, 16
     spread = (0.1, 0.3, 0.4)  # of sets, of robots, of samples
     edges = bin_edges()
     scale = {0.5: 0.0, 0.95: 1.6448536269514722}
-    covered = dict.fromkeys(scale, 0)
+    covered, shares = dict.fromkeys(scale, 0), dict.fromkeys(scale, 0)
     for _ in range(1000):
         logs = rng.normal(0, spread[0], (SETS, 1, 1)) + rng.normal(0, spread[1], (robots, 1)) + rng.normal(0, spread[2], (SETS, robots, samples))
         bins = np.searchsorted(edges, 1e-3 * np.exp(logs), side="right") - 1
@@ -119,7 +123,9 @@ def test_the_interval_of_a_pooled_quantile_covers():
             truth = 1e-3 * np.exp(normal * np.linalg.norm(spread))
             found = pooled_quantile(by_group, by_set, level)
             covered[level] += found.low <= truth <= found.high
-    assert all(0.93 <= count / 1000 <= 0.97 for count in covered.values()), covered
+            share = share_below(by_group, by_set, truth, robots)
+            shares[level] += share.low <= level <= share.high
+    assert all(0.93 <= count / 1000 <= 0.97 for count in (*covered.values(), *shares.values())), (covered, shares)
 
 
 @pytest.mark.slow
@@ -185,6 +191,18 @@ def test_the_interval_of_a_share_below_a_limit_is_students_over_robots():
     found = intervals.share_spread(hist, hist.sum(axis=0)[None], float(bin_edges()[4500]))
     assert found.half == pytest.approx(t(3).ppf(0.975) * (below / 10).std(ddof=1) / 2, rel=1e-9)
     assert (found.of_robots, found.of_poses) == pytest.approx(((below / 10).var(ddof=1) / 4, 0.0), rel=1e-12)
+
+
+def test_a_share_of_all_or_none_has_the_interval_of_as_many_trials_as_robots():
+    """No error of 200 robots above the limit: at least 98 % (Wilson), not exactly 100 %; one group of robots has no interval."""
+    hist = np.zeros((4, error_bins.BINS), np.int64)
+    hist[:, 4000] = 50
+    limit = float(bin_edges()[4500])
+    found = share_below(hist, hist.sum(axis=0)[None], limit, 200)
+    assert (found.value, found.low, found.high) == pytest.approx((1.0, *share_interval(200, 200)))
+    none = share_below(hist, hist.sum(axis=0)[None], limit / 10, 200)
+    assert (none.value, none.low, none.high) == pytest.approx((0.0, *share_interval(0, 200)))
+    assert math.isnan(share_below(hist[:1], hist[:1], limit, 50).low)
 
 
 def test_equal_sets_of_poses_leave_the_degrees_of_freedom_of_the_robots():

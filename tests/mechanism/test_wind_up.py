@@ -46,14 +46,24 @@ def test_zones_of_stiffness_add_up():
 
 def test_a_slide_shifts_by_force_over_stiffness():
     """A vertical slide with 10 kg and 100 N/µm: 0.980665 µm."""
-    slide = {"type": "prismatic", "name": "Z", "axis": "z", "limits": ("0 mm", "300 mm"), "gearbox": {"kind": "rack", "pinion_radius": "20 mm", "stiffness": "100 N/µm"}}
+    slide = {
+        "type": "prismatic",
+        "name": "Z",
+        "axis": "z",
+        "limits": ("0 mm", "300 mm"),
+        "gearbox": {"kind": "rack", "pinion_radius": "20 mm", "stiffness": "100 N/µm"},
+    }
     (wound,) = wind_ups(arm(slide), np.array([[0.1], [0.2]]))
     assert abs(wound.value) == pytest.approx(10 * 9.80665 / 1e8, rel=1e-9)
 
 
 def test_the_table_of_joints_states_load_wind_up_and_bending():
     """Share of the rated torque and wind-up by hand; a rigid link and an undescribed stiffness are ideal, a missing rating is not stated."""
-    tube = {"length": "500 mm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}, "material": {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}}
+    tube = {
+        "length": "500 mm",
+        "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"},
+        "material": {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"},
+    }
     study = lostmotion.study(
         arm(
             turning("A", gearbox={"stiffness": "20 N m/arcmin", "rated_torque": "200 N m", "assumed": ["stiffness"]}),

@@ -46,7 +46,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
     ]
     if answer.target is not None:
         within = share_below(sampled.group_hist, sampled.replicate_hist, answer.target, sampled.robots)
-        rows.append(Row(WITHIN_TARGET, (as_share(within, counted),), f"target: {length(answer.target, stated=True)}", "within_target"))
+        rows.append(Row(WITHIN_TARGET, (as_share(within, counted),), f"target: {length(answer.target, stated=True)}"))
     at = int(table[:, kernel.LARGEST].argmax())
     who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
     rows.append(
