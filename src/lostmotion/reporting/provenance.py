@@ -150,15 +150,6 @@ def rests_on_sentences(known: States) -> list[str]:
     return [f"{named[0].upper()}{named[1:]}."] if named else []
 
 
-def state_counts(known: States) -> tuple[int, int, int]:
-    """Return how many kinds of error of moving joints are stated, assumed and ideal; a described lumped error counts in place of ideal kinds."""
-    cells = []
-    for each in known.joints:
-        lumped = each.states.get("lumped", "ideal") != "ideal"
-        cells += [state for kind, state in each.states.items() if state != "ideal" or (kind != "lumped" and not lumped)]
-    return cells.count("stated"), cells.count("assumed"), cells.count("ideal")
-
-
 def missing_kinds(known: States) -> list[str]:
     """Return the kinds of error that nothing describes, with the joints where others describe them.
 

@@ -12,12 +12,12 @@ from lostmotion.analyses.accuracy.tables.stopping import outcome
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.provenance import (
+    assumed_count,
     at_least,
     headline_names,
     missing_kinds,
     repeatability_sentence,
     share_within_bounded,
-    state_counts,
     upper_limit_sentences,
 )
 from lostmotion.reporting.sheet import Figure, find_row, length, several
@@ -139,10 +139,11 @@ def _ratings(arm: Arm) -> Iterable[float | None]:
 
 def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, str]]:
     """Return what is stated, assumed and ideal, the makers' limits, and the error (largest of a sample) of adding errors to first order."""
-    stated, assumed, ideal = state_counts(known)
+    stated, assumed = sum(each.state == "stated" for each in known.given), assumed_count(known.assumed)
     missing = missing_kinds(known)
-    text = f"{stated} of {stated + assumed + ideal} kinds of error at the joints are stated, {assumed} assumed, {ideal} ideal"
-    text += f" ({', '.join(missing)})." if not headline_names(missing) else "."
+    text = f"{several(stated, 'value')} stated, {assumed} assumed."
+    if not headline_names(missing):
+        text += f" Taken as perfect: {', '.join(missing)}."
     if first_order is not None:
         text += f" First order: exact to {first_order}."
     return [("Trust", text), ("Limits", " ".join(upper_limit_sentences(known)))]
