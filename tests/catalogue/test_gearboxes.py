@@ -253,7 +253,7 @@ def test_a_note_names_what_the_row_does_not_state():
     note = row.note("RV-40E-121", {})
     assert "lost_motion and hysteresis are the maker's upper limit" in note
     assert "transmission_error" in note
-    assert note.endswith("(from memory, 95 % confidence)")
+    assert note.endswith("(not verified, 95 % confidence)")
     own = row.note("RV-40E-121", {"backlash": 0, "transmission_error": 0, "stiffness_scatter": 0})
     assert "hysteresis is the maker's upper limit" in own
     assert "nothing is said" not in own

@@ -131,11 +131,11 @@ def test_the_moment_of_inertia_depends_on_the_ratio(tmp_path):
 
 
 def test_figures_from_memory_are_assumed_with_their_confidence():
-    """The stiffness of an RV-20E is from memory, that of an RV-42N was read; a user's own value is a fact in either."""
+    """The stiffness of an RV-20E was not verified, that of an RV-42N was; a user's own value is a fact in either."""
     memory, read_there = (find_gearbox(name)[0].with_stated({}) for name in ("RV-20E", "RV-42N"))
     assert "stiffness" in memory["assumed"]
     assert "rated_torque" in memory["assumed"]
-    assert "from memory, 95 % confidence" in memory["source"]
+    assert "not verified, 95 % confidence" in memory["source"]
     assert read_there["assumed"] == ["mass"]
-    assert "mass: Nabtesco, RV-N series, rating table (from memory, 85 % confidence)" in read_there["source"]
+    assert "mass: Nabtesco, RV-N series, rating table (not verified, 85 % confidence)" in read_there["source"]
     assert "stiffness" not in find_gearbox("RV-20E")[0].with_stated({"stiffness": "50 N m/arcmin"})["assumed"]

@@ -35,9 +35,9 @@ def test_a_reducer_is_named_in_three_ways(tmp_path, text):
     assert gearbox.stiffness == pytest.approx(108 / ARCMIN)
     (note,) = arm.notes
     assert "upper limit" in note
-    assert "(from memory, 95 % confidence)" in note
+    assert "(not verified, 95 % confidence)" in note
     assert "[M" not in gearbox.source
-    assert "(from memory, 95 % confidence)" in gearbox.source
+    assert "(not verified, 95 % confidence)" in gearbox.source
 
 
 def test_stated_values_have_priority(tmp_path):

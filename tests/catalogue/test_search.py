@@ -95,7 +95,7 @@ def test_every_entry_can_be_shown_whole(name: str):
     assert sheet.sections
     for section in sheet.sections:
         told = " ".join(f"{row.label} {row.note}" for row in section.rows) + section.note
-        assert "(read)" in told or "(from memory, " in told
+        assert "(verified)" in told or "(not verified, " in told
     json.dumps(sheet.facts)
 
 
@@ -128,7 +128,7 @@ def test_the_command_searches_and_names_rows_without_a_figure():
     """A table with source and confidence, and a note on the rows that do not state a required figure."""
     done = catalog("--min-torque", "300 N m", "--max-lost-motion", "1 arcmin")
     assert done.returncode == 0, done.stderr
-    for words in ("7 reducers", "RV-450E", "4410 N m", "from memory, 95 % confidence", "(read)", "21 more rows do not state rated torque"):
+    for words in ("7 reducers", "RV-450E", "4410 N m", "not verified, 95 % confidence", "(verified)", "21 more rows do not state rated torque"):
         assert words in " ".join(done.stdout.split())
     assert "RV-20E" not in done.stdout
 

@@ -37,7 +37,7 @@ _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error",
 _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
 _INERTIAS: Final = 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'
 _TYPICAL: Final = 'typical = { hysteresis = "0.2 arcmin", source = "measured on 5 pieces, 2024" }'
-# Confidence in a source, as the data file marks it: [R] read, [M 95] from memory, 95 % confidence.
+# Confidence in a source, as the data file marks it: [R] verified against the source, [M 95] not verified, 95 % confidence.
 _MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<confidence>\d\d))\]")
 _CODE: Final = re.compile(r"(?P<model>.+?)(?:-(?P<ratio>[0-9]{1,6}(?:\.[0-9]{1,6})?))?")
 
@@ -126,7 +126,7 @@ class GearboxRow(_Printed):
     lost_motion      as printed, where `part` states it by other fields
     moment_rigidity  of the main bearing against tilting; kept as data, as acceleration_torque and emergency_torque
     printed          the maker's figures where `part` states them by other fields
-    source           with its confidence: [R] read, [M 95] from memory, 95 % confidence
+    source           with its confidence: [R] verified against the source, [M 95] not verified, 95 % confidence
     mass_source      of the mass in `part`, inertia_source of moments of inertia, where they have another source
     """
 
@@ -178,7 +178,7 @@ class GearboxRow(_Printed):
         """Return the fields of a gearbox with this row and with the fields stated by the user, which have priority.
 
         The row's upper limits and source are added. `values` selects the errors for which the maker prints only upper limits: the "limit" itself, or
-        the "typical" value where the row has one, which is then marked as assumed. Values whose source is from memory are marked as assumed too.
+        the "typical" value where the row has one, which is then marked as assumed. Values that were not verified are marked as assumed too.
         """
         replaced = {other for name in stated for other in REPLACES.get(name, ())}
         typical = {name: self.typical[name] for name in self.typical_fields if name not in stated} if values == "typical" else {}
@@ -206,7 +206,7 @@ class GearboxRow(_Printed):
         return {"kind": "catalogue", **kept, **stated, **origin, **({"source": source} if own is None or isinstance(own, str) else {})}
 
     def _doubted(self, name: str, typical: Mapping[str, Any]) -> bool:
-        """Return whether a field's value is only assumed: a typical one, or one from memory."""
+        """Return whether a field's value is only assumed: a typical one, or one that was not verified."""
         own = {"mass": self.mass_source, "inertia": self.inertia_source}.get(name)
         return name in typical or mark_of(own or self.source).startswith("M")
 
@@ -226,8 +226,8 @@ class GearboxRow(_Printed):
 
 
 def source_in_words(source: str) -> str:
-    """Return a source with its marks in words: "read", or "from memory" with its confidence."""
-    return _MARK.sub(lambda mark: f" (from memory, {mark['confidence']} % confidence)" if mark["confidence"] else " (read)", source)
+    """Return a source with its marks in words: verified against the source, or not verified, with the confidence."""
+    return _MARK.sub(lambda mark: f" (not verified, {mark['confidence']} % confidence)" if mark["confidence"] else " (verified)", source)
 
 
 def mark_of(source: str) -> str:
