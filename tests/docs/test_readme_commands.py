@@ -10,7 +10,10 @@ import pytest
 
 from tests.docs.pages import ROOT
 
-TABLE = (ROOT / "README.md").read_text("utf-8").partition("| question | command |")[2].partition("\n\n")[0]
+README = (ROOT / "README.md").read_text("utf-8")
+TABLE = README.partition("| question | command |")[2].partition("\n\n")[0]
+# What the first command prints.
+SCREEN = README.partition("```text\n")[2].partition("\n```")[0]
 COMMANDS = re.findall(r"`(lostmotion [^`]+)`", TABLE)
 # The live view serves until it is stopped; its own tests drive it in a browser.
 ENDLESS = "lostmotion view "
@@ -35,6 +38,8 @@ def test_a_command_of_the_readme_runs_as_printed(command, folder):
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
     assert max(map(len, done.stdout.splitlines())) <= 80
+    if command == COMMANDS[0]:
+        assert done.stdout.strip() == SCREEN
     for written in re.findall(r"^(?:Report|File|Picture): (.+?)(?:   --full.*)?$", done.stdout, re.MULTILINE):
         assert (folder / written).stat().st_size > 0
 
