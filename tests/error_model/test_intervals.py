@@ -18,10 +18,9 @@ from lostmotion.error_model.intervals import (
     robots_quantile,
     root_mean_square,
     root_mean_square_of_samples,
-    share_below,
-    share_interval,
     standard_deviation,
 )
+from lostmotion.error_model.share_intervals import share_below, share_interval
 from lostmotion.propagation.montecarlo.montecarlo import run
 from tests.conftest import arm_of
 

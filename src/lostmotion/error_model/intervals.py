@@ -146,12 +146,12 @@ def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: floa
     The variance between groups of robots and that between sets of poses both contain the variance of single cells (group, set). So the interval is
     never too narrow, and at most too wide by a factor of sqrt(2).
     """
-    squares = [variance_of_mean(_shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
+    squares = [variance_of_mean(shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
     variance, freedom = satterthwaite(squares, [len(group_hist) - 1, len(replicate_hist) - 1])
     return Spread(squares[0], squares[1], student(freedom) * math.sqrt(variance))
 
 
-def _shares_below(hists: np.ndarray, value: float) -> Floats:
+def shares_below(hists: np.ndarray, value: float) -> Floats:
     """Return the share (member,) of the samples of each histogram (member, bin) below the value (m), linear within a bin."""
     edges = _edges()
     at = int(np.clip(np.searchsorted(edges, value, side="right") - 1, 0, hists.shape[1] - 1))
@@ -304,35 +304,6 @@ def quantile_spread(robot_means: Floats, level: float = 0.95) -> float:
     groups = min(max(robots // _IN_GROUP, 1), _GROUPS)
     of_groups = [np.quantile(part, level, axis=1) for part in np.array_split(robot_means, groups, axis=1)]
     return variance_of_mean(of_groups[0]) if groups < 2 else two_way(np.stack(of_groups, axis=1)).of_poses  # noqa: PLR2004 - too few robots to separate
-
-
-def share_below(group_hist: np.ndarray, replicate_hist: np.ndarray, value: float, robots: int) -> Estimate:
-    """Return the share, 0..1, of all samples that are at most a length (m), with its confidence interval.
-
-    group_hist, replicate_hist  (group of robots, bin), (set of poses, bin): counts of all samples by length
-    robots                      number of robots, for a share of none or all of the samples
-
-    The spread of `share_spread` is added to the log odds, so both ends stay between 0 and 1. A share of 0 or 1 shows no differences: its interval
-    is then that of as many independent trials as there are robots (`share_interval`). NaN ends for a single group of robots.
-    """
-    share = float(_shares_below(group_hist.sum(axis=0)[None], value)[0])
-    if len(group_hist) < 2:  # noqa: PLR2004 - a single one shows no differences
-        return Estimate(share, math.nan, math.nan)
-    half = share_spread(group_hist, replicate_hist, value).half
-    if not 0 < share < 1 or not half > 0:
-        return Estimate(share, *share_interval(round(share * robots), robots))
-    odds, factor = share / (1 - share), math.exp(half / (share * (1 - share)))
-    low, high = (odds * by / (1 + odds * by) for by in (1 / factor, factor))
-    return Estimate(share, low, high)
-
-
-def share_interval(hits: int, count: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a share, 0..1, after `hits` successes in `count` independent trials (E. Wilson 1927)."""
-    z = 1.959963984540054
-    share, scale = hits / count, 1 + z * z / count
-    middle = (share + z * z / (2 * count)) / scale
-    half = z / scale * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
-    return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
 def variance_of_mean(members: Floats) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.intervals import share_interval
+from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.parts.bearing.fits import STEPS
 from lostmotion.parts.term import Condition, Motion
 from lostmotion.reporting.provenance import with_inputs

@@ -12,9 +12,9 @@ from lostmotion.error_model.intervals import (
     pooled_quantile,
     pooled_robots_quantile,
     root_mean_square,
-    share_below,
     standard_deviation,
 )
+from lostmotion.error_model.share_intervals import share_below
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.joint_values import joint_values

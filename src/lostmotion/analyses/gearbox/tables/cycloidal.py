@@ -11,7 +11,8 @@ from lostmotion.analyses.gearbox.cycloidal import LIGHT
 from lostmotion.analyses.gearbox.tables.definition import definition_text
 from lostmotion.analyses.gearbox.tables.envelope import OVERSTATED, branches_sections
 from lostmotion.analyses.gearbox.tables.units import TURNING
-from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, share_interval, student
+from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, student
+from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.laws.cycloid.geometry import flank, play, pressure_angles, smallest_convex_radius, valley_radius
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
