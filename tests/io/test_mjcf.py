@@ -139,6 +139,22 @@ def folder(tmp_path):
     return path
 
 
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("deeper", [False, True])
+def test_an_included_file_includes_from_its_own_folder_too(tmp_path, deeper):
+    """As MuJoCo looks for it: beside the model, and only then beside the file that names it."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "arm.xml").write_text('<mujocoinclude><include file="link.xml"/></mujocoinclude>', encoding="utf-8")
+    link = '<mujocoinclude><body name="link">{}<joint name="{}" axis="0 1 0" range="-1 1"/><site name="tool"/></body></mujocoinclude>'
+    (tmp_path / "parts" / "link.xml").write_text(link.format(INERTIAL.format(1), "deeper"), encoding="utf-8")
+    if not deeper:
+        (tmp_path / "link.xml").write_text(link.format(INERTIAL.format(1), "beside"), encoding="utf-8")
+    path = tmp_path / "r.xml"
+    path.write_text(model('<include file="parts/arm.xml"/>'), encoding="utf-8")
+    name = mujoco.MjModel.from_xml_path(str(path)).joint(0).name
+    assert [each.name for each in read(path).moving] == [name] == ["deeper" if deeper else "beside"]
+
+
 def test_a_model_of_several_files_is_read_in_a_process_of_its_own(folder, tmp_path):
     """Includes, meshes, defaults, frames; what is not carried over is listed. MuJoCo, given the parts that are left, has the same arm."""
     arm = read(folder)

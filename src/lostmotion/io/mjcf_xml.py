@@ -103,9 +103,11 @@ class _Includes:
         """Replace every `include` below this element, which stands in `file`."""
         for include in list(root.iter("include")):
             stated = include.get("file", "")
-            inside = beside(str(self.path), stated) or beside(file, stated)
+            # As MuJoCo: beside the model, else beside the file that includes it.
+            places = [each for each in (beside(str(self.path), stated), beside(file, stated)) if each is not None]
+            inside = next((each for each in places if each.is_file()), None)
             place = f"{file}:{line_of(include)}"
-            if inside is None or not inside.is_file():
+            if inside is None:
                 expected = f"a file in {self.path.parent or '.'} or in a folder there"
                 refuse(place, "", f"an include of {shown(stated)}", expected, '<include file="arm.xml"/>')
             if inside.resolve() in self.seen or len(self.seen) >= _MOST_INCLUDES:
