@@ -106,3 +106,11 @@ def test_a_folder_that_cannot_be_made_costs_only_time(tmp_path, computed, drawn,
     bodies(drawn)
     assert len(computed) == 2
     assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_file_that_cannot_take_its_place_leaves_nothing_behind(tmp_path):
+    """Where the last step fails, and on a full disk, no part of a file stays in the folder."""
+    files = FlexibilityFiles(tmp_path)
+    files._file("key").mkdir()
+    files.write("key", (np.arange(3.0),))
+    assert [each.name for each in tmp_path.iterdir()] == [files._file("key").name]

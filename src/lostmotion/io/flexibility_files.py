@@ -74,9 +74,13 @@ class FlexibilityFiles:
         with suppress(OSError):
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             self._delete_oldest()
-            with tempfile.NamedTemporaryFile(dir=self._folder, delete=False) as file:
-                file.write(hashlib.sha256(raw).digest() + raw)
-            Path(file.name).replace(self._file(key))
+            file = tempfile.NamedTemporaryFile(dir=self._folder, delete=False)  # noqa: SIM115 - closed below, before it is renamed
+            try:
+                with file:
+                    file.write(hashlib.sha256(raw).digest() + raw)
+                Path(file.name).replace(self._file(key))
+            finally:  # a full disk must not become fuller
+                Path(file.name).unlink(missing_ok=True)
 
     def _file(self, key: str) -> Path:
         return self._folder / hashlib.sha256((_laws() + key).encode()).hexdigest()
