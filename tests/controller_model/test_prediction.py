@@ -14,6 +14,7 @@ from lostmotion import Arm
 from lostmotion.controller_model.accurate_percentile import accurate95
 from lostmotion.controller_model.controller import INPUT, JOINT_PLAY, LOAD, OK, OPEN_PLAY, OVERLOAD, RANGE
 from lostmotion.controller_model.percentile import percentile95
+from lostmotion.mechanism.arm import MOST_JOINTS
 from lostmotion.propagation.analytic import analytic
 from lostmotion.units import Toleranced
 from tests.parts.random_arms import EXAMPLES, random_poses
@@ -158,6 +159,14 @@ def test_flags_name_the_joints_whose_play_is_open():
         found = model.predict([0.0, 0.0], [0, 0, 0, 0, 0, 0, -force, 0, second - force, 0])
         np.testing.assert_allclose(np.abs(found.torques[0]), [first, second])
         assert found.flags[0] == opens.any() * OPEN_PLAY + opens @ [JOINT_PLAY, 2 * JOINT_PLAY]
+
+
+def test_flags_of_the_longest_arm_fit_into_an_integer_of_a_controller():
+    """64 joints whose play is open: the first 29 have a flag each, and the sum of all flags is below 2^31."""
+    joint = one_joint(backlash=2e-3, friction_torque=Toleranced(2.0)).joints[0]
+    arm = Arm(name="many joints", joints=[joint.model_copy(update={"name": f"J{k}"}) for k in range(MOST_JOINTS)], gravity=0.0)
+    found = lostmotion.controller(arm).predict(np.zeros(MOST_JOINTS))
+    assert found.flags[0] == OPEN_PLAY + sum(JOINT_PLAY * 2**k for k in range(29)) < 2**31 - OVERLOAD
 
 
 def test_a_drive_above_its_rated_torque_is_flagged():

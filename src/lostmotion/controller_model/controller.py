@@ -23,6 +23,8 @@ OK, INPUT, RANGE, LOAD, SINGULAR = range(5)
 # Flags of a pose: a play is open in some robots, so that the direction of approach counts; a drive is above its rated torque; times 2^k, a play of
 # the drive or of the bearings of joint k is open.
 OPEN_PLAY, OVERLOAD, JOINT_PLAY = 1, 2, 4
+# Joints with a flag of their own: as many as an int of 32 bits has room for.
+_MOST_FLAGGED: Final = 29
 # Damping of the inverse of the position Jacobian, m^2, and its limits (Y. Nakamura, H. Hanafusa, J. Dyn. Sys. Meas. Control 108 (1986) 163).
 DAMPING: Final = 1e-5
 _LEAST_DAMPING: Final = 1e-8
@@ -38,7 +40,7 @@ class Prediction:
     """The state of the arm at each pose, in SI, in the base's axes.
 
     status       (pose,) OK, INPUT, RANGE or LOAD; where it is not OK, all other values are zero
-    flags        (pose,) sum of OPEN_PLAY, OVERLOAD and JOINT_PLAY x 2^k of each joint k concerned
+    flags        (pose,) sum of OPEN_PLAY, OVERLOAD and JOINT_PLAY x 2^k of each joint k concerned, of the first 29
     turn, point  (pose, 3, 3) rotation of the tool and (pose, 3) tool point, without errors
     torques      (pose, joint) that the drives must hold, positive along the joint's motion, N m or N
     joints       (pose, joint) expected deflection along each joint: wind-up, play and hysteresis, rad or m
@@ -81,8 +83,8 @@ class Compensation:
 
 
 def play_flags(record: Record) -> int:
-    """Return the flags where a play of a place is open."""
-    return OPEN_PLAY + (JOINT_PLAY << record.joint if record.joint >= 0 else 0)
+    """Return the flags where a play of a place is open; joints behind the 29th have none of their own."""
+    return OPEN_PLAY + (JOINT_PLAY << record.joint if 0 <= record.joint < _MOST_FLAGGED else 0)
 
 
 class Controller:

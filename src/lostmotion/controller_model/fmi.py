@@ -90,7 +90,7 @@ def _outputs(joints: Sequence[str], of_joint: Sequence[str], held: Sequence[str]
             "flags",
             "output.flags",
             "output",
-            "sum of 1: open play; 2: a drive above its rated torque; 4, 8, 16, ...: open play of each joint in order",
+            "sum of 1: open play; 2: a drive above its rated torque; 4, 8, 16, ...: open play of each joint in order, of the first 29",
             integer=True,
         ),
     ]

@@ -33,7 +33,7 @@ extern "C" {
 /* Flags: information, no errors. */
 #define LM_OPEN_PLAY 1  /* a play is open in some robots: the direction of approach counts */
 #define LM_OVERLOAD 2   /* a drive above its rated torque */
-#define LM_JOINT_PLAY 4 /* times 2^k: LM_OPEN_PLAY in the drive or in the bearings of joint k */
+#define LM_JOINT_PLAY 4 /* times 2^k: LM_OPEN_PLAY in the drive or in the bearings of joint k, k < 29 */
 
 typedef struct {
     lm_real q[LM_JOINTS];    /* joint values, rad or m */
@@ -44,7 +44,7 @@ typedef struct {
 
 typedef struct {
     int status;                      /* LM_OK .. LM_LOAD */
-    int flags;                       /* sum of LM_OPEN_PLAY, LM_OVERLOAD and LM_JOINT_PLAY times 2^k of each joint k concerned */
+    int flags;                       /* sum of LM_OPEN_PLAY, LM_OVERLOAD and LM_JOINT_PLAY times 2^k of each joint k < 29 concerned */
     lm_real turn[9];                 /* rotation of the tool without errors, row by row */
     lm_real point[3];                /* tool point without errors, m */
     lm_real torques[LM_JOINTS];      /* held by the drives, positive along the motion of the joint, N m or N */
