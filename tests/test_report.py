@@ -23,10 +23,12 @@ from lostmotion.analyses.accuracy.plots.study import plots
 from lostmotion.analyses.accuracy.result import Study
 from lostmotion.analyses.accuracy.tables.study import sections, sheet
 from lostmotion.reporting import folder as folder_of_report
+from lostmotion.reporting.joint_values import joint_value
 from lostmotion.reporting.page.document import page as page_of
-from lostmotion.reporting.page.text import escaped, spaced
+from lostmotion.reporting.page.first_screen import first_screen
+from lostmotion.reporting.page.text import escaped, headline, spaced
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet
 from tests.test_plots import small_study
 
 HOSTILE = "<script>alert(1)</script>\"'&</title>"
@@ -151,6 +153,28 @@ def test_verdict_speaks_of_what_was_asked(page):
     assert "argest contributor: O." in found[1] + found[2]
     assert "of the robots repeat within" in found[2]
     assert not re.search(r"\d (%|mm|µm)", found[1]), "a number and its unit could be torn apart"
+
+
+def test_a_range_stands_whole_in_a_headline():
+    """The two dots between the ends of a range end no sentence, and the marked result is the whole range."""
+    first, rest = headline("Stiffness 0.0237 .. 0.131 N m/arcmin (5-95 %), middle 0.063. Play 78.9 arcmin. 2 % jam.")
+    assert first == "Stiffness <em>0.0237 .. 0.131\u202fN\u202fm/arcmin</em> (5-95\u202f%), middle 0.063."
+    assert rest == "Play 78.9\u202farcmin. 2\u202f% jam."
+
+
+def test_the_unit_of_a_key_figure_is_never_torn():
+    """Where a card is too narrow, the line breaks before the unit."""
+    sheet = Sheet(name="arm", subject="", verdict="", cards=(Card("mean", "0.6654 mm", ""), Card("k", "69.8 N m/arcmin", "")), sections=())
+    shown = first_screen(sheet, [], "0")
+    assert "0.6654\u202f<wbr>mm<" in shown
+    assert "69.8\u202f<wbr>N\u202f<wbr>m/<wbr>arcmin<" in shown
+
+
+def test_a_joint_value_that_rounds_to_zero_has_no_sign():
+    """A joint a hair below zero stands at 0.0°."""
+    assert joint_value("A", "revolute", -1e-6) == "A 0.0°"
+    assert joint_value("A", "prismatic", -1e-6) == "A 0.0 mm"
+    assert joint_value("A", "revolute", -0.1) == "A -5.7°"
 
 
 def test_page_asks_nothing_of_the_network(page):

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 def joint_value(name: str, kind: str, value: float) -> str:
     """Return a joint's name and its value, in degrees or millimetres; `kind` as `Joint.type`, "revolute" or "prismatic"."""
-    return f"{name} {math.degrees(value):.1f}°" if kind == "revolute" else f"{name} {value * 1e3:.1f} mm"
+    size, unit = (math.degrees(value), "°") if kind == "revolute" else (value * 1e3, " mm")
+    return f"{name} {round(size, 1) + 0.0:.1f}{unit}"  # without the sign of a zero
 
 
 def joint_values(arm: Arm, q: Floats) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.reporting.page.bars import bars
-from lostmotion.reporting.page.text import escaped, folded, headline, spaced
+from lostmotion.reporting.page.text import NARROW, escaped, folded, headline, spaced
 from lostmotion.reporting.page.viewer import viewer
 from lostmotion.reporting.svg import inline_svg
 
@@ -44,5 +44,5 @@ def first_screen(sheet: Sheet, drawn: Sequence[Plot], version: str) -> str:
 
 def _card(card: Card) -> str:
     quiet = f'<dd class="quiet">{folded(spaced(card.quiet))}</dd>' if card.quiet else ""
-    shown = spaced(card.number).replace("arcmin", "<wbr>arcmin")  # the longest units: rather a second line than a cut word
+    shown = spaced(card.number).replace(NARROW, f"{NARROW}<wbr>").replace("/arcmin", "/<wbr>arcmin")  # rather a second line than a cut unit
     return f'<div><dt>{spaced(card.title)}</dt><dd class="number">{shown}</dd>{quiet}</div>'

@@ -10,10 +10,10 @@ _UNIT: Final = r"(?:%|[mµnk]?m|m[²³]|k?g|N|°|°C|arcmin|arcsec|rad|deg|K|GPa
 _BEFORE_A_UNIT: Final = re.compile(rf"(?<=\d) (?={_UNIT})")
 _WITHIN_A_UNIT: Final = re.compile(r"(?<=\u202fN) (?=m(?!\w))")
 _MINUS: Final = re.compile(r"(?<![\w.\-])-(?=\d)")
-# The end of a sentence: before a capital letter or a digit.
-_END: Final = re.compile(r"(?<=[.!?]) (?=[A-Z0-9])")
-# A result within a headline: a number with a unit that is no share.
-_RESULT: Final = re.compile(r"[-−]?[\d.]+\u202f(?!%)[^ <;:,.)]+")
+# The end of a sentence: before a capital letter or a digit, and not the dots between the ends of a range.
+_END: Final = re.compile(r"(?<=[^.\s][.!?]) (?=[A-Z0-9])")
+# A result within a headline: a number with a unit that is no share, or a range.
+_RESULT: Final = re.compile(r"(?:[\d.]+ \.\. )?[-−]?[\d.]+\u202f(?!%)[^ <;:,.)]+")
 NARROW: Final = "\u202f"
 
 
