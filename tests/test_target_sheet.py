@@ -18,6 +18,7 @@ from lostmotion.analyses.targets.plots import targets_plots
 from lostmotion.analyses.targets.tables.sizes import in_unit, size_at
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_selection import poses_in_zone
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.serial import tool_points
 from lostmotion.reporting.sheet import find_row
 
@@ -47,7 +48,7 @@ def test_every_item_is_in_one_table(asked):
     keys = [section.key for section in sheet.sections]
     for each in found.allowances:
         if each.verdict == "sized":
-            row = find_row(sheet.sections, "single", each.item.name)
+            row = find_row(sheet.sections, "single", short_name(each.item.name))
             assert row.figures[0].value == pytest.approx(size_at(each.item, each.factor).value)
             assert row.figures[1].value > 0
         elif each.verdict == "none":
@@ -79,11 +80,12 @@ def test_items_that_do_not_limit_a_target_are_named_so():
     joint = {"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": {"length": 1.0}}
     arm = lostmotion.Arm(name="one", joints=({**joint, "encoder": {"zero": 3e-4, "resolution": 1e-6, "ratio": 100.0}},))
     asked = lostmotion.target(arm, error="5 mm", poses=np.zeros((8, 1)), robots=100, visits=2)
-    row = find_row(asked.sheet.sections, "together", "joints.A.encoder resolution")
+    row = find_row(asked.sheet.sections, "together", "A.encoder resolution")
     assert str(row.figures[2]) == "not limiting"
-    assert find_row(asked.sheet.sections, "single", "joints.A.encoder resolution") is None
+    assert find_row(asked.sheet.sections, "single", "A.encoder resolution") is None
     assert str(find_row(asked.sheet.sections, "usual", "encoder resolution").figures[0]) == "216 arcmin"
     said = asked.result()
+    assert "joints_A_encoder_resolution" in said["figures"]["together"]
     told = said["equal_effect"]["joints.A.encoder resolution"]
     assert (told["factor"], told["not_limiting"]) == (None, True)
     # One count is 2 pi / 100 at the motor, a hundredth of it at the output, and uniform.

@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.analyses.targets.tables.sizes import exactly, size_at, stated_size, times, usual_limit
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.sheet import Figure, Row, Section, length, several
 
 if TYPE_CHECKING:
@@ -68,8 +69,14 @@ def _allowance_section(result: Targets, key: str, title: str, allowances: Sequen
     rows = []
     for each in ordered(allowances):
         verified = Figure(math.nan, "mm") if each.verified is None else figure_of(each.verified, verification_samples(result))
-        rows.append(Row(each.item.name, (replace(size_at(each.item, each.factor), samples=solver_samples(result)), verified), _note(each)))
+        figures = (replace(size_at(each.item, each.factor), samples=solver_samples(result)), verified)
+        rows.append(_row(each.item, figures, _note(each)))
     return [Section(key, title, ("allowed", "verified"), tuple(rows), note)] if rows else []
+
+
+def _row(item: Item, figures: tuple[Figure, ...], note: str = "") -> Row:
+    """Return the row of an item, under the full name of its part in result.json."""
+    return Row(short_name(item.name), figures, note, key_of(item.name))
 
 
 def _note(each: Allowance) -> str:
@@ -92,12 +99,12 @@ def _out_of_reach(result: Targets) -> list[Section]:
     rows = []
     for each in listed:
         figures = (stated_size(each.item), figure_of(each.without, solver_samples(result)), Figure(100 * each.share, "%", samples=_exact(result)))
-        rows.append(Row(each.item.name, figures))
+        rows.append(_row(each.item, figures))
     note = f"without the item (zero size, or infinite stiffness) the remaining items exceed the target of {length(result.target, stated=True)}"
     if len(every) > len(listed):
-        note += f". The same holds for {len(every) - len(listed)} more items, each with an effect below {100 * _SMALLEST_CHANGE:g} %"
+        note += f". The same holds for {several(len(every) - len(listed), 'more item')}, each with an effect below {100 * _SMALLEST_CHANGE:g} %"
     columns = ("as stated", "without it", "share")
-    return [Section("none", "No size of this item alone meets the target", columns, tuple(rows), note)] if every else []
+    return [Section("none", "Items that cannot meet the target alone", columns, tuple(rows), note)] if every else []
 
 
 def _exact(result: Targets) -> str:
@@ -157,7 +164,7 @@ def _allocations(result: Targets) -> list[Section]:
                 Figure(100 * shares[item.name], "%", samples=_exact(result)),
             )
             rows.append(
-                Row(item.name, figures, "" if item.size is not None else f"of its present {'stiffness' if 'stiffness' in item.cause else 'error'}")
+                _row(item, figures, "" if item.size is not None else f"of its present {'stiffness' if 'stiffness' in item.cause else 'error'}")
             )
     of = "the mean square" if result.kind == "error" else "the mean square between visits"
     note = f"share: of {of} as stated; {_allocation_note(factor, effect)}"

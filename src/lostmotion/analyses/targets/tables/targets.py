@@ -12,6 +12,7 @@ from lostmotion.analyses.targets.tables.sizes import size_at, stated_size, times
 from lostmotion.analyses.targets.tables.yield_ import allocated, allocated_section, yield_facts, yield_figure, yield_section
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.provenance import (
     at_least,
     bounded_cards,
@@ -122,9 +123,9 @@ def _verdict(result: Targets, known: States) -> str:
     single = ordered(result.allowances)
     if is_met(result) and single:
         one = single[0]
-        text += f" The tightest item is {one.item.name}: stated {stated_size(one.item)}, allowed {_allowed(one)}."
+        text += f" The tightest item is {short_name(one.item.name)}: stated {stated_size(one.item)}, allowed {_allowed(one)}."
     elif single:
-        alone = ", ".join(f"{each.item.name} ({stated_size(each.item)} to {_allowed(each)})" for each in reversed(single[-2:]))
+        alone = ", ".join(f"{short_name(each.item.name)} ({stated_size(each.item)} to {_allowed(each)})" for each in reversed(single[-2:]))
         text += f" One item alone is enough; the smallest change: {alone}."
     elif not is_met(result):
         rest = min((each.without.value for each in result.allowances), default=result.current.value)
@@ -162,7 +163,7 @@ def _cards(result: Targets, known: States) -> list[Card]:
             Card(
                 "tightest item" if is_met(result) else "smallest change of one item",
                 str(_allowed(one)),
-                f"{one.item.name}, stated {stated_size(one.item)}",
+                f"{short_name(one.item.name)}, stated {stated_size(one.item)}",
             )
         )
     if result.equal_effect is not None:
@@ -176,7 +177,7 @@ def _cards(result: Targets, known: States) -> list[Card]:
 
 def _remarks(result: Targets) -> list[str]:
     out = []
-    far = [each.item.name for each in result.allowances if each.verified is not None and not _confirmed(result, each)]
+    far = [short_name(each.item.name) for each in result.allowances if each.verified is not None and not _confirmed(result, each)]
     if far:
         out.append(f"Monte Carlo does not confirm these sizes within its confidence interval: {', '.join(far)}; use more poses and robots")
     if any(each.item.kind == "gearbox" and each.item.cause == "play" and each.item.size is None for each in result.allowances):

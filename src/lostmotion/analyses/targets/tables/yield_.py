@@ -39,7 +39,7 @@ def allocated_section(result: Targets, target: Figure) -> list[Section]:
     rows = [row for name, allocation in allocated(result) for row in _rows(allocation.yields, f"{name.replace('_', ' ')}: ")]
     note = (
         "the same robots with the allocated sizes, items that are not limiting at their largest usual size. The yield may be below the share of all "
-        "positions, because each robot is criterion by itself"
+        "positions, because each robot has to meet the target by itself"
     )
     return [Section("yield_allocated", f"Yield with the allocated sizes: robots that meet {target}", ("value",), tuple(rows), note)] if rows else []
 
