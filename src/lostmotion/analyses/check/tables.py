@@ -58,7 +58,7 @@ def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
     sheet = Sheet(
         name=read.name,
         subject="check of the description",
-        verdict="The file has no mistake." + (f" Nothing describes its {', '.join(ideal)}, taken as perfect." if ideal else ""),
+        verdict="No mistake was found in the file." + (f" Nothing describes its {', '.join(ideal)}, taken as perfect." if ideal else ""),
         cards=(),
         sections=(Section("states", "What is known", tuple(found), rows, "ideal: nothing is described, taken as perfect"),),
         notes=read.notes,
@@ -71,10 +71,10 @@ def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
 def _verdict(known: States, file: str) -> str:
     if not known.described:
         return (
-            f"The file has no mistake, and {NOT_DESCRIBED}. What is missing: gearboxes, bearings, encoders, sections or tolerances. "
+            f"No mistake was found in the file, and {NOT_DESCRIBED}. What is missing: gearboxes, bearings, encoders, sections or tolerances. "
             f"`lostmotion study {file}` prints lines to start from."
         )
-    return " ".join(["The file has no mistake.", *caveats(known), f"`lostmotion study {file}` predicts the accuracy."])
+    return " ".join(["No mistake was found in the file.", *caveats(known), f"`lostmotion study {file}` predicts the accuracy."])
 
 
 def _evenly(poses: int) -> str:
