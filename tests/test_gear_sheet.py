@@ -505,7 +505,7 @@ def test_scatter_of_the_material_reaches_wind_up_and_stiffness():
 def test_what_is_not_specified_is_in_the_headline():
     """The first screen names the bounded members and their share, and those declared rigid; a drawing that specifies all of them says neither."""
     found = examined_gearbox("rv-like")
-    assert "Not specified and only bounded, 0 % of it: input shaft." in found.sheet.verdict
+    assert "Not specified and only bounded, less than 1 % of it: input shaft." in found.sheet.verdict
     assert "At most" not in found.sheet.verdict
     stiff = {"frame": "900 N m/arcmin", "disc_bore_radius": "20 mm", "ring_outer_radius": "75 mm", "pin_span": "12 mm"}
     stated = {

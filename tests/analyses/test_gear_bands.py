@@ -182,6 +182,8 @@ def test_what_a_drawing_leaves_open_has_a_band_too():
     found = of_table(table)
     (frame,) = bands(found).unknown
     assert frame.key == "unstated.frame"
+    (row,) = next(section for section in found.sheet.sections if section.key == "ranges").rows
+    assert (row.label, row.key) == ("frame (not stated)", "unstated_frame")
     computed = sum(each for name, each in bands(found).middle.items() if name != "frame (bounded)")
     low, high = band(bands(found).members["frame (bounded)"])
     assert low == pytest.approx(0.05 * 20**0.05 * computed, rel=0.02)

@@ -9,6 +9,7 @@ import numpy as np
 
 from lostmotion.analyses.gearbox.bands import LARGE
 from lostmotion.parts.bands import band, influence
+from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated, several
 
 if TYPE_CHECKING:
@@ -39,13 +40,20 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
     note = f"over {drawn}, without the scatter between gearboxes; middle: mean of the gearboxes with the middle of each range; shares: of the wind-up"
     explained = influence(bands.shares, wound)
     ranges = tuple(
-        Row(each.key, (Figure(100 * float(share), "%", samples=drawn),)) for each, share in zip(bands.unknown, explained.tolist(), strict=True)
+        Row(_range_name(each.key), (Figure(100 * float(share), "%", samples=drawn),), key=key_of(each.key))
+        for each, share in zip(bands.unknown, explained.tolist(), strict=True)
     )
     of_ranges = "share of the variance of the wind-up that each range explains by itself; the largest is the first to measure"
     return (
         Section("bands", "What the ranges leave open", COLUMNS, tuple(rows), note),
         Section("ranges", "Ranges", ("share of variance",), tuple(sorted(ranges, key=lambda row: -row.figures[0].value)), of_ranges),
     )
+
+
+def _range_name(key: str) -> str:
+    """Return the name of a range: its key in the file, or what the drawing leaves open."""
+    member = key.removeprefix("unstated.")
+    return key if member == key else f"{member} (not stated)"
 
 
 def _rows(bands: GearBands, read: Readings, units: Units, drawn: str) -> Iterator[Row]:

@@ -57,7 +57,7 @@ def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count
         share = 100 * angle / float(drawn.read.wind_up.mean())
         out.append(f"Under {load} the output winds up by {wound} beyond its play, {share:.0f} % of it through the {name}.")
     if gearbox.bounded:
-        out.append(f"Not specified and only bounded, {_bounded_share(drawn):.0f} % of it: {gearbox.not_specified}.")
+        out.append(f"Not specified and only bounded, {_bounded_share(drawn)} of it: {gearbox.not_specified}.")
     if gearbox.rigid:
         out.append(f"At most this stiff: declared rigid are {', '.join(gearbox.rigid)}.")
     if drawn.jammed:
@@ -70,7 +70,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> tupl
     read, hardest = drawn.read, drawn.lobes[0]
     free, lost = (_quantile(each, 0.95, "") for each in (drawn.play, drawn.lost_motion))
     span = drawn.transmission.peak_to_peak[-1]
-    bounded = f"; {_bounded_share(drawn):.0f} % of the wind-up only bounded" if gearbox.bounded else ""
+    bounded = f"; {_bounded_share(drawn)} of the wind-up only bounded" if gearbox.bounded else ""
     cards = [
         Card("ratio", f"{gearbox.ratio:g}", "turns of the input per turn of the output"),
         Card("play", str(_mean(drawn.play, "")), f"mean; 95th percentile {free}"),
@@ -116,10 +116,11 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
     return tuple(notes)
 
 
-def _bounded_share(drawn: Drawn) -> float:
-    """Return the share (%) of the wind-up that is due to bounded members."""
+def _bounded_share(drawn: Drawn) -> str:
+    """Return the share of the wind-up that is due to bounded members, in whole per cent."""
     bounded = sum(angle for name, angle in drawn.members.items() if name.endswith(BOUNDED))
-    return 100 * bounded / sum(drawn.members.values())
+    share = 100 * bounded / sum(drawn.members.values())
+    return f"{share:.0f} %" if share >= 1 else "less than 1 %"
 
 
 def _angle(value: float, samples: str) -> Figure:
@@ -213,7 +214,11 @@ def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
     cases = drawn.lobes
     columns = tuple(name for case in cases for name in (f"load at share {case.share:.3g}" if len(cases) > 1 else "load", "peak pressure"))
     rows = [
-        Row("hardest over a pitch of the crank", tuple(figure for case in cases for figure in _pair(case.largest_force, case.largest_peak))),
+        Row(
+            "most heavily loaded lobe, over a pitch of the crank",
+            tuple(figure for case in cases for figure in _pair(case.largest_force, case.largest_peak)),
+            key="hardest_over_a_pitch_of_the_crank",
+        ),
     ]
     loaded = np.flatnonzero(np.max([case.force for case in cases], axis=0) > _NEVER_TOUCHING)
     for k in sorted(loaded, key=lambda k: cases[0].theta[k]):
@@ -221,8 +226,7 @@ def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
         note = f"pressure angle {math.degrees(cases[0].pressure_angle[k]):.1f}°"
         rows.append(Row(label, tuple(figure for case in cases for figure in _pair(float(case.force[k]), float(case.peak[k]))), note))
     cases_text = "; ".join(
-        f"share {case.share:.3g}: {case.carrying[0]} to {case.carrying[1]} of {gearbox.pins} carry, "
-        f"{digits(case.bearing)} N on each eccentric bearing"
+        f"share {case.share:.3g}: {_carrying(case)} of {gearbox.pins} lobes carry load, {digits(case.bearing)} N on each eccentric bearing"
         for case in cases
     )
     alone = "" if drawn.branches is None else "; loads and pressures are those of the first branch alone"
@@ -235,6 +239,12 @@ def _lobes(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
         else "crank at zero, θ from the line of centres"
     )
     return Section("lobes", "Load of the lobes", columns, tuple(rows), f"{note}; {cases_text}{customary}{alone}")
+
+
+def _carrying(case: Lobes) -> str:
+    """Return how many lobes carry load over a pitch of the crank."""
+    fewest, most = case.carrying
+    return f"{fewest}" if fewest == most else f"{fewest} to {most}"
 
 
 def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
