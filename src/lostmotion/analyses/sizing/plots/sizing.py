@@ -29,7 +29,7 @@ def masses(result: Sizing) -> Figure:
     """Plot the mass of each link, as stated and as sized (kg)."""
     made, on = one("Mass of each link", 34 + 9 * len(result.links))
     before, after = (np.array([getattr(link, name) for link in result.links]) for name in ("mass_before", "mass"))
-    grouped(on, [("now", LIGHT["design"], before), ("sized", LIGHT["robot"], after)])
+    grouped(on, [("as stated", LIGHT["design"], before), ("sized", LIGHT["robot"], after)])
     named_rows(on, [link.joint for link in result.links])
     label_axes(on, "mass [kg]")
     legend(made)

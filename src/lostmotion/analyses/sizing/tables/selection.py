@@ -22,7 +22,7 @@ _MOST_HALVED: Final = 10
 _WORDS: Final = (
     ("95 % error", "95th percentile of the position error of the tool over poses of the workspace, robots and visits."),
     ("full study", "as `lostmotion study` with its default sizes; the small study has fewer poses, robots and visits."),
-    ("replaced by the cheapest", "this part is the cheapest candidate, all others are as selected."),
+    ("replaced by the cheapest", "this part is the candidate with the least of what is minimised (mass, price or both), all others are as selected."),
     ("price", "from the sizing file, in its currency."),
     ("evaluated", "selections whose masses, loads and errors were computed in full."),
 )
@@ -103,11 +103,17 @@ def _verdict(result: PartSelection, known: States) -> str:
             text += f" Largest effect: {gain[0]}; halving its errors reduces the 95 % error by {_estimate(gain[1])}."
         return text
     text = f"The 95 % error is {error} ({_interval(result.error)}), within the target of {target}; as stated it is {_estimate(result.error_before)}."
-    text += f" The mass of the selected parts is {_kg(result.mass)}, now {_kg(result.mass_before)}"
+    text += f" The mass of the selected parts is {_kg(result.mass)}, as stated {_kg(result.mass_before)}"
     if has_prices(result):
-        text += f", their price {_price(result.price)}" + (f", now {_price(result.price_before)}" if math.isfinite(result.price_before) else "")
-    text += ". All cheaper selections miss the target." if result.proven else ". No exchange of one or two parts is cheaper."
+        text += f", their price {_price(result.price)}" + (f", as stated {_price(result.price_before)}" if math.isfinite(result.price_before) else "")
+    better = _better(result)
+    text += f". All {better} selections miss the target." if result.proven else f". No exchange of one or two parts is {better}."
     return text
+
+
+def _better(result: PartSelection) -> str:
+    """Return what a better selection is called: by its mass, or where the objective has a price."""
+    return "cheaper" if result.objective.per_price else "lighter"
 
 
 def _interval(estimate: Estimate) -> str:
@@ -120,11 +126,11 @@ def _cards(result: PartSelection) -> list[Card]:
             "95 % error", str(_estimate(result.error)), f"target {length(result.target, stated=True)}" + ("" if result.meets_target else ", not met")
         ),
         Card("as stated", str(_estimate(result.error_before)), "95 % error"),
-        Card("selected parts", str(_kg(result.mass)), f"now {_kg(result.mass_before)}"),
+        Card("selected parts", str(_kg(result.mass)), f"as stated {_kg(result.mass_before)}"),
     ]
     if has_prices(result):
-        now = f"now {_price(result.price_before)}" if math.isfinite(result.price_before) else "now unknown"
-        cards.append(Card("price", str(_price(result.price)), now))
+        before = f"as stated {_price(result.price_before)}" if math.isfinite(result.price_before) else "as stated: not known"
+        cards.append(Card("price", str(_price(result.price)), before))
     return cards
 
 
@@ -141,7 +147,13 @@ def _parts(result: PartSelection) -> Section:
         figures += [_price(result.price_before), _price(result.price)]
     rows.append(Row("total", tuple(figures)))
     columns = ("mass now", "mass", *(("price now", "price") if has_prices(result) else ()))
-    return Section("parts", "Selected parts", columns, tuple(rows), f"minimised: {objective_text(result)}; masses in kg, of the selected parts only")
+    return Section(
+        "parts",
+        "Selected parts",
+        columns,
+        tuple(rows),
+        f"minimised: {objective_text(result)}; now: as the file states; masses in kg, of the selected parts only",
+    )
 
 
 def _errors(result: PartSelection, counted: str) -> Section:
@@ -150,7 +162,7 @@ def _errors(result: PartSelection, counted: str) -> Section:
         Row("as stated", (_estimate(result.error_before, counted),), "full study"),
         Row("selected parts", (_estimate(result.error, counted),), "full study; target met" if result.meets_target else "full study; target not met"),
     )
-    return Section("error", "95 % error of the tool", ("value",), rows, f"over the workspace; {counted}")
+    return Section("error", "95 % error of the tool", ("value",), rows, "over the workspace")
 
 
 def _savings(result: PartSelection, small: str) -> Section:
@@ -220,7 +232,8 @@ def _torques(result: PartSelection) -> Section:
 
 
 def _searched(result: PartSelection) -> Section:
-    status = "all cheaper selections evaluated" if result.proven else "no exchange of one or two parts is cheaper"
+    better = _better(result)
+    status = f"all {better} selections evaluated" if result.proven else f"no exchange of one or two parts is {better}"
     status = status if result.meets_target else "none meets the target; the most accurate is reported"
     rows = (
         Row("possible selections", (Figure(float(result.combinations), "1") if result.combinations > 10**9 else Figure(result.combinations, "1"),)),
@@ -247,7 +260,7 @@ def _remarks(result: PartSelection) -> list[str]:
         if each.slot.kind == "link" and len(each.slot.candidates) > 1 and each.selected.mass >= max(one.mass for one in each.slot.candidates)
     ]
     if heaviest:
-        out.append(f"the heaviest candidate was selected for {', '.join(heaviest)}: a wider family may be cheaper")
+        out.append(f"the heaviest candidate was selected for {', '.join(heaviest)}: a wider family may be {_better(result)}")
     return list(dict.fromkeys(out))
 
 

@@ -98,7 +98,7 @@ def _verdict(result: Sizing, known: States) -> str:
     failing = [link for link in result.links if not link.meets_limits]
     if failing:
         return f"No allowed section meets the limits ({_limits(result)}). {'; '.join(_excess(result, link) for link in failing)}."
-    text = f"The mass of the links is {_kg(after)}, now {_kg(before)}; {_limits(result)} are met at the worst pose of each."
+    text = f"The mass of the sized links is {_kg(after)}, as stated {_kg(before)}; {_limits(result)} are met at the worst pose of each."
     text += f" The r.m.s. tool error changes from {at_least(length(result.rms_error_before), known)} to {at_least(length(result.rms_error), known)}."
     if all(link.governing == 0 for link in result.links):
         text += " Slope governs at every link."
@@ -114,9 +114,9 @@ def _cards(result: Sizing) -> list[Card]:
     before, after = _masses(result)
     critical = max(result.links, key=lambda link: max(link.utilisation))
     return [
-        Card("links now", str(_kg(before)), "as stated"),
+        Card("links as stated", str(_kg(before))),
         Card("links sized", str(_kg(after)), "limits met" if result.meets_limits else "limits not met"),
-        Card("r.m.s. tool error", str(length(result.rms_error)), f"now {length(result.rms_error_before)}"),
+        Card("r.m.s. tool error", str(length(result.rms_error)), f"as stated {length(result.rms_error_before)}"),
         Card("highest utilisation", critical.joint, f"{100 * max(critical.utilisation):.3g} % of its {_GOVERNING[critical.governing]}"),
     ]
 
@@ -141,7 +141,7 @@ def _bending(result: Sizing, counted: str) -> Section:
         if not link.meets_limits:
             governing = f"{_GOVERNING[link.governing]} cannot be met"
         before = link.worst_before
-        now = "rigid as stated" if before is None else f"now {before.slope / ARCMIN:.3g}' and {length(before.deflection)}"
+        now = "rigid as stated" if before is None else f"as stated {before.slope / ARCMIN:.3g}' and {length(before.deflection)}"
         figures = (
             _arcmin(link.worst.slope, counted),
             Figure(100 * slope, "%", samples=counted),
