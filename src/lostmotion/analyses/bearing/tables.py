@@ -1,4 +1,4 @@
-"""The figures of a bearing: its clearance's way, what its elements carry, how far the shaft gives, what it adds to an arm's error."""
+"""The figures of a bearing: its clearance, the load of its elements, displacement and stiffness of the shaft, its contribution to an arm's error."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ if TYPE_CHECKING:
     from lostmotion.parts.term import Term
 
 _WORDS: Final = (
-    ("clearance", "the full free way of one ring across the other, on the diameter. Below zero the bearing is preloaded."),
-    ("delivered, mounted, working", "as bought; on its shaft and in its housing, whose fits take some of it; and with the inner ring warm."),
-    ("lowest, highest", "limits that no bearing leaves while every dimension keeps its own."),
+    ("clearance", "diametral clearance: how far one ring moves across the other without load, from end to end. Below zero the bearing is preloaded."),
+    ("delivered, mounted, working", "as bought; on its shaft and in its housing, whose fits reduce it; and at working temperature."),
+    ("lowest, highest", "limits of the clearance while every dimension is within its own."),
     ("shift, tilt", "of the shaft against the housing, midway between the bearings."),
     ("stiffness", "against one more newton or newton metre in a direction at this load, all other directions free."),
     ("design, robot, visit", "the same in every arm; different for each bearing; different at each visit to a pose."),
 )
+# Tilts below this, in arcmin, are those of the discrete elements and of rounding.
+_LEAST_TILT: Final = 0.001
 _STEP_NOTES: Final = {"delivered": "", "mounted": "less the effect of the fits", "working": "less the effect of the temperature rise"}
 
 
@@ -81,27 +83,33 @@ def _angle(value: float, samples: str = "") -> Figure:
 
 
 def _verdict(found: Examined) -> str:
-    low, middle, high = (f"{1e6 * each:.1f}" for each in found.clearances)
+    low, middle, high = (str(_micro(each)).removesuffix(" µm") for each in found.clearances)
     shift, tilt = _across(found)[1], _tilt(found)[1]
     sentences = [f"Working clearance {middle} µm, between {low} and {high} µm."]
     preloaded = float((found.samples["working"] < 0).mean())
     if 0 < preloaded < 1:
         sentences.append(f"{100 * preloaded:.0f} % of the bearings work under preload.")
     if found.settled.converged[1]:
-        sentences.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and tilts by {_angle(tilt)} with the middle clearance.")
+        sentences.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and {_tilts(tilt)} with the middle clearance.")
     else:
         sentences.append("The bearing cannot support this load: no equilibrium.")
     return " ".join(sentences)
 
 
+def _tilts(tilt: float) -> str:
+    """Return the words for a tilt; what is far below a second of arc is none."""
+    return f"tilts by {_angle(tilt)}" if tilt / ARCMIN >= _LEAST_TILT else "does not tilt"
+
+
 def _cards(found: Examined) -> list[Card]:
     working = found.bearing.spreads["working"]
-    span = f"{1e6 * working.lowest:.1f} … {1e6 * working.highest:.1f} µm"
+    span = f"{str(_micro(working.lowest)).removesuffix(' µm')} … {_micro(working.highest)}"
     hardest = float(np.max([each[1].max() for each in found.settled.loads]))
+    tilt = _tilt(found)[1]
     return [
         Card("working clearance", str(_micro(working.middle)), f"limits {span}"),
         Card("shift across at this load", str(length(float(_across(found)[1]))), "middle clearance"),
-        Card("tilt at this load", str(_angle(_tilt(found)[1])), "middle clearance"),
+        Card("tilt at this load", str(_angle(tilt if tilt / ARCMIN >= _LEAST_TILT else 0.0)), "middle clearance"),
         Card("most heavily loaded element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
         Card("stiffness across", str(Figure(found.stiffness[0] / 1e6, "N/µm")), "at this load"),
         Card("stiffness against tilting", str(Figure(found.stiffness[4] * ARCMIN, "N m/arcmin")), "at this load"),
@@ -123,7 +131,7 @@ def _clearance(found: Examined) -> Section:
         spread = found.bearing.spreads[step]
         figures = (spread.middle, spread.lowest, spread.highest, spread.statistical)
         rows.append(Row(step, tuple(_micro(value, exact) for value in figures), _STEP_NOTES[step]))
-    note = "at random: ± that parts built by chance keep, the root of the summed squares of the half widths"
+    note = "± at random: root of the sum of the squared half widths of all dimensions, which few bearings exceed"
     return Section("clearance", "From delivered to working clearance", ("middle", "lowest", "highest", "± at random"), tuple(rows), note)
 
 
@@ -152,7 +160,7 @@ def _play(found: Examined) -> Section:
         rows.append(Row("along the axis, either way", tuple(_micro(value, exact) for value in along)))
     if not found.bearing.is_single:
         rows.append(Row("tilt, either way", tuple(Figure(value / pair.span / ARCMIN, "arcmin", samples=exact) for value in values)))
-    return Section("play", "Play before anything gives", _CASES, tuple(rows), "at the lowest, middle and highest working clearance")
+    return Section("play", "Play without load", _CASES, tuple(rows), "at the lowest, middle and highest working clearance")
 
 
 _CASES: Final = ("lowest clearance", "middle", "highest")
@@ -165,7 +173,7 @@ def _shifts(found: Examined) -> Section:
     if found.bearing.rows.axial:
         rows.append(Row("shift along the axis", tuple(_micro(float(value), solved) for value in displacement[:, 2])))
     rows.append(Row("tilt", tuple(_angle(value, solved) for value in _tilt(found))))
-    return Section("shift", "How far the shaft moves", _CASES, tuple(rows), f"under {described(found.load)}, from the middle of the play")
+    return Section("shift", "Displacement of the shaft", _CASES, tuple(rows), f"under {described(found.load)}, from the middle of the play")
 
 
 def _elements(found: Examined) -> Section:
@@ -175,7 +183,9 @@ def _elements(found: Examined) -> Section:
         rows.append(Row(f"{name}: largest", tuple(Figure(float(value), "N", samples=solved) for value in loads.max(axis=1))))
         rows.append(Row(f"{name}: loaded elements", tuple(Figure(int((case > 0).sum()), f"of {loads.shape[1]}", samples=solved) for case in loads)))
     rows.append(Row("largest pressure", tuple(Figure(float(value) / 1e9, "GPa", samples=solved) for value in found.pressure), "inner race"))
-    return Section("elements", "Load of the elements", _CASES, tuple(rows), "pressure even along a roller: a tilt's peaks at its ends are not in it")
+    return Section(
+        "elements", "Load of the elements", _CASES, tuple(rows), "pressure uniform along a roller: peaks at its ends under a tilt are neglected"
+    )
 
 
 def row_names(found: Examined) -> tuple[str, ...]:
@@ -191,7 +201,7 @@ def _stiffness(found: Examined) -> Section:
     units = ((1e-6, "N/µm"),) * 3 + ((ARCMIN, "N m/arcmin"),) * 2
     names = ("across, along the load", "across, beside it", "along the axis", "tilt beside the load's plane", "tilt in the load's plane")
     rows = tuple(
-        Row(name, (Figure(float(value) * factor, unit, samples=solved),), "" if value > 0 else "nothing holds here")
+        Row(name, (Figure(float(value) * factor, unit, samples=solved),), "" if value > 0 else "no stiffness in this direction")
         for name, value, (factor, unit) in zip(names, found.stiffness, units, strict=True)
     )
     return Section("stiffness", "Stiffness at this load", ("middle clearance",), rows)
@@ -235,7 +245,7 @@ def _terms(bearing: Bearing, load: BearingLoad) -> Section:
             exact, some = "the part's own law", f", in {100 * share:.2g} % of robots" if share < 1 else ""
             rows.append(Row(term.name, (_micro(shift, exact), Figure(tilt / ARCMIN, "arcmin", samples=exact)), term.level + some))
     note = "largest draw of each at this load, midway between the bearings; design, robot, visit: what it differs with"
-    return Section("terms", "What it adds to an arm's error", ("shift", "tilt"), tuple(rows), note)
+    return Section("terms", "Contribution to an arm's error", ("shift", "tilt"), tuple(rows), note)
 
 
 def _share_of_robots(term: Term, at: Condition) -> float:
