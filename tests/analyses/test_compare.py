@@ -6,6 +6,7 @@ import io
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import lostmotion
 from lostmotion.analyses.compare.description import ABSENT
 from lostmotion.cli.app import app
 from lostmotion.error_model.differences import ZERO
+from lostmotion.error_model.intervals import Estimate
 from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.screen import print_sheet
 from tests.examples.test_planar_2r import FILE, GRAVITY, K2, L2, MASS, bias_and_variance
@@ -240,6 +242,34 @@ def test_more_than_two_arms_are_compared_with_the_first(tmp_path, files, found):
     three.report(tmp_path / "report")
     keys = json.loads((tmp_path / "report" / "result.json").read_text(encoding="utf-8"))["figures"]
     assert {"parts_2", "parts_3", "parts_shares_2", "causes_3"} <= set(keys)
+
+
+def test_the_most_accurate_of_several_arms_is_one_that_is_seen_to_be(tmp_path, files):
+    """Arms that differ by less than the samples resolve are not ranked: the headline names those that may be as accurate."""
+    (tmp_path / "nearly.toml").write_text(ARM.replace("4 N m/arcmin", "4.00004 N m/arcmin"), encoding="utf-8")
+    (tmp_path / "worse.toml").write_text(ARM.replace("4 N m/arcmin", "2 N m/arcmin"), encoding="utf-8")
+    found = lostmotion.compare(tmp_path / "worse.toml", files[0], tmp_path / "nearly.toml", **SMALL)
+    assert re.match(r"Of 3 arms (one|nearly) has the smallest error, .*; no difference seen from (one|nearly)\.", found.sheet.verdict)
+
+
+def test_a_part_that_is_gone_has_no_unit(tmp_path, files):
+    """The bar of a part that only one arm has shows its size with a unit, and a dash for the other."""
+    (tmp_path / "without.toml").write_text(ARM.replace('encoder = { zero = "1 arcmin" }\n', ""), encoding="utf-8")
+    found = lostmotion.compare(files[0], tmp_path / "without.toml", **SMALL)
+    effects = {bar.label: str(bar.effect) for block in found.sheet.bars for bar in block.bars}
+    assert re.fullmatch(r"[\d.]+ [mµ]m → -", effects["A.encoder"])
+
+
+def test_a_share_that_other_parts_only_turn_has_no_row(found):
+    """What is less than a ten-thousandth of the largest share is omitted from tables and charts, and the note counts it."""
+    change = found.changes[0]
+    largest = change.parts[0].share.value
+    turned = replace(change.parts[0], part="joints.C.encoder", share=Estimate(9e-5 * largest, math.nan, math.nan))
+    more = replace(change, by={**change.by, "parts": (*change.parts, turned)})
+    (section,) = [each for each in replace(found, changes=(more,)).sheet.sections if each.key == "parts_shares"]
+    assert "C.encoder" not in [row.label for row in section.rows]
+    assert {"A.gearbox", "B.gearbox", "B.encoder", "all"} <= {row.label for row in section.rows}
+    assert re.match(r"[1-9]\d* without a share, or with less than 0\.01 % of the largest one\.", section.note)
 
 
 def test_what_differs_is_listed_in_the_words_of_the_file(tmp_path, files):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
     from lostmotion.error_model.intervals import Estimate
+
+
+# Share of the largest one below which a change by part is none of its own: a part that is the same is turned by the other parts' errors.
+_LEAST: Final = 1e-4
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,11 @@ class Change:
     figures: dict[str, Estimate]
     by: dict[Grouping, tuple[PartChange, ...]]
     same: bool
+
+    def moving(self, grouping: Grouping) -> list[PartChange]:
+        """Return the entries with a share that a table shows, the largest first: one far below the others is what couples it to them."""
+        largest = max((abs(each.share.value) for each in self.by[grouping]), default=0.0)
+        return [each for each in self.by[grouping] if abs(each.share.value) > _LEAST * largest]
 
     @property
     def parts(self) -> tuple[PartChange, ...]:

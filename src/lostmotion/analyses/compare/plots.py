@@ -39,7 +39,7 @@ def compare_plots(found: Comparison) -> list[Plot]:
         of_parts, of_shares = (f"{section}{f'_{k}' if several else ''}" for section in ("parts", "parts_shares"))
         if any(each.alone.value or each.before for each in change.parts):
             out.append(Plot(f"parts{end}", of_parts, budgets(found, change), "Bars of the r.m.s. error of each part by itself in both arms."))
-        if any(each.share.value for each in change.parts):
+        if change.moving("parts"):
             out.append(Plot(f"shares{end}", of_shares, shares(change), "Bars of the share of each part in the change of the r.m.s. error."))
     words = "Share of all positions whose error is below each value, a curve for each arm."
     return [*out, Plot("distribution", "changes", distribution(found), words)]
@@ -114,7 +114,7 @@ def budgets(found: Comparison, change: Change) -> Figure:
 
 def shares(change: Change) -> Figure:
     """Draw the share of each part in the change of the r.m.s. error."""
-    shown = sorted([each for each in change.parts if each.share.value][:_PARTS], key=lambda each: each.share.value)
+    shown = sorted(change.moving("parts")[:_PARTS], key=lambda each: each.share.value)
     values = np.array([each.share.value for each in shown])
     unit = length(float(np.abs(values).max())).unit
     figure, on = one("Change of the r.m.s. error by part", 24 + 5.2 * len(shown))

@@ -53,7 +53,7 @@ def _of_parts(found: Comparison, change: Change, index: int) -> list[Bars]:
 
 def _sizes(each: PartChange) -> Figure:
     """Return the r.m.s. error of a part by itself, before and after, in words and in the unit of the larger one."""
-    sizes = (each.before, each.after)
-    unit = length(max(size or 0.0 for size in sizes)).unit
-    texts = [ABSENT if size is None else digits(size * _PER_UNIT[unit]) for size in sizes]
-    return in_words(f"{' → '.join(texts)} {unit}")
+    if each.before is None or each.after is None:
+        return in_words(" → ".join(ABSENT if size is None else str(length(size)) for size in (each.before, each.after)))
+    unit = length(max(each.before, each.after)).unit
+    return in_words(f"{' → '.join(digits(size * _PER_UNIT[unit]) for size in (each.before, each.after))} {unit}")

@@ -111,8 +111,18 @@ def _of_many(found: Comparison) -> str:
         seen = "equal" if change.same else _signed(figure(size, "m")) if is_decided(size) else "no difference seen"
         interval = figure(size, "m").interval
         texts.append(f"{change.arm.label} {seen}{f' ({interval})' if interval and not change.same else ''}")
-    answer = f"Of {len(found.arms)} arms {best.label} is the most accurate: 95 % of positions within {within}."
+    near = _not_distinguished(found, best)
+    if near:
+        answer = f"Of {len(found.arms)} arms {best.label} has the smallest error, 95 % of positions within {within}; no difference seen from {near}."
+    else:
+        answer = f"Of {len(found.arms)} arms {best.label} is the most accurate: 95 % of positions within {within}."
     return " ".join([answer, f"Against {first.label}: {'; '.join(texts)}.", _rests(found)]).rstrip()
+
+
+def _not_distinguished(found: Comparison, best: ComparedArm) -> str:
+    """Return the labels of the arms that are not seen to be less accurate than the best one."""
+    measure = measure_of(found, "p95")
+    return "" if measure is None else ", ".join(each.label for each in found.arms if each is not best and not measure.change(best, each).low > 0)
 
 
 def brief(found: Comparison) -> tuple[tuple[str, str], ...]:

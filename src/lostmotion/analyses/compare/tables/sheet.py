@@ -22,8 +22,6 @@ from lostmotion.reporting.provenance import provenance_facts
 from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, in_words, length, several
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
     from lostmotion.analyses.compare.comparison import Change, Comparison, PartChange
     from lostmotion.analyses.compare.measures import Group
@@ -123,7 +121,8 @@ def _alone(found: Figure) -> Figure:
 def _values(found: Comparison) -> Section:
     rows = tuple(Row(each.name, tuple(in_words(text) for text in each.texts), key=key_of(f"{each.parts[0]} {each.key}")) for each in found.values)
     note = "in brackets why a value is not a stated fact; -: the arm has none" if rows else "no value differs"
-    return Section("values", "What differs", tuple(each.label for each in found.arms), rows, note)
+    folded = f"{len(rows)} values differ; result.json lists them as well" if len(rows) > _MOST_ROWS else ""
+    return Section("values", "What differs", tuple(each.label for each in found.arms), rows, note, folded)
 
 
 def _parts(found: Comparison, change: Change, index: int) -> list[Section]:
@@ -139,7 +138,7 @@ def _parts(found: Comparison, change: Change, index: int) -> list[Section]:
         shortened = f"the {_MOST_ROWS} largest of {len(ranked)}, all of them in result.json. " if len(ranked) > _MOST_ROWS else ""
         note = f"{shortened}R.m.s. error of each by itself. {_EXACT}"
         sections.append(Section(f"{key}{end}", f"Error by {title}{of}", columns, tuple(_row(each, change.arm) for each in ranked[:_MOST_ROWS]), note))
-        sections.append(_shares(f"{key}_shares{end}", f"Change by {title}{of}", change, items))
+        sections.append(_shares(f"{key}_shares{end}", f"Change by {title}{of}", change, key))
     return sections
 
 
@@ -148,17 +147,17 @@ def _row(each: PartChange, arm: ComparedArm) -> Row:
     return Row(short_name(each.part), (*own, figure(each.alone, "m")), remark(each.alone, exact=len(arm.tallies) == 1))
 
 
-def _shares(key: str, title: str, change: Change, items: Sequence[PartChange]) -> Section:
+def _shares(key: str, title: str, change: Change, grouping: Grouping) -> Section:
     """Return the shares of parts, or kinds of error, in the change of the r.m.s. error, and their sum; those that change nothing are omitted."""
     exact = len(change.arm.tallies) == 1
-    moved = [each for each in items if each.share.value]
+    items, moved = change.by[grouping], change.moving(grouping)
     rows = [Row(short_name(each.part), (figure(each.share, "m"),), remark(each.share, exact=exact)) for each in moved[:_MOST_ROWS]]
     if len(moved) > _MOST_ROWS:
         rest = sum(each.share.value for each in moved[_MOST_ROWS:])
         rows.append(Row(several(len(moved) - _MOST_ROWS, "other"), (length(rest),), key="others"))
     rows.append(Row("all", (figure(change.figures["rms"], "m"),), remark(change.figures["rms"], exact=exact)))
     omitted = len(items) - len(moved)
-    note = f"{omitted} with no share. " if omitted else ""
+    note = f"{omitted} without a share, or with less than 0.01 % of the largest one. " if omitted else ""
     return Section(key, title, ("of the change of the r.m.s. error",), tuple(rows), f"{note}Shares add to the change. {_EXACT}")
 
 
