@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -164,7 +165,8 @@ def test_a_range_stands_whole_in_a_headline():
 
 def test_the_unit_of_a_key_figure_is_never_torn():
     """Where a card is too narrow, the line breaks before the unit."""
-    sheet = Sheet(name="arm", subject="", verdict="", cards=(Card("mean", "0.6654 mm", ""), Card("k", "69.8 N m/arcmin", "")), sections=())
+    cards = (Card("mean", "0.6654 mm"), Card("k", "69.8 N m/arcmin"))
+    sheet = Sheet(name="arm", subject="", verdict="", cards=cards, sections=(), source="")
     shown = first_screen(sheet, [], "0")
     assert "0.6654\u202f<wbr>mm<" in shown
     assert "69.8\u202f<wbr>N\u202f<wbr>m/<wbr>arcmin<" in shown
@@ -209,13 +211,16 @@ def test_hostile_names_are_shown_not_run():
 
 
 def test_text_of_a_plot_is_no_markup():
-    """Text inside a plot holds no bracket that a browser would read as a tag, and is still the same text."""
+    """Text inside a plot holds no bracket that a browser would read as a tag, and is still the same text, though it looks like an attribute."""
     from lostmotion.reporting.chart import one
     from lostmotion.reporting.plot import Plot
-    from lostmotion.reporting.svg import inline_svg
+    from lostmotion.reporting.svg import inline_svg, raw_svg, with_plain_fonts
 
-    hostile = "</svg><script>alert(1)</script>&amp;"
+    hostile = '</svg><script>alert(1)</script>&amp; style="fill: #abcdef" id="a" x="1.23456" url(#b) font-family: \N{ROBOT FACE}'
     figure, _ = one(hostile, 60)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert ET.fromstring(with_plain_fonts(raw_svg(figure))) is not None  # noqa: S314 - made here
     reader = of_page(inline_svg(Plot("k", "s", figure, hostile)))
     assert "script" not in reader.tags
     assert hostile in [text.strip() for text in ET.fromstring(inline_svg(Plot("k", "s", figure, hostile))).itertext()]  # noqa: S314 - made here

@@ -5,12 +5,15 @@ from __future__ import annotations
 import html
 import io
 import re
+import warnings
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.reporting.chart_settings import settings
 from lostmotion.reporting.palette import LIGHT
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.figure import Figure
 
     from lostmotion.reporting.plot import Plot
@@ -18,11 +21,14 @@ if TYPE_CHECKING:
 _UNDATED: Final[dict[str, Any]] = {"Date": None, "Creator": None, "Format": None, "Type": None}
 _COLOUR: Final = re.compile(r"#[0-9a-f]{6}")
 _FAMILY: Final = re.compile(r"font-family: [^;\"]*(?:; )?|; font-family: [^;\"]*(?=\")")
-# Attributes that hold coordinates; numbers in texts are never touched.
+# Attributes that hold coordinates.
 _COORDINATES: Final = re.compile(r' (d|transform|x|y|width|height|points)="([^"]*)"')
 _NUMBER: Final = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 _REFERENCE: Final = re.compile(r'(?:url\(#|href="#)([^")]+)')
 _PLACES: Final = 2
+# Text between tags, and what stands for it while the markup is changed.
+_CONTENT: Final = re.compile(r"(?<=>)[^<>]*[^<>\s][^<>]*(?=<)")
+_HELD: Final = "\x00"
 
 
 def inline_svg(plot: Plot) -> str:
@@ -37,13 +43,31 @@ def inline_svg(plot: Plot) -> str:
         f'<svg class="chart" role="img" aria-label="{html.escape(plot.words)}" viewBox="{" ".join(sides)}" width="{width}" height="{height}" '
         'style="font-family: var(--font)" stroke-linejoin="round" stroke-linecap="butt" xmlns="http://www.w3.org/2000/svg">'
     )
-    text = re.sub(r"<svg [^>]*>", lambda _: head, _FAMILY.sub("", text), count=1)
-    text = _own_identifiers(text, plot.key)
-    text = _COORDINATES.sub(_rounded, text)
+    return _with_texts_kept(text, lambda markup: _on_page(markup, head, plot.key))
+
+
+def _on_page(markup: str, head: str, key: str) -> str:
+    """Return the markup of a chart with this opening tag, in the colours of the page, rounded and with identifiers of its own."""
+    markup = re.sub(r"<svg [^>]*>", lambda _: head, _FAMILY.sub("", markup), count=1)
+    markup = _own_identifiers(markup, key)
+    markup = _COORDINATES.sub(_rounded, markup)
     names = {colour: name for name, colour in LIGHT.items()}
-    text = re.sub(r'style="[^"]*"', lambda style: _COLOUR.sub(lambda each: f"var(--{names[each[0]]})", style[0]), text)
-    text = re.sub(r' transform="rotate\(-?0 [^)]*\)"|<defs>\s*</defs>', "", text)
-    return _without_groups(re.sub(r"\s*\n\s*", "\n", text))
+    markup = re.sub(r'style="[^"]*"', lambda style: _COLOUR.sub(lambda each: f"var(--{names[each[0]]})", style[0]), markup)
+    markup = re.sub(r' transform="rotate\(-?0 [^)]*\)"|<defs>\s*</defs>', "", markup)
+    return _without_groups(re.sub(r"\s*\n\s*", "\n", markup))
+
+
+def _with_texts_kept(text: str, changed: Callable[[str], str]) -> str:
+    """Return SVG text whose markup alone is changed: a name from a user's file may look like an attribute."""
+    texts: list[str] = []
+
+    def held(found: re.Match[str]) -> str:
+        texts.append(found[0])
+        return _HELD
+
+    markup = changed(_CONTENT.sub(held, text))
+    kept = iter(texts)
+    return re.sub(_HELD, lambda _: next(kept), markup)
 
 
 def raw_svg(figure: Figure) -> str:
@@ -51,14 +75,16 @@ def raw_svg(figure: Figure) -> str:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     canvas: Any = FigureCanvasSVG(figure)
-    with settings(), io.BytesIO() as content:
+    with settings(), warnings.catch_warnings(), io.BytesIO() as content:
+        warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)  # the reader's own fonts show the texts
         canvas.print_svg(content, metadata=_UNDATED)  # `savefig` would draw everything twice
         return content.getvalue().decode()
 
 
 def with_plain_fonts(text: str) -> str:
     """Return SVG text in fonts that most machines have, in place of matplotlib's own."""
-    return re.sub(r"font-family: [^;\"]*", "font-family: Arial, Helvetica, 'Liberation Sans', sans-serif", text)
+    plain = "font-family: Arial, Helvetica, 'Liberation Sans', sans-serif"
+    return _with_texts_kept(text, lambda markup: re.sub(r"font-family: [^;\"]*", plain, markup))
 
 
 def _without_groups(text: str) -> str:
