@@ -117,6 +117,27 @@ def test_the_schema_is_printed_as_json(tmp_path):
     assert "joints" in json.loads(done.stdout)["properties"]
 
 
+@pytest.mark.parametrize(
+    ("words", "key", "found", "example"),
+    [
+        (["study", ARM, "--quiet", "--json"], "--json, --quiet", "'2 of them'", "--json"),
+        (["study", ARM, "--out", ""], "--out", "''", "--out results"),
+        (["study", ARM, "--until", "", "--out", "x"], "--until", "''", '--until "1 %"'),
+        (["export", "c", ARM], "--out", "nothing", "--out model"),
+        (["export", "fmu", ARM], "--out", "nothing", '--out "arm.fmu"'),
+    ],
+    ids=["two ways to print", "no folder", "no precision", "no folder for C", "no file for an FMU"],
+)
+def test_options_that_contradict_or_lack_a_value_are_refused(tmp_path, words, key, found, example):
+    """Two ways to print, an option with an empty text and an export without a place each give one message with an example, and write nothing."""
+    done = lostmotion(*words, cwd=tmp_path)
+    assert done.returncode == 2
+    lines = [line.strip() for line in done.stderr.splitlines()]
+    assert lines[:3] == ["lostmotion: 1 mistake", key, f"found     {found}"]
+    assert f"example   {example}" in lines
+    assert not list(tmp_path.iterdir())
+
+
 def test_importing_the_package_loads_no_heavy_library():
     """`import lostmotion` loads neither NumPy nor Numba nor matplotlib: the start stays fast."""
     code = "import sys, lostmotion; print([m for m in ('numpy', 'numba', 'scipy', 'pydantic', 'matplotlib', 'xarray', 'rich') if m in sys.modules])"

@@ -47,10 +47,10 @@ Zone: TypeAlias = "Ends | np.ndarray"
 At: TypeAlias = "int | str | Floats | tuple[Amount, ...]"
 
 
-def path_of(name: str, value: object, _given: object = None) -> Path:
+def path_of(name: str, value: object, _given: object = None, *, example: str = "arm.toml") -> Path:
     """Return the path of a file or folder. Raises InputError for what is neither text nor a path."""
     if not isinstance(value, str | os.PathLike):
-        raise refuse_argument(name, value, "the path of it, as text or pathlib.Path", **{name: "arm.toml"})
+        raise refuse_argument(name, value, "a path, as text or pathlib.Path", **{name: example})
     return Path(value)
 
 

@@ -13,7 +13,7 @@ from typer.core import TyperCommand
 
 from lostmotion.analyses.signature import Argument, Parameter, question_of
 from lostmotion.cli.terminal import say, say_json
-from lostmotion.errors import InputError, Problem, nearest, shown
+from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -38,7 +38,8 @@ SHARED: Final = (
     Parameter("full", bool, Argument("Print every figure in place of one screen."), default=False),
     Parameter("quiet", bool, Argument("Print the answer alone, on one line."), default=False),
 )
-# Of these, what a report's folder holds besides the report.
+# Of these, what replaces the one screen that is printed, and what a report's folder holds besides the report.
+_PRINTED: Final = ("json", "full", "quiet")
 _COPIES: Final = frozenset({"figures", "tables"})
 # The class of all mistakes in what was typed, of whichever Click typer brings.
 _UsageError: Final[type[Exception]] = typer.BadParameter.__mro__[1]
@@ -117,7 +118,7 @@ def _option(name: str) -> str:
 
 def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[str, Any]) -> None:
     """Ask the question, write its report, and print what was found."""
-    given = {each.name: typed[each.name] for each in question.options if typed[each.name] or each.required}
+    given = {each.name: typed[each.name] for each in question.options if typed[each.name] or typed[each.name] == "" or each.required}
     if question.folder is None:
         say_json(function(**given))
         return
@@ -127,6 +128,7 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     from lostmotion.reporting.progress import ProgressBar
 
     common = {each.name: each.read(typed[each.name], {}) if each.words else typed[each.name] for each in shared_options(question)}
+    _refuse_conflicts(common)
     own = "out" not in common  # a folder that is one of the question's arguments
     force = common.get("force", False)
     out = common.get("out") or (None if common["json"] else _folder(question, given))
@@ -150,6 +152,15 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     copies = {name: common[name] for name in _COPIES if name in common}
     written = [each.report(None if own else out, force=force, **copies) for each in results if own or out is not None]
     _show(results, written, common)
+
+
+def _refuse_conflicts(common: Mapping[str, Any]) -> None:
+    """Raise InputError for an output folder without a name, and for several options of what to print."""
+    if common.get("out") == "":
+        raise refuse_argument("out", "", "a folder", out="results")
+    chosen = [name for name in _PRINTED if common.get(name)]
+    if len(chosen) > 1:
+        raise refuse_argument(", ".join(chosen), f"{len(chosen)} of them", "one of them, or none", **{chosen[0]: True})
 
 
 def _asked(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # noqa: ANN401 - the result of any question
@@ -178,7 +189,8 @@ def _show_figures(results: list[Result], written: list[Path], *, full: bool) -> 
     """Print one screen of each result, or every figure, and where the reports are."""
     for each in results:
         each.summary(full=full)
-    more = f"{_GAP}--full prints every figure." if written and not full else ""
+    figures = any(each.sheet.sections for each in results)
+    more = f"{_GAP}--full prints every figure." if written and figures and not full else ""
     for each, folder in zip(results, map(_from_here, written), strict=False):
         lines = [each.outcome(folder), *each.further_files(folder)]
         if each is results[-1] and lines[0] and len(lines[0] + more) <= _LINE:

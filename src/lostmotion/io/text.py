@@ -68,7 +68,7 @@ def _raw(path: Path, megabytes: int, example: str) -> bytes:
     except (OSError, ValueError) as error:  # ValueError: a NUL in the path itself
         refuse(file, "", getattr(error, "strerror", None) or str(error), "a file that can be read", example)
     if not stat.S_ISREG(kind):
-        refuse(file, "", "a folder" if stat.S_ISDIR(kind) else "no regular file", "a text file", f"{path.name or 'arm'}/arm.toml")
+        refuse(file, "", "a folder" if stat.S_ISDIR(kind) else "no regular file", "a text file", f"{path.name or 'arm'}/arm{path.suffix or '.toml'}")
     if len(raw) > megabytes * _MEGABYTE:
         refuse(file, "", f"more than {megabytes} MB", f"at most {megabytes} MB", "one arm, or one table of poses, per file")
     return raw

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from lostmotion.analyses.arguments import ArmArgument, SidecarArgument, path_of
@@ -30,7 +31,7 @@ _CalibrationArgument: TypeAlias = Annotated[
 def export_c(
     arm: ArmArgument,
     *,
-    out: Annotated["str | Path", Argument("Folder for the sources.", path_of, metavar="FOLDER", aliases=("-o",))],
+    out: Annotated["str | Path", Argument("Folder for the sources.", partial(path_of, example="model"), metavar="FOLDER", aliases=("-o",))],
     sidecar: SidecarArgument = None,
     precision: Annotated[Literal["double", "float"], Argument("Type of all numbers in C.")] = "double",
     unroll: Annotated[bool, Argument("Write the prediction out for this arm, without loops: faster, with more code.")] = False,
@@ -65,7 +66,7 @@ def export_c(
 def export_fmu(
     arm: ArmArgument,
     *,
-    out: Annotated["str | Path", Argument("The FMU to write.", path_of, metavar="FILE.fmu", aliases=("-o",))],
+    out: Annotated["str | Path", Argument("The FMU to write.", partial(path_of, example="arm.fmu"), metavar="FILE.fmu", aliases=("-o",))],
     sidecar: SidecarArgument = None,
     version: Annotated[Literal["3.0", "2.0"], Argument("Version of the FMI standard.")] = "3.0",
     largest_payload: _LargestPayload = None,
