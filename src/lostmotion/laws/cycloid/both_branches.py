@@ -158,6 +158,11 @@ def _by_flank(stage: Stage, given: _Contacts, crank: float, over: np.ndarray, si
         force = flank_moments(stage, sign * crank, int(lobes[k]), rotation, float(given.half[k]), depth, sign * given.theta[mine]) / arm[mine]
         loaded = np.where(force > 0, force, 1.0)
         logarithm = np.maximum((math.pi * rotation * arm[mine] - others @ force) / loaded, LEAST_LOGARITHM)
+        touching = force > 0
+        # By how much more each approaches per further load; otherwise several divisions of the load between them are in equilibrium.
+        stiffness = (np.diag(logarithm - 1) + others)[np.ix_(touching, touching)]
+        if not (np.linalg.eigvalsh(stiffness) > 0).all():
+            raise DidNotConvergeError("two contacts at the junction of the branches of an envelope ring are too close to have forces of their own")
         out[mine] = np.where(force > 0, logarithm - law[mine] + np.log(loaded), 0.0)
     return out
 
