@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import html.parser
 import io
 import json
@@ -27,7 +28,7 @@ from lostmotion.reporting import folder as folder_of_report
 from lostmotion.reporting.joint_values import joint_value
 from lostmotion.reporting.page.document import page as page_of
 from lostmotion.reporting.page.first_screen import first_screen
-from lostmotion.reporting.page.text import escaped, headline, spaced
+from lostmotion.reporting.page.text import escaped, foldable, headline, spaced
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet
 from tests.test_plots import small_study
@@ -170,6 +171,16 @@ def test_the_unit_of_a_key_figure_is_never_torn():
     shown = first_screen(sheet, [], "0")
     assert "0.6654\u202f<wbr>mm<" in shown
     assert "69.8\u202f<wbr>N\u202f<wbr>m/<wbr>arcmin<" in shown
+
+
+def test_a_name_of_any_length_folds():
+    """A name of 80 letters without a gap, of words or with brackets folds in a narrow column and loses no letter; a usual one only at its joints."""
+    for name in ("abcdefghij" * 8, "the long arm of the robot <b>on the left</b> & \N{ROBOT FACE}", "a" * 20 + "\t" + "b" * 20):
+        pieces = foldable(name).split("<wbr>")
+        assert "".join(pieces) == escaped(name)
+        assert max(len(html.unescape(piece)) for piece in pieces) <= 13
+    assert foldable("O.gearbox") == "O.<wbr>gearbox"
+    assert foldable("joints") == "joints"
 
 
 def test_a_joint_value_that_rounds_to_zero_has_no_sign():

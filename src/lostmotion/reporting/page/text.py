@@ -14,6 +14,9 @@ _MINUS: Final = re.compile(r"(?<![\w.\-])-(?=\d)")
 _END: Final = re.compile(r"(?<=[^.\s][.!?]) (?=[A-Z0-9])")
 # A result within a headline: a number with a unit that is no share, or a range.
 _RESULT: Final = re.compile(r"(?:[\d.]+ \.\. )?[-−]?[\d.]+\u202f(?!%)[^ <;:,.)]+")
+# A name that fits in every column, and the pieces in which a longer one folds.
+_LONGEST: Final = 30
+_PIECES: Final = re.compile(r"\S{1,12}\s?|\s+")
 NARROW: Final = "\u202f"
 
 
@@ -28,8 +31,10 @@ def spaced(text: str) -> str:
 
 
 def foldable(name: str) -> str:
-    """Return the name of a part as HTML that folds at its joints, not in mid-word."""
-    return folded(escaped(name))
+    """Return the name of a part as HTML that folds at its joints; a name that is longer than any column also between its words, and within them."""
+    if len(name) <= _LONGEST:
+        return folded(escaped(name))
+    return "<wbr>".join(folded(escaped(piece)) for piece in _PIECES.findall(name))
 
 
 def folded(content: str) -> str:
