@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 
 import numpy as np
 
+from lostmotion.error_model.few_poses import known_ends
 from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.pose_matrix import Column, PoseMatrix
+    from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.term import Level
     from lostmotion.spatial import Floats
@@ -153,6 +155,7 @@ class Budget:
 
     where     name of the poses
     of_sets   mean squares (m^2) by design, by robot and by visit over each independent set of the poses
+    of_many   the same over many other poses, to check whether these are too few; empty where they are not checked
     halving   effect of halving each part there, where it was requested
     """
 
@@ -163,6 +166,7 @@ class Budget:
     causes: tuple[Cost, ...]
     of_sets: tuple[tuple[float, float, float], ...]
     halving: Halving | None = None
+    of_many: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def levels(self) -> tuple[float, float, float]:
@@ -173,9 +177,23 @@ class Budget:
     def rms_interval(self, *levels: int) -> Estimate:
         """Return the r.m.s. error (m) of these levels of chance together: 0 by design, 1 by robot, 2 by visit; all by default.
 
-        The value is exact at the poses. The 95 % interval is the uncertainty due to their choice; its ends are NaN without independent sets of poses.
+        The value is exact at the poses. The 95 % interval is the uncertainty due to their choice; its ends are NaN without independent sets of poses,
+        and as in `known_ends` where the poses are too few.
         """
-        return root_mean_square(np.array(self.of_sets)[:, list(levels or (0, 1, 2))].sum(axis=1))
+        weights = np.isin(range(3), levels or (0, 1, 2)).astype(float)
+        return self.known_ends(root_mean_square(np.array(self.of_sets) @ weights), *weights)
+
+    def known_ends(self, found: Estimate, *weights: float) -> Estimate:
+        """Return a figure over these poses, its upper or lower end NaN where they lack rare poses with larger or smaller errors.
+
+        weights: of the mean squares by design, by robot and by visit in the figure.
+        """
+        return known_ends(found, *self.beside_many(*weights)) if self.of_many else found
+
+    def beside_many(self, *weights: float) -> tuple[Estimate, Estimate]:
+        """Return the root mean square (m) of the levels with these weights over the poses, and over those of `of_many`. Valid where there are any."""
+        visited, many = (root_mean_square(np.array(squares) @ np.array(weights)) for squares in (self.of_sets, self.of_many))
+        return visited, many
 
 
 def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tally:
@@ -186,19 +204,27 @@ def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tal
     return tallies(arm, q, (by,), approach)[0]
 
 
-def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0, replicates: int = 1) -> Budget:
+def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0, replicates: int = 1, many: Poses | None = None) -> Budget:
     """Return the error budgets by part and by kind of error at the poses q (pose, joint), rad and m; `where` names the poses.
 
     approach     sign of the joints' last motion, as in `screws`
     replicates   number of independent sets of equal size that the poses consist of, one after another
+    many         poses by which to check whether these are too few (`many_poses`)
 
     Raises InputError for no poses, ValueError as `screws` does or where the sets would differ in size.
     """
     found = [tallies(arm, each, ("part", "cause"), approach) for each in np.split(q, replicates)]
     parts, causes = (functools.reduce(operator.add, each) for each in zip(*found, strict=True))
-    design, robot, visit = np.transpose([each.levels / each.poses for each, _ in found]).tolist()
-    of_sets = tuple(zip(design, robot, visit, strict=True))
-    return Budget(where, parts.poses, float(np.sqrt(parts.total / parts.poses)), tuple(costs(parts)), tuple(costs(causes)), of_sets)
+    of_sets = _by_level([each for each, _ in found])
+    of_many = () if many is None else _by_level([tally(arm, each, approach=approach) for each in np.split(many.q, many.replicates)])
+    rms = float(np.sqrt(parts.total / parts.poses))
+    return Budget(where, parts.poses, rms, tuple(costs(parts)), tuple(costs(causes)), of_sets, of_many=of_many)
+
+
+def _by_level(found: Sequence[Tally]) -> tuple[tuple[float, float, float], ...]:
+    """Return the mean squares by design, by robot and by visit of each tally, m^2."""
+    design, robot, visit = np.transpose([each.levels / each.poses for each in found]).tolist()
+    return tuple(zip(design, robot, visit, strict=True))
 
 
 def budget_changes(before: Arm, after: Arm, q: Floats, labels: Sequence[Callable[[Column], str]], *, approach: float = 0.0) -> list[dict[str, float]]:

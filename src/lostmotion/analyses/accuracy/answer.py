@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.analyses.accuracy.workspace import Workspace, workspace
 from lostmotion.error_model.budget import Budget, Halving, budget
+from lostmotion.error_model.few_poses import many_poses
 from lostmotion.error_model.poses import POSE_LAWS
 from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
 from lostmotion.mechanism.load_causes import LinkBending, bending
@@ -90,7 +91,7 @@ def answer(
     gains = halving(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     open_to = bands(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
-    blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach, replicates=poses.replicates)
+    blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach, replicates=poses.replicates, many=many_poses(arm, poses))
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from lostmotion.analyses.accuracy.answer import Answer, answer
 from lostmotion.analyses.accuracy.result import AnalyticStudy, Study
 from lostmotion.error_model.budget import budget
+from lostmotion.error_model.few_poses import many_poses
 from lostmotion.error_model.pose_selection import among, one_pose, poses_in_zone
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import tool_points
@@ -42,10 +43,9 @@ def carry_out(
         besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": in_zones, "target": target}
         study = Study(**{name: getattr(whole, name) for name in Answer.__dataclass_fields__} | besides)
     elif found.analytic is not None and found.pooled is not None:
-        every = budget(arm, found.poses.q, f"over {len(found.poses)} poses", approach=route.approach, replicates=found.poses.replicates)
-        study = AnalyticStudy(
-            arm, found.poses, route.approach, found.analytic, found.pooled, every, zones=in_zones, seed=route.seed, threads=route.threads
-        )
+        poses, many = found.poses, many_poses(arm, found.poses)
+        every = budget(arm, poses.q, f"over {len(poses)} poses", approach=route.approach, replicates=poses.replicates, many=many)
+        study = AnalyticStudy(arm, poses, route.approach, found.analytic, found.pooled, every, zones=in_zones, seed=route.seed, threads=route.threads)
     else:
         raise ValueError("a study by no route")
     for pose in at:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from lostmotion.error_model.budget import Tally, costs, label_of, tallies
+from lostmotion.error_model.budget import Tally, costs, label_of, tallies, tally
+from lostmotion.error_model.few_poses import many_poses
+from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.overload import Overload, overloads, rated_torques
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
@@ -17,8 +19,9 @@ from lostmotion.mechanism.serial import joint_torques
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
+    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.pose_matrix import Column
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
@@ -42,6 +45,7 @@ class ComparedArm:
 
     label    its name in tables: that of its file where there is one
     tallies  exact error budget of each independent set of poses, for each of `GROUPINGS`
+    many     exact error budget of each set of many poses, to check whether these are too few; empty where they are not checked
     held     (joint,) largest static load of each drive over the poses, N m or N
     """
 
@@ -50,6 +54,7 @@ class ComparedArm:
     poses: Poses
     sampled: Sampled
     tallies: tuple[list[Tally], ...]
+    many: tuple[Tally, ...]
     held: Floats
     known: States
     overloads: tuple[Overload, ...]
@@ -59,6 +64,16 @@ class ComparedArm:
     def squares(self) -> Floats:
         """Return the mean squares of the error by design, by robot and by visit over each set of poses (set, 3), m^2."""
         return np.array([each[0].levels / each[0].poses for each in self.tallies])
+
+    @functools.cached_property
+    def squares_of_many(self) -> Floats:
+        """Return the mean squares by design, by robot and by visit over each set of many poses (set, 3), m^2; no sets where nothing is checked."""
+        return np.array([each.levels / each.poses for each in self.many]).reshape(-1, 3)
+
+    def beside_many(self, weights: Sequence[float]) -> tuple[Estimate, Estimate]:
+        """Return the root mean square (m) of the levels with these weights over the poses and over the many. Valid where there are any."""
+        visited, many = (root_mean_square(squares @ np.array(weights)) for squares in (self.squares, self.squares_of_many))
+        return visited, many
 
     @functools.cached_property
     def sag(self) -> Floats:
@@ -109,6 +124,8 @@ def compared_arm(  # noqa: PLR0913 - a study is these numbers
     named = None if progress is None else lambda what, done, of: progress(f"{label}: {what}", done, of)
     sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=named)
     found = tuple(tallies(arm, q, tuple(GROUPINGS.values()), approach) for q in np.split(poses.q, poses.replicates))
+    several = many_poses(arm, poses)
+    many = () if several is None else tuple(tally(arm, q, approach=approach) for q in np.split(several.q, several.replicates))
     held = np.max([np.abs(joint_torques(arm, poses.q[k : k + _CHUNK])).max(axis=0) for k in range(0, len(poses), _CHUNK)], axis=0)
     known = with_limits(states(arm), arm, poses.q, approach)
-    return ComparedArm(label, arm, poses, sampled, found, held, known, overloads(arm, poses), approach)
+    return ComparedArm(label, arm, poses, sampled, found, many, held, known, overloads(arm, poses), approach)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
@@ -15,6 +15,7 @@ from lostmotion.error_model.differences import (
     root_mean_square_difference,
     sets_difference,
 )
+from lostmotion.error_model.few_poses import ERROR, RP, ap_weights, known_ends
 from lostmotion.error_model.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square
 from lostmotion.propagation.montecarlo import kernel
 
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 Group: TypeAlias = Literal["accuracy", "levels", "arm"]
 LEVEL: Final = 0.95
 _ALL_LEVELS: Final = (0, 1, 2)
-# AP and RP in the robots' means.
-_COLUMNS: Final = {"ap": 1, "rp": 2}
 
 
 @dataclass(frozen=True)
@@ -42,6 +41,7 @@ class Measure:
     change  its difference, after minus before, with its paired interval
     group   of the table that it stands in
     exact   whether it follows from the description alone, without an interval
+    weights of the mean squares by design, by robot and by visit in it; None for a figure of another kind
     """
 
     key: str
@@ -51,6 +51,7 @@ class Measure:
     change: Callable[[ComparedArm, ComparedArm], Estimate]
     group: Group = "accuracy"
     exact: bool = False
+    weights: tuple[float, float, float] | None = None
 
 
 def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
@@ -63,10 +64,11 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
             "m",
             lambda each: pooled_mean(each.sampled.robot_means[:, :, 0]),
             lambda one, other: mean_difference(one.sampled.robot_means[:, :, 0], other.sampled.robot_means[:, :, 0]),
+            weights=ERROR,
         )
     )
     if arms[0].sampled.visits > 1:
-        out += [_of_robots(key, column) for key, column in _COLUMNS.items()]
+        out += [_of_robots("ap", 1, ap_weights(arms[0].sampled.visits)), _of_robots("rp", 2, RP)]
     out += [
         _rms("rms", "r.m.s. error", _ALL_LEVELS),
         _rms("rms_design", "r.m.s., follows load and pose", (0,)),
@@ -98,7 +100,25 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
         out.append(_exact("price", "price of the arm", "price", lambda each: math.nan if each.arm.price is None else each.arm.price))
     if any(math.isfinite(each.load) for each in arms):
         out.append(_exact("load", "most loaded drive, of its rated load", "1", lambda each: each.load))
-    return tuple(out)
+    return tuple(_checked(each) for each in out) if all(each.many for each in arms) else tuple(out)
+
+
+def _checked(measure: Measure) -> Measure:
+    """Return a figure whose ends are unknown where the poses are too few for it, or for its difference (`known_ends`)."""
+    if measure.weights is None:
+        return measure
+    of_levels, weights = measure.weights, np.array(measure.weights)
+
+    def value(each: ComparedArm) -> Estimate:
+        return known_ends(measure.value(each), *each.beside_many(of_levels))
+
+    def changed(one: ComparedArm, other: ComparedArm) -> Estimate:
+        visited = root_mean_square_difference(one.squares @ weights, other.squares @ weights)
+        many = root_mean_square_difference(one.squares_of_many @ weights, other.squares_of_many @ weights)
+        size = max(each.beside_many(of_levels)[1].value for each in (one, other))
+        return known_ends(measure.change(one, other), visited, many, size)
+
+    return replace(measure, value=value, change=changed)
 
 
 def _quantile(level: float) -> Measure:
@@ -110,20 +130,24 @@ def _quantile(level: float) -> Measure:
         hists = [(each.sampled.group_hist, each.sampled.replicate_hist) for each in (before, after)]
         return quantile_difference(hists[0], hists[1], level, (value(before).value, value(after).value))
 
-    return Measure(f"p{100 * level:.0f}", f"{100 * level:.0f} % of positions within", "m", value, changed)
+    return Measure(f"p{100 * level:.0f}", f"{100 * level:.0f} % of positions within", "m", value, changed, weights=ERROR)
 
 
-def _of_robots(key: str, column: int) -> Measure:
+def _of_robots(key: str, column: int, weights: tuple[float, float, float]) -> Measure:
+    """Return the 95th percentile over robots of AP or RP, which is in this column of the robots' means."""
     return Measure(
         f"{key}_p95",
         f"{key.upper()}, 95 % of robots within",
         "m",
         lambda each: pooled_robots_quantile(each.sampled.robot_means[:, :, column]),
         lambda one, other: robots_quantile_difference(one.sampled.robot_means[:, :, column], other.sampled.robot_means[:, :, column]),
+        weights=weights,
     )
 
 
 def _rms(key: str, name: str, levels: tuple[int, ...]) -> Measure:
+    design, robot, visit = (float(level in levels) for level in _ALL_LEVELS)
+
     def squares(each: ComparedArm) -> Floats:
         return np.asarray(each.squares[:, list(levels)].sum(axis=1))
 
@@ -134,6 +158,7 @@ def _rms(key: str, name: str, levels: tuple[int, ...]) -> Measure:
         lambda each: root_mean_square(squares(each)),
         lambda one, other: root_mean_square_difference(squares(one), squares(other)),
         "accuracy" if levels == _ALL_LEVELS else "levels",
+        weights=(design, robot, visit),
     )
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from lostmotion.analyses.accuracy.tables.bars import blame_bars, rms_bars
 from lostmotion.analyses.accuracy.tables.brief import trust, where, zone_sentence
 from lostmotion.analyses.accuracy.tables.budget import by_level_sections, halved_sections, levels_section, requested_sections
-from lostmotion.analyses.accuracy.tables.error import limit_rows
+from lostmotion.analyses.accuracy.tables.error import few_poses, limit_rows
 from lostmotion.analyses.accuracy.tables.headline import headline, on_condition, rms_remedy_sentence
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
+from lostmotion.error_model.few_poses import ERROR
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
@@ -72,7 +73,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     blame: error budget over all poses; places: at every stated pose and in every zone. approach: the sign of the
     joints' last motion.
     """
-    section = analytic_section(arm, poses, found, whole)
+    section = analytic_section(arm, poses, found, whole, blame)
     known = with_limits(states(arm), arm, poses.q, approach)
     in_zones = analytic_zone_sections(arm, zones, section)
     inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95th percentile")) for k, zone in enumerate(zones, 1)]
@@ -95,7 +96,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             *requested_sections(places),
             *provenance_sections(known),
         ),
-        warnings=(*arm.warnings, *overload_warnings(overloaded)),
+        warnings=(*arm.warnings, *overload_warnings(overloaded), *few_poses(blame, 1)),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{several(len(poses), 'pose')} ({poses.law}); only the poses were drawn, and samples for the effect of halving",
@@ -164,7 +165,7 @@ def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Sectio
     for k, zone in enumerate(zones, 1):
         if zone.analytic is None or zone.pooled is None:
             continue
-        here = analytic_section(arm, zone.poses, zone.analytic, zone.pooled, OWN)
+        here = analytic_section(arm, zone.poses, zone.analytic, zone.pooled, zone.budget, OWN)
         title = f"{whole.title}, in the zone {zone.name}"
         out.append(Section(f"zone_{k}_analytic", title, BESIDE, beside(here, whole), f"{sampling_note(zone)}; {here.note}"))
         if zone.sampled is not None:
@@ -175,17 +176,18 @@ def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Sectio
     return out
 
 
-def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, where: str = "") -> Section:
+def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, blame: Budget, where: str = "") -> Section:
     """Return mean and quantiles over all poses and at the worst one, limits, and how many poses are valid. `where` follows the number of poses."""
+    mean, deviation, *quantiles = (blame.known_ends(each, *ERROR) for each in (whole.mean, whole.deviation, *whole.quantiles))
     counted = f"sums over terms, {several(len(poses), 'pose')}{where}"
     rows = [
-        _row("mean", whole.mean, counted),
-        _row("standard deviation", whole.deviation, counted, "of the position error about its mean"),
-        *(_row(f"{100 * level:.4g}th percentile", one, counted) for level, one in zip(whole.levels, whole.quantiles, strict=True)),
+        _row("mean", mean, counted),
+        _row("standard deviation", deviation, counted, "of the position error about its mean"),
+        *(_row(f"{100 * level:.4g}th percentile", one, counted) for level, one in zip(whole.levels, quantiles, strict=True)),
         *_worst_pose(arm, poses, found),
     ]
     normal, valid = (Figure(100 * float(each.mean()), "%", samples=counted) for each in (found.nearly_normal, found.valid))
-    square = root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1))
+    square = blame.known_ends(root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1)), *ERROR)
     rows += [
         Row("root mean square", (length(square.value, square.low, square.high, counted),), "exact at the visited poses"),
         *limit_rows(arm, float(found.rss.max()), float(found.worst.max()), counted),

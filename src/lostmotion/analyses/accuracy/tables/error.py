@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.few_poses import ERROR, RP, ap_weights, weights_of
 from lostmotion.error_model.intervals import (
     Estimate,
     of_length,
@@ -19,9 +20,11 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, length, several
+from lostmotion.reporting.warnings import few_poses_warnings
 
 if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.error_model.budget import Budget
     from lostmotion.mechanism.arm import Arm
 
 # Label of the share of positions within the target.
@@ -39,10 +42,11 @@ def error_section(answer: Answer, where: str = "") -> Section:
     spread = standard_deviation(sampled.group_hist, sampled.replicate_hist, mean.value, float(table[:, kernel.MEAN_SQUARE].mean()))
     largest = float(table[:, kernel.LARGEST].max())
     quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
+    mean, spread, *pooled = (answer.budget.known_ends(found, *ERROR) for found in (mean, spread, *quantiles.values()))
     rows = [
         Row("mean", (as_length(mean, counted),)),
         Row("standard deviation", (as_length(spread, counted),), "of the position error about its mean, over all robots, poses and visits"),
-        *(Row(f"{100 * level:.0f}th percentile", (as_length(found, counted),)) for level, found in quantiles.items()),
+        *(Row(f"{100 * level:.0f}th percentile", (as_length(found, counted),)) for level, found in zip(quantiles, pooled, strict=True)),
     ]
     if answer.target is not None:
         within = share_below(sampled.group_hist, sampled.replicate_hist, answer.target, sampled.robots)
@@ -106,13 +110,15 @@ def iso_section(answer: Answer, where: str = "") -> Section:
         return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
     counted = f"{several(sampled.robots, 'robot')}, {several(sampled.visits, 'visit')} to each of {several(len(answer.poses), 'pose')}{where}"
     rows = []
-    for label, column, table in (("AP", 1, sampled.accuracy), ("RP", 2, sampled.repeatability)):
+    tables = (("AP", 1, sampled.accuracy, ap_weights(sampled.visits)), ("RP", 2, sampled.repeatability, RP))
+    for label, column, table, weights in tables:
         of_robots = sampled.robot_means[:, :, column]
-        rows.append(Row(f"{label}, mean over poses and robots", (as_length(pooled_mean(of_robots), counted),), key=f"{label}_mean"))
+        mean, highest = (answer.budget.known_ends(found, *weights) for found in (pooled_mean(of_robots), pooled_robots_quantile(of_robots)))
+        rows.append(Row(f"{label}, mean over poses and robots", (as_length(mean, counted),), key=f"{label}_mean"))
         rows.append(
             Row(
                 f"{label}, 95th percentile of robots",
-                (as_length(pooled_robots_quantile(of_robots), counted),),
+                (as_length(highest, counted),),
                 "each robot's average over the poses",
                 f"{label}_p95",
             )
@@ -139,6 +145,13 @@ def iso_section(answer: Answer, where: str = "") -> Section:
         f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}. A worst pose is the worst visited one, "
         "chosen by the same samples: its interval is valid for a pose chosen beforehand",
     )
+
+
+def few_poses(blame: Budget, visits: int) -> tuple[str, ...]:
+    """Return the sentence that the poses are too few for position error, AP or RP; nothing where they are enough, or not checked."""
+    if not blame.of_many:
+        return ()
+    return few_poses_warnings(blame.poses, {name: blame.beside_many(*weights) for name, weights in weights_of(visits).items()})
 
 
 def described_pose(answer: Answer, index: int) -> str:

@@ -8,7 +8,7 @@ from lostmotion.analyses.accuracy.tables.bands import bands_clause, bands_facts,
 from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
 from lostmotion.analyses.accuracy.tables.brief import brief_of
 from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
-from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
+from lostmotion.analyses.accuracy.tables.error import error_section, few_poses, iso_section
 from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
 from lostmotion.analyses.accuracy.tables.joints import joints_section
 from lostmotion.analyses.accuracy.tables.stopping import stopping_section
@@ -68,7 +68,7 @@ def sheet(answer: Answer) -> Sheet:
         verdict=_verdict(found, answer, known, overloaded),
         cards=bounded_cards([with_band(card, answer.bands, found) for card in _cards(found, answer)], known, _ERRORS),
         sections=(*found, *provenance_sections(known)),
-        warnings=(*answer.arm.warnings, *overload_warnings(overloaded)),
+        warnings=(*answer.arm.warnings, *overload_warnings(overloaded), *few_poses(answer.budget, sampled.visits)),
         notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),
@@ -120,7 +120,7 @@ def sections(answer: Answer) -> list[Section]:
     if answer.analytic is not None and answer.pooled is not None:
         from lostmotion.analyses.accuracy.tables.analytic import analytic_section, analytic_zone_sections, comparisons
 
-        whole = analytic_section(answer.arm, answer.poses, answer.analytic, answer.pooled)
+        whole = analytic_section(answer.arm, answer.poses, answer.analytic, answer.pooled, answer.budget)
         found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.arm, answer.zones, whole)]
     return found
 

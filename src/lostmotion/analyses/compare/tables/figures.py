@@ -32,11 +32,13 @@ def is_decided(change: Estimate) -> bool:
 
 
 def remark(change: Estimate, *, exact: bool) -> str:
-    """Return what a reader must know of a difference: that it is zero, not distinguished from zero, or without an interval; else nothing."""
+    """Return what a reader must know of a difference: that it is zero, not distinguished from zero, or lacks an end or its interval; else nothing."""
     if change.value == 0 and (exact or change.low == change.high == 0):
         return EQUAL
     if exact and math.isnan(change.value):
         return "not stated for all arms"
+    if not exact and math.isnan(change.low) != math.isnan(change.high):
+        return "one end of the interval is not known: too few poses"
     if exact or is_decided(change):
         return ""
     return NO_DIFFERENCE_SEEN if math.isfinite(change.low) else "no interval: too few robots or sets of poses"

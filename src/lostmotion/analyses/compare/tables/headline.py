@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
 from lostmotion.analyses.compare.tables.figures import figure, is_decided, measure_of, with_interval
 from lostmotion.error_model.differences import ZERO
+from lostmotion.error_model.few_poses import weights_of
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import FAILS, share_neglected
 from lostmotion.reporting.first_order import failure
 from lostmotion.reporting.provenance import assumed_count, at_least, ideal_joints_clause, repeats_bounded, upper_limit_sentences
 from lostmotion.reporting.sheet import Figure, as_stated, length, several
-from lostmotion.reporting.warnings import overload_warnings
+from lostmotion.reporting.warnings import few_poses_warnings, overload_warnings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,7 +62,7 @@ def _answer(found: Comparison, change: Change) -> str:
         seen = f"the change lies in {interval} {figure(size, 'm').unit}" if interval else "too few robots or sets of poses for an interval"
         return f"No difference seen between {other.label} and {first.label}: 95 % of positions within {after} and {before}; {seen}."
     better = size.value < 0
-    apart = length(abs(size.value), min(abs(size.low), abs(size.high)), max(abs(size.low), abs(size.high)))
+    apart = length(abs(size.value), *((-size.high, -size.low) if better else (size.low, size.high)))
     word = "more" if better else "less"
     return f"{other.label} is {with_interval(apart)} {word} accurate than {first.label}: 95 % of positions within {after} in place of {before}."
 
@@ -238,7 +239,9 @@ def warnings(found: Comparison) -> tuple[str, ...]:
     if unequal:
         out.append(f"{_described_unequally(unequal)}: part of the difference is one of the descriptions, not of the arms")
     for each in found.arms:
-        out += [f"{each.label}: {text}" for text in (*each.arm.warnings, *overload_warnings(each.overloads))]
+        weights = weights_of(each.sampled.visits) if each.many else {}
+        few = few_poses_warnings(len(each.poses), {name: each.beside_many(of) for name, of in weights.items()})
+        out += [f"{each.label}: {text}" for text in (*each.arm.warnings, *overload_warnings(each.overloads), *few)]
     return tuple(out)
 
 
