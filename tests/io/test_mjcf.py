@@ -208,6 +208,7 @@ SIDE = f'<body name="crank">{INERTIAL.format(1)}{HINGE.format("crank")}</body>'
             "'j2' follows 'j1' (equality",
         ),
         (model(chain(), SIDE, rest=LOOP.format("crank", "link2")), "'j1' follows 'crank and link2' (equality 'rod' closes a loop)"),
+        (model(chain(), SIDE, rest=1001 * LOOP.format("crank", "link2").replace(' name="rod"', "")), "1001 elements in <equality>"),
         (model(chain(kinds=("hinge", "ball", "hinge"))), "a ball joint"),
         (model(chain(kinds=("hinge", "slide"))), "a slide without range"),
         (model(chain(kinds=("hinge", "free"))), "free joint can only be used on top level"),

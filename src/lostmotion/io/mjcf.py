@@ -184,6 +184,8 @@ class _Builder:
     def _couple(self) -> None:
         """Mark the joints that equality constraints couple; `find_chain` refuses those on the chain by name."""
         model = self.model
+        if len(model["eq_type"]) > MOST_ELEMENTS:  # each closes a loop through all joints
+            refuse(self.tree.file, self.tree.root, f"{len(model['eq_type'])} elements in <equality>", f"at most {MOST_ELEMENTS}", "one arm per file")
         for k, kind in enumerate(model["eq_type"]):
             first, second = model["eq_obj1id"][k], model["eq_obj2id"][k]
             title = f"equality '{model['equality'][k]}'" if model["equality"][k] else "an equality"
