@@ -12,7 +12,7 @@ import pytest
 
 import lostmotion
 from lostmotion.error_model.closing import mean_and_change
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import Columns, screws
 from lostmotion.laws.distributions import COMPARED, Cosine, Sine, product_mean
 from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.serial import Conditions, frames
@@ -48,6 +48,21 @@ def test_merged_columns_are_uncorrelated(arm, approach):
         assert mean(one, one) == pytest.approx(1.0, abs=1e-8)
         for other in merged.infos[:k]:
             assert mean(one, other) == pytest.approx(0.0, abs=1e-8)
+
+
+@every_arm
+def test_a_pose_has_the_same_bits_alone_as_among_many(arm):
+    """Columns that are numbered once give each pose by itself; few poses are carried to the tool in another way than many."""
+    q = random_poses(arm, 40)
+    many, columns = screws(arm, q), Columns(arm)
+    assert columns.infos == many.infos
+    for k in (0, 17, 39):
+        one = columns.matrix(q[k : k + 1])
+        for name in ("tool", "local", "bias", "scale", "place"):
+            found, expected = getattr(one, name), getattr(many, name)
+            np.testing.assert_array_equal(found, expected if name in {"scale", "place"} else expected[k : k + 1], err_msg=name)
+        np.testing.assert_array_equal(one.closed[:, 0], many.closed[:, k])
+        np.testing.assert_array_equal(one.merged.tool, many.merged.tool[k : k + 1])
 
 
 @every_arm

@@ -46,11 +46,12 @@ def bounds(matrix: PoseMatrix) -> Bounds:
     """
     rest = _without_mixed_plays(matrix)
     columns = rest.merged
+    sizes = np.sqrt(columns.squares) * np.array([info.limit for info in columns.infos])[:, None]
     # The size of each independent error at its limit (pose,), m, and whether its distribution has no bound.
     found: dict[str, Floats] = {}
     unbounded: dict[str, bool] = {}
     for name, phases in independent_errors(columns.infos).items():
-        found[name] = _combined([[(np.sqrt(columns.squares[k]) * columns.infos[k].limit) for k in members] for members in phases])
+        found[name] = _combined([[sizes[k] for k in members] for members in phases])
         unbounded[name] = any(math.isinf(columns.infos[k].bound) for members in phases for k in members)
     if rest is not matrix:
         for name, play, infinite in _plays_closed_in_some(matrix):

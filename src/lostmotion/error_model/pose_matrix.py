@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -181,9 +182,8 @@ class PoseMatrix(ToolScrews):
     @functools.cached_property
     def merged(self) -> ToolScrews:
         """Return the matrix with one column per draw, in the order of `groups`: the sum of the columns that have this draw."""
-        out = np.empty((6, len(self.groups), len(self.tool)))
-        for column, (first, *others) in enumerate(self.groups.values()):
-            out[:, column] = self.along_poses[:, first]
+        out = self.along_poses[:, [members[0] for members in self.groups.values()]]
+        for column, (_, *others) in enumerate(self.groups.values()):
             for k in others:
                 out[:, column] += self.along_poses[:, k]
         firsts = (self.infos[members[0]] for members in self.groups.values())
@@ -198,41 +198,78 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix
 
     Valid for small errors; `propagation.exact.check` reports what first order neglects. Raises ValueError for q of another shape or not finite.
     """
-    values = as_poses(arm, q)
-    at = frames(arm, values)
-    last_motion = np.asarray(approach, dtype=float)
-    sides = _sides(last_motion)
-    conditions, names = Conditions(arm, values, at), [joint.name for joint in arm.moving]
-    found = [
-        (of, side, part)
-        for of in arm.terms
-        for side in (sides if of.term.sided else (None,))
-        for part in (("whole",) if of.term.form.threshold is None else ("mean", "changed"))
-    ]
-    place = np.array([of.place for of, *_ in found], dtype=int)
-    closings: dict[tuple[int, Threshold], int] = {}
-    closed: list[Floats] = []
-    infos = []
-    # The pose is the innermost axis in memory, since every loop below runs along it.
-    local = np.empty((6, len(found), len(values)))
-    for k, (of, side, part) in enumerate(found):
-        form, condition = of.term.form, conditions(of)
-        form.write(condition, of.term.scale, local[:, k])
-        if side is not None and of.joint is not None:
-            local[:, k] *= _side_factor(last_motion if last_motion.ndim == 0 else last_motion[:, of.joint], known=side == "known")
-        closing = None
-        if form.threshold is not None:
-            row = closings.setdefault((of.place, form.threshold), len(closed))
-            if row == len(closed):
-                closed.append(form.threshold.share(condition))
-            closing = Closing(Stream(f"{of.owner}.{form.threshold.stream}", COMPARED), row, form.above)
-            mean, changed = mean_and_change(closed[row], above=form.above)
-            local[:, k] *= mean if part == "mean" else changed
-        infos.append(_column(of, side, names, closing, part))
-    tool = tool_twists(arm.tree, at, place, local)
-    scale = np.array([of.term.scale for of, *_ in found])
-    shares = np.array(closed).reshape(-1, len(values))
-    return PoseMatrix(tuple(infos), tool.transpose(2, 0, 1), place, scale, local.transpose(2, 0, 1), at, shares, arm.tree.tool_path)
+    return Columns(arm, approach).matrix(q)
+
+
+@dataclass(frozen=True)
+class _Family:
+    """Successive terms of one form at one place, whose screws are proportional to each other.
+
+    of       one of the terms
+    scales   (term,) sizes
+    columns  the columns of all terms for each pair of side and part, and the row of `closed`, None where no friction decides
+    """
+
+    of: PlacedTerm
+    scales: Floats
+    columns: tuple[tuple[str | None, str, slice], ...]
+    row: int | None
+
+
+class Columns:
+    """The columns of the pose matrix of an arm: what does not depend on the pose, computed once for many poses."""
+
+    def __init__(self, arm: Arm, approach: float | Floats = 0.0) -> None:
+        """Number the columns; arm and approach as for `screws`."""
+        self._arm, self._last_motion = arm, np.asarray(approach, dtype=float)
+        sides, names = _sides(self._last_motion), [joint.name for joint in arm.moving]
+        thresholds: dict[tuple[int, Threshold], int] = {}
+        infos: list[Column] = []
+        self._families: list[_Family] = []
+        for (*_, sided), run in itertools.groupby(arm.terms, lambda of: (of.place, of.joint, id(of.term.form), of.term.sided)):
+            members = list(run)
+            form = members[0].term.form
+            kinds = list(itertools.product(sides if sided else (None,), ("whole",) if form.threshold is None else ("mean", "changed")))
+            row = None if form.threshold is None else thresholds.setdefault((members[0].place, form.threshold), len(thresholds))
+            first, last = len(infos), len(infos) + len(members) * len(kinds)
+            columns = tuple((side, part, slice(first + k, last, len(kinds))) for k, (side, part) in enumerate(kinds))
+            self._families.append(_Family(members[0], np.array([of.term.scale for of in members]), columns, row))
+            for of in members:
+                closing = None
+                if row is not None and form.threshold is not None:
+                    closing = Closing(Stream(f"{of.owner}.{form.threshold.stream}", COMPARED), row, form.above)
+                infos += [_column(of, side, names, closing, part) for side, part in kinds]
+        self.infos = tuple(infos)
+        self._rows = len(thresholds)
+        self._place = np.array([info.of.place for info in infos], dtype=int)
+        self._scale = np.array([info.of.term.scale for info in infos])
+
+    def matrix(self, q: Floats) -> PoseMatrix:
+        """Return the pose matrix at these poses; q and errors as for `screws`."""
+        arm, last_motion, values = self._arm, self._last_motion, as_poses(self._arm, q)
+        at = frames(arm, values)
+        conditions = Conditions(arm, values, at)
+        closed = np.empty((self._rows, len(values)))
+        done: set[int] = set()
+        # The pose is the innermost axis in memory, since every loop below runs along it.
+        local = np.empty((6, len(self.infos), len(values)))
+        for family in self._families:
+            of, row = family.of, family.row
+            form, condition = of.term.form, conditions(of)
+            if row is not None and form.threshold is not None and row not in done:
+                closed[row] = form.threshold.share(condition)
+                done.add(row)
+            mean, changed = (None, None) if row is None else mean_and_change(closed[row], above=form.above)
+            for side, part, columns in family.columns:
+                screw = local[:, columns]
+                form.write(condition, family.scales, screw)
+                if side is not None and of.joint is not None:
+                    screw *= _side_factor(last_motion if last_motion.ndim == 0 else last_motion[:, of.joint], known=side == "known")
+                factor = {"whole": None, "mean": mean, "changed": changed}[part]
+                if factor is not None:
+                    screw *= factor
+        tool = tool_twists(arm.tree, at, self._place, local)
+        return PoseMatrix(self.infos, tool.transpose(2, 0, 1), self._place, self._scale, local.transpose(2, 0, 1), at, closed, arm.tree.tool_path)
 
 
 def _sides(last_motion: Floats) -> tuple[str, ...]:

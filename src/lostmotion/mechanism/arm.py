@@ -229,7 +229,7 @@ class Arm(Part):
         """Return the names of the moving joints without a price, stated neither for the joint nor for its gearbox."""
         return tuple(joint.name for joint in self.moving if joint.total_price is None)
 
-    @property
+    @functools.cached_property
     def gravity_in_base(self) -> Floats:
         """Return the acceleration of free fall (3,), m/s^2, in the base's axes at the base's nominal tilt."""
         return np.asarray(self.base.tilt.T @ np.array([0.0, 0.0, -self.gravity]))

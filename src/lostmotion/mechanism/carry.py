@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
+
+# Number of poses up to which the terms of a place are carried together.
+_FEW: Final = 16
 
 
 def carry(tree: Tree, at: Floats, place: int) -> Floats:
@@ -47,9 +50,12 @@ def tool_twists(tree: Tree, at: Floats, place: np.ndarray, local: Floats) -> Flo
         matrix = carry(tree, at, number).transpose(1, 2, 0)
         turns = np.asarray(matrix[:3].any(axis=(0, 2)))
         last = first + sum(1 for _ in group)
-        for k in range(first, last):
-            for j in np.flatnonzero(filled[:, k]):
+        # At few poses a loop over terms costs more than products with zeros, which change no bit.
+        together = last - first if local.shape[2] <= _FEW else 1
+        for k in range(first, last, together):
+            terms = slice(k, k + together)
+            for j in np.flatnonzero(filled[:, terms].any(axis=1)):
                 rows = slice(0 if turns[j] else 3, 6)
-                out[rows, k] += matrix[rows, j] * local[j, k]
+                out[rows, terms] += matrix[rows, None, j] * local[j, terms]
         first = last
     return out

@@ -76,7 +76,11 @@ def joint_torques(arm: Arm, q: Floats, payload: Payload | None = None, gravity: 
 
     Arguments and errors as `wrenches`. Equal to Pinocchio's generalised gravity (tests/validation).
     """
-    carried = wrenches(arm, q, payload, gravity)
+    return torques_of(arm, wrenches(arm, q, payload, gravity))
+
+
+def torques_of(arm: Arm, carried: Floats) -> Floats:
+    """Return the holding torques or forces (pose, joint), N m or N, for the wrenches (place, pose, 6) that `wrenches` returns."""
     return np.column_stack([-mapped(joint.twist, carried[place]) for joint, place in zip(arm.moving, arm.tree.moved, strict=True)])
 
 

@@ -74,11 +74,13 @@ class _Along(Form):
         """Return the screw (6, pose)."""
         return np.asarray(self.direction[:, None] * np.broadcast_to(at.once(self, lambda: self.size(at)), len(at.angle)))
 
-    def write(self, at: Condition, scale: float, out: Floats) -> None:
-        """Write the screw times `scale` into `out` (6, pose)."""
-        size = at.once(self, lambda: self.size(at)) * scale
-        for row, weight in zip(out, self.direction, strict=True):
-            row[:] = weight * size if weight else 0.0
+    def write(self, at: Condition, scales: Floats, out: Floats) -> None:
+        """Write the screw times each of `scales` (term,) into `out` (6, term, pose)."""
+        sizes = at.once(self, lambda: self.size(at)) * scales[:, None]
+        out[:] = 0.0
+        for row, weight in zip(out, self.direction.tolist(), strict=True):
+            if weight:
+                np.multiply(weight, sizes, out=row)
 
 
 @dataclass(frozen=True, eq=False)

@@ -180,9 +180,9 @@ class Form(ABC):
         """Return the derivative of the screw by the wrench (pose, 6, 6), rad and m per N m and N; zeros for a form that is not elastic."""
         return np.zeros((len(at.angle), 6, 6))
 
-    def write(self, at: Condition, scale: float, out: Floats) -> None:
-        """Write the screw times `scale` into `out` (6, pose)."""
-        np.multiply(at.once(self, lambda: self.screw(at)), scale, out=out)
+    def write(self, at: Condition, scales: Floats, out: Floats) -> None:
+        """Write the screw times each of `scales` (term,) into `out` (6, term, pose)."""
+        np.multiply(at.once(self, lambda: self.screw(at))[:, None], scales[:, None], out=out)
 
 
 @dataclass(frozen=True, slots=True)

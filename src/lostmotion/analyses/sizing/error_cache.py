@@ -85,7 +85,7 @@ class ErrorCache:
             return out, {}
         local = np.empty((6, len(terms), len(self.q)))
         for k, term in enumerate(terms):
-            term.form.write(felt, term.scale, local[:, k])
+            term.form.write(felt, np.array([term.scale]), local[:, k : k + 1])
         shift = tool_twists(self._tree, self._at, np.full(len(terms), part.place), local)[3:]
         groups: dict[tuple[Draw | None, Draw | None, str | None], Floats] = {}
         for k, term in enumerate(terms):

@@ -9,8 +9,10 @@ import numpy as np
 
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.overload import rated_torques
-from lostmotion.error_model.remedies import STAGES, screws_at_stage
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.error_model.pose_matrix import Columns
+from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
+from lostmotion.mechanism.serial import torques_of
+from lostmotion.mechanism.wrenches import place_wrenches
 from lostmotion.propagation.analytic import Analytic, Drawn, joined, of_screws
 from lostmotion.propagation.error_magnitude import LEVELS, TILE
 from lostmotion.propagation.pooled import PooledHistogram
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.budget import Cost
     from lostmotion.error_model.intervals import Estimate
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -82,13 +85,15 @@ class LiveArm:
     def __init__(self, arm: Arm, poses: Poses, stage: str = STAGES[0]) -> None:
         """Prepare what does not depend on the pose."""
         self.arm, self.poses, self.stage = arm, poses, stage
-        self._drawn = Drawn(screws_at_stage(arm, poses.q[:TILE], stage))
+        self._columns = Columns(arm)
+        self._remaining = None if stage == STAGES[0] else remaining(self._columns.infos, stage, geometry_of(arm))
+        self._drawn = Drawn(self._screws(poses.q[:TILE]))
 
     def figures(self, q: Floats) -> Figures:
         """Return the figures at a pose q (joint,), rad and m."""
         pose = np.asarray(q, dtype=float)[None]
-        matrix = screws_at_stage(self.arm, pose, self.stage)
-        torques = joint_torques(self.arm, pose)[0]
+        matrix = self._screws(pose)
+        torques = torques_of(self.arm, place_wrenches(self.arm.tree, matrix.at, self.arm.payload, self.arm.gravity_in_base))[0]
         return Figures(
             pose[0], matrix.at[:, 0], of_screws(matrix, self._drawn), costs(Tally.of(matrix)), torques, np.abs(torques) / rated_torques(self.arm)
         )
@@ -97,7 +102,7 @@ class LiveArm:
         """Yield None after each part of the work, then the error over the workspace."""
         found, points, histogram = [], [], PooledHistogram(self.poses)
         for block in histogram.blocks(TILE):
-            matrix = screws_at_stage(self.arm, self.poses.q[block], self.stage)
+            matrix = self._screws(self.poses.q[block])
             found.append(of_screws(matrix, self._drawn))
             points.append(matrix.at[-1, :, :3, 3])
             histogram.add(block, self._drawn.pooled_counts(matrix, histogram.points))
@@ -105,3 +110,8 @@ class LiveArm:
         error = joined(found)
         whole = histogram.figures(error).quantiles[_Q95]
         yield Workspace(self.poses, np.concatenate(points), error.quantiles[:, _Q95], whole)
+
+    def _screws(self, q: Floats) -> PoseMatrix:
+        """Return the pose matrix of the errors that remain, for q (pose, joint)."""
+        matrix = self._columns.matrix(q)
+        return matrix if self._remaining is None else matrix.scaled(self._remaining)

@@ -110,6 +110,7 @@ class ShiftTable:
         if not (math.isfinite(top) and top > 0):
             raise ValueError(f"the largest load of a table must be positive and finite, not {top}")
         self.pair, self.clearance, self.top = pair, clearance, top
+        self._exponent = pair.exponent
         nodes = _nodes(pair.seats[0].row)
         axes = [np.linspace(0, 1, nodes[0]), np.linspace(RIM, math.pi / 2 - RIM, nodes[1])]
         if pair.axial:
@@ -174,21 +175,21 @@ class ShiftTable:
         """
         if not self.preloaded:
             return np.ones_like(size)
-        return np.asarray(np.maximum(size, BOTTOM ** (1 / self.pair.exponent / 2)) ** (2 * self.pair.exponent))
+        return np.asarray(np.maximum(size, BOTTOM ** (1 / self._exponent / 2)) ** (2 * self._exponent))
 
     def coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
         """Return magnitude (1 at the edge of the table) and direction of loads.
 
         Components are taken to the power 1/n of the contacts, in which displacements are nearly linear.
         """
-        power = 1 / self.pair.exponent
+        power = 1 / self._exponent
         one, two, axial = behind**power, ahead**power, np.sign(along) * np.abs(along) ** power
         whole = np.sqrt(one**2 + two**2 + axial**2)
         return np.sqrt(whole / self.top**power), np.arctan2(two, one), np.arctan2(axial, np.hypot(one, two))
 
     def _loads(self, size: Floats, split: Floats, lean: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the loads at the nodes: the inverse of `coordinates`."""
-        power = self.pair.exponent
+        power = self._exponent
         whole = np.maximum(size**2, BOTTOM ** (1 / power)) * self.top ** (1 / power)
         one, two = whole * np.cos(lean) * np.cos(split), whole * np.cos(lean) * np.sin(split)
         axial = whole * np.sin(lean)
