@@ -51,6 +51,17 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
     assert tomllib.loads(path.read_text("utf-8"))["name"] == "arm"
 
 
+def test_the_next_steps_and_the_refusal_of_a_second_study_name_force(tmp_path):
+    """Whoever changes the new file and studies it again learns beforehand how the first result is replaced, and again where it is refused."""
+    begun = lostmotion.new("arm", out=tmp_path / "arm.toml")
+    assert f"`lostmotion study {tmp_path / 'arm.toml'} --force` replaces the first result" in begun.sheet.verdict
+    study = lostmotion.study(begun.report(), poses=16, method="analytic")
+    study.report(tmp_path / "first")
+    with pytest.raises(OutputExistsError, match=r"--force.*--out"):
+        study.report(tmp_path / "first")
+    study.report(tmp_path / "first", force=True)
+
+
 def test_the_list_names_each_template_and_writes_nothing(tmp_path, monkeypatch):
     """With what it describes."""
     monkeypatch.chdir(tmp_path)

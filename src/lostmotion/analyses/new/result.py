@@ -43,7 +43,9 @@ class New(Result):
         file = str(self.path if self.urdf is None else self.urdf)
         if self.urdf is not None and self.path != self.urdf.with_suffix(".toml"):
             file += f" --sidecar {self.path}"
-        verdict = f"Next: `lostmotion check {file}` shows what is assumed, `lostmotion study {file}` predicts the accuracy."
+        study = f"lostmotion study {file}"
+        again = f"Later, `{study} --force` replaces the first result by that of the changed file."
+        verdict = f"Next: `lostmotion check {file}` shows what is assumed, `{study}` predicts the accuracy. {again}"
         return Sheet(name=self.path.stem, subject="new file", verdict=verdict, cards=(), sections=(), source="", facts={"file": str(self.path)})
 
     def report(self, out: str | Path | None = None, *, force: bool = False, **_: object) -> Path:
