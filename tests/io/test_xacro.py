@@ -12,7 +12,7 @@ from lostmotion import new
 from lostmotion.errors import InputError
 from lostmotion.io import read, xacro_file
 from lostmotion.io.sidecar import sidecar_place
-from lostmotion.io.sweep_designs import texts
+from lostmotion.io.sweep_designs import read_sweep, texts
 from lostmotion.io.xacro_process import check_plain
 from tests.io.conftest import mistakes
 from tests.io.urdfs import agrees_with_pinocchio, joint, link, robot
@@ -258,3 +258,13 @@ def test_a_confined_process_reads_its_folder_and_nothing_else(tmp_path):
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(text)], capture_output=True, text=True, check=False)
     assert (done.stdout.strip(), done.stderr) == ("True", "")
     assert not (tmp_path / "new.txt").exists()
+
+
+def test_a_sweep_over_an_argument_is_refused_with_what_to_do_instead(project):
+    """A run stores one expanded file; a comparison of one file with two sidecars answers the question."""
+    path = project(ARM, sidecar='[xacro]\nupper = 0.5\n[sweep]\n"xacro.upper" = [0.3, 0.5]\n')
+    with pytest.raises(InputError) as found:
+        read_sweep(path)
+    (problem,) = found.value.problems
+    assert (problem.key, problem.found) == ('sweep."xacro.upper"', "an argument of xacro, which a sweep cannot change")
+    assert problem.example == "lostmotion compare r.urdf.xacro r.urdf.xacro --sidecar one.toml --sidecar two.toml"

@@ -149,7 +149,7 @@ def read_sweep(
     axes, mistakes = read_axes(source, by)
     file = str(by or source)
     for axis in axes:
-        mistakes += [_of_xacro(axis, file)] if axis.steps[0] == XACRO else _of_axis(path, sidecar, tree, axis, file)
+        mistakes += [_of_xacro(axis, file, path)] if axis.steps[0] == XACRO else _of_axis(path, sidecar, tree, axis, file)
     if mistakes:
         refuse_all(list(dict.fromkeys(mistakes)))
     count = designs(axes)
@@ -177,10 +177,11 @@ def read_sweep(
     return arm, axes
 
 
-def _of_xacro(axis: Axis, file: str) -> Problem:
+def _of_xacro(axis: Axis, file: str, path: Path) -> Problem:
     """Refuse to sweep an argument of xacro: what is stored of a run is one expanded file."""
-    expected = "a key of another table; one sidecar for each value, each by itself (`lostmotion compare`)"
-    return Problem(file, f"{TABLE}.{key_text(axis.key)}", "an argument of xacro", expected, EXAMPLE)
+    found, expected = "an argument of xacro, which a sweep cannot change", "a key of another table, or a sidecar for each value and a comparison"
+    example = f"lostmotion compare {path.name} {path.name} --sidecar one.toml --sidecar two.toml"
+    return Problem(file, f"{TABLE}.{key_text(axis.key)}", found, expected, example)
 
 
 def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis, file: str) -> list[Problem]:
