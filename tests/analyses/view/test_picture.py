@@ -36,8 +36,8 @@ def test_classes_have_round_limits_over_the_range_of_the_errors():
     np.testing.assert_allclose(classes.limits, np.arange(4, 16, 2) * 1e-4)
     colours = classes.colours(np.array([0.0, classes.limits[0], 1e-3 + 1e-9, 2e-3]))
     assert ["#{:02x}{:02x}{:02x}".format(*each) for each in colours] == [COLOURS[0], COLOURS[1], COLOURS[4], COLOURS[6]]
-    assert "< 0.4" in panel.legend(classes)
-    assert re.findall(r">([\d.]+(?: mm)?)<", panel.legend(classes)) == ["0.4", "0.6", "0.8", "1", "1.2", "1.4 mm"]
+    assert re.findall(r">([\d.]*)</span></span>", panel.legend(classes)) == ["0.4", "0.6", "0.8", "1", "1.2", "1.4", ""]  # at the ends of the classes
+    assert "within, mm<" in panel.legend(classes)
 
 
 def test_an_arm_without_errors_has_one_class_and_no_enlargement():
@@ -69,6 +69,12 @@ def test_an_arm_above_its_workspace_is_in_the_picture():
     at = frames(arm, poses.q[:1])[:, 0]
     corners = np.concatenate([body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies])
     assert (np.linalg.norm(corners - framing.middle, axis=1) <= framing.size / 2 + 1e-9).all()
+    # From the camera every corner and tool point is within 90 % of its angle of view, and one is at the edge.
+    ahead = (framing.middle - framing.camera) / np.linalg.norm(framing.middle - framing.camera)
+    seen = np.concatenate([corners, tool_points(arm, poses.q), np.zeros((1, 3))]) - framing.camera
+    depth = seen @ ahead
+    aside = np.linalg.norm(seen - np.multiply.outer(depth, ahead), axis=1)
+    assert (aside / depth).max() == pytest.approx(0.9 * math.tan(math.radians(75 / 2)), rel=1e-9)
     assert 0.3 < len(visible(tool_points(arm, poses.q), "half", framing.size)) / 64 < 0.6
 
 
@@ -140,7 +146,12 @@ def test_the_panel_shows_the_figures_with_three_digits():
     *_, over_all = live.workspace()
     text = panel.headline(found, over_all, 200.0)
     assert re.search(r'id="lm-q95"[^>]*>([\d.]+) mm<', text)[1] == f"{found.q95 * 1e3:.3g}"
-    assert "200 × larger" in text
+    assert "arrow: mean error, ellipsoid: 95 % of errors; both 200 × larger" in text
+    assert "both at 0.5 of their size" in panel.headline(found, over_all, 0.5)
+    bars = panel.torque_bars(arm, found)
+    assert [re.search(rf">{joint.name}<.*?>([\d.]+) N m, (\d+) %<", bars).groups() for joint in arm.joints[1:3]] == [
+        (f"{abs(torque):.3g}", f"{100 * load:.0f}") for torque, load in zip(found.torques[1:3], found.loads[1:3], strict=True)
+    ]
     assert ">…<" in panel.headline(found, None, None)
     assert "#ff9a6b" not in panel.torque_bars(arm, found)
     heavy = arm.with_payload(arm.payload.model_copy(update={"mass": 100.0}))

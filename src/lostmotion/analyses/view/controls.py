@@ -40,9 +40,9 @@ class Controls:
             # What each slider shows by itself: setting it calls its callback, which must not move the arm again.
             self._shown = [slider.value for slider in self._sliders]
             self._add_payload(arm)
-        with gui.add_folder("What if"):
-            self._add_switch("load compensated", "compensated", "The controller corrects every deflection that load and pose determine.")
-            self._add_switch("geometry calibrated", "calibrated", "Lengths, axes and encoder zeros of each robot are identified.")
+        with gui.add_folder("What if the arm is"):
+            self._add_switch("compensated", "compensated", "The controller corrects every deflection that load and pose determine.")
+            self._add_switch("calibrated", "calibrated", "Lengths, axes and encoder zeros of each robot are identified.")
         self._budget, self._torques = gui.add_html(""), gui.add_html("")
         offers = [
             (f"{joint.name} {part}", joint, words, choose)

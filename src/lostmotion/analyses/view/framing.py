@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, Self
 
@@ -17,9 +18,11 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 Shown = Literal["half", "all", "none"]
-# Direction from the middle of the workspace to the camera, with z up, and its distance over the size of the workspace.
-_CAMERA: Final = np.array([0.42, -0.86, 0.28])
-_DISTANCE: Final = 0.68
+# Direction from the middle of the workspace to the camera, with z up; tangent of half its angle of view, which is 75 degrees; and the share of the
+# picture that arm and workspace fill.
+_CAMERA: Final = np.array([0.42, -0.86, 0.28]) / np.linalg.norm([0.42, -0.86, 0.28])
+_VIEW: Final = math.tan(math.radians(37.5))
+_FILLED: Final = 0.9
 # The half of the workspace behind the arm begins this share of its size behind its middle.
 _BEHIND: Final = 0.06
 # A workspace that is thinner than this share of its size is not cut.
@@ -38,11 +41,13 @@ class Framing:
     size    extent of the workspace together with the base, m
     middle  (3,) point in the middle of the picture, m
     floor   lowest level of the workspace's picture along z, m
+    away    distance of the camera from the middle, m
     """
 
     size: float
     middle: Floats
     floor: float
+    away: float
 
     @classmethod
     def of(cls, arm: Arm, points: Floats, q: Floats) -> Self:
@@ -52,12 +57,17 @@ class Framing:
         seen = np.concatenate([points, np.zeros((1, 3)), *corners.values()])
         low, high = seen.min(axis=0), seen.max(axis=0)
         floor = min([0.0, *(float(each[:, 2].min()) for body, each in corners.items() if body.kind == "base")])
-        return cls(float(np.linalg.norm(high - low)) or 1.0, (low + high) / 2, floor)
+        # Each point is within the angle of view, in a picture as high as it is wide.
+        middle = (low + high) / 2
+        towards = (seen - middle) @ _CAMERA
+        aside = np.linalg.norm(seen - middle - np.multiply.outer(towards, _CAMERA), axis=1)
+        away = float((towards + aside / (_FILLED * _VIEW)).max())
+        return cls(float(np.linalg.norm(high - low)) or 1.0, middle, floor, away or 1.0)
 
     @property
     def camera(self) -> Floats:
         """Return the position of the camera (3,), m."""
-        return np.asarray(self.middle + _DISTANCE * self.size * _CAMERA / np.linalg.norm(_CAMERA))
+        return np.asarray(self.middle + self.away * _CAMERA)
 
 
 def first_pose(arm: Arm, poses: Poses) -> Floats:

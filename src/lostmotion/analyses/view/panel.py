@@ -35,11 +35,13 @@ def headline(found: Figures, over_all: Workspace | None, factor: float | None) -
     """Return the error at the pose and over the workspace; `factor`: how much larger the picture shows it, None where it is not known yet."""
     about = "" if found.is_precise else "about "
     whole = "…" if over_all is None else _size(over_all.whole.value)
-    drawn = "" if factor is None else f"Error drawn {factor:,.0f} × larger." if factor >= 1 else f"Error drawn at {factor:g} of its size."
+    size = "" if factor is None else f"{factor:,.0f} × larger" if factor >= 1 else f"at {factor:g} of their size"
+    drawn = "…" if factor is None else f"arrow: mean error, ellipsoid: 95 % of errors; both {size}"
     return _block(
-        f'<div style="{_QUIET}">95 % of positions here within</div>'
+        f'<div style="{_QUIET}">95 % of positions at this pose within</div>'
         f'<div id="lm-q95" style="font-size:28px;font-weight:650;line-height:1.15">{about}{_size(found.q95)}</div>'
-        f'<div style="{_QUIET}">mean {_size(float(found.error.mean[0]))}; over the workspace <b id="lm-all">{whole}</b>. {drawn}</div>'
+        f'<div style="{_QUIET}">mean {_size(float(found.error.mean[0]))}; over the workspace <b id="lm-all">{whole}</b></div>'
+        f'<div style="{_QUIET}">{drawn}</div>'
     )
 
 
@@ -59,25 +61,26 @@ def torque_bars(arm: Arm, found: Figures) -> str:
     """
     rated = np.isfinite(found.loads).any()
     sizes = np.nan_to_num(found.loads if rated else np.abs(found.torques)).tolist()
-    rows = [
-        (joint.name, size, f"{digits(abs(torque))} {joint.load_unit}")
-        for joint, size, torque in zip(arm.moving, sizes, found.torques.tolist(), strict=True)
-    ]
+    rows = []
+    for joint, size, torque, load in zip(arm.moving, sizes, found.torques.tolist(), found.loads.tolist(), strict=True):
+        share = f", {100 * load:.0f} %" if math.isfinite(load) else ""
+        rows.append((joint.name, size, f"{digits(abs(torque))} {joint.load_unit}{share}"))
     title = "Holding load of the drives, share of rated" if rated else "Holding load of the drives (no rating stated)"
     return _block(_title(title) + _bars(rows, _BLUE, full=1.0 if rated else None))
 
 
 def legend(classes: Classes) -> str:
-    """Return the colour classes with their limits."""
+    """Return the colour classes with their limits, each between the classes that it separates."""
     unit = length(classes.limits[-1]).unit
     factor = {"µm": 1e6, "mm": 1e3, "m": 1.0}[unit]
     limits = [f"{limit * factor:.10g}" for limit in classes.limits]
-    texts = [f"< {limits[0]}", *limits[:-1], f"{limits[-1]} {unit}"]
     cells = "".join(
-        f'<span style="flex:1"><i style="display:block;height:9px;background:{colour}"></i>{text}</span>'
-        for colour, text in zip(COLOURS, texts, strict=True)
+        f'<span style="flex:1"><i style="display:block;height:9px;background:{colour}"></i>'
+        f'<span style="display:block;text-align:center;transform:translateX(50%)">{text}</span></span>'
+        for colour, text in zip(COLOURS, [*limits, ""], strict=True)
     )
-    return _block(f'<div style="display:flex;font-size:11px;text-align:center;padding:.2em 0 .4em">{cells}</div>')
+    title = f'<div style="{_QUIET}">points: 95 % of positions there within, {unit}</div>'
+    return _block(f'{title}<div style="display:flex;font-size:11px;padding:.2em 0 .4em">{cells}</div>')
 
 
 def status(count: int, milliseconds: float) -> str:
@@ -124,7 +127,8 @@ def _bars(rows: Sequence[tuple[str, float, str]], colour: str, full: float | Non
     high = full if full is not None else max((size for _, size, _ in rows), default=0.0)
     span = (high - low) or 1.0
     wide = min(max((_PER_LETTER * len(label) for label, _, _ in rows), default=0.0), _WIDEST_NAME)
-    grid = f"{_ROW};grid-template-columns:{wide:.1f}em 1fr 5em"
+    texts = max((_PER_LETTER * len(text) for *_, text in rows), default=0.0)
+    grid = f"{_ROW};grid-template-columns:{wide:.1f}em 1fr {texts:.1f}em"
     out = []
     for label, size, text in rows:
         start, end = (100 * (each - low) / span for each in (min(size, 0.0), min(max(size, 0.0), high)))
