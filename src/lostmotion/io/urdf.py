@@ -95,6 +95,15 @@ def self_contained(path: Path, text: str, content: dict[str, Any], sidecar: Path
     return ".urdf" if path.suffix.lower() == XACRO else path.suffix.lower(), text
 
 
+def urdf_text(path: Path, sidecar: Path | None = None) -> str | None:
+    """Return the text of a URDF, or of the one that a xacro file makes with the arguments of its sidecar; None for an MJCF file."""
+    sidecar = sidecar or find_sidecar(path)
+    text, _ = read_old_text(path, MEGABYTES)
+    if root_of(text) == mjcf.ROOT:
+        return None
+    return self_contained(path, text, {} if sidecar is None else read_toml(sidecar), sidecar)[1]
+
+
 def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
     """Return the chain as a tree with Arm's fields; numbers carry their SI units as in a file."""
     notes = [*chain.notes, *tree.notes]

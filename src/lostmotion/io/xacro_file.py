@@ -23,12 +23,20 @@ ENDING: Final = ".xacro"
 TABLE: Final = "xacro"
 # Of a processor. Large descriptions take one.
 _SECONDS: Final = 5
+MANIFEST: Final = "package.xml"
+_MOST_FOLDERS_UP: Final = 8
 _MACROS: Final = re.compile(r"<xacro:|\$[{(]")
 
 
 def has_macros(path: Path, text: str) -> bool:
     """Return whether this is a file for xacro: by its ending, and because there is something in it to expand."""
     return path.suffix.lower() == ENDING and _MACROS.search(text) is not None
+
+
+def project_of(path: Path) -> Path:
+    """Return the folder of the project of a file: the nearest one above it with a package.xml, else its own."""
+    path = Path(os.path.realpath(path))
+    return next((each for each in path.parents[:_MOST_FOLDERS_UP] if (each / MANIFEST).is_file()), path.parent)
 
 
 def take_arguments(content: dict[str, Any], sidecar: str) -> dict[str, str]:

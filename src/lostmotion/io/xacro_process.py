@@ -25,6 +25,7 @@ from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.io.limits import listed
 from lostmotion.io.own_process import confine, serve
 from lostmotion.io.text import read_old_text, refuse
+from lostmotion.io.xacro_file import MANIFEST, project_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,8 +45,6 @@ _INWARD: Final = ("vars", "type")
 _HOOKS: Final = ((xacro, "safe_eval"), (xacro, "parse"), (substitution, "_eval"), (substitution, "_eval_find"))
 _PACKAGE: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _NAMED: Final = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
-_MANIFEST: Final = "package.xml"
-_MOST_FOLDERS_UP: Final = 8
 _LONGEST_WORDS: Final = 200
 
 
@@ -82,7 +81,7 @@ class _Expansion:
         self.file, self.sidecar = str(request["file"]), str(request["sidecar"])
         self.path = Path(os.path.realpath(request["path"]))
         self.arguments = _Arguments(request["arguments"])
-        self.project = next((each for each in self.path.parents[:_MOST_FOLDERS_UP] if (each / _MANIFEST).is_file()), self.path.parent)
+        self.project = project_of(self.path)
         self.name = self._own_name()
         self.folders = [str(self.project)]
         self.homes = [str(self.project.parent), *request["homes"]]
@@ -92,7 +91,7 @@ class _Expansion:
 
     def _own_name(self) -> str:
         """Return the name of the package that the file is in; empty where there is no manifest."""
-        manifest = self.project / _MANIFEST
+        manifest = self.project / MANIFEST
         found = _NAMED.search(read_old_text(manifest, MEGABYTES)[0]) if manifest.is_file() else None
         return found[1] if found else ""
 
@@ -139,7 +138,7 @@ class _Expansion:
         if package == self.name or (self.name and package == self.project.name):
             return str(self.project)
         homes = [Path(home) / package for home in self.homes] if _PACKAGE.fullmatch(package) else []
-        found = next((each for each in homes if (each / _MANIFEST).is_file()), None)
+        found = next((each for each in homes if (each / MANIFEST).is_file()), None)
         if found is None:
             folder = str(self.project.parent / (package if _PACKAGE.fullmatch(package) else "NAME"))
             self.absent[folder] = package
@@ -209,12 +208,12 @@ class _Expansion:
         for folder, package in self.absent.items():
             if any(place.startswith(folder) for place in places):
                 expected = (
-                    f"a folder of that name with its {_MANIFEST}, beside the package of the file, or found by AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
+                    f"a folder of that name with its {MANIFEST}, beside the package of the file, or found by AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
                 )
                 refuse(self._place(), "", f"the package {shown(package)}, which is not there", expected, f"{self.project.parent / 'ur_description'}")
 
     def _refuse_place(self) -> NoReturn:
-        expected = f"files in {self.project}: the nearest folder above with a {_MANIFEST}, otherwise the file's own"
+        expected = f"files in {self.project}: the nearest folder above with a {MANIFEST}, otherwise the file's own"
         refuse(self._place(), "", f"a file that opens {shown(self.refused[0], _LONGEST_WORDS)}", expected, '<xacro:include filename="wrist.xacro"/>')
 
     def _place(self) -> str:

@@ -88,6 +88,67 @@ def test_meshes_are_read_within_the_folder_of_the_urdf_alone(tmp_path, mesh, sho
         server.stop()
 
 
+@needs_viser
+@pytest.mark.skipif(importlib.util.find_spec("yourdfpy") is None, reason="yourdfpy is not installed: pip install 'lostmotion[view]'")
+@pytest.mark.skipif(importlib.util.find_spec("xacro") is None, reason="xacro is not installed: pip install 'lostmotion[xacro]'")
+@pytest.mark.parametrize(
+    ("mesh", "shown"),
+    [
+        ("package://bar/meshes/$(arg shape).stl", True),
+        ("$(find bar)/meshes/$(arg shape).stl", True),
+        ("file://$(find bar)/meshes/$(arg shape).stl", True),
+        ("../meshes/$(arg shape).stl", True),
+        ("package://bar/../$(arg shape).stl", False),
+        ("../../$(arg shape).stl", False),
+        ("package://other/meshes/none.stl", False),
+    ],
+)
+def test_meshes_of_xacro_are_read_within_its_package_alone(tmp_path, mesh, shown):
+    """The expanded file names them, with the arguments of the sidecar; the folder with the package.xml holds them, and nothing above it is read."""
+    import viser
+
+    from lostmotion.analyses.view.meshes import meshes_of
+
+    package = tmp_path / "bar"
+    for folder in (package / "urdf", package / "meshes"):
+        folder.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>bar</name></package>")
+    for place in (package / "meshes" / "cube.stl", tmp_path / "cube.stl"):
+        place.write_text(CUBE)
+    head = '<robot name="bar" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="shape" default="none"/>'
+    file = package / "urdf" / "bar.urdf.xacro"
+    file.write_text(URDF.format(mesh=mesh).replace('<robot name="bar">', head))
+    file.with_name("bar.toml").write_text('[xacro]\nshape = "cube"\n')
+    server = viser.ViserServer(host="127.0.0.1", port=8482, verbose=False)
+    try:
+        draw, warning = meshes_of(server, file, lostmotion.read(file))
+        assert (draw is not None) == shown, warning
+        assert (".stl" in warning) == (not shown)
+        if draw is not None:
+            draw(np.array([0.5]))
+    finally:
+        server.stop()
+
+
+@needs_viser
+def test_meshes_beyond_the_bound_are_not_read(tmp_path, monkeypatch):
+    """A warning states the bound, and the arm is drawn by its bodies."""
+    import viser
+
+    from lostmotion.analyses.view import meshes
+
+    monkeypatch.setattr(meshes, "_MEGABYTES", 0)
+    (tmp_path / "cube.stl").write_text(CUBE)
+    (tmp_path / "bar.urdf").write_text(URDF.format(mesh="cube.stl"))
+    server = viser.ViserServer(host="127.0.0.1", port=8483, verbose=False)
+    try:
+        draw, warning = meshes.meshes_of(server, tmp_path / "bar.urdf", lostmotion.read(tmp_path / "bar.urdf"))
+        assert draw is None
+        assert "more than 0 MB of meshes" in warning
+    finally:
+        server.stop()
+
+
 def start(*words: str) -> tuple[subprocess.Popen[str], str]:
     """Start the command and return it with the address that it prints."""
     process = subprocess.Popen([sys.executable, "-m", "lostmotion", "view", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

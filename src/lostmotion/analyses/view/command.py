@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from lostmotion.analyses.arguments import DEFAULT_POSES, ArmArgument, SeedArgument, SidecarArgument, pose_of
 from lostmotion.analyses.signature import Argument, question, read_arguments
@@ -13,6 +13,10 @@ from lostmotion.errors import LostmotionError
 
 if TYPE_CHECKING:
     from lostmotion.analyses.arguments import At
+
+
+# Endings of the files that state meshes in the way of URDF.
+_WITH_MESHES: Final = (".urdf", ".xacro")
 
 
 @question(folder=None)
@@ -33,7 +37,7 @@ def view(
     Raises
     ------
     InputError
-        With every mistake in the arguments and the file, and for a mesh file of a URDF outside its folder.
+        With every mistake in the arguments and the file.
     LostmotionError
         Where viser is not installed.
 
@@ -61,8 +65,8 @@ def view(
     poses = sample_poses(asked.arm, DEFAULT_POSES, seed=asked.seed)
     q = first_pose(asked.arm, poses) if asked.at is None else poses.q[asked.at] if isinstance(asked.at, int) else np.asarray(asked.at, dtype=float)
     session = Session(asked.arm, poses, q)
-    file = Path(arm) if isinstance(arm, str | Path) else None
-    window = Window(session, poses, asked.port, file if file is not None and file.suffix.lower() == ".urdf" else None, say)
+    drawn = (Path(arm), asked.sidecar) if isinstance(arm, str | Path) and Path(arm).suffix.lower() in _WITH_MESHES else None
+    window = Window(session, poses, asked.port, drawn, say)
     say(f"{asked.arm.name}: {window.url}   stop with ctrl-C")
     if asked.open_browser:
         webbrowser.open(window.url)

@@ -1,10 +1,15 @@
-"""Meshes of a URDF, from files within its own folder."""
+"""Meshes of a URDF, or of the one that a xacro file makes, from files within its own project."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import io
+import re
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+
+from lostmotion.io.urdf import urdf_text
+from lostmotion.io.xacro_file import project_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -13,34 +18,47 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
+# Of all mesh files of an arm together.
+_MEGABYTES: Final = 100
+_DECLARATION: Final = re.compile(r"^\s*<\?xml[^>]*\?>")
 
-def meshes_of(server: Any, urdf: Path, arm: Arm) -> tuple[Callable[[Floats], None] | None, str]:  # noqa: ANN401 - a viser server
-    """Add the visual shapes of a URDF to the scene. Return the function that moves them to joint values q (joint,), and a warning.
 
-    None where the URDF has no shapes, or a mesh file is missing or cannot be read. Files are read within the folder of the URDF alone:
-    `package://NAME/` is that folder, or a folder NAME in it.
+def meshes_of(server: Any, file: Path, arm: Arm, sidecar: Path | None = None) -> tuple[Callable[[Floats], None] | None, str]:  # noqa: ANN401 - a viser server
+    """Add the visual shapes of a URDF or xacro file to the scene. Return the function that moves them to joint values q (joint,), and a warning.
+
+    None where the file has no shapes or is MJCF, or where a mesh file is missing, too large or cannot be read. Files are read within the project
+    alone: the nearest folder above the file with a package.xml, else its own folder. `package://NAME/` is that folder, or a folder NAME in it.
     """
+    text = urdf_text(file, sidecar)
+    if text is None:
+        return None, ""
     import yourdfpy
     from viser.extras import ViserUrdf
     from viser.transforms import SO3
 
-    folder, missing = urdf.resolve().parent, []
+    own, project = file.resolve().parent, project_of(file)
+    sizes: dict[Path, int] = {}
+    missing: list[str] = []
 
     def inside(fname: str) -> str:
         scheme, _, path = fname.rpartition("://")
-        for each in (path, path.partition("/")[2]) if scheme else (path,):
-            file = (folder / each).resolve()
-            if file.is_file() and file.is_relative_to(folder):
-                return str(file)
+        for each in (project / path, project / path.partition("/")[2]) if scheme else (own / path,):
+            found = each.resolve()
+            if found.is_file() and found.is_relative_to(project):
+                sizes[found] = found.stat().st_size
+                if sum(sizes.values()) > _MEGABYTES * 1_000_000:
+                    raise ValueError(f"more than {_MEGABYTES} MB of meshes")
+                return str(found)
         missing.append(fname)
         return ""
 
     try:
-        model = yourdfpy.URDF.load(str(urdf), filename_handler=inside, load_meshes=True, build_scene_graph=True)
+        # Without the declaration of the encoding that the file had.
+        model = yourdfpy.URDF.load(io.BytesIO(_DECLARATION.sub("", text).encode()), filename_handler=inside, load_meshes=True, build_scene_graph=True)
     except Exception as error:  # noqa: BLE001 - a broken file of a user; each format raises errors of its own
         return None, f"The meshes cannot be read ({error}); the arm is drawn by its sections."
     if missing:
-        return None, f"No file {missing[0]} in the folder of the URDF; the arm is drawn by its sections."
+        return None, f"No file {missing[0]} in the folder {project.name}; the arm is drawn by its sections."
     if model.scene is None or not model.scene.geometry:
         return None, ""
     root = server.scene.add_frame("/urdf", show_axes=False)

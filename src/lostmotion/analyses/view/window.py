@@ -31,17 +31,19 @@ if TYPE_CHECKING:
 _HOST: Final = "127.0.0.1"
 _BRAND: Final = (64, 140, 210)
 _IDLE: Final = 0.25
+# Seconds between the texts and the picture of one pose, in which the server's own thread sends the texts.
+_APART: Final = 0.003
 
 
 class Window:
     """One arm in the browser, until it is stopped."""
 
-    def __init__(self, session: Session, poses: Poses, port: int, urdf: Path | None, announce: Callable[[str], None]) -> None:
+    def __init__(self, session: Session, poses: Poses, port: int, drawn: tuple[Path, Path | None] | None, announce: Callable[[str], None]) -> None:
         """Start the server and build scene and panel.
 
         poses     of the workspace
         port      the next free one is taken where it is in use
-        urdf      the file whose meshes are shown, None for the bodies of the arm
+        drawn     the file whose meshes are shown, with its sidecar; None for the bodies of the arm
         announce  called with each line of text that the user asks for
         """
         import viser
@@ -55,7 +57,8 @@ class Window:
         gui.configure_theme(dark_mode=True, control_width="large", show_logo=False, show_share_button=False, brand_color=_BRAND)
         gui.main_panel.dock_right()
         self._framing = Framing.of(self._arm, tool_points(self._arm, poses.q), session.q)
-        draw_meshes, self._note = (None, "") if urdf is None else meshes_of(self._server, urdf, self._arm)
+        draw_meshes, self._note = (None, "") if drawn is None else meshes_of(self._server, drawn[0], self._arm, drawn[1])
+        self._warning = self._note
         self._scene = Scene(self._server, self._arm, self._framing, draw_meshes)
         self._scene.show_shape(self._arm)
         self._figures: Figures | None = None
@@ -67,7 +70,7 @@ class Window:
         self._stop, self._redraw = threading.Event(), threading.Event()
         self._failure: Exception | None = None
         self._controls = Controls(gui, session, self._redraw.set, announce)
-        self._controls.warn(self._note)
+        self._controls.warn(self._warning)
         self._server.scene.on_click()(self._on_click)
         self._worker = threading.Thread(target=self._work, daemon=True, name="lostmotion view")
         self._worker.start()
@@ -119,38 +122,50 @@ class Window:
         if redraw:
             self._redraw.clear()
         if found is not None or redraw:
+            self._take(found, redraw=redraw)
+            # A page shows texts at once where they come by themselves; with a picture they would wait until it is drawn.
             with self._server.atomic():
-                self._show(found, redraw=redraw)
+                self._show_texts()
+            self._server.flush()
+            time.sleep(_APART)
+            with self._server.atomic():
+                self._show_picture(workspace=redraw or isinstance(found, Workspace))
+            self._server.flush()
 
-    def _show(self, found: Figures | Workspace | Refused | None, *, redraw: bool) -> None:
+    def _take(self, found: Figures | Workspace | Refused | None, *, redraw: bool) -> None:
+        """Take what was computed.
+
+        Classes and enlargement stay as they are at first, so that changes can be compared, until new ones are asked for.
+        """
         if isinstance(found, Refused):
-            self._controls.warn(found.reason)
-            found = None
-        if self._session.arm is not self._arm:
-            self._arm = self._session.arm
-            self._scene.show_shape(self._arm)
-        if isinstance(found, Figures):
-            self._figures = found
-            self._controls.warn(self._note)
+            self._warning = found.reason
+        elif isinstance(found, Figures):
+            self._figures, self._warning = found, self._note
         elif found is not None:
             self._workspace = found
-        if redraw or isinstance(found, Workspace):
-            self._show_workspace()
-        if self._figures is not None:
-            self._count += 1
-            self._scene.show_pose(self._figures, self._factor)
-            self._controls.show(self._figures, self._workspace, self._factor, self._count, self._milliseconds)
-
-    def _show_workspace(self) -> None:
-        """Colour the workspace. Classes and enlargement stay as they are at first, so that changes can be compared, until new ones are asked for."""
-        if self._workspace is None:
+        if self._workspace is None or not (redraw or isinstance(found, Workspace)):
             return
         if self._classes is None or self._controls.take_refit():
             self._classes = classes_of(self._workspace.q95)
             self._factor = enlargement(self._workspace.q95, self._framing.size)
+
+    def _show_texts(self) -> None:
+        self._controls.warn(self._warning)
+        if self._figures is not None:
+            self._count += 1
+            self._controls.show(self._figures, self._workspace, self._factor, self._count, self._milliseconds)
+        if self._classes is not None:
             self._controls.show_legend(self._classes)
-        self._points = visible(self._workspace.points, self._controls.shown.value, self._framing.size)
-        self._scene.show_workspace(self._workspace.points[self._points], self._classes.colours(self._workspace.q95[self._points]))
+
+    def _show_picture(self, *, workspace: bool) -> None:
+        if self._session.arm is not self._arm:
+            self._arm = self._session.arm
+            self._scene.show_shape(self._arm)
+        if workspace and self._workspace is not None and self._classes is not None:
+            self._points = visible(self._workspace.points, self._controls.shown.value, self._framing.size)
+            self._scene.show_workspace(self._workspace.points[self._points], self._classes.colours(self._workspace.q95[self._points]))
+        if self._figures is not None:
+            self._scene.show_pose(self._figures, self._factor)
 
     def _on_click(self, event: Any) -> None:  # noqa: ANN401 - an event of viser
         workspace, points = self._workspace, self._points
