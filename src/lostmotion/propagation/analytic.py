@@ -61,7 +61,7 @@ class Analytic:
     mean_uncertainty, deviation_uncertainty, quantiles_uncertainty: half-widths of about 95 % intervals of these figures, m
     nearly_normal   (pose,) whether the error is close enough to a normal vector for integration along rays; elsewhere points are used
     excess          (pose,) relative difference of the scatter's mean fourth power from a normal vector's: 0 normal, below 0 flat or two-sided
-    worst, rss      (pose,) worst case and root-sum-square bound, m
+    worst, rss      (pose,) worst case and root-sum-square bound, m; NaN where they were not asked for
     """
 
     levels: tuple[float, ...]
@@ -140,10 +140,11 @@ def joined(found: Sequence[Analytic]) -> Analytic:
     return Analytic(found[0].levels, *(np.concatenate([getattr(one, name) for one in found]) for name in arrays))
 
 
-def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS) -> Analytic:
-    """Return the figures at the poses of this matrix; `drawn` are the drawn columns of the same arm."""
+def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS, *, with_bounds: bool = True) -> Analytic:
+    """Return the figures at the poses of this matrix, with or without bounds; `drawn` are the drawn columns of the same arm."""
     shift, bias = drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:])
     found = drawn.figures(matrix, shift, bias, levels)
+    unknown = np.full(len(bias), np.nan)
     return Analytic(
         tuple(levels),
         bias,
@@ -152,7 +153,7 @@ def of_screws(matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS
         *(found.uncertainty[:, 0], found.uncertainty[:, 1], found.uncertainty[:, 2:]),
         found.nearly_normal,
         found.excess,
-        *bounds(matrix),
+        *(bounds(matrix) if with_bounds else (unknown, unknown)),
     )
 
 

@@ -36,7 +36,7 @@ class Figures:
 
     q           (joint,) rad and m
     at          (place, 4, 4) frames of the arm, m
-    error       figures of the error without sampling, at this one pose
+    error       figures of the error without sampling and without bounds, at this one pose
     costs       contribution of each part, the largest first
     torques     (joint,) torque or force that each drive holds, N m or N
     loads       (joint,) the same as a share of the rated torque; NaN where none is stated
@@ -95,7 +95,12 @@ class LiveArm:
         matrix = self._screws(pose)
         torques = torques_of(self.arm, place_wrenches(self.arm.tree, matrix.at, self.arm.payload, self.arm.gravity_in_base))[0]
         return Figures(
-            pose[0], matrix.at[:, 0], of_screws(matrix, self._drawn), costs(Tally.of(matrix)), torques, np.abs(torques) / rated_torques(self.arm)
+            pose[0],
+            matrix.at[:, 0],
+            of_screws(matrix, self._drawn, with_bounds=False),
+            costs(Tally.of(matrix)),
+            torques,
+            np.abs(torques) / rated_torques(self.arm),
         )
 
     def workspace(self) -> Iterator[Workspace | None]:
@@ -103,7 +108,7 @@ class LiveArm:
         found, points, histogram = [], [], PooledHistogram(self.poses)
         for block in histogram.blocks(TILE):
             matrix = self._screws(self.poses.q[block])
-            found.append(of_screws(matrix, self._drawn))
+            found.append(of_screws(matrix, self._drawn, with_bounds=False))
             points.append(matrix.at[-1, :, :3, 3])
             histogram.add(block, self._drawn.pooled_counts(matrix, histogram.points))
             yield None
