@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
 
 # Of all mesh files of an arm together.
 _MEGABYTES: Final = 100
-_DECLARATION: Final = re.compile(r"^\s*<\?xml[^>]*\?>")
 
 
 def meshes_of(server: Any, file: Path, arm: Arm, sidecar: Path | None = None) -> tuple[Callable[[Floats], None] | None, str]:  # noqa: ANN401 - a viser server
@@ -53,8 +51,9 @@ def meshes_of(server: Any, file: Path, arm: Arm, sidecar: Path | None = None) ->
         return ""
 
     try:
-        # Without the declaration of the encoding that the file had.
-        model = yourdfpy.URDF.load(io.BytesIO(_DECLARATION.sub("", text).encode()), filename_handler=inside, load_meshes=True, build_scene_graph=True)
+        # Without its declaration, which may name the encoding that the file had.
+        text = text.partition("?>")[2] if text.lstrip().startswith("<?xml") else text
+        model = yourdfpy.URDF.load(io.BytesIO(text.encode()), filename_handler=inside, load_meshes=True, build_scene_graph=True)
     except Exception as error:  # noqa: BLE001 - a broken file of a user; each format raises errors of its own
         return None, f"The meshes cannot be read ({error}); the arm is drawn by its sections."
     if missing:

@@ -123,7 +123,7 @@ class Window:
             self._redraw.clear()
         if found is not None or redraw:
             self._take(found, redraw=redraw)
-            # A page shows texts at once where they come by themselves; with a picture they would wait until it is drawn.
+            # A page shows texts at once if they are sent alone; together with the picture they would wait until it is drawn.
             with self._server.atomic():
                 self._show_texts()
             self._server.flush()
