@@ -250,9 +250,9 @@ def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
         within = f"{best_figure} ({best_figure.interval or 'no interval'})"
         return " ".join([error_sentence(within, known) + repeats, *upper_limit_sentences(known), *assumed_value_sentences(known)])
     text = (
-        f"Of {several(len(ranked), 'design')} the most accurate is {design_name(order.axes, best.design)}: "
-        f"95th percentile of the position error {at_least(best_figure, of_best)}. "
-        f"The least accurate is {design_name(order.axes, worst.design)}: {at_least(worst_figure, of_worst)}."
+        f"Of {several(len(ranked), 'design')} the smallest 95th percentile of the position error is {at_least(best_figure, of_best)}, "
+        f"with {design_name(order.axes, best.design)}. "
+        f"The largest is {at_least(worst_figure, of_worst)}, with {design_name(order.axes, worst.design)}."
     )
     return " ".join([text, *caveats(known)])
 
