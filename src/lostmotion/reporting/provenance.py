@@ -129,11 +129,15 @@ def zero_error_sentence(known: States) -> str:
     return f"Every error that is described is zero{f', and {ideal}' if ideal else ''}: no accuracy is predicted."
 
 
-def caveats(known: States) -> list[str]:
-    """Return what every headline says of the values behind it, in a sentence each: the ideal joints, the number of assumed values."""
+def caveats(known: States, *, missing: bool = True) -> list[str]:
+    """Return what a headline says of the values behind it, in a sentence each: ideal joints, makers' limits, assumed values.
+
+    missing  whether kinds of error that nothing describes are named too: they matter to an error of the tool, not to loads and compliance
+    """
     ideal = ideal_joints_clause(known)
+    rest = rests_on_sentences(known) if missing else assumed_value_sentences(known)
     ends = ", so the true error may be larger" if known.limits else ": errors are at least these"
-    return [*([f"{ideal[0].upper()}{ideal[1:]}{ends}."] if ideal else []), *upper_limit_sentences(known), *assumed_value_sentences(known)]
+    return [*([f"{ideal[0].upper()}{ideal[1:]}{ends}."] if ideal else []), *upper_limit_sentences(known), *rest]
 
 
 def assumed_value_sentences(known: States) -> list[str]:

@@ -144,7 +144,7 @@ def _verdict(survey: Survey, known: States) -> str:
         )
     if survey.payload_deflection is not None and survey.parts:
         sentences.append(f"The payload's weight deflects the tool by up to {at_least(length(float(survey.payload_deflection.max())), known)}.")
-    return " ".join([*sentences, *(caveats(known) if known.described else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."])])
+    return " ".join([*sentences, *(caveats(known, missing=False) if known.described else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."])])
 
 
 def _cards(survey: Survey) -> list[Card]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.iso9283.comparison import over_robots
 from lostmotion.analyses.iso9283.tables.labels import estimate_figure, scatter_figure
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.error_model.provenance import States
     from lostmotion.spatial import Floats
+
+# Scatter from one side that is a smaller share of that from either side is little.
+_LITTLE: Final = 0.1
 
 
 def predicted_verdict(found: PredictedRobots, known: States, either_known: States) -> str:
@@ -27,8 +31,10 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
     from_either = f"{repeats_bounded(either, either_known)}{_interval(either)}"
     worst = "worst of five poses, full payload"
     if not one.words:
+        within = f"at least {one}" if describes_little_scatter(found) else repeats_bounded(one, known)
+        described = ", as far as errors are described: friction, control and temperature add to it" if describes_little_scatter(found) else ""
         text = (
-            f"95 % of arms repeat within {repeats_bounded(one, known)}{_interval(one)}: RP_l from one side, {worst}. "
+            f"95 % of arms repeat within {within}{_interval(one)}: RP_l from one side, {worst}{described}. "
             f"Where joints arrive from either side: {from_either}."
         )
     elif not either.words:
@@ -45,12 +51,20 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
     return " ".join([text, *caveats(known)])
 
 
+def describes_little_scatter(found: PredictedRobots) -> bool:
+    """Return whether the described errors of one side scatter so little that what no file describes decides the repeatability."""
+    sheet = found.loads[0]
+    return bool(sheet.repeatability.max() < _LITTLE * sheet.random_approach.max())
+
+
 def predicted_cards(found: PredictedRobots, known: States, either_known: States) -> tuple[Card, ...]:
     """Return the first cards; arguments as for `predicted_verdict`. A repeatability with a number comes first."""
     sheet = found.loads[0]
     one = Card("RP_l, 95 % of arms", str(_worst_scatter(sheet.repeatability)), "worst of five poses, one side")
     either = Card("RP_l, from either side", str(_worst_scatter(sheet.random_approach)), "95 % of arms, worst pose")
     repeats = (*bounded_cards([one], known, ("RP_l",)), *bounded_cards([either], either_known, ("RP_l",)))
+    if describes_little_scatter(found):
+        repeats = (replace(repeats[0], number=_at_least(repeats[0].number)), repeats[1])
     others = [
         Card("AP_p, 95 % of arms", str(estimate_figure(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses"),
         Card("AP_p, best-fit frames", str(estimate_figure(over_robots(sheet.fitted.max(axis=0)).high)), "95 % of arms, worst pose"),
@@ -59,6 +73,12 @@ def predicted_cards(found: PredictedRobots, known: States, either_known: States)
     accuracy = bounded_cards(others, known, ("AP_p",))
     numbers, without = ([card for card in repeats if (card.number == "none described") == none] for none in (False, True))
     return (*numbers, *(without if numbers else ()), *accuracy[:2], *(() if numbers else without), *accuracy[2:])
+
+
+def _at_least(number: str) -> str:
+    """Return the number of a card as a lower bound; words stay."""
+    bare = number.removeprefix("≤ ").removeprefix("≥ ")
+    return f"≥ {bare}" if bare[:1].isdigit() else number
 
 
 def _worst_scatter(values: Floats) -> Figure:

@@ -133,6 +133,8 @@ def iso_sheet(
 
 def _remarks(found: PredictedRobots) -> list[str]:
     """Return the notes on the prediction."""
+    from lostmotion.analyses.iso9283.tables.headline import describes_little_scatter
+
     out = []
     if found.robots < _FEW:
         out.append(f"{found.robots} robots are few: their 95th percentile depends on the largest one or two")
@@ -144,7 +146,7 @@ def _remarks(found: PredictedRobots) -> list[str]:
             "from one side no described error varies from visit to visit, so no repeatability is predicted; a real arm adds friction, "
             "control and temperature"
         )
-    elif sheet.repeatability.max() < 0.1 * sheet.random_approach.max():
+    elif describes_little_scatter(found):
         out.append(
             "RP_l from one side is small because the parts describe little scatter from visit to visit; a real arm adds friction, control "
             "and temperature. See 'from either side' for the effect of backlash"

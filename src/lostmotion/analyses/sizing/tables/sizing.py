@@ -107,7 +107,7 @@ def _verdict(result: Sizing, known: States) -> str:
         more = 100 * (wide.rms_error / result.rms_error - 1)
         change = f"{abs(more):.2g} % {'larger' if more > 0 else 'smaller'}"
         text += f" With limits twice as wide the links are {_kg(after - wide.mass)} lighter and the error is {change}."
-    return " ".join([text, *caveats(known)])
+    return " ".join([text, *caveats(known, missing=False)])
 
 
 def _cards(result: Sizing) -> list[Card]:
