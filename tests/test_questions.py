@@ -61,7 +61,7 @@ def test_every_argument_is_an_option_and_every_option_an_argument(name):
     assert options == parameters | shared
     assert not parameters & shared
     printed = {"json", "full", "quiet"}
-    assert shared in (set(), {"out", "force", "figures", "tables"} | printed, {"figures", "tables"} | printed, printed)
+    assert shared in (set(), {"json"}, {"out", "force", "figures", "tables"} | printed, {"figures", "tables"} | printed, printed)
 
 
 @pytest.mark.parametrize("name", NAMES)

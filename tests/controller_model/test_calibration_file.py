@@ -45,10 +45,13 @@ def test_a_file_states_what_python_states(tmp_path):
 def test_a_calibration_reaches_the_export_from_the_command_line(tmp_path):
     """The hash of the input is that of the calibrated robot, and the README says that the model is of one robot."""
     path = written(tmp_path, f"{ZERO}deviation = 0.1\n")
-    printed = CliRunner().invoke(app, ["export", "c", str(Z_ARM), "-o", str(tmp_path / "c"), "--calibration", str(path)])
+    printed = CliRunner().invoke(app, ["export", "c", str(Z_ARM), "-o", str(tmp_path / "c"), "--calibration", str(path), "--json"])
     assert printed.exit_code == 0, printed.output
     known = lostmotion.Calibration((("joints.A.encoder.zero", Normal()),), np.array([0.7]), np.array([[0.1**2]]))
     assert json.loads(printed.stdout)["sha256"] == lostmotion.export_c(Z_ARM, out=tmp_path / "other", calibration=known)["sha256"]
+    in_words = CliRunner().invoke(app, ["export", "fmu", str(Z_ARM), "-o", str(tmp_path / "z.fmu"), "--calibration", str(path)]).stdout
+    assert f"File: {tmp_path / 'z.fmu'}" in in_words
+    assert f"SHA-256 of the input: {json.loads(printed.stdout)['sha256'][:16]}" in in_words
     assert "one calibrated robot, with 1 estimate" in (tmp_path / "c" / "README.md").read_text(encoding="utf-8")
 
 

@@ -153,13 +153,17 @@ def _type_text(kind: Any) -> str:  # noqa: ANN401 - any annotation
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What a question's function declares: its name on both sides, its text, its parameters, and the name of its results' folder."""
+    """What a question's function declares: its name on both sides, its text, its parameters, and the name of its results' folder.
+
+    in_words  returns a result that is data alone as text for the command line; None where it is printed as JSON
+    """
 
     name: str
     summary: str
     details: str
     parameters: tuple[Parameter, ...]
     folder: str | None
+    in_words: Callable[[Any], str] | None = None
 
     @property
     def options(self) -> tuple[Parameter, ...]:
@@ -167,11 +171,11 @@ class Question:
         return tuple(each for each in self.parameters if not each.argument.python_only)
 
 
-def question(*, folder: str | None) -> Callable[[F], F]:
+def question(*, folder: str | None, in_words: Callable[[Any], str] | None = None) -> Callable[[F], F]:
     """Mark a function as a question: every argument has its `Argument`, and its docstring gains a section with all of them.
 
     `folder`: what the results' folder is called behind the file's name; empty where none is written unless one is named, None where the result is
-    data alone.
+    data alone. `in_words`: returns such data as text for the command line; without it JSON is printed.
     """
 
     def mark(function: F) -> F:
@@ -186,7 +190,7 @@ def question(*, folder: str | None) -> Callable[[F], F]:
         sections = re.search(r"^\w+\n---", text, re.MULTILINE)
         first = len(text) if sections is None else sections.start()
         summary, _, details = text[:first].strip().partition("\n\n")
-        asked = Question(function.__name__, " ".join(summary.split()), details, parameters, folder)
+        asked = Question(function.__name__, " ".join(summary.split()), details, parameters, folder, in_words)
         function.__doc__ = "\n\n".join(part for part in (text[:first].strip(), _section(parameters), text[first:]) if part)
         plain = [each.replace(annotation=found.type_text) for each, found in zip(signature.parameters.values(), parameters, strict=True)]
         vars(function).update(question=asked, __signature__=signature.replace(parameters=plain))

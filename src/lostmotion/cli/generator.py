@@ -38,6 +38,8 @@ SHARED: Final = (
     Parameter("full", bool, Argument("Print every figure in place of one screen."), default=False),
     Parameter("quiet", bool, Argument("Print the answer alone, on one line."), default=False),
 )
+# What a command has whose result is data that it states in words.
+_AS_JSON: Final = Parameter("json", bool, Argument("Print the result as JSON."), default=False)
 # Of these, what replaces the one screen that is printed, and what a report's folder holds besides the report.
 _PRINTED: Final = ("json", "full", "quiet")
 _COPIES: Final = frozenset({"figures", "tables"})
@@ -65,10 +67,10 @@ def command_of(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - a command
 
 
 def shared_options(question: Question) -> tuple[Parameter, ...]:
-    """Return the options that a command has besides the arguments of its question: none where its result is data alone."""
+    """Return the options that a command has besides the arguments of its question: where its result is data alone, only one to print it as such."""
     own = {each.name for each in question.options}
     if question.folder is None:
-        return ()
+        return () if question.in_words is None else (_AS_JSON,)
     own |= {"force"} if "out" in own else set()
     own |= _COPIES if "out" in own and not question.folder else set()  # what it writes is one file, and no report
     return tuple(each for each in SHARED if each.name not in own)
@@ -120,7 +122,11 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     """Ask the question, write its report, and print what was found."""
     given = {each.name: typed[each.name] for each in question.options if typed[each.name] or typed[each.name] == "" or each.required}
     if question.folder is None:
-        say_json(function(**given))
+        data = function(**given)
+        if question.in_words is None or typed["json"]:
+            say_json(data)
+        else:
+            say(question.in_words(data))
         return
     from lostmotion.analyses.result import PartialResultError
     from lostmotion.io.flexibility_files import keep_flexibilities

@@ -9,6 +9,7 @@ from lostmotion.analyses.arguments import ArmArgument, SidecarArgument, path_of
 from lostmotion.analyses.export.calibration import calibration_of
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
+from lostmotion.reporting.sheet import several
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -27,7 +28,35 @@ _CalibrationArgument: TypeAlias = Annotated[
 ]
 
 
-@question(folder=None)
+def _c_in_words(found: dict[str, Any]) -> str:
+    """Return what was written as C source, and how it is built."""
+    folder = found["folder"]
+    return "\n".join(
+        [
+            f"C source of a model with {several(len(found['joints']), 'joint')}, {several(len(found['files']), 'file')}.",
+            f"SHA-256 of the input: {found['sha256'][:16]}…",
+            *(f"note: {each}" for each in found["remarks"]),
+            "Build and test:",
+            f"  cmake -S {folder} -B build && cmake --build build && ctest --test-dir build",
+            f"Folder: {folder}   begin with its README.md.",
+        ]
+    )
+
+
+def _fmu_in_words(found: dict[str, Any]) -> str:
+    """Return what was written as an FMU."""
+    library = found["library"]
+    return "\n".join(
+        [
+            f"FMU for co-simulation, FMI {found['version']}, library: {library}.",
+            f"SHA-256 of the input: {found['sha256'][:16]}…",
+            *(f"note: {each}" for each in found["remarks"]),
+            f"File: {found['fmu']}",
+        ]
+    )
+
+
+@question(folder=None, in_words=_c_in_words)
 def export_c(
     arm: ArmArgument,
     *,
@@ -62,7 +91,7 @@ def export_c(
     return {"folder": str(folder), "files": sorted(files), "sha256": sha256, "joints": list(model.tables.joints), "remarks": remarks}
 
 
-@question(folder=None)
+@question(folder=None, in_words=_fmu_in_words)
 def export_fmu(
     arm: ArmArgument,
     *,
