@@ -22,7 +22,7 @@ BLAME = Bars(
     "Which part is to blame",
     "share",
     tuple(Bar(name, Figure(100 * share, "%"), share, Figure(share, "mm")) for name, share in SHARES.items()),
-    "halving it takes off",
+    "reduction if halved",
 )
 ROWS = tuple(Row(f"row {k}", (Figure(float(k), "mm"),)) for k in range(40))
 SHEET = Sheet(

@@ -11,7 +11,7 @@ from rich.console import Console
 
 import lostmotion
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.sheet import PER_METRE, find_row
 from lostmotion.runs.blocks import COLUMNS
 from tests.runs.conftest import ARM, SWEEP
 from tests.runs.conftest import lostmotion as ran
@@ -72,7 +72,8 @@ def test_the_sheet_compares_stored_and_replayed_error(run):
     """The sheet has the stored and the recomputed magnitude, and whether they are identical."""
     sheet = lostmotion.replay(run.store.folder)[0].sheet
     assert find_row(sheet.sections, "length", "block recomputed").note == "identical"
-    assert find_row(sheet.sections, "length", "stored").figures[0].value == pytest.approx(sheet.facts["error_m"] * 1e6)
+    stored = find_row(sheet.sections, "length", "stored").figures[0]
+    assert stored.value / PER_METRE[stored.unit] == pytest.approx(sheet.facts["error_m"])
     assert sum(row.figures[2].value for section in sheet.sections if section.key.startswith("terms_") for row in section.rows) == pytest.approx(100)
 
 

@@ -32,10 +32,10 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
     tool = tuple(Row(axis, (length(float(found.tool[k, 3]), stated=True), length(float(found.error[k])))) for k, axis in enumerate("XYZ"))
     composed = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
     lengths = (
-        Row("stored", (Figure(at.error * 1e6, "µm"),), "from the run"),
-        Row("block recomputed", (Figure(found.kernel * 1e6, "µm"),), same),
-        Row("sum over terms", (Figure(found.length * 1e6, "µm"),), f"relative difference {found.apart:.1e}"),
-        Row("exact composition", (Figure(composed * 1e6, "µm"),), "with finite rotations; the study is of first order"),
+        Row("stored", (length(at.error),), "from the run"),
+        Row("block recomputed", (length(found.kernel),), same),
+        Row("sum over terms", (length(found.length),), f"relative difference {found.apart:.1e}"),
+        Row("exact composition", (length(composed),), "with finite rotations; the study is of first order"),
     )
     return Sheet(
         name=name,

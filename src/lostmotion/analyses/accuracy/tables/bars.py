@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 # Parts with a bar of their own; the others share one.
 _MOST_BARS: Final = 7
-_HALVING: Final = "halving it takes off"
+_HALVING: Final = "reduction if halved"
 # Real remedies leave more.
 _IDEAL: Final = "ideal remedies"
 # Each stage of the waterfall as a bar names it, in the waterfall's order.

@@ -104,7 +104,7 @@ def _remedy(stages: dict[str, Stage], compensation: str) -> str:
         further = [(other[best], both)] if _gained(stages, stages[best], both) else []
         last = both if further else min(stages[best], both, key=lambda stage: stage.q95.value)
         further += [("a map of each robot", mapped)] if _gained(stages, last, mapped) else []
-        return ", ".join([text, *(f"with {name} as well {_left(stage)}" for name, stage in further)])
+        return ", ".join([text, *(f"with {name} as well {_left(stage) if stage.q95.value > 0 else 'no error'}" for name, stage in further)])
     if _taken(stages, both) >= _WORTHWHILE:
         return f"only calibration and {compensation} together help: they leave {_left(both)}"
     if _taken(stages, mapped) >= _WORTHWHILE:
