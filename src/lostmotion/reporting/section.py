@@ -76,19 +76,19 @@ def sections(found: PoseValues) -> list[tuple[str, Figure]]:
     extent = np.ptp(found.reachable, axis=0)
     size = float(extent.max())
     return [
-        (f"{'xyz'[across]}o{'xyz'[up]}", _section(found, across, up))
+        (f"{'xyz'[across]}o{'xyz'[up]}", _section(found, across, up, size / CELLS))
         for across, up in ((0, 2), (0, 1))
         if min(extent[across], extent[up]) > FLAT * size
     ]
 
 
-def _section(found: PoseValues, across: int, up: int) -> Figure:
-    """Draw the section spanned by two axes of the base."""
+def _section(found: PoseValues, across: int, up: int, edge: float) -> Figure:
+    """Draw the section spanned by two axes of the base in cells with this edge, m."""
     axis, other = symmetry_axis(found.arm), 3 - across - up
     marked = found.tool[found.marked].copy()
     if axis is not None and other == 1:  # turned about the axis into the section
         marked[:2] = axis[0] + np.hypot(marked[0] - axis[0], marked[1] - axis[1]), axis[1]
-    view, edge = np.eye(3)[[across, up, other]], float(np.ptp(found.reachable, axis=0).max()) / CELLS
+    view = np.eye(3)[[across, up, other]]
     x, y, values = cells_of_cut(found.reachable, found.tool, found.values, view, float(marked[other]), edge, axis)
     wide, tall = (float(np.ptp(each)) for each in (x, y))
     place = f"{marked[other] * 1e3:.4g}".replace("-", "−")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -60,15 +61,19 @@ class PoseErrors:
     reachable: Floats
     target: float | None = None
 
+    @functools.cached_property
+    def _extent(self) -> Floats:
+        return np.asarray(np.ptp(self.reachable, axis=0))
+
     @property
     def size(self) -> float:
         """Return the longest side of the workspace, m; 1 for a point."""
-        return float(np.ptp(self.reachable, axis=0).max()) or 1.0
+        return float(self._extent.max()) or 1.0
 
     @property
     def flat(self) -> bool:
         """Return whether the workspace is so low that it is cut horizontally."""
-        return float(np.ptp(self.reachable[:, 2])) < FLAT * self.size
+        return float(self._extent[2]) < FLAT * self.size
 
 
 @dataclass(frozen=True)
