@@ -292,8 +292,9 @@ def _conditions(disc: Annulus, edges: list[_Edge], loads: Complexes, bore: Bore)
     inward = normals[on_bore:, None].conj()
     if bore == "fixed":
         rows += [moved[on_bore:].real, moved[on_bore:].imag]
-    elif bore == "sliding":
-        rows += [(moved[on_bore:] * inward).real, (pulled[on_bore:] * inward).imag]
+    elif bore == "sliding":  # the torques balance, so that the mean rotation can be chosen; without a choice rounding would make one
+        turned = (moved[on_bore:] * inward).imag
+        rows += [(moved[on_bore:] * inward).real, (pulled[on_bore:] * inward).imag, turned.sum(axis=0)[None]]
     else:  # without traction; the loads balance, so that the mean displacement and rotation can be chosen
         turned = (moved[on_bore:] * inward).imag
         rows += [pulled[on_bore:].real, pulled[on_bore:].imag, *(each.sum(axis=0)[None] for each in (moved.real, moved.imag, turned))]
