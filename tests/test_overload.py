@@ -92,7 +92,8 @@ def test_every_command_warns(arm_file, tmp_path, words):
     screen = " ".join(ran.output.split())
     assert "warning: joint shoulder is overloaded" in screen
     assert "rated 0.9 N m" in screen
-    (said,) = json.loads((out / "result.json").read_text(encoding="utf-8"))["warnings"]
+    warnings = json.loads((out / "result.json").read_text(encoding="utf-8"))["warnings"]
+    (said,) = (warning for warning in warnings if "overloaded" in warning)  # eight poses are few, of which another warning may tell
     assert said.startswith("joint shoulder is overloaded: it holds up to 1.")
     assert "joint shoulder is overloaded" in (out / "report.html").read_text(encoding="utf-8")
 

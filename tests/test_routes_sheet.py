@@ -9,7 +9,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.tables.analytic import comparisons
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.reporting.sheet import Figure, find_row, length, several
+from lostmotion.reporting.sheet import Figure, find_row, in_one_unit, length, several
 from tests.first_screen import first_screen
 
 ARM = Path(__file__).parent.parent / "examples" / "z-arm.toml"
@@ -119,7 +119,8 @@ def test_a_root_mean_square_over_all_poses_has_an_interval(study):
     """By either route, of the tool's rotation too: exact at the poses visited, with what their choice leaves; given poses are taken as they are."""
     sections = study.sheet.sections
     square = find_row(sections, "analytic", "root mean square").figures[0]
-    whole = find_row(sections, "levels", "all together").figures[0]
+    (whole,) = in_one_unit([find_row(sections, "levels", "all together").figures[0]])
+    (square,) = in_one_unit([square])
     assert (square.value, square.low, square.high) == pytest.approx((whole.value, whole.low, whole.high), rel=1e-9)
     turned = find_row(sections, "error", "rotation of the tool, r.m.s.").figures[0]
     for figure in (square, turned):

@@ -11,8 +11,6 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.error_model.poses import sample_poses
-
 if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
@@ -44,6 +42,8 @@ def many_poses(arm: Arm, poses: Poses) -> Poses | None:
     """
     if poses.replicates == 1 or len(poses) >= MANY or poses.law in {"given", "grid"}:
         return None
+    from lostmotion.error_model.poses import sample_poses  # brings Numba, which what only warns does not need
+
     return sample_poses(arm, MANY, poses.law)
 
 

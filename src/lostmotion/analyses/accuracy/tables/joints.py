@@ -38,8 +38,8 @@ def joints_section(answer: Answer, known: States) -> Section:
         of = kinds.get(joint.name, {})
         size = wound.get(joint.name, 0.0)
         turned = Figure(size / ARCMIN, "arcmin", samples=counted) if joint.type == "revolute" else length(size, samples=counted)
-        winding = turned if joint.name in wound else _of_state(of, "stiffness")
-        bending = deflections[joint.name] if joint.name in deflections else _of_state(of, "link bending")
+        winding = turned if joint.name in wound else _of_state(of, "stiffness", counted)
+        bending = deflections[joint.name] if joint.name in deflections else _of_state(of, "link bending", counted)
         assumed = [kind for kind in ("stiffness", "link bending") if of.get(kind) == "assumed"]
         note = _at(arm, answer.poses, held) + (f"; assumed: {', '.join(assumed)}" if assumed else "")
         rows.append(Row(held.joint, (*_loads(held, counted), share, winding, bending), note))
@@ -68,7 +68,7 @@ def _at(arm: Arm, poses: Poses, held: HoldingTorque) -> str:
     return f"pose {held.worst_index}: {joint_values(arm, poses.q[held.worst_index])}; over tilts pose {held.over_tilts_index}"
 
 
-def _of_state(kinds: Mapping[str, str], kind: str) -> Figure:
+def _of_state(kinds: Mapping[str, str], kind: str, counted: str) -> Figure:
     """Return the cell of a deflection that there is none of: of an ideal part, of one that the joint does not have, or of one without a load."""
     state = kinds.get(kind)
-    return in_words(_NONE) if state is None else in_words(_IDEAL) if state == _IDEAL else length(0.0)
+    return in_words(_NONE) if state is None else in_words(_IDEAL) if state == _IDEAL else length(0.0, samples=counted)
