@@ -93,7 +93,7 @@ def test_every_command_warns(arm_file, tmp_path, words):
     assert "warning: joint shoulder is overloaded" in screen
     assert "rated 0.9 N m" in screen
     warnings = json.loads((out / "result.json").read_text(encoding="utf-8"))["warnings"]
-    (said,) = (warning for warning in warnings if "overloaded" in warning)  # eight poses are few, of which another warning may tell
+    (said,) = (warning for warning in warnings if "overloaded" in warning)  # eight poses are few, and have a warning of their own
     assert said.startswith("joint shoulder is overloaded: it holds up to 1.")
     assert "joint shoulder is overloaded" in (out / "report.html").read_text(encoding="utf-8")
 
