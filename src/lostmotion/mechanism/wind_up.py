@@ -33,13 +33,13 @@ def wind_ups(arm: Arm, q: Floats) -> list[WindUp]:
     for q of another shape or not finite.
     """
     values = as_poses(arm, q)
-    elastic = [of for of in arm.terms if of.kind == "gearbox" and of.term.cause == _CAUSE and of.term.level == "design" and of.joint is not None]
-    found = {of.joint: np.zeros(len(values)) for of in elastic if of.joint is not None}
+    elastic = [(of.joint, of) for of in arm.terms if of.joint is not None and of.kind == "gearbox" and of.term.cause == _CAUSE]
+    nominal = [(joint, of) for joint, of in elastic if of.term.level == "design"]
+    found = {joint: np.zeros(len(values)) for joint, _ in nominal}
     for start in range(0, len(values), _BLOCK):
         here = slice(start, start + _BLOCK)
         conditions = Conditions(arm, values[here], frames(arm, values[here]))
-        for of in elastic:
-            if of.joint is not None:
-                found[of.joint][here] += arm.moving[of.joint].twist @ (of.term.scale * of.term.form.screw(conditions(of)))
+        for joint, of in nominal:
+            found[joint][here] += arm.moving[joint].twist @ (of.term.scale * of.term.form.screw(conditions(of)))
     largest = {joint: int(np.abs(angle).argmax()) for joint, angle in found.items()}
     return [WindUp(arm.moving[joint].name, float(found[joint][at]), at) for joint, at in sorted(largest.items())]
