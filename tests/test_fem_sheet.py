@@ -125,19 +125,22 @@ def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_convers
 
 @pytest.mark.slow
 def test_a_cycloidal_first_stage_is_solved_under_its_share_of_the_torque(tmp_path):
-    """The first stage carries the torque over the ratio of the second; its rotation at the output agrees with the contacts on elastic bodies."""
+    """The first stage carries the torque over the ratio of the second; its rotation at the output agrees with the contacts on elastic bodies.
+
+    To 1 % in the second stage. In the first, webs of 2 mm are left below valleys of 3 mm between its lobes, where the law is good to 2 %.
+    """
     file = tmp_path / "two-stages.toml"
     drawing = (EXAMPLES / "two-stage-lobes.toml").read_text("utf-8").replace('form = "lobe envelope"', 'form = "ring pins"')
     file.write_text(drawing.replace('roller = "6 µm ± 2 µm"', 'roller = "1 µm"'), "utf-8")
     gear = lostmotion.gear(file, fem=True, gearboxes=2)
     main, first = gear.fem
     steps, start = abs(gear.gearbox.steps), np.zeros(1)
-    for found, part, per_output in ((main, gear.gearbox, 1.0), (first, gear.gearbox.first_stage, 1 / steps)):
+    for found, part, per_output, within in ((main, gear.gearbox, 1.0, 0.01), (first, gear.gearbox.first_stage, 1 / steps, 0.02)):
         gap = nominal_gaps(part.drive, start)
         torque = per_output * gear.torque / part.discs
         turned = loaded_disc(part.drive, torque, start, gap, rigid_eccentric=True).rotation.item()
         play = first_contact_angle(part.stage, pin_angles(part.stage, start), gap[:, 0], LEAST_ARM).item()
-        assert found.rotation[0, -1] == pytest.approx(per_output * (turned - play), rel=0.01)
+        assert found.rotation[0, -1] == pytest.approx(per_output * (turned - play), rel=within)
         assert found.loaded.forces[-1] @ arms(part.stage, pin_angles(part.stage, start)[0]) == pytest.approx(torque, rel=0.002)
     keys = [section["key"] for section in gear.result()["sections"]]
     assert [key for key in keys if key.startswith("fem")] == ["fem", "fem-lobes", "fem-first", "fem-first-lobes"]
