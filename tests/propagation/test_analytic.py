@@ -14,7 +14,7 @@ from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatab
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.draws import Stream
-from lostmotion.error_model.pose_matrix import Draws, PoseMatrix
+from lostmotion.error_model.pose_matrix import Draws, PoseMatrix, grouped
 from lostmotion.errors import InputError
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
 from lostmotion.propagation.analytic import Drawn, analytic, of_screws
@@ -239,7 +239,9 @@ def screws_of(terms, bias):
         columns.append(np.array(shift, float))
     tool = np.zeros((1, 6, len(infos)))
     tool[0, 3:] = np.array(columns).T
-    return PoseMatrix(tuple(infos), tool, np.zeros(len(infos), int), np.ones(len(infos)), tool, np.zeros((1, 1, 4, 4)), np.zeros((0, 1)), (0,))
+    return PoseMatrix(
+        tuple(infos), tool, grouped(infos), np.zeros(len(infos), int), np.ones(len(infos)), tool, np.zeros((1, 1, 4, 4)), np.zeros((0, 1)), (0,)
+    )
 
 
 def test_a_pooled_median_in_a_gap_of_the_distribution_has_no_value():

@@ -15,18 +15,21 @@ from lostmotion.error_model.draws import Stream
 from lostmotion.laws.distributions import COMPARED
 from lostmotion.mechanism.carry import tool_twists
 from lostmotion.mechanism.serial import Conditions, as_poses, frames
+from lostmotion.parts import forms_together
 from lostmotion.parts.term import level_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Hashable, Sequence
 
     from numpy.typing import NDArray
 
     from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.placed_terms import PlacedTerm
-    from lostmotion.parts.term import Draw, Level, Threshold
+    from lostmotion.parts.term import Draw, Form, Level, Threshold
     from lostmotion.spatial import Floats
+
+    Groups = dict[tuple[tuple[tuple[str, str], Law], ...], list[int]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +136,7 @@ class ToolScrews:
 class PoseMatrix(ToolScrews):
     """The pose matrix of an arm, with a column for each term. Sums of squares use `merged`, which has a column for each draw.
 
+    groups     indices of the columns of each error by its draws; the design columns are the group without a draw
     place      (column,) index of the place in whose frame `local` is expressed
     scale      (column,) size of the term; columns of one form at one place are proportional to it at every pose
     local      (pose, 6, column) screw at the place, rad and m per unit draw
@@ -142,6 +146,7 @@ class PoseMatrix(ToolScrews):
     """
 
     infos: tuple[Column, ...]
+    groups: Groups
     place: NDArray[np.int64]
     scale: Floats
     local: Floats
@@ -172,14 +177,6 @@ class PoseMatrix(ToolScrews):
         return tuple(dict.fromkeys(info.owner for info in self.infos))
 
     @functools.cached_property
-    def groups(self) -> dict[tuple[tuple[tuple[str, str], Law], ...], list[int]]:
-        """Return the indices of the columns of each error by its draws; the design columns are the group without a draw."""
-        out: dict[tuple[tuple[tuple[str, str], Law], ...], list[int]] = {}
-        for k, info in enumerate(self.infos):
-            out.setdefault(info.draws, []).append(k)
-        return out
-
-    @functools.cached_property
     def merged(self) -> ToolScrews:
         """Return the matrix with one column per draw, in the order of `groups`: the sum of the columns that have this draw."""
         out = self.along_poses[:, [members[0] for members in self.groups.values()]]
@@ -188,6 +185,14 @@ class PoseMatrix(ToolScrews):
                 out[:, column] += self.along_poses[:, k]
         firsts = (self.infos[members[0]] for members in self.groups.values())
         return ToolScrews(tuple(Draws(info.robot, info.visit, info.closing) for info in firsts), out.transpose(2, 0, 1))
+
+
+def grouped(infos: Sequence[Draws]) -> Groups:
+    """Return the indices of the columns of each error by its draws."""
+    out: Groups = {}
+    for k, info in enumerate(infos):
+        out.setdefault(info.draws, []).append(k)
+    return out
 
 
 def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix:
@@ -203,14 +208,16 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix
 
 @dataclass(frozen=True)
 class _Family:
-    """Successive terms of one form at one place, whose screws are proportional to each other.
+    """Successive terms of one form at one place, whose screws are proportional to each other; or springs or harmonics of one motion.
 
     of       one of the terms
+    form     writes the screws of all
     scales   (term,) sizes
     columns  the columns of all terms for each pair of side and part, and the row of `closed`, None where no friction decides
     """
 
     of: PlacedTerm
+    form: Form | forms_together.Springs | forms_together.Harmonics
     scales: Floats
     columns: tuple[tuple[str | None, str, slice], ...]
     row: int | None
@@ -226,20 +233,22 @@ class Columns:
         thresholds: dict[tuple[int, Threshold], int] = {}
         infos: list[Column] = []
         self._families: list[_Family] = []
-        for (*_, sided), run in itertools.groupby(arm.terms, lambda of: (of.place, of.joint, id(of.term.form), of.term.sided)):
+        for (_, _, kind, sided), run in itertools.groupby(arm.terms, _kind):
             members = list(run)
             form = members[0].term.form
             kinds = list(itertools.product(sides if sided else (None,), ("whole",) if form.threshold is None else ("mean", "changed")))
             row = None if form.threshold is None else thresholds.setdefault((members[0].place, form.threshold), len(thresholds))
             first, last = len(infos), len(infos) + len(members) * len(kinds)
             columns = tuple((side, part, slice(first + k, last, len(kinds))) for k, (side, part) in enumerate(kinds))
-            self._families.append(_Family(members[0], np.array([of.term.scale for of in members]), columns, row))
+            writes = form if isinstance(kind, int) else forms_together.together([of.term.form for of in members])
+            self._families.append(_Family(members[0], writes, np.array([of.term.scale for of in members]), columns, row))
             for of in members:
                 closing = None
                 if row is not None and form.threshold is not None:
                     closing = Closing(Stream(f"{of.owner}.{form.threshold.stream}", COMPARED), row, form.above)
                 infos += [_column(of, side, names, closing, part) for side, part in kinds]
         self.infos = tuple(infos)
+        self._groups = grouped(infos)
         self._rows = len(thresholds)
         self._place = np.array([info.of.place for info in infos], dtype=int)
         self._scale = np.array([info.of.term.scale for info in infos])
@@ -262,14 +271,22 @@ class Columns:
             mean, changed = (None, None) if row is None else mean_and_change(closed[row], above=form.above)
             for side, part, columns in family.columns:
                 screw = local[:, columns]
-                form.write(condition, family.scales, screw)
+                family.form.write(condition, family.scales, screw)
                 if side is not None and of.joint is not None:
                     screw *= _side_factor(last_motion if last_motion.ndim == 0 else last_motion[:, of.joint], known=side == "known")
                 factor = {"whole": None, "mean": mean, "changed": changed}[part]
                 if factor is not None:
                     screw *= factor
         tool = tool_twists(arm.tree, at, self._place, local)
-        return PoseMatrix(self.infos, tool.transpose(2, 0, 1), self._place, self._scale, local.transpose(2, 0, 1), at, closed, arm.tree.tool_path)
+        return PoseMatrix(
+            self.infos, tool.transpose(2, 0, 1), self._groups, self._place, self._scale, local.transpose(2, 0, 1), at, closed, arm.tree.tool_path
+        )
+
+
+def _kind(of: PlacedTerm) -> tuple[int, int | None, Hashable, bool]:
+    """Return what the terms of one `_Family` have in common."""
+    form = of.term.form
+    return of.place, of.joint, forms_together.kind(form) or id(form), of.term.sided
 
 
 def _sides(last_motion: Floats) -> tuple[str, ...]:

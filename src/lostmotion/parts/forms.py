@@ -76,11 +76,15 @@ class _Along(Form):
 
     def write(self, at: Condition, scales: Floats, out: Floats) -> None:
         """Write the screw times each of `scales` (term,) into `out` (6, term, pose)."""
-        sizes = at.once(self, lambda: self.size(at)) * scales[:, None]
-        out[:] = 0.0
-        for row, weight in zip(out, self.direction.tolist(), strict=True):
-            if weight:
-                np.multiply(weight, sizes, out=row)
+        write_along(self.direction, at.once(self, lambda: self.size(at)) * scales[:, None], out)
+
+
+def write_along(direction: Floats, sizes: Floats, out: Floats) -> None:
+    """Write a direction (6,) times sizes (term, pose) into `out` (6, term, pose)."""
+    out[:] = 0.0
+    for row, weight in zip(out, direction.tolist(), strict=True):
+        if weight:
+            np.multiply(weight, sizes, out=row)
 
 
 @dataclass(frozen=True, eq=False)
