@@ -35,6 +35,8 @@ _LETTER: Final = 1.65
 _ENTRY: Final = 9.0
 _LONGEST_LABEL: Final = 36
 _BAND: Final = 0.18
+# Drawn before all words, which cover it.
+_BELOW_WORDS: Final = 2.5
 # Of the axes' width, from where on words stand to the left of what they mark.
 _ROOM_LEFT: Final = 0.45
 
@@ -232,7 +234,9 @@ def mark_at(on: Axes, value: float, words: str, *, row: int = 0) -> None:
     on.axvline(value, color=LIGHT["warn"], linewidth=1.2, linestyle=(0, (1.5, 1.5)))
     if row:
         line = {"arrowstyle": "-", "color": LIGHT["warn"], "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
-        on.annotate("", (value, 1), xytext=(0, top + 9), xycoords=on.get_xaxis_transform(), textcoords="offset points", arrowprops=line)
+        on.annotate(
+            "", (value, 1), xytext=(0, top), xycoords=on.get_xaxis_transform(), textcoords="offset points", arrowprops=line, zorder=_BELOW_WORDS
+        )
     how: dict[str, Any] = {"xytext": (3 if leftwards else -3, top), "ha": "right" if leftwards else "left", "va": "bottom"}
     ground = {"facecolor": LIGHT["paper"], "linewidth": 0, "pad": 0.5}  # over the lines of higher rows
     text(on, value, 1, words, colour=LIGHT["warn"], xycoords=on.get_xaxis_transform(), bbox=ground, **how)
