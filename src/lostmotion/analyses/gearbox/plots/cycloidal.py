@@ -76,7 +76,7 @@ def lobe_loads(cases: tuple[Lobes, ...]) -> Figure:
     ends = sorted((middle * max(float(loaded.min()) - 1.5 * step, -step), middle * (float(loaded.max()) + 1.5 * step)))
     panels[1].set_xlim(*ends)
     label_axes(panels[0], y="load [N]")
-    label_axes(panels[1], "θ, angle from the line of centres [deg]", "peak pressure [GPa]")
+    label_axes(panels[1], "θ, angle from the line of centres [°]", "peak pressure [GPa]")
     legend(made)
     return made
 
@@ -117,7 +117,7 @@ def error(found: Transmission) -> Figure:
         on.plot(np.degrees(found.crank), found.errors[-1, :, k] / ARCSEC, color=_COLOURS[k], linewidth=1.2, label=f"{_NAMES[k]} gearbox")
     on.set_xlim(0, 360)
     on.set_xticks(range(0, 361, 60))
-    label_axes(on, "crank angle [deg]", "error of the output [arcsec]")
+    label_axes(on, "crank angle [°]", "error of the output [arcsec]")
     legend(made)
     return made
 

@@ -180,7 +180,7 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
         return Figure(found.value, found.unit, samples=_DRAWING, stated=True)
 
     def of_angle(value: float) -> Figure:
-        return Figure(math.degrees(value), "deg", samples=_DRAWING, stated=True)
+        return Figure(math.degrees(value), "°", samples=_DRAWING, stated=True)
 
     return [
         ("ratio of the stage", Figure(steps, "1", samples=_DRAWING, stated=True), "turns of the crank per turn of its output; negative: opposite"),

@@ -163,7 +163,7 @@ def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
 
 def _own_figure(own: PartFigure, units: Units) -> Figure:
     if own.unit == "rad":
-        return Figure(math.degrees(own.value), "deg", samples=STATED)
+        return Figure(math.degrees(own.value), "°", samples=STATED)
     return units.of_stiffness(own.value, STATED) if own.unit == "N/m" else _pure(own.value)
 
 
