@@ -10,8 +10,9 @@ import pytest
 from rich.console import Console
 
 import lostmotion
+from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import PER_METRE, find_row
+from lostmotion.reporting.sheet import PER_METRE, find_row, length
 from lostmotion.runs.blocks import COLUMNS
 from tests.runs.conftest import ARM, SWEEP
 from tests.runs.conftest import lostmotion as ran
@@ -75,6 +76,14 @@ def test_the_sheet_compares_stored_and_replayed_error(run):
     stored = find_row(sheet.sections, "length", "stored").figures[0]
     assert stored.value / PER_METRE[stored.unit] == pytest.approx(sheet.facts["error_m"])
     assert sum(row.figures[2].value for section in sheet.sections if section.key.startswith("terms_") for row in section.rows) == pytest.approx(100)
+
+
+def test_the_headline_names_the_largest_terms(run):
+    """The question is what an error is made of: the three terms with the largest component along it stand in the first sentence, largest first."""
+    each = lostmotion.replay(run.store.folder)[0]
+    assert np.argmax([abs(term.along) for term in each.terms]) == 0
+    named = [each.sheet.verdict.index(f"{short_name(term.name)} {length(term.along)}") for term in each.terms[:3]]
+    assert named == sorted(named)
 
 
 def test_the_terms_fit_a_terminal(run):

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 # A reducer is proposed where its rated torque is this many times the largest static load: room for acceleration.
 _MARGIN: Final = 1.5
+# Larger ones are far too heavy for their joint: the catalogue has no reducer of its class.
+_MOST_MARGIN: Final = 20.0
 _PROPOSED: Final = 3
 _RATIO: Final = 100.0
 # Joints of arms turn slowly: reducers of less are for machines with large motors.
@@ -58,6 +60,7 @@ def first_sidecar(path: Path) -> str:
         f"# Static loads: the largest of {len(q)} poses spread evenly over the joint ranges, without payload; base level.",
         f"# Reducers: the smallest of the catalogue, of ratio {_LEAST_RATIO:g} or more, whose rated torque is at least {_MARGIN} times the static",
         "# load of this joint and of all farther out. That leaves room for acceleration; life and shocks are not checked.",
+        f"# None is proposed whose rated torque is more than {_MOST_MARGIN:g} times what is needed.",
         *(f"# Warning: {warning}" for warning in arm.warnings),
         "",
         f"tip = {quoted(tip)}",
@@ -88,7 +91,7 @@ def _joints(arm: Arm, held: Floats) -> list[str]:
     for k, joint in enumerate(arm.moving):
         turning = joint.type == "revolute"
         example = f"{_EXAMPLES[joint.type]}_example"
-        lines += ["", f"[joints.{key_step(joint.name)}]", f"# static load: {held[k]:.3g} {joint.load_unit}"]
+        lines += ["", f"[joints.{key_step(joint.name)}]", f"# static load: {held[k] if held[k] > _NOTHING else 0:.3g} {joint.load_unit}"]
         needed = _MARGIN * max((held[i] for i in range(k, len(held)) if arm.moving[i].type == "revolute"), default=0.0)
         found = _reducers(needed) if turning and needed > _NOTHING else []
         if found:
@@ -103,9 +106,11 @@ def _joints(arm: Arm, held: Floats) -> list[str]:
 
 
 def _reducers(needed: float) -> list[tuple[str, float]]:
-    """Return name and rated torque (N m) of the smallest reducers that are rated for this torque, one of each model."""
+    """Return name and rated torque (N m) of the smallest reducers that are rated for this torque and not for far more, one of each model."""
     out: dict[str, tuple[str, float]] = {}
     for row in sorted(search(gearboxes(), Criteria(min_torque=needed)).rows, key=lambda row: searchable_figures(row)["rated torque"]):
+        if searchable_figures(row)["rated torque"] > _MOST_MARGIN * needed:
+            break
         ratio = _RATIO if row.applies_to(_RATIO) else row.typical_ratio or _RATIO
         if ratio < _LEAST_RATIO:
             continue

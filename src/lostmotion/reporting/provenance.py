@@ -93,8 +93,8 @@ def share_within_bounded(share: object, known: States) -> str:
 
 
 def _at_most(text: object, known: States) -> str:
-    """Return a figure as an upper bound; where kinds of error are not described for every joint it bounds only what is described."""
-    return f"at most {text}" + (" (as far as errors are described)" if known.ideal_kinds else "")
+    """Return a figure as an upper bound, unless kinds of error are not described for some joint: then it bounds nothing."""
+    return str(text) if known.ideal_kinds else f"at most {text}"
 
 
 def upper_limit_sentences(known: States) -> list[str]:
@@ -204,7 +204,7 @@ def _bounded(card: Card, known: States) -> str:
     counts = in_repeats(known) if card.title.startswith(_REPEATS) else in_error(known)
     if known.ideal_joints:
         return number if counts else f"≥ {number}"
-    if counts:  # a card has no room to say that it bounds only what is described
+    if counts:
         return number if known.ideal_kinds else f"≤ {number}"
     return card.number
 

@@ -111,8 +111,8 @@ def _cards(found: Examined) -> list[Card]:
         Card("shift across at this load", str(length(float(_across(found)[1]))), "middle clearance"),
         Card("tilt at this load", str(_angle(tilt if tilt / ARCMIN >= _LEAST_TILT else 0.0)), "middle clearance"),
         Card("most heavily loaded element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
-        Card("stiffness across", str(Figure(found.stiffness[0] / 1e6, "N/µm")), "at this load"),
-        Card("stiffness against tilting", str(Figure(found.stiffness[4] * ARCMIN, "N m/arcmin")), "at this load"),
+        Card("stiffness across", str(Figure(found.stiffness[0] / 1e6, "N/µm")), "tangent, at this load"),
+        Card("stiffness against tilting", str(Figure(found.stiffness[4] * ARCMIN, "N m/arcmin")), "tangent, at this load"),
     ]
 
 

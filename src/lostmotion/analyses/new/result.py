@@ -45,6 +45,9 @@ class New(Result):
             file += f" --sidecar {self.path}"
         study = f"lostmotion study {file}"
         again = f"Later, `{study} --force` replaces the first result by that of the changed file."
+        folder = f"{(self.urdf or self.path).stem}-accuracy"
+        if Path(folder).exists():
+            study, again = f"{study} --force", f"It replaces the result in {folder}."
         verdict = f"Next: `lostmotion check {file}` shows what is assumed, `{study}` predicts the accuracy. {again}"
         return Sheet(name=self.path.stem, subject="new file", verdict=verdict, cards=(), sections=(), source="", facts={"file": str(self.path)})
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 _MOST_TERMS: Final = 400
 # Terms below this share of the error are added up in one line.
 _LEAST_TERM: Final = 1e-3
+# Terms that the headline names.
+_NAMED: Final = 3
 _NOT_REPRODUCED: Final = "The stored figure is not reproduced: the store is damaged or was made by other code."
 
 
@@ -40,7 +42,7 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
     return Sheet(
         name=name,
         subject="one of the largest errors, replayed",
-        verdict=f"An error of {length(at.error)}: {where}." if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
+        verdict=f"An error of {length(at.error)}: {where}. {_largest(found)}" if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
         cards=(),
         sections=(
             Section("length", "Magnitude of the error", ("value",), lengths),
@@ -61,6 +63,14 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
             "reproduced": found.reproduced,
         },
     )
+
+
+def _largest(found: Replay) -> str:
+    """Return the sentence that names the terms with the largest component along the error, which are the first ones."""
+    named = [f"{short_name(term.name)} {length(term.along)}" for term in found.terms[:_NAMED] if abs(term.along) >= _LEAST_TERM * found.length]
+    if not named:
+        return ""
+    return f"Largest along it, of {several(len(found.terms), 'term')}: {', '.join(named)}; all with --full and in the report."
 
 
 def _attitude(found: Replay) -> str:

@@ -30,25 +30,34 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
     accurate, fitted = (estimate_figure(over_robots(values.max(axis=0)).high) for values in (sheet.accuracy, sheet.fitted))
     from_either = f"{repeats_bounded(either, either_known)}{_interval(either)}"
     worst = "worst of five poses, full payload"
-    if not one.words:
-        within = f"at least {one}" if describes_little_scatter(found) else repeats_bounded(one, known)
-        described = ", as far as errors are described: friction, control and temperature add to it" if describes_little_scatter(found) else ""
+    if not one.words and describes_little_scatter(found):
         text = (
-            f"95 % of arms repeat within {within}{_interval(one)}: RP_l from one side, {worst}{described}. "
-            f"Where joints arrive from either side: {from_either}."
+            f"RP_l of 95 % of arms from one side is at least {one}{_interval(one)}, {worst}: friction, control and temperature add to "
+            f"what is described. Where joints arrive from either side: {from_either}."
         )
+    elif not one.words:
+        within = _repeats(f"{repeats_bounded(one, known)}{_interval(one)}", "one", worst)
+        text = f"{within}. Where joints arrive from either side: {from_either}."
     elif not either.words:
         text = (
-            f"95 % of arms repeat within {from_either}: RP_l from either side, {worst}. "
+            f"{_repeats(from_either, 'either', worst)}. "
             "From one side no described error varies from visit to visit, so no repeatability is predicted."
         )
     else:
         text = "No described error varies from visit to visit, from either side of approach, so no repeatability is predicted."
+    bound = at_least(accurate, known)
+    place = f"{bound}{_interval(accurate)} from" if bound.startswith("at least") else f"within {bound}{_interval(accurate)} of"
     text += (
-        f" AP_p of 95 % of arms is within {at_least(accurate, known)}{_interval(accurate)} of the commanded point at its worst pose, "
-        f"{at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
+        f" AP_p of 95 % of arms is {place} the commanded point at its worst pose, {at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
     )
     return " ".join([text, *caveats(known)])
+
+
+def _repeats(bound: str, side: str, worst: str) -> str:
+    """Return the clause on RP_l of arms that arrive from one side or from either, by its bound with interval."""
+    if bound.startswith("at least"):
+        return f"RP_l of 95 % of arms from {side} side is {bound}, {worst}"
+    return f"95 % of arms repeat within {bound}: RP_l from {side} side, {worst}"
 
 
 def describes_little_scatter(found: PredictedRobots) -> bool:
