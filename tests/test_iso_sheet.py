@@ -313,7 +313,8 @@ def test_a_zero_is_never_a_headline(tmp_path, last):
     assert found.predicted.loads[0].repeatability.max() < 1e-15
     either = find_row(sheet.sections, "either", "worst").figures[0]
     bound = "" if last else "at least "
-    assert sheet.verdict.startswith(f"95 % of arms repeat within {bound}{either} ({either.interval}): RP_l from either side")
+    starts = "95 % of arms repeat within {}: RP_l from either side" if last else "RP_l of 95 % of arms from either side is at least {}"
+    assert sheet.verdict.startswith(starts.format(f"{either} ({either.interval})"))
     assert "From one side no described error varies from visit to visit, so no repeatability is predicted" in sheet.verdict
     assert not re.search(r"(within|least|most) 0 ", sheet.verdict)
     fitted = find_row(sheet.sections, "fitted", "worst").figures[0]
