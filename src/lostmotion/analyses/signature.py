@@ -12,6 +12,7 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Annotated, Any, Final, ForwardRef, Literal, TypeAlias, TypeVar, get_args, get_origin
 
@@ -197,6 +198,11 @@ def question(*, folder: str | None, in_words: Callable[[Any], str] | None = None
         return function
 
     return mark
+
+
+def results_folder(file: str | Path, folder: str) -> str:
+    """Return the folder for results of this file where none was named, such as "NAME-accuracy"."""
+    return f"{Path(file).stem}-{folder}"
 
 
 def question_of(function: Callable[..., Any]) -> Question:

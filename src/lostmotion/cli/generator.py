@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 import typer
 from typer.core import TyperCommand
 
-from lostmotion.analyses.signature import Argument, Parameter, question_of
+from lostmotion.analyses.signature import Argument, Parameter, question_of, results_folder
 from lostmotion.cli.terminal import say, say_json
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
 
@@ -227,7 +227,7 @@ def _folder(question: Question, given: Mapping[str, Any]) -> str | None:
         return None
     files = [value for each in question.options if each.argument.metavar == "FILE" and (value := given.get(each.name))]
     first = files[0] if files else question.name
-    return f"{Path(first if isinstance(first, str) else first[0]).stem}-{question.folder}"
+    return results_folder(first if isinstance(first, str) else first[0], question.folder)
 
 
 class _Command(TyperCommand):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.result import Result
+from lostmotion.analyses.signature import results_folder
 from lostmotion.errors import LostmotionError, OutputExistsError
 from lostmotion.reporting.sheet import Row, Section, Sheet, in_words
 
@@ -45,7 +46,7 @@ class New(Result):
             file += f" --sidecar {self.path}"
         study = f"lostmotion study {file}"
         again = f"Later, `{study} --force` replaces the first result by that of the changed file."
-        folder = f"{(self.urdf or self.path).stem}-accuracy"
+        folder = results_folder(self.urdf or self.path, "accuracy")
         if Path(folder).exists():
             study, again = f"{study} --force", f"It replaces the result in {folder}."
         verdict = f"Next: `lostmotion check {file}` shows what is assumed, `{study}` predicts the accuracy. {again}"

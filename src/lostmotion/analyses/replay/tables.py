@@ -42,7 +42,7 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
     return Sheet(
         name=name,
         subject="one of the largest errors, replayed",
-        verdict=f"An error of {length(at.error)}: {where}. {_largest(found)}" if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
+        verdict=f"An error of {length(at.error)}: {where}.{_largest(found)}" if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
         cards=(),
         sections=(
             Section("length", "Magnitude of the error", ("value",), lengths),
@@ -66,11 +66,11 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
 
 
 def _largest(found: Replay) -> str:
-    """Return the sentence that names the terms with the largest component along the error, which are the first ones."""
+    """Return the sentence, after a space, that names the terms with the largest component along the error, which are the first ones."""
     named = [f"{short_name(term.name)} {length(term.along)}" for term in found.terms[:_NAMED] if abs(term.along) >= _LEAST_TERM * found.length]
     if not named:
         return ""
-    return f"Largest along it, of {several(len(found.terms), 'term')}: {', '.join(named)}; all with --full and in the report."
+    return f" Largest along it, of {several(len(found.terms), 'term')}: {', '.join(named)}; all with --full."
 
 
 def _attitude(found: Replay) -> str:
