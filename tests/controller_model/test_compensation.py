@@ -96,25 +96,27 @@ def test_two_passes_leave_next_to_nothing(name):
     assert np.median(share[regular > 0.1]) <= 1e-5
 
 
-@pytest.mark.parametrize("name", ["ur5e.urdf", "z-arm.toml"])
-@pytest.mark.parametrize("whole_pose", [False, True])
-def test_compensation_is_never_worse_than_none(name, whole_pose):
-    """At singular poses the damped step does less, not harm; the steps for bending stay within their cap."""
+@pytest.mark.parametrize("options", [{}, {"passes": 2}, {"whole_pose": True}, {"largest_step": 0.0}], ids=str)
+@pytest.mark.parametrize("name", ["ur5e.urdf", "z-arm.toml", "scara.toml", "palletiser.toml", "planar-2r.toml", "six-axis.toml"])
+def test_compensation_is_never_worse_than_none(name, options):
+    """At singular poses, at joint limits and with short steps less is removed, and nothing is added; the steps for bending stay within their cap."""
     _, model, q = case(name)
-    q = q.copy()
-    q[::3, 2] = 0.0  # a stretched arm
-    if name == "ur5e.urdf":
-        q[1::3, 4] = 0.0  # two axes of the wrist in line
-    found = model.compensate(q, whole_pose=whole_pose)
-    assert set(found.status) == {OK, SINGULAR}
-    if whole_pose:  # a rotation counts as the displacement at a tenth of a metre
+    rng, limits = np.random.default_rng(3), np.clip(model.tables.limits, -2.8, 2.8)
+    for joint, (low, high) in enumerate(limits):  # stretched, folded, with axes in line or nearly so, and at the limits
+        special = rng.choice([0.0, math.pi / 2, -math.pi / 2, low, high], len(q)) + rng.choice([0.0, 0.0, 1e-4, -1e-3, 1e-2, -3e-2], len(q))
+        q = np.where((rng.random(len(q)) < 0.35)[:, None] & (np.arange(len(limits)) == joint), np.clip(special, low, high)[:, None], q)
+    found = model.compensate(q, **options)
+    assert set(found.status) <= {OK, SINGULAR}
+    if "whole_pose" in options:  # a rotation counts as the displacement at a tenth of a metre
         weight = np.array([0.1, 0.1, 0.1, 1, 1, 1])
         before, after = (np.linalg.norm(each * weight, axis=1) for each in (found.prediction.screw, found.left))
-        assert (after <= before).all()
+        assert (after <= before * (1 + 1e-12)).all()
     else:
-        share, _ = shares(model, q, functools.partial(reached, model))
-        assert share.max() <= 1.0
-    assert np.abs(found.command - q + found.prediction.joints).max() <= LARGEST_STEP * (1 + 1e-12)
+        share, _ = shares(model, q, functools.partial(reached, model), **options)
+        assert share.max() <= 1.0 + 1e-9
+    if "passes" not in options:  # what deflects along the joints is no step
+        steps = np.abs(found.command - q + found.prediction.joints)[found.status == OK]
+        assert steps.max(initial=0.0) <= options.get("largest_step", LARGEST_STEP) * (1 + 1e-9) + 1e-15
 
 
 def test_what_is_left_is_reported():

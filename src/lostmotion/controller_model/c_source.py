@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lostmotion.controller_model.controller import Controller
-    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Product, Record, Shared, Tables
+    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Product, Record, Tables
     from lostmotion.laws.rolling.table import ShiftTable
     from lostmotion.spatial import Floats
 
@@ -180,7 +180,7 @@ def _place(record: Record, arrays: _Arrays) -> str:
     shared = []
     for each in record.shared:
         first, count = arrays.add("lm_entry lm_entries", [_entry(entry) for entry in each.entries])
-        share = _share(record, each)
+        share = each.share(record)
         rest = (each.compliance - share * record.compliance, each.own_weight - share * record.own_weight) if not share else (np.zeros(1), np.zeros(1))
         shared.append(f"{{{each.draw}, {number(share)}, {arrays.matrix(rest[0])}, {arrays.matrix(rest[1])}, {first}, {count}}}")
     thresholds = []
@@ -211,17 +211,6 @@ def _errs(record: Record) -> bool:
     """Return whether a place has errors."""
     constant = any(each.any() for each in (record.mean, record.compliance, record.own_weight, record.covariance))
     return bool(constant or record.entries or record.products or record.shared)
-
-
-def _share(record: Record, shared: Shared) -> float:
-    """Return by which factor a shared draw is proportional to the compliance and the own weight of its place; 0 where it is not."""
-    own = np.concatenate([record.compliance.ravel(), record.own_weight.ravel()])
-    drawn = np.concatenate([shared.compliance.ravel(), shared.own_weight.ravel()])
-    largest = int(np.argmax(np.abs(own)))
-    if not own[largest]:
-        return 0.0
-    share = float(drawn[largest] / own[largest])
-    return share if (np.abs(drawn - share * own) <= _ROUNDING * np.abs(drawn)).all() else 0.0
 
 
 def _columns(covariance: Floats, axis: int | None) -> tuple[float, list[Floats]]:

@@ -11,6 +11,7 @@ import numpy as np
 from lostmotion.controller_model.accurate_percentile import accurate95
 from lostmotion.controller_model.percentile import percentile95
 from lostmotion.controller_model.prediction import factors_of, frames, tool_error
+from lostmotion.spatial import cross
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,6 +34,10 @@ _LARGEST_DAMPING: Final = 1.0
 ROTATION_LENGTH: Final = 0.1
 # Largest step of a joint (rad or m) that corrects bending and bearings; the step of a drive's own deflection has no limit.
 LARGEST_STEP: Final = 0.01
+# A change of the command is whole where its best share is at least the inverse, as at regular poses.
+_NEAR_BEST: Final = 1.25
+# Change of the error, because the load changes with the command, per motion of the tool: some millimetres per reach of the arm.
+_CHANGE_OF_LOAD: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,7 @@ class Compensation:
     """A joint command and what remains of the expected error.
 
     command     (pose, joint) rad or m, within the limits
-    left        (pose, 6) expected motion of the tool that remains, to first order: rotation and displacement
+    left        (pose, 6) expected motion of the tool that remains: rotation to first, displacement to second order, without the change of the load
     prediction  the prediction at the wanted pose
     status      (pose,) as in `Prediction`; SINGULAR where a step was reduced or the limits cut the command, so that more than usual is left
     """
@@ -187,17 +192,15 @@ class Controller:
         good = first.status == OK
         wanted, *inputs = (each[good] for each in self._inputs(q, load, gravity, side))
         at = start = self._evaluate(wanted, *inputs)
-        residual, reached, short = start.elsewhere, wanted, np.zeros(len(wanted), dtype=bool)
-        sent, left = wanted, start.screw
+        sent, left, short = wanted, start.screw, np.zeros(len(wanted), dtype=bool)
+        residual, drift = start.elsewhere, start.joints
         for number in range(passes):
             if number:
-                at = self._evaluate(sent, *inputs)
-                residual = self._residual(start, at, reached)
-                left = residual + _moved(at, sent + at.joints - reached)
+                before, at = at, self._evaluate(sent, *inputs)
+                residual, drift = self._residual(start, at, sent + before.joints), at.joints - before.joints
+                left = residual + _moved(at, drift)
             step, reduced = _step(at.jacobian, residual, damping, largest_step, whole_pose=whole_pose)
-            asked = reached + step - at.joints
-            sent, left, cut = self._within_limits(asked, sent, left, at, whole_pose=whole_pose)
-            reached = sent + at.joints
+            sent, left, cut = self._sent(sent, step - drift, left, at, whole_pose=whole_pose)
             short |= reduced | cut
         status, command, remains = first.status.copy(), np.zeros((len(good), len(self.tables.joints))), np.zeros((len(good), 6))
         within = (at.status == OK)[:, None]
@@ -212,24 +215,26 @@ class Controller:
         turn = np.stack([change[:, 2, 1] - change[:, 1, 2], change[:, 0, 2] - change[:, 2, 0], change[:, 1, 0] - change[:, 0, 1]], axis=1) / 2
         return np.concatenate([turn, points[-1] - start.point], axis=1) + at.elsewhere
 
-    def _within_limits(
-        self, asked: Floats, before: Floats, error: Floats, at: Prediction, *, whole_pose: bool
-    ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-        """Return the command within the joint limits, what it leaves, and whether the limits cut it.
+    def _sent(self, before: Floats, change: Floats, error: Floats, at: Prediction, *, whole_pose: bool) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Return the command after a change (pose, joint), within the joint limits, what it leaves (pose, 6), and whether the change was reduced.
 
-        asked, before  (pose, joint) command that was asked for, and the one to which `error` (pose, 6) belongs
+        before, error  (pose, joint) command to be changed, and (pose, 6) the error of the tool there
 
-        Where a limit cuts the command of one joint, the others would overshoot: the change of all is reduced so that the error becomes smallest.
+        A change that a limit cuts, or whose step was reduced, may add to the error. It is reduced to about the share that makes the error smallest,
+        and to nothing where it would move the tool almost across the error: the path of the tool bends, and the load changes with the command.
         """
+        asked = before + change
         within = np.clip(asked, *self.tables.limits.T)
-        change, cut = within - before, np.asarray((within != asked).any(axis=1))
+        change = np.where(within == asked, change, within - before)
+        effect, bend = _moved(at, change), _bend(at, change)
         rows, weight = _rows(whole_pose=whole_pose)
-        effect, own = _moved(at, change)[:, rows] * weight, error[:, rows] * weight
-        square = (effect**2).sum(axis=1)
-        best = np.clip(-(effect * own).sum(axis=1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-        sent = before + np.where(cut, best, 1.0)[:, None] * change
-        sent = np.where(cut[:, None], sent, asked)
-        return sent, error + _moved(at, sent - before), cut
+        removed, square, whole = (((a * b)[:, rows] * weight**2).sum(axis=1) for a, b in ((-effect, error), (effect, effect), (error, error)))
+        added = (_CHANGE_OF_LOAD * np.sqrt(square) + np.sqrt((bend**2).sum(axis=1))) * np.sqrt(whole)
+        share = np.clip(_NEAR_BEST * (removed - added) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+        share = np.where(square > 0, share, 1.0)[:, None]
+        left = error + share * effect
+        left[:, 3:] += share**2 * bend
+        return np.clip(before + share * change, *self.tables.limits.T), left, (within != asked).any(axis=1) | (share[:, 0] < 1)
 
 
 def _step(jacobian: Floats, error: Floats, damping: float, largest_step: float, *, whole_pose: bool) -> tuple[Floats, NDArray[np.bool_]]:
@@ -252,3 +257,10 @@ def _rows(*, whole_pose: bool) -> tuple[slice, Floats]:
 def _moved(at: Prediction, change: Floats) -> Floats:
     """Return the motion of the tool (pose, 6) due to a change of the joints (pose, joint)."""
     return np.asarray(np.einsum("pij,pj->pi", at.jacobian, change))
+
+
+def _bend(at: Prediction, change: Floats) -> Floats:
+    """Return the second order of the tool's displacement (pose, 3) due to a change of the joints: each turns the motions of those behind it."""
+    parts = at.jacobian * change[:, None]
+    turned = np.cumsum(parts[:, :3], axis=2) - parts[:, :3] / 2
+    return np.asarray(cross(turned.transpose(0, 2, 1), parts[:, 3:].transpose(0, 2, 1)).sum(axis=1))

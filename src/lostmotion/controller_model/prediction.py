@@ -80,18 +80,25 @@ def tool_error(
         value, last = (q[:, record.joint], side[:, record.joint]) if record.joint >= 0 else (np.zeros(count), np.zeros(count))
         factors = factors_of(record, value, carried[k])
         found.append(factors)
-        mean, spread, own = local_error(record, factors.values, carried[k], np.einsum("pij,pi->pj", turns[k], gravity), last)
+        fall = np.einsum("pij,pi->pj", turns[k], gravity)
+        mean, spread, own = local_error(record, factors.values, last)
+        linear = _linear(record, carried[k], fall)
+        shift, along_axis = carry[:, 3:], np.zeros((count, 3), kind)
         if record.joint >= 0:
+            motion = mean[:, axis] + linear[:, axis]
             jacobian[:, :, record.joint] = carry[:, :, axis]
-            along[:, record.joint] = mean[:, axis]
-            screw += carry[:, :, axis] * mean[:, axis, None]
-            mean = mean.copy()
-            mean[:, axis] = 0.0
-        elsewhere += np.einsum("pij,pj->pi", carry, mean)
-        shift = carry[:, 3:]
+            along[:, record.joint] = motion
+            screw += carry[:, :, axis] * motion[:, None]
+            along_axis = shift[:, :, axis] * linear[:, axis, None]
+            mean[:, axis] = linear[:, axis] = 0.0
+        moved = np.einsum("pij,pj->pi", shift, linear)  # used again by the draws that scale it
+        elsewhere[:, :3] += np.einsum("pij,pj->pi", turns[k], mean[:, :3] + linear[:, :3])
+        elsewhere[:, 3:] += np.einsum("pij,pj->pi", shift, mean) + moved
         covariance += shift @ spread @ shift.transpose(0, 2, 1)
-        for draw, part in own.items():
-            shared[draw] += np.einsum("pij,pj->pi", shift, part)
+        for each, part in zip(record.shared, own, strict=True):
+            share = each.share(record)
+            whole = part if share else part + _linear(each, carried[k], fall)
+            shared[each.draw] += share * (moved + along_axis) + np.einsum("pij,pj->pi", shift, whole)
     covariance += np.einsum("dpi,dpj->pij", shared, shared)
     return ToolError(turns[-1], tool, torques, along, elsewhere, screw + elsewhere, covariance, jacobian, found)
 
@@ -143,22 +150,22 @@ def wrenches(tables: Tables, turns: Floats, points: Floats, load: Floats, gravit
     return np.concatenate(local, axis=2)
 
 
-def local_error(record: Record, factors: Sequence[Floats], wrench: Floats, gravity: Floats, side: Floats) -> tuple[Floats, Floats, dict[int, Floats]]:
-    """Return mean (pose, 6) and covariance (pose, 6, 6) of the screw at one place, in its axes, and by shared draw its part (pose, 6).
+def local_error(record: Record, factors: Sequence[Floats], side: Floats) -> tuple[Floats, Floats, list[Floats]]:
+    """Return mean (pose, 6) and covariance (pose, 6, 6) of the screw at one place, in its axes, and the part (pose, 6) of each shared draw.
+
+    Without compliance and own weight, which `tool_error` adds.
 
     factors  (pose,) each, of the record
-    wrench   (pose, 6) and gravity (pose, 3) in the axes of the place
     side     (pose,) sign of the joint's last motion; 0 where it is not known
     """
     sizes = [factors[a] * factors[b] * factors[c] for a, b, c in record.sizes]
     behind = [np.ones_like(side), -side, 1 - side * side]  # the output trails the motor: it rests behind its last motion
-    mean = record.mean + _linear(record, wrench, gravity) + _sum(record.entries, sizes, behind, len(side))
     covariance = np.broadcast_to(record.covariance, (len(side), 6, 6))
     for product in record.products:
         factor = sizes[product.first] * sizes[product.second] * behind[product.side]
         covariance = covariance + factor[:, None, None] * product.matrix
-    shared = {each.draw: _linear(each, wrench, gravity) + _sum(each.entries, sizes, behind, len(side)) for each in record.shared}
-    return mean, covariance, shared
+    shared = [_sum(each.entries, sizes, behind, len(side)) for each in record.shared]
+    return record.mean + _sum(record.entries, sizes, behind, len(side)), covariance, shared
 
 
 def _linear(of: Record | Shared, wrench: Floats, gravity: Floats) -> Floats:

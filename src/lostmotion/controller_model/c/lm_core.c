@@ -45,6 +45,9 @@
 /* Least damping of the inverse, m^2; length that turns a rotation into a displacement, m. */
 #define LM_LEAST_DAMPING ((lm_real)1e-8)
 #define LM_ROTATION_LENGTH ((lm_real)0.1)
+/* A change of the command is whole where its best share is at least the inverse; change of the error with the load, per motion of the tool. */
+#define LM_NEAR_BEST ((lm_real)1.25)
+#define LM_CHANGE_OF_LOAD ((lm_real)0.01)
 
 static const lm_output lm_no_output = {0};
 static const lm_command lm_no_command = {0};
@@ -1155,41 +1158,67 @@ static void lm_move(const lm_output *at, const lm_real change[LM_JOINTS], lm_rea
     }
 }
 
-/* Change the command from `sent` towards `asked` within the limits. Where a limit cuts one joint, the change of all is reduced so that the
- * error becomes smallest. `left` is the error before and after. Return 1 where a limit cuts. */
-static int lm_send(const lm_output *at, const lm_real asked[LM_JOINTS], int whole_pose, lm_real sent[LM_JOINTS], lm_real left[6])
+/* Motion of the tool due to a change of the joints, and the second order of its displacement: each joint turns the motions of those behind it. */
+static void lm_displace(const lm_output *at, const lm_real change[LM_JOINTS], lm_real effect[6], lm_real bend[3])
 {
-    lm_real change[LM_JOINTS];
+    int j;
+    for (j = 0; j < LM_JOINTS; j++) {
+        const lm_real *column = &at->jacobian[j];
+        const lm_real half = (lm_real)0.5 * change[j];
+        const lm_real turn[3] = {half * column[0], half * column[LM_JOINTS], half * column[2 * LM_JOINTS]};
+        const lm_real shift[3] = {change[j] * column[3 * LM_JOINTS], change[j] * column[4 * LM_JOINTS], change[j] * column[5 * LM_JOINTS]};
+        effect[0] += turn[0];
+        effect[1] += turn[1];
+        effect[2] += turn[2];
+        lm_add_cross(effect, shift, bend);
+        effect[0] += turn[0];
+        effect[1] += turn[1];
+        effect[2] += turn[2];
+        effect[3] += shift[0];
+        effect[4] += shift[1];
+        effect[5] += shift[2];
+    }
+}
+
+/* Change the command `sent` within the limits. A change that a limit cuts, or whose step was reduced, may add to the error: it is reduced to
+ * about the share that makes the error smallest. `left` is the error before and after. Return 1 where the change was cut or reduced. */
+static int lm_send(const lm_output *at, lm_real change[LM_JOINTS], int whole_pose, lm_real sent[LM_JOINTS], lm_real left[6])
+{
+    const lm_real weight = (whole_pose != 0) ? LM_ROTATION_LENGTH * LM_ROTATION_LENGTH : LM_ZERO;
+    lm_real effect[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real bend[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real removed;
+    lm_real square;
+    lm_real whole;
+    lm_real share = LM_ONE;
     int cut = 0;
     int j;
     for (j = 0; j < LM_JOINTS; j++) {
-        const lm_real within = lm_clip(asked[j], lm_limits[2 * j], lm_limits[2 * j + 1]);
-        cut |= (within != asked[j]) ? 1 : 0;
-        change[j] = within - sent[j];
-    }
-    if (cut != 0) {
-        lm_real effect[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
-        lm_real square = LM_ZERO;
-        lm_real gain = LM_ZERO;
-        lm_real best = LM_ZERO;
-        lm_move(at, change, effect);
-        for (j = (whole_pose != 0) ? 0 : 3; j < 6; j++) {
-            const lm_real weight = (j < 3) ? LM_ROTATION_LENGTH * LM_ROTATION_LENGTH : LM_ONE;
-            square += weight * effect[j] * effect[j];
-            gain -= weight * effect[j] * left[j];
-        }
-        if (square > LM_ZERO) {
-            best = lm_clip(gain / square, LM_ZERO, LM_ONE);
-        }
-        for (j = 0; j < LM_JOINTS; j++) {
-            change[j] *= best;
+        const lm_real asked = sent[j] + change[j];
+        const lm_real within = lm_clip(asked, lm_limits[2 * j], lm_limits[2 * j + 1]);
+        if (within != asked) {
+            change[j] = within - sent[j];
+            cut = 1;
         }
     }
-    lm_move(at, change, left);
+    lm_displace(at, change, effect, bend);
+    removed = -lm_dot3(&effect[3], &left[3]) - weight * lm_dot3(effect, left);
+    square = lm_dot3(&effect[3], &effect[3]) + weight * lm_dot3(effect, effect);
+    whole = lm_dot3(&left[3], &left[3]) + weight * lm_dot3(left, left);
+    if (square > LM_ZERO) {
+        removed -= (LM_CHANGE_OF_LOAD * LM_SQRT(square) + LM_SQRT(lm_dot3(bend, bend))) * LM_SQRT(whole);
+        share = lm_clip(LM_NEAR_BEST * removed / square, LM_ZERO, LM_ONE);
+    }
     for (j = 0; j < LM_JOINTS; j++) {
-        sent[j] = (cut != 0) ? sent[j] + change[j] : asked[j];
+        sent[j] = lm_clip(sent[j] + share * change[j], lm_limits[2 * j], lm_limits[2 * j + 1]);
     }
-    return cut;
+    for (j = 0; j < 6; j++) {
+        left[j] += share * effect[j];
+    }
+    for (j = 0; j < 3; j++) {
+        left[3 + j] += share * share * bend[j];
+    }
+    return ((cut != 0) || (share < LM_ONE)) ? 1 : 0;
 }
 
 /* How far the tool is expected from where it is wanted when the joints stand at `reached` after their deflection. */
@@ -1225,17 +1254,16 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
         output->status = status;
     }
     if (status == LM_OK) {
-        lm_real reached[LM_JOINTS];
         lm_real residual[6];
-        lm_real asked[LM_JOINTS];
-        lm_real step[LM_JOINTS];
+        lm_real drift[LM_JOINTS];
+        lm_real change[LM_JOINTS];
         lm_output second;
         const lm_output *at = output;
         int reduced = 0;
         int pass;
         int j;
         for (j = 0; j < LM_JOINTS; j++) {
-            reached[j] = input->q[j];
+            drift[j] = output->joints[j];
             command->q[j] = input->q[j];
         }
         for (j = 0; j < 6; j++) {
@@ -1245,29 +1273,27 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
         for (pass = 0; pass < ((options->passes > 1) ? 2 : 1); pass++) {
             if (pass > 0) {
                 lm_input moved = *input;
-                lm_real drift[LM_JOINTS];
+                lm_real reached[LM_JOINTS];
                 for (j = 0; j < LM_JOINTS; j++) {
                     moved.q[j] = command->q[j];
+                    reached[j] = command->q[j] + output->joints[j];
                 }
                 lm_predict_valid(&moved, &second);
                 at = &second;
                 lm_residual(output, at, reached, residual);
                 for (j = 0; j < LM_JOINTS; j++) {
-                    drift[j] = command->q[j] + at->joints[j] - reached[j];
+                    drift[j] = at->joints[j] - output->joints[j];
                 }
                 for (j = 0; j < 6; j++) {
                     command->left[j] = residual[j];
                 }
                 lm_move(at, drift, command->left);
             }
-            reduced |= lm_step(at, residual, options, step);
+            reduced |= lm_step(at, residual, options, change);
             for (j = 0; j < LM_JOINTS; j++) {
-                asked[j] = reached[j] + step[j] - at->joints[j];
+                change[j] -= drift[j];
             }
-            reduced |= lm_send(at, asked, options->whole_pose, command->q, command->left);
-            for (j = 0; j < LM_JOINTS; j++) {
-                reached[j] = command->q[j] + at->joints[j];
-            }
+            reduced |= lm_send(at, change, options->whole_pose, command->q, command->left);
         }
         if (at->status != LM_OK) {
             *command = lm_no_command;
