@@ -36,7 +36,7 @@ ROTATION_LENGTH: Final = 0.1
 LARGEST_STEP: Final = 0.01
 # A change of the command is whole where its best share is at least the inverse, as at regular poses.
 _NEAR_BEST: Final = 1.25
-# Change of the error, because the load changes with the command, per motion of the tool: some millimetres per reach of the arm.
+# Change of the error with the load, per motion of the tool, in the first pass: some millimetres per reach of the arm. The second removes just that.
 _CHANGE_OF_LOAD: Final = 0.01
 
 
@@ -200,7 +200,7 @@ class Controller:
                 residual, drift = self._residual(start, at, sent + before.joints), at.joints - before.joints
                 left = residual + _moved(at, drift)
             step, reduced = _step(at.jacobian, residual, damping, largest_step, whole_pose=whole_pose)
-            sent, left, cut = self._sent(sent, step - drift, left, at, whole_pose=whole_pose)
+            sent, left, cut = self._sent(sent, step - drift, left, at, whole_pose=whole_pose, of_load=0.0 if number else _CHANGE_OF_LOAD)
             short |= reduced | cut
         status, command, remains = first.status.copy(), np.zeros((len(good), len(self.tables.joints))), np.zeros((len(good), 6))
         within = (at.status == OK)[:, None]
@@ -215,10 +215,13 @@ class Controller:
         turn = np.stack([change[:, 2, 1] - change[:, 1, 2], change[:, 0, 2] - change[:, 2, 0], change[:, 1, 0] - change[:, 0, 1]], axis=1) / 2
         return np.concatenate([turn, points[-1] - start.point], axis=1) + at.elsewhere
 
-    def _sent(self, before: Floats, change: Floats, error: Floats, at: Prediction, *, whole_pose: bool) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    def _sent(
+        self, before: Floats, change: Floats, error: Floats, at: Prediction, *, whole_pose: bool, of_load: float
+    ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Return the command after a change (pose, joint), within the joint limits, what it leaves (pose, 6), and whether the change was reduced.
 
         before, error  (pose, joint) command to be changed, and (pose, 6) the error of the tool there
+        of_load        change of the error, because the load changes with the command, per motion of the tool
 
         A change that a limit cuts, or whose step was reduced, may add to the error. It is reduced to about the share that makes the error smallest,
         and to nothing where it would move the tool almost across the error: the path of the tool bends, and the load changes with the command.
@@ -229,7 +232,7 @@ class Controller:
         effect, bend = _moved(at, change), _bend(at, change)
         rows, weight = _rows(whole_pose=whole_pose)
         removed, square, whole = (((a * b)[:, rows] * weight**2).sum(axis=1) for a, b in ((-effect, error), (effect, effect), (error, error)))
-        added = (_CHANGE_OF_LOAD * np.sqrt(square) + np.sqrt((bend**2).sum(axis=1))) * np.sqrt(whole)
+        added = (of_load * np.sqrt(square) + np.sqrt((bend**2).sum(axis=1))) * np.sqrt(whole)
         share = np.clip(_NEAR_BEST * (removed - added) / np.where(square > 0, square, 1.0), 0.0, 1.0)
         share = np.where(square > 0, share, 1.0)[:, None]
         left = error + share * effect

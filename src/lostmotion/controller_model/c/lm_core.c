@@ -45,7 +45,8 @@
 /* Least damping of the inverse, m^2; length that turns a rotation into a displacement, m. */
 #define LM_LEAST_DAMPING ((lm_real)1e-8)
 #define LM_ROTATION_LENGTH ((lm_real)0.1)
-/* A change of the command is whole where its best share is at least the inverse; change of the error with the load, per motion of the tool. */
+/* A change of the command is whole where its best share is at least the inverse; change of the error with the load, per motion of the tool, in
+ * the first pass: the second removes just that. */
 #define LM_NEAR_BEST ((lm_real)1.25)
 #define LM_CHANGE_OF_LOAD ((lm_real)0.01)
 
@@ -1182,8 +1183,9 @@ static void lm_displace(const lm_output *at, const lm_real change[LM_JOINTS], lm
 
 /* Change the command `sent` within the limits. A change that a limit cuts, or whose step was reduced, may add to the error: it is reduced to
  * about the share that makes the error smallest. `left` is the error before and after. Return 1 where the change was cut or reduced. */
-static int lm_send(const lm_output *at, lm_real change[LM_JOINTS], int whole_pose, lm_real sent[LM_JOINTS], lm_real left[6])
+static int lm_send(const lm_output *at, lm_real change[LM_JOINTS], int whole_pose, int pass, lm_real sent[LM_JOINTS], lm_real left[6])
 {
+    const lm_real of_load = (pass > 0) ? LM_ZERO : LM_CHANGE_OF_LOAD;
     const lm_real weight = (whole_pose != 0) ? LM_ROTATION_LENGTH * LM_ROTATION_LENGTH : LM_ZERO;
     lm_real effect[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
     lm_real bend[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
@@ -1206,7 +1208,7 @@ static int lm_send(const lm_output *at, lm_real change[LM_JOINTS], int whole_pos
     square = lm_dot3(&effect[3], &effect[3]) + weight * lm_dot3(effect, effect);
     whole = lm_dot3(&left[3], &left[3]) + weight * lm_dot3(left, left);
     if (square > LM_ZERO) {
-        removed -= (LM_CHANGE_OF_LOAD * LM_SQRT(square) + LM_SQRT(lm_dot3(bend, bend))) * LM_SQRT(whole);
+        removed -= (of_load * LM_SQRT(square) + LM_SQRT(lm_dot3(bend, bend))) * LM_SQRT(whole);
         share = lm_clip(LM_NEAR_BEST * removed / square, LM_ZERO, LM_ONE);
     }
     for (j = 0; j < LM_JOINTS; j++) {
@@ -1293,7 +1295,7 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
             for (j = 0; j < LM_JOINTS; j++) {
                 change[j] -= drift[j];
             }
-            reduced |= lm_send(at, change, options->whole_pose, command->q, command->left);
+            reduced |= lm_send(at, change, options->whole_pose, pass, command->q, command->left);
         }
         if (at->status != LM_OK) {
             *command = lm_no_command;
