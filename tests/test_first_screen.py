@@ -90,6 +90,17 @@ def test_a_sheet_without_bars_shows_its_main_table_shortened():
     assert "row 39" in screen(Sheet(name="x", subject="", verdict="", cards=(), sections=SHEET.sections, source=""))
 
 
+def test_figures_in_lines_say_what_they_are_as_far_as_there_is_room():
+    """A quiet line stands behind the title where it fits, else what comes before its semicolon, else nothing."""
+    quiet = "slope from 206 N m; 1 % open"
+    cards = (*(Card(f"wind-up {'x' * 42}", "3.29 arcmin", "y" * 100) for _ in range(3)), Card("stiffness", "133 N m/arcmin", quiet))
+    sheet = Sheet(name="x", subject="", verdict="Yes.", cards=cards, sections=(), source="")
+    for width, text in ((100, quiet), (92, "slope from 206 N m"), (80, "")):
+        line = next(line for line in screen(sheet, width).splitlines() if "133 N m/arcmin" in line)
+        assert line.split("stiffness")[1].strip() == text
+        assert "y" not in screen(sheet, width)
+
+
 def test_a_table_too_wide_for_the_screen_loses_its_intervals_and_no_figure():
     """On 60 columns the intervals are left to the full output, and every figure is whole; on 200 they stand beside the figures."""
     rows = tuple(Row(f"design {k}", tuple(Figure(1.0 + k, "mm", 0.9 + k, 1.1 + k) for _ in range(3))) for k in range(2))

@@ -6,6 +6,7 @@ docstring and the options of the command line come from there.
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 import textwrap
@@ -14,9 +15,10 @@ from dataclasses import dataclass
 from numbers import Integral
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, Any, Final, ForwardRef, Literal, TypeAlias, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Final, ForwardRef, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
 
 from lostmotion.analyses.quantities import Three, amount, three
+from lostmotion.blas_threads import one_blas_thread
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
 from lostmotion.units import Quantity
 
@@ -194,8 +196,14 @@ def question(*, folder: str | None, in_words: Callable[[Any], str] | None = None
         asked = Question(function.__name__, " ".join(summary.split()), details, parameters, folder, in_words)
         function.__doc__ = "\n\n".join(part for part in (text[:first].strip(), _section(parameters), text[first:]) if part)
         plain = [each.replace(annotation=found.type_text) for each, found in zip(signature.parameters.values(), parameters, strict=True)]
-        vars(function).update(question=asked, __signature__=signature.replace(parameters=plain))
-        return function
+
+        @functools.wraps(function)
+        def answer(*given: Any, **named: Any) -> Any:  # noqa: ANN401 - as the function
+            with one_blas_thread():
+                return function(*given, **named)
+
+        vars(answer).update(question=asked, __signature__=signature.replace(parameters=plain))
+        return cast("F", answer)
 
     return mark
 

@@ -10,6 +10,7 @@ import re
 import tomllib
 from contextlib import suppress
 from dataclasses import replace
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, ParamSpec, TypeAlias, TypeVar
 
@@ -63,14 +64,18 @@ def key_lines(text: str) -> dict[Steps, int]:
 
 
 def _located(problems: tuple[Problem, ...]) -> tuple[Problem, ...]:
-    """Return the mistakes with the lines of their keys; one without a key, or in a file that is not TOML, stays as it is."""
-    files = {each.file for each in problems if each.key and Path(each.file).suffix.lower() == _ENDING}
+    """Return the mistakes with the lines of their keys, those of a file in the order of its lines; others stay as they are, before them."""
+    files = dict.fromkeys(each.file for each in problems if each.key and Path(each.file).suffix.lower() == _ENDING)
     known: dict[str, tuple[dict[Steps, int], dict[str, Any]]] = {}
     for file in files:
         with suppress(InputError, ValueError, RecursionError):
             text = read_text(Path(file), MEGABYTES)
             known[file] = (key_lines(text), tomllib.loads(text))
-    return tuple(replace(each, file=f"{each.file}:{_line(each.key, *known[each.file])}") if each.file in known else each for each in problems)
+    out = [each for each in problems if each.file not in known]
+    for file, where in known.items():
+        lines = [(_line(each.key, *where), each) for each in problems if each.file == file]
+        out += [replace(each, file=f"{file}:{line}") for line, each in sorted(lines, key=itemgetter(0))]
+    return tuple(out)
 
 
 def _line(key: str, lines: dict[Steps, int], tree: dict[str, Any]) -> int:

@@ -100,12 +100,15 @@ def _print_cards(screen: Console, cards: tuple[Card, ...], width: int) -> None:
     texts = [f"{_INDENT}{' ' * (numbers - cell_len(card.number))}{card.number}  {card.title}" for card in cards]
     half = width // 2
     together = width >= _TWO_COLUMNS and all(cell_len(text) <= half for text in texts)
-    step = 2 if together else 1
-    for k in range(0, len(texts), step):
-        left, *right = texts[k : k + step]
-        line = left + (" " * (half - cell_len(left)) + right[0] if right else "")
-        for folded in textwrap.wrap(line, width, subsequent_indent=" " * (numbers + 4), drop_whitespace=True) if cell_len(line) > width else [line]:
-            _print(screen, Text(folded))
+    if together:
+        pairs = zip(texts[::2], [*texts[1::2], ""], strict=False)
+        texts = [(left + " " * (half - cell_len(left)) + right).rstrip() for left, right in pairs]
+    titles = max(cell_len(text) for text in texts) + len(_INDENT)
+    for text, card in zip(texts, cards, strict=False):
+        shorter = ("",) if together else (card.quiet, card.quiet.partition(";")[0], "")
+        quiet = next(each for each in shorter if not each or titles + cell_len(each) <= width)
+        for folded in textwrap.wrap(text, width, subsequent_indent=" " * (numbers + 4), drop_whitespace=True) if cell_len(text) > width else [text]:
+            _print(screen, Text.assemble(folded, (" " * (titles - cell_len(folded)) + quiet if quiet else "", "dim")))
 
 
 def _print_bars(screen: Console, block: Bars, width: int) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from lostmotion.analyses.arguments import arm_of
 from lostmotion.analyses.export.calibration import calibration_of
 from lostmotion.analyses.quantities import amount
+from lostmotion.blas_threads import one_blas_thread
 from lostmotion.controller_model.controller import Controller
 from lostmotion.controller_model.lowering import tables_of
 from lostmotion.controller_model.validity import validity_of
@@ -52,4 +53,6 @@ def controller(
     refuse_undescribed(described)
     payload = None if largest_payload is None else amount("largest_payload", largest_payload, Quantity("kg", "10 kg", above=0))
     terms = None if calibration is None else calibration_of("calibration", calibration, {"arm": described}).terms(described.terms)
-    return Controller(tables_of(described, validity_of(described, payload), terms), accurate_length=accurate_length)
+    with one_blas_thread():
+        tables = tables_of(described, validity_of(described, payload), terms)
+    return Controller(tables, accurate_length=accurate_length)

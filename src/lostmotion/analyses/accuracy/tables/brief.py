@@ -141,7 +141,7 @@ def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, s
     """Return what is stated, assumed and ideal, the makers' limits, and the error (largest of a sample) of adding errors to first order."""
     stated, assumed = sum(each.state == "stated" for each in known.given), assumed_count(known.assumed)
     missing = missing_kinds(known)
-    text = f"{several(stated, 'value')} stated, {assumed} assumed."
+    text = f"{several(stated, 'value')} stated, {assumed} assumed{'; intervals cover sampling, not what is assumed' if assumed else ''}."
     if not headline_names(missing):
         text += f" Taken as perfect: {', '.join(missing)}."
     if first_order is not None:
