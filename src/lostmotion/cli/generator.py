@@ -62,7 +62,7 @@ def command_of(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - a command
     carry_out.__annotations__ = {each.name: each.annotation for each in declared}
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     kind = type("_Asking", (_Command,), {"question": question})
-    app.command(question.name, cls=kind, help=f"{question.summary}\n\n{question.details}")(carry_out)
+    app.command(question.name, cls=kind, short_help=question.summary, help=f"{question.summary}\n\n{question.details}")(carry_out)
     return typer.main.get_command(app)
 
 
