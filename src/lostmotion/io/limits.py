@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Sequence
 
 MOST_MISTAKES: Final = 50
+# Key of the last mistake where there are more.
+MORE: Final = "and more"
 _MOST_NAMES: Final = 20
 _MOST_LETTERS: Final = 240
 _CANDIDATES: Final = 200
@@ -22,7 +24,7 @@ def refuse_all(mistakes: Sequence[Problem], most: int = MOST_MISTAKES) -> NoRetu
     """Raise the first so many mistakes as an InputError, with a last line where there are more."""
     kept = list(mistakes[:most])
     if len(mistakes) > most:
-        kept.append(Problem(kept[-1].file, "and more", f"more than these {most} mistakes", "none", "correct these, then read the file again"))
+        kept.append(Problem(kept[-1].file, MORE, f"more than these {most} mistakes", "none", "correct these, then read the file again"))
     raise InputError(kept)
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, ParamSpec, TypeAlias, TypeVar
 
 from lostmotion.errors import InputError
+from lostmotion.io.limits import MORE
 from lostmotion.io.text import read_text
 from lostmotion.io.toml import MEGABYTES, key_steps
 
@@ -73,8 +74,8 @@ def _located(problems: tuple[Problem, ...]) -> tuple[Problem, ...]:
             known[file] = (key_lines(text), tomllib.loads(text))
     out = [each for each in problems if each.file not in known]
     for file, where in known.items():
-        lines = [(_line(each.key, *where), each) for each in problems if each.file == file]
-        out += [replace(each, file=f"{file}:{line}") for line, each in sorted(lines, key=itemgetter(0))]
+        lines = [(each.key == MORE, _line(each.key, *where), each) for each in problems if each.file == file]
+        out += [replace(each, file=f"{file}:{line}") for _, line, each in sorted(lines, key=itemgetter(0, 1))]
     return tuple(out)
 
 
