@@ -140,28 +140,31 @@ def _map(found: WorkspaceMap) -> Section:
     uniform: list[str] = []
     for measure, name in ((QUANTILE, percentile_label(found)), (MEAN, "mean error")):
         every = found.figures[measure][:, known]
-        columns = [(k, f"{name}, {by}") for k, by in enumerate(CONFIGURATIONS)]
         if np.allclose(every, every[1], rtol=SAME, atol=0):  # one configuration, or all have the same error
-            columns, uniform = [(1, name)], [*uniform, name]
-        for k, label in columns:
+            uniform.append(name)
+        cells: dict[str, list[Figure]] = {"most accurate cell": [], "median cell": [], "least accurate cell": []}
+        for k in range(len(CONFIGURATIONS)):
             values, (low, high) = found.figures[measure, k][known], found.bounds[:, measure, k][:, known]
-            for cell, at in (("most", int(values.argmin())), ("median", None), ("least", int(values.argmax()))):
-                if at is None:
-                    rows.append(Row(f"{label}, median cell", (length(*_median(found, measure, k), samples=all_cells),)))
-                    continue
+            for cell, at in (("most accurate cell", int(values.argmin())), ("least accurate cell", int(values.argmax()))):
                 samples = f"{several(int(counts[at]), 'configuration')} in the cell"
-                figure = length(float(values[at]), float(low[at]), float(high[at]), samples)
-                rows.append(Row(f"{label}, {cell} accurate cell", (figure,), samples if counts[at] != usual else ""))
+                cells[cell].append(length(float(values[at]), float(low[at]), float(high[at]), samples))
+            cells["median cell"].append(length(*_median(found, measure, k), samples=all_cells))
+        rows += [Row(f"{name}, {cell}", tuple(figures)) for cell, figures in cells.items()]
+    columns: tuple[str, ...] = CONFIGURATIONS
+    if len(uniform) * len(cells) == len(rows):
+        columns, rows = ("value",), [Row(row.label, row.figures[1:2]) for row in rows]
     note = (
         f"cells of {edge_label(found)} reached{' at their centre' * bool(found.reached.centre.any())}, "
-        f"{several(usual, 'configuration')} in a cell unless stated; medians of {_median_count_label(found)}. "
+        f"{several(usual, 'configuration')} in most of them, result.json states those of every figure; medians of {_median_count_label(found)}. "
         f"The plots show the {percentile_label(found)}, {configuration_label(found)}. "
         "Interval of a cell: uncertainty of the sums over terms, and 95 % confidence interval of a mean over sampled configurations; ?: the limit "
         "for more configurations is unknown. Selected as extremes, the two extreme cells are slightly biased outwards"
     )
     if uniform:
         note = f"{' and '.join(uniform)}: best, mean and worst configuration are the same in every cell; " + note
-    return Section("map", "Accuracy map", ("value",), tuple(rows), note)
+    else:
+        note = f"{', '.join(CONFIGURATIONS[:-1])} and {CONFIGURATIONS[-1]} of the arm's configurations in a cell; {note}"
+    return Section("map", "Accuracy map", columns, tuple(rows), note)
 
 
 def _median(found: WorkspaceMap, measure: int, column: int) -> tuple[float, float, float]:
