@@ -180,7 +180,7 @@ def _place(record: Record, arrays: _Arrays) -> str:
     shared = []
     for each in record.shared:
         first, count = arrays.add("lm_entry lm_entries", [_entry(entry) for entry in each.entries])
-        share = each.share(record)
+        share = each.share
         rest = (each.compliance - share * record.compliance, each.own_weight - share * record.own_weight) if not share else (np.zeros(1), np.zeros(1))
         shared.append(f"{{{each.draw}, {number(share)}, {arrays.matrix(rest[0])}, {arrays.matrix(rest[1])}, {first}, {count}}}")
     thresholds = []

@@ -34,10 +34,10 @@ _LARGEST_DAMPING: Final = 1.0
 ROTATION_LENGTH: Final = 0.1
 # Largest step of a joint (rad or m) that corrects bending and bearings; the step of a drive's own deflection has no limit.
 LARGEST_STEP: Final = 0.01
-# A change of the command is whole where its best share is at least the inverse, as at regular poses.
+# A change of the command is sent whole where the share of it that makes the error smallest is at least the inverse, as at regular poses.
 _NEAR_BEST: Final = 1.25
-# Change of the error with the load, per motion of the tool, in the first pass: some millimetres per reach of the arm. The second removes just that.
-_CHANGE_OF_LOAD: Final = 0.01
+# A command beyond a joint limit by less (rad or m) is not cut.
+_ROUNDING: Final = 1e-12
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,8 @@ class Compensation:
     command     (pose, joint) rad or m, within the limits
     left        (pose, 6) expected motion of the tool that remains: rotation to first, displacement to second order, without the change of the load
     prediction  the prediction at the wanted pose
-    status      (pose,) as in `Prediction`; SINGULAR where a step was reduced or the limits cut the command, so that more than usual is left
+    status      (pose,) as in `Prediction`; SINGULAR where a step was reduced or the limits cut the command, so that more than usual is left, and
+                where the second of two passes finds more error than without a correction: then the command is not corrected
     """
 
     command: Floats
@@ -187,21 +188,26 @@ class Controller:
         if not _LEAST_DAMPING <= damping <= _LARGEST_DAMPING:
             raise ValueError(f"damping is {damping}; expected 1e-8 to 1 m^2 (for example 1e-5)")
         if not 0 <= largest_step < math.inf:
-            raise ValueError(f"largest_step is {largest_step}; expected a positive angle or length (for example 0.01)")
+            raise ValueError(f"largest_step is {largest_step}; expected an angle or length, zero or more (for example 0.01)")
         first = self.predict(q, load, gravity, side)
         good = first.status == OK
         wanted, *inputs = (each[good] for each in self._inputs(q, load, gravity, side))
         at = start = self._evaluate(wanted, *inputs)
-        sent, left, short = wanted, start.screw, np.zeros(len(wanted), dtype=bool)
+        sent, short = wanted, np.zeros(len(wanted), dtype=bool)
         residual, drift = start.elsewhere, start.joints
+        uncorrected = left = residual + _displaced(start, drift)
         for number in range(passes):
             if number:
                 before, at = at, self._evaluate(sent, *inputs)
                 residual, drift = self._residual(start, at, sent + before.joints), at.joints - before.joints
-                left = residual + _moved(at, drift)
             step, reduced = _step(at.jacobian, residual, damping, largest_step, whole_pose=whole_pose)
-            sent, left, cut = self._sent(sent, step - drift, left, at, whole_pose=whole_pose, of_load=0.0 if number else _CHANGE_OF_LOAD)
+            error = residual + _displaced(at, drift)
+            sent, left, cut = self._sent(sent, step - drift, error, drift, at, whole_pose=whole_pose)
             short |= reduced | cut
+            # A torque that changes its sign with the command turns a play over, which the first pass cannot see.
+            worse = _product(error, error, whole_pose=whole_pose) > _product(uncorrected, uncorrected, whole_pose=whole_pose)
+            sent, left = np.where(worse[:, None], wanted, sent), np.where(worse[:, None], uncorrected, left)
+            short |= worse
         status, command, remains = first.status.copy(), np.zeros((len(good), len(self.tables.joints))), np.zeros((len(good), 6))
         within = (at.status == OK)[:, None]
         command[good], remains[good] = np.where(within, sent, 0.0), np.where(within, left, 0.0)
@@ -216,28 +222,27 @@ class Controller:
         return np.concatenate([turn, points[-1] - start.point], axis=1) + at.elsewhere
 
     def _sent(
-        self, before: Floats, change: Floats, error: Floats, at: Prediction, *, whole_pose: bool, of_load: float
+        self, before: Floats, change: Floats, error: Floats, drift: Floats, at: Prediction, *, whole_pose: bool
     ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Return the command after a change (pose, joint), within the joint limits, what it leaves (pose, 6), and whether the change was reduced.
 
         before, error  (pose, joint) command to be changed, and (pose, 6) the error of the tool there
-        of_load        change of the error, because the load changes with the command, per motion of the tool
+        drift          (pose, joint) where the joints stand there, beyond where they should; the change begins with its negative
 
-        A change that a limit cuts, or whose step was reduced, may add to the error. It is reduced to about the share that makes the error smallest,
-        and to nothing where it would move the tool almost across the error: the path of the tool bends, and the load changes with the command.
+        A change that a limit cuts, or whose step was reduced, may add to the error, and with the command the load changes: the error by about its
+        size times the largest angle. The change is sent whole where the share of it that makes the error smallest is at least 1 / _NEAR_BEST.
         """
         asked = before + change
         within = np.clip(asked, *self.tables.limits.T)
-        change = np.where(within == asked, change, within - before)
-        effect, bend = _moved(at, change), _bend(at, change)
-        rows, weight = _rows(whole_pose=whole_pose)
-        removed, square, whole = (((a * b)[:, rows] * weight**2).sum(axis=1) for a, b in ((-effect, error), (effect, effect), (error, error)))
-        added = (of_load * np.sqrt(square) + np.sqrt((bend**2).sum(axis=1))) * np.sqrt(whole)
-        share = np.clip(_NEAR_BEST * (removed - added) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+        cut = np.abs(within - asked) > _ROUNDING
+        change = np.where(cut, within - before, change)
+        effect = _displaced(at, drift + change) - _displaced(at, drift)
+        removed, square, whole = (_product(a, b, whole_pose=whole_pose) for a, b in ((-effect, error), (effect, effect), (error, error)))
+        of_load = np.abs(change).max(axis=1, initial=0.0) * whole
+        share = np.clip(_NEAR_BEST * (removed - of_load) / np.where(square > 0, square, 1.0), 0.0, 1.0)
         share = np.where(square > 0, share, 1.0)[:, None]
-        left = error + share * effect
-        left[:, 3:] += share**2 * bend
-        return np.clip(before + share * change, *self.tables.limits.T), left, (within != asked).any(axis=1) | (share[:, 0] < 1)
+        sent = np.clip(before + share * change, *self.tables.limits.T)
+        return sent, error + share * effect, cut.any(axis=1) | (share[:, 0] < 1)
 
 
 def _step(jacobian: Floats, error: Floats, damping: float, largest_step: float, *, whole_pose: bool) -> tuple[Floats, NDArray[np.bool_]]:
@@ -257,13 +262,19 @@ def _rows(*, whole_pose: bool) -> tuple[slice, Floats]:
     return rows, np.array([ROTATION_LENGTH] * 3 + [1.0] * 3)[rows]
 
 
-def _moved(at: Prediction, change: Floats) -> Floats:
-    """Return the motion of the tool (pose, 6) due to a change of the joints (pose, joint)."""
-    return np.asarray(np.einsum("pij,pj->pi", at.jacobian, change))
+def _product(one: Floats, other: Floats, *, whole_pose: bool) -> Floats:
+    """Return the product (pose,) of two motions of the tool (pose, 6) in the rows that are corrected, m^2."""
+    rows, weight = _rows(whole_pose=whole_pose)
+    return np.asarray(((one * other)[:, rows] * weight**2).sum(axis=1))
 
 
-def _bend(at: Prediction, change: Floats) -> Floats:
-    """Return the second order of the tool's displacement (pose, 3) due to a change of the joints: each turns the motions of those behind it."""
+def _displaced(at: Prediction, change: Floats) -> Floats:
+    """Return the motion of the tool (pose, 6) due to a change of the joints (pose, joint).
+
+    The displacement is of second order: each joint turns the motions of those behind it.
+    """
     parts = at.jacobian * change[:, None]
     turned = np.cumsum(parts[:, :3], axis=2) - parts[:, :3] / 2
-    return np.asarray(cross(turned.transpose(0, 2, 1), parts[:, 3:].transpose(0, 2, 1)).sum(axis=1))
+    out = parts.sum(axis=2)
+    out[:, 3:] += cross(turned.transpose(0, 2, 1), parts[:, 3:].transpose(0, 2, 1)).sum(axis=1)
+    return np.asarray(out)

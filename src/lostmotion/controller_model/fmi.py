@@ -101,7 +101,7 @@ def _outputs(joints: Sequence[str], of_joint: Sequence[str], held: Sequence[str]
     for member, prefix, words in (
         ("output.elsewhere", "elsewhere", "expected motion of the tool by links, bearings and base"),
         ("output.screw", "expected", "expected motion of the tool"),
-        ("command.left", "left", "expected motion of the tool that the corrected command leaves"),
+        ("command.left", "left", "expected motion of the tool that the corrected command leaves, without the change of the load"),
     ):
         motions = [(f"{prefix}.rotation.{axis}", "rad") for axis in _AXES] + [(f"{prefix}.displacement.{axis}", "m") for axis in _AXES]
         out += [Variable(name, f"{member}[{k}]", "output", words, unit) for k, (name, unit) in enumerate(motions)]

@@ -49,6 +49,8 @@ class Error(NamedTuple):
 
 
 _DESIGN: Final = Error()
+# A smaller share is rounding.
+_ROUNDING: Final = 1e-14
 
 
 @dataclass
@@ -155,7 +157,8 @@ def _record(record: Record, errors: Mapping[Error, Screws], factors: Factors, dr
     shared = []
     for error, screws in errors.items():
         if error in draws:
-            shared.append(Shared(draws.index(error), screws.compliance, screws.own_weight, _entries(screws, constant=True)))
+            entries = _entries(screws, constant=True)
+            shared.append(Shared(draws.index(error), screws.compliance, screws.own_weight, entries, _share(screws, design)))
         elif error != _DESIGN:
             _square(sums, screws.plain, screws.plain, 0)
             _square(sums, screws.plain, screws.sided, 1, 2.0)
@@ -192,3 +195,11 @@ def _square(sums: dict[tuple[int, int, int], Floats], one: Screw, other: Screw, 
             outer = np.outer(first, second)
             key = min(a, b), max(a, b), side
             sums[key] = sums.get(key, 0.0) + factor / 2 * (outer + outer.T)
+
+
+def _share(screws: Screws, whole: Screws) -> float:
+    """Return by which factor compliance and own weight are those of the whole; 0 where they are not proportional to them."""
+    drawn, own = (np.concatenate([each.compliance.ravel(), each.own_weight.ravel()]) for each in (screws, whole))
+    largest = int(np.argmax(np.abs(own)))
+    share = float(drawn[largest] / own[largest]) if own[largest] else 0.0
+    return share if (np.abs(drawn - share * own) <= _ROUNDING * np.abs(drawn)).all() else 0.0

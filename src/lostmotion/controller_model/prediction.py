@@ -96,9 +96,8 @@ def tool_error(
         elsewhere[:, 3:] += np.einsum("pij,pj->pi", shift, mean) + moved
         covariance += shift @ spread @ shift.transpose(0, 2, 1)
         for each, part in zip(record.shared, own, strict=True):
-            share = each.share(record)
-            whole = part if share else part + _linear(each, carried[k], fall)
-            shared[each.draw] += share * (moved + along_axis) + np.einsum("pij,pj->pi", shift, whole)
+            whole = part if each.share else part + _linear(each, carried[k], fall)
+            shared[each.draw] += each.share * (moved + along_axis) + np.einsum("pij,pj->pi", shift, whole)
     covariance += np.einsum("dpi,dpj->pij", shared, shared)
     return ToolError(turns[-1], tool, torques, along, elsewhere, screw + elsewhere, covariance, jacobian, found)
 

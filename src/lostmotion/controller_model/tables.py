@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 ONE: Final = 0
 # Side factor of what varies only where the last motion is not known.
 UNKNOWN: Final = 2
-# A smaller share is rounding.
-_ROUNDING: Final = 1e-14
 # Factors of a threshold: share of robots with the play closed, share with it open, and the root of their product.
 CLOSED, OPEN, DIFFERS = range(3)
 
@@ -134,20 +132,16 @@ class Product(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """The part of a shared draw at one place: compliance @ wrench + own_weight @ gravity + entries."""
+    """The part of a shared draw at one place: compliance @ wrench + own_weight @ gravity + entries.
+
+    share  by which factor compliance and own weight are those of the place; 0 where they are not proportional to them
+    """
 
     draw: int
     compliance: Floats
     own_weight: Floats
     entries: tuple[Entry, ...]
-
-    def share(self, record: Record) -> float:
-        """Return by which factor compliance and own weight are those of a place; 0 where they are not proportional to them."""
-        own = np.concatenate([record.compliance.ravel(), record.own_weight.ravel()])
-        drawn = np.concatenate([self.compliance.ravel(), self.own_weight.ravel()])
-        largest = int(np.argmax(np.abs(own)))
-        share = float(drawn[largest] / own[largest]) if own[largest] else 0.0
-        return share if (np.abs(drawn - share * own) <= _ROUNDING * np.abs(drawn)).all() else 0.0
+    share: float
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@
 #define LM_LEAST ((lm_real)1e-18)   /* smaller loads have no direction */
 #define LM_FARTHEST ((lm_real)8) /* standard deviations: the share of robots beyond is rounding */
 #define LM_AGREES ((lm_real)1e-4)
+#define LM_UNCUT ((lm_real)1e-6) /* a command beyond a joint limit by less (rad or m) is not cut */
 #else
 #define LM_SIN sin
 #define LM_COS cos
@@ -36,6 +37,7 @@
 #define LM_LEAST ((lm_real)1e-140)
 #define LM_FARTHEST ((lm_real)12)
 #define LM_AGREES ((lm_real)1e-9)
+#define LM_UNCUT ((lm_real)1e-12)
 #endif
 
 #define LM_ZERO ((lm_real)0)
@@ -45,10 +47,8 @@
 /* Least damping of the inverse, m^2; length that turns a rotation into a displacement, m. */
 #define LM_LEAST_DAMPING ((lm_real)1e-8)
 #define LM_ROTATION_LENGTH ((lm_real)0.1)
-/* A change of the command is whole where its best share is at least the inverse; change of the error with the load, per motion of the tool, in
- * the first pass: the second removes just that. */
+/* A change of the command is sent whole where the share of it that makes the error smallest is at least the inverse, as at regular poses. */
 #define LM_NEAR_BEST ((lm_real)1.25)
-#define LM_CHANGE_OF_LOAD ((lm_real)0.01)
 
 static const lm_output lm_no_output = {0};
 static const lm_command lm_no_command = {0};
@@ -1150,65 +1150,73 @@ static int lm_step(const lm_output *at, const lm_real error[6], const lm_options
     return (largest > options->largest_step) ? 1 : 0;
 }
 
-/* error += J change */
-static void lm_move(const lm_output *at, const lm_real change[LM_JOINTS], lm_real error[6])
+/* Motion of the tool due to a change of the joints; the displacement to second order: each joint turns the motions of those behind it. */
+static void lm_displace(const lm_output *at, const lm_real change[LM_JOINTS], lm_real moved[6])
 {
-    int i;
-    for (i = 0; i < 6; i++) {
-        error[i] += lm_joint_dot(&at->jacobian[LM_JOINTS * i], change);
-    }
-}
-
-/* Motion of the tool due to a change of the joints, and the second order of its displacement: each joint turns the motions of those behind it. */
-static void lm_displace(const lm_output *at, const lm_real change[LM_JOINTS], lm_real effect[6], lm_real bend[3])
-{
+    lm_real bend[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
     int j;
+    for (j = 0; j < 6; j++) {
+        moved[j] = LM_ZERO;
+    }
     for (j = 0; j < LM_JOINTS; j++) {
         const lm_real *column = &at->jacobian[j];
         const lm_real half = (lm_real)0.5 * change[j];
         const lm_real turn[3] = {half * column[0], half * column[LM_JOINTS], half * column[2 * LM_JOINTS]};
         const lm_real shift[3] = {change[j] * column[3 * LM_JOINTS], change[j] * column[4 * LM_JOINTS], change[j] * column[5 * LM_JOINTS]};
-        effect[0] += turn[0];
-        effect[1] += turn[1];
-        effect[2] += turn[2];
-        lm_add_cross(effect, shift, bend);
-        effect[0] += turn[0];
-        effect[1] += turn[1];
-        effect[2] += turn[2];
-        effect[3] += shift[0];
-        effect[4] += shift[1];
-        effect[5] += shift[2];
+        moved[0] += turn[0];
+        moved[1] += turn[1];
+        moved[2] += turn[2];
+        lm_add_cross(moved, shift, bend);
+        moved[0] += turn[0];
+        moved[1] += turn[1];
+        moved[2] += turn[2];
+        moved[3] += shift[0];
+        moved[4] += shift[1];
+        moved[5] += shift[2];
     }
+    moved[3] += bend[0];
+    moved[4] += bend[1];
+    moved[5] += bend[2];
 }
 
-/* Change the command `sent` within the limits. A change that a limit cuts, or whose step was reduced, may add to the error: it is reduced to
- * about the share that makes the error smallest. `left` is the error before and after. Return 1 where the change was cut or reduced. */
-static int lm_send(const lm_output *at, lm_real change[LM_JOINTS], int whole_pose, int pass, lm_real sent[LM_JOINTS], lm_real left[6])
+/* Product of two motions of the tool in the rows that are corrected, m^2. */
+static lm_real lm_inner(const lm_real a[6], const lm_real b[6], int whole_pose)
 {
-    const lm_real of_load = (pass > 0) ? LM_ZERO : LM_CHANGE_OF_LOAD;
     const lm_real weight = (whole_pose != 0) ? LM_ROTATION_LENGTH * LM_ROTATION_LENGTH : LM_ZERO;
-    lm_real effect[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
-    lm_real bend[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
-    lm_real removed;
+    return lm_dot3(&a[3], &b[3]) + weight * lm_dot3(a, b);
+}
+
+/* Change the command `sent` within the limits by `change`, which is cut to them. `drift` is where the joints stand beyond where they should, and
+ * `start` the motion of the tool by it: the change begins with its negative. `left` is the error before and after. A change that a limit cuts, or whose step was reduced, may add to the
+ * error, and with the command the load changes: the error by about its size times the largest angle. The change is sent whole where the share
+ * of it that makes the error smallest is at least 1 / LM_NEAR_BEST. Return 1 where it was cut or reduced. */
+static int lm_send(const lm_output *at, const lm_real drift[LM_JOINTS], const lm_real start[6], lm_real change[LM_JOINTS], int whole_pose,
+                   lm_real sent[LM_JOINTS], lm_real left[6])
+{
+    lm_real reached[LM_JOINTS];
+    lm_real effect[6];
     lm_real square;
-    lm_real whole;
+    lm_real largest = LM_ZERO;
     lm_real share = LM_ONE;
     int cut = 0;
     int j;
     for (j = 0; j < LM_JOINTS; j++) {
         const lm_real asked = sent[j] + change[j];
         const lm_real within = lm_clip(asked, lm_limits[2 * j], lm_limits[2 * j + 1]);
-        if (within != asked) {
+        if (LM_FABS(within - asked) > LM_UNCUT) {
             change[j] = within - sent[j];
             cut = 1;
         }
+        largest = lm_largest_of(largest, LM_FABS(change[j]));
+        reached[j] = drift[j] + change[j];
     }
-    lm_displace(at, change, effect, bend);
-    removed = -lm_dot3(&effect[3], &left[3]) - weight * lm_dot3(effect, left);
-    square = lm_dot3(&effect[3], &effect[3]) + weight * lm_dot3(effect, effect);
-    whole = lm_dot3(&left[3], &left[3]) + weight * lm_dot3(left, left);
+    lm_displace(at, reached, effect);
+    for (j = 0; j < 6; j++) {
+        effect[j] -= start[j];
+    }
+    square = lm_inner(effect, effect, whole_pose);
     if (square > LM_ZERO) {
-        removed -= (of_load * LM_SQRT(square) + LM_SQRT(lm_dot3(bend, bend))) * LM_SQRT(whole);
+        const lm_real removed = -lm_inner(effect, left, whole_pose) - largest * lm_inner(left, left, whole_pose);
         share = lm_clip(LM_NEAR_BEST * removed / square, LM_ZERO, LM_ONE);
     }
     for (j = 0; j < LM_JOINTS; j++) {
@@ -1216,9 +1224,6 @@ static int lm_send(const lm_output *at, lm_real change[LM_JOINTS], int whole_pos
     }
     for (j = 0; j < 6; j++) {
         left[j] += share * effect[j];
-    }
-    for (j = 0; j < 3; j++) {
-        left[3 + j] += share * share * bend[j];
     }
     return ((cut != 0) || (share < LM_ONE)) ? 1 : 0;
 }
@@ -1259,6 +1264,8 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
         lm_real residual[6];
         lm_real drift[LM_JOINTS];
         lm_real change[LM_JOINTS];
+        lm_real start[6];
+        lm_real uncorrected[6];
         lm_output second;
         const lm_output *at = output;
         int reduced = 0;
@@ -1268,11 +1275,14 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
             drift[j] = output->joints[j];
             command->q[j] = input->q[j];
         }
+        lm_displace(at, drift, start);
         for (j = 0; j < 6; j++) {
             residual[j] = output->elsewhere[j];
-            command->left[j] = output->screw[j];
+            uncorrected[j] = residual[j] + start[j];
+            command->left[j] = uncorrected[j];
         }
         for (pass = 0; pass < ((options->passes > 1) ? 2 : 1); pass++) {
+            int worse = 0;
             if (pass > 0) {
                 lm_input moved = *input;
                 lm_real reached[LM_JOINTS];
@@ -1286,16 +1296,29 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
                 for (j = 0; j < LM_JOINTS; j++) {
                     drift[j] = at->joints[j] - output->joints[j];
                 }
+                lm_displace(at, drift, start);
                 for (j = 0; j < 6; j++) {
-                    command->left[j] = residual[j];
+                    command->left[j] = residual[j] + start[j];
                 }
-                lm_move(at, drift, command->left);
+                /* A torque that changes its sign with the command turns a play over, which the first pass cannot see. */
+                if (lm_inner(command->left, command->left, options->whole_pose) > lm_inner(uncorrected, uncorrected, options->whole_pose)) {
+                    worse = 1;
+                }
             }
             reduced |= lm_step(at, residual, options, change);
             for (j = 0; j < LM_JOINTS; j++) {
                 change[j] -= drift[j];
             }
-            reduced |= lm_send(at, change, options->whole_pose, pass, command->q, command->left);
+            reduced |= lm_send(at, drift, start, change, options->whole_pose, command->q, command->left);
+            if (worse != 0) {
+                for (j = 0; j < LM_JOINTS; j++) {
+                    command->q[j] = input->q[j];
+                }
+                for (j = 0; j < 6; j++) {
+                    command->left[j] = uncorrected[j];
+                }
+                reduced = 1;
+            }
         }
         if (at->status != LM_OK) {
             *command = lm_no_command;

@@ -67,7 +67,7 @@ typedef struct {
 typedef struct {
     int status;
     lm_real q[LM_JOINTS]; /* joint values to send, within the limits */
-    lm_real left[6];      /* expected motion of the tool that remains */
+    lm_real left[6];      /* expected motion of the tool that remains, without the change of the load */
 } lm_command;
 
 /* Names of the joints in the order of q, UTF-8. */
