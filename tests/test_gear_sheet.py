@@ -792,7 +792,7 @@ def test_assumed_values_of_a_drawing_are_counted_and_listed():
     stated = {("gearbox", key) for key in gearbox.assumed} | {("gearbox.first_stage", key) for key in gearbox.first_stage.assumed}
     assert stated
     assert stated <= {(each["part"], each["key"]) for each in listed}
-    assert f"This rests on {len(listed)} assumed values, see the table." in found.sheet.verdict
+    assert f"This rests on {len(listed)} assumed values." in found.sheet.verdict
     (section,) = (each for each in found.sheet.sections if each.key == "inputs")
     assert all(key in " ".join(row.figures[0].words for row in section.rows) for _, key in stated)
 

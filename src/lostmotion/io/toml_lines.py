@@ -74,9 +74,9 @@ def _located(problems: tuple[Problem, ...]) -> tuple[Problem, ...]:
             known[file] = (key_lines(text), tomllib.loads(text))
     out = [each for each in problems if each.file not in known]
     for file, where in known.items():
-        lines = [(each.key == MORE, _line(each.key, *where), each) for each in problems if each.file == file]
-        out += [replace(each, file=f"{file}:{line}") for _, line, each in sorted(lines, key=itemgetter(0, 1))]
-    return tuple(out)
+        lines = [(_line(each.key, *where), each) for each in problems if each.file == file and each.key != MORE]
+        out += [replace(each, file=f"{file}:{line}") for line, each in sorted(lines, key=itemgetter(0))]
+    return (*out, *(each for each in problems if each.file in known and each.key == MORE))
 
 
 def _line(key: str, lines: dict[Steps, int], tree: dict[str, Any]) -> int:

@@ -81,7 +81,7 @@ def _print_paragraph(screen: Console, text: str, width: int, style: str) -> None
 
 def _wrapped(text: str, width: int) -> list[str]:
     """Return the lines of a text; a number stays with its unit, and a joint's name with its angle."""
-    joined = re.sub(r"(?<=\d) (?=[%°µ]|[a-zA-Z]{1,3}\b)|(?<=\w) (?=-?\d+°)", "\u00a0", text)
+    joined = re.sub(r"(?<=\d) (?=[%°µ]|[a-zA-Z]{1,3}\b)|(?<=\w) (?=-?\d+°)|(?<=\bN) (?=m\b)", "\u00a0", text)
     return [line.replace("\u00a0", " ") for line in textwrap.wrap(joined, max(width, 20), break_long_words=False, break_on_hyphens=False)]
 
 
@@ -99,7 +99,7 @@ def _print_cards(screen: Console, cards: tuple[Card, ...], width: int) -> None:
     numbers = max(cell_len(card.number) for card in cards)
     texts = [f"{_INDENT}{' ' * (numbers - cell_len(card.number))}{card.number}  {card.title}" for card in cards]
     half = width // 2
-    together = width >= _TWO_COLUMNS and all(cell_len(text) <= half for text in texts)
+    together = width >= _TWO_COLUMNS and not any(card.quiet for card in cards) and all(cell_len(text) <= half for text in texts)
     if together:
         pairs = zip(texts[::2], [*texts[1::2], ""], strict=False)
         texts = [(left + " " * (half - cell_len(left)) + right).rstrip() for left, right in pairs]

@@ -189,7 +189,7 @@ def assumed_count(assumed: Sequence[AssumedValue]) -> int:
 
 def _rests_on(assumed: Sequence[AssumedValue]) -> list[str]:
     count = assumed_count(assumed)
-    return [f"This rests on {several(count, 'assumed value')}, see the table."] if count else []
+    return [f"This rests on {several(count, 'assumed value')}."] if count else []
 
 
 def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) -> tuple[Card, ...]:

@@ -122,7 +122,7 @@ def measured_cards(found: MeasuredRobot, compared: list[ComparedFigure]) -> list
     if load.pooled is not None:
         out += [
             Card("AP_p measured", str(estimate_figure(load.pooled[0][0])), f"mean of {len(load.poses)} poses{quiet}"),
-            Card("AP_p, best-fit frames", str(estimate_figure(load.pooled[1][0])), f"measured, mean over poses{quiet}"),
+            Card("AP_p measured, best-fit frames", str(estimate_figure(load.pooled[1][0])), f"mean of {len(load.poses)} poses{quiet}"),
         ]
     out += [
         Card(f"{word} measured", str(length(float(load.paths[0].figures[k]))), f"{load.paths[0].name}{quiet}")

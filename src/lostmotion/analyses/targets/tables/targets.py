@@ -119,14 +119,14 @@ def _verdict(result: Targets, known: States) -> str:
     text += f": the target of {_target(result)} is {'met' if is_met(result) else 'not met'}{by_what}."
     if result.equal_factor is not None:
         factor = float(np.nanmax(result.equal_factor.factors))
-        text += f" All errors {'may grow' if factor > 1 else 'must shrink'} by one factor, to {factor:.3g} of their present size."
+        text += f" All errors {'may grow' if factor > 1 else 'must shrink'} together to {factor:.3g} of their present size."
     single = ordered(result.allowances)
     if is_met(result) and single:
         one = single[0]
         text += f" The tightest item is {short_name(one.item.name)}: stated {stated_size(one.item)}, allowed {_allowed(one)}."
     elif single:
         alone = ", ".join(f"{short_name(each.item.name)} ({stated_size(each.item)} to {_allowed(each)})" for each in reversed(single[-2:]))
-        text += f" One item alone is enough; the smallest change: {alone}."
+        text += f" Or one item alone changes; the smallest change: {alone}."
     elif not is_met(result):
         rest = min((each.without.value for each in result.allowances), default=result.current.value)
         text += f" No single item is enough: without it the figure is at least {length(rest)}."
