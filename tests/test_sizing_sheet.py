@@ -52,7 +52,7 @@ def test_the_sheet_agrees_with_the_sized_arm(size):
         taken = [find_row(sheet.sections, "bending", link.joint).figures[k].value for k in (1, 3)]
         assert max(taken) == pytest.approx(100 * max(link.utilisation))
         assert 90 < max(taken) <= 100
-    assert find_row(sheet.sections, "trade", "0.5', length/2500").note == "the paper's limits"
+    assert find_row(sheet.sections, "trade", "0.5 arcmin, length/2500").note == "the paper's limits"
     assert "Slope governs at every link" in sheet.verdict
     assert {plot.section for plot in sizing_plots(found)} <= {section.key for section in sheet.sections}
     json.dumps(size.result(), allow_nan=False)
@@ -274,7 +274,7 @@ def test_limits_that_no_section_meets_are_reported_with_numbers(tmp_path):
     assert done.returncode == 1
     assert "No allowed section meets the limits" in done.stderr
     assert "O: even tube 60 x 3 mm has a slope of" in done.stderr
-    assert "times its limit of 0.5'" in done.stderr
+    assert "times its limit of 0.5 arcmin" in done.stderr
     assert sorted(path.name for path in (tmp_path / "weak").iterdir()) == ["report.html", "result.json"]
     said = json.loads((tmp_path / "weak" / "result.json").read_text(encoding="utf-8"))
     assert not said["holds"]

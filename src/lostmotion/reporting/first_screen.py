@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 _WIDEST: Final = 100
 _SHORTEST_BAR: Final = 6
 _MOST_ROWS: Final = 15
-_TWO_COLUMNS: Final = 76
 # Figures that take no more lines below each other than in a row.
 _MOST_STACKED: Final = 2
 _INDENT: Final = "  "
@@ -86,7 +85,7 @@ def _wrapped(text: str, width: int) -> list[str]:
 
 
 def _print_cards(screen: Console, cards: tuple[Card, ...], width: int) -> None:
-    """Print the figures that are asked for first: in a row where they fit, else as lines, each a number and what it is."""
+    """Print the figures that are asked for first: in a row where they fit, else as lines, each a number and what it is, as far as there is room."""
     if not cards:
         return
     screen.print()
@@ -98,14 +97,9 @@ def _print_cards(screen: Console, cards: tuple[Card, ...], width: int) -> None:
         return
     numbers = max(cell_len(card.number) for card in cards)
     texts = [f"{_INDENT}{' ' * (numbers - cell_len(card.number))}{card.number}  {card.title}" for card in cards]
-    half = width // 2
-    together = width >= _TWO_COLUMNS and not any(card.quiet for card in cards) and all(cell_len(text) <= half for text in texts)
-    if together:
-        pairs = zip(texts[::2], [*texts[1::2], ""], strict=False)
-        texts = [(left + " " * (half - cell_len(left)) + right).rstrip() for left, right in pairs]
     titles = max(cell_len(text) for text in texts) + len(_INDENT)
-    for text, card in zip(texts, cards, strict=False):
-        shorter = ("",) if together else (card.quiet, card.quiet.partition(";")[0], "")
+    for text, card in zip(texts, cards, strict=True):
+        shorter = (card.quiet, card.quiet.partition(";")[0], "")
         quiet = next(each for each in shorter if not each or titles + cell_len(each) <= width)
         for folded in textwrap.wrap(text, width, subsequent_indent=" " * (numbers + 4), drop_whitespace=True) if cell_len(text) > width else [text]:
             _print(screen, Text.assemble(folded, (" " * (titles - cell_len(folded)) + quiet if quiet else "", "dim")))

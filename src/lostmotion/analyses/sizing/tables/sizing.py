@@ -62,7 +62,7 @@ def _searched(result: Sizing) -> int:
 
 
 def _limits(result: Sizing) -> str:
-    return f"slope {result.limits.slope / ARCMIN:.4g}', deflection length/{result.limits.deflection:.10g}"
+    return f"slope {result.limits.slope / ARCMIN:.4g} arcmin, deflection length/{result.limits.deflection:.10g}"
 
 
 def _kg(value: float, samples: str = "") -> Figure:
@@ -86,8 +86,8 @@ def _masses(result: Sizing) -> tuple[float, float]:
 
 def _excess(result: Sizing, link: LinkSize) -> str:
     """Return by how much the section of least utilisation exceeds the governing limit, as text."""
-    limit = f"{link.limits[0] / ARCMIN:.4g}'" if link.governing == 0 else str(length(link.limits[1], stated=True))
-    value = f"{link.worst.slope / ARCMIN:.3g}'" if link.governing == 0 else str(length(link.worst.deflection))
+    limit = f"{link.limits[0] / ARCMIN:.4g} arcmin" if link.governing == 0 else str(length(link.limits[1], stated=True))
+    value = f"{link.worst.slope / ARCMIN:.3g} arcmin" if link.governing == 0 else str(length(link.worst.deflection))
     share = link.utilisation[link.governing]
     name = f"even {section_text(link.section)} has a {_GOVERNING[link.governing]} of {value}"
     return f"{link.joint}: {name}, {share:.3g} times its limit of {limit}, at {pose_name(result, link.index)}"
@@ -117,7 +117,7 @@ def _cards(result: Sizing) -> list[Card]:
         Card("links as stated", str(_kg(before))),
         Card("links sized", str(_kg(after)), "limits met" if result.meets_limits else "limits not met"),
         Card("r.m.s. tool error", str(length(result.rms_error)), f"as stated {length(result.rms_error_before)}"),
-        Card("highest utilisation", critical.joint, f"{100 * max(critical.utilisation):.3g} % of its {_GOVERNING[critical.governing]}"),
+        Card(f"highest utilisation, {critical.joint}", f"{100 * max(critical.utilisation):.3g} %", f"of its {_GOVERNING[critical.governing]}"),
     ]
 
 
@@ -141,7 +141,7 @@ def _bending(result: Sizing, counted: str) -> Section:
         if not link.meets_limits:
             governing = f"{_GOVERNING[link.governing]} cannot be met"
         before = link.worst_before
-        now = "rigid as stated" if before is None else f"as stated {before.slope / ARCMIN:.3g}' and {length(before.deflection)}"
+        now = "rigid as stated" if before is None else f"as stated {before.slope / ARCMIN:.3g} arcmin and {length(before.deflection)}"
         figures = (
             _arcmin(link.worst.slope, counted),
             Figure(100 * slope, "%", samples=counted),
@@ -177,7 +177,7 @@ def _trade_off(result: Sizing) -> Section:
             length(point.rms_error),
             Figure(100 * (point.rms_error / at_one.rms_error - 1) if at_one.rms_error else math.nan, "%"),
         )
-        rows.append(Row(f"{limits.slope / ARCMIN:.3g}', length/{limits.deflection:.0f}", figures, note))
+        rows.append(Row(f"{limits.slope / ARCMIN:.3g} arcmin, length/{limits.deflection:.0f}", figures, note))
     note = "both limits scaled by the same factor, every link sized again; error over the sampled poses by exact sums"
     return Section("trade", "Mass against tool error", ("links", "difference", "r.m.s. tool error", "difference"), tuple(rows), note)
 
