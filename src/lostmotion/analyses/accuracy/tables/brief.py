@@ -126,7 +126,7 @@ def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
     if unrated:
         which = "" if not known else f" for {', '.join(unrated) if len(unrated) <= _MOST_DRIVES else several(len(unrated), 'joint')}"
         texts.append(f"no rated torque stated{which}")
-    return "; ".join(texts) + "."
+    return f"At the poses studied {'; '.join(texts)}."
 
 
 def _held(drive: HoldingTorque, *, first: bool) -> str:
