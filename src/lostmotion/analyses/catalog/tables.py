@@ -109,7 +109,8 @@ def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
             for row in group
         )
         note = f"Source: {source_in_words(source)}." + _limits(" Only upper limits", shared, ".")
-        out.append(Section("gearboxes", maker, ("rated torque", "stiffness, softest zone", "lost motion", "mass"), lines, note))
+        title = ", ".join([maker, *source.split(", ")[1:2]])  # several series of one maker, each from a source of its own
+        out.append(Section("gearboxes", title, ("rated torque", "stiffness, softest zone", "lost motion", "mass"), lines, note))
     return out
 
 
