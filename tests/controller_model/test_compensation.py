@@ -157,6 +157,17 @@ def test_a_wound_up_drive_is_compensated_in_its_joint():
     assert (found.status == OK).all()
 
 
+def test_a_rounding_at_a_limit_is_no_cut():
+    """At its limit a joint whose correction is rounding leaves the status as it is."""
+    _, model, q = case("scara.toml")
+    q = q.copy()
+    q[:, 0], q[:, 1] = np.where(q[:, 0] > 0, *model.tables.limits[0][::-1]), 0.0
+    found = model.compensate(q)
+    at_limit = np.abs(found.command[:, 0] - q[:, 0]) < 1e-15
+    assert (found.status[at_limit] == OK).mean() > 0.9
+    assert at_limit.any()
+
+
 def test_a_command_stays_within_the_limits_and_reports_it():
     """At a limit the command is cut, and what it then leaves is the whole wind-up."""
     arm = one_joint(stiffness=1e5)
