@@ -194,19 +194,20 @@ class Controller:
         wanted, *inputs = (each[good] for each in self._inputs(q, load, gravity, side))
         at = start = self._evaluate(wanted, *inputs)
         sent, short = wanted, np.zeros(len(wanted), dtype=bool)
-        residual, drift = start.elsewhere, start.joints
-        uncorrected = left = residual + _displaced(start, drift)
+        residual, drift, moved = start.elsewhere, start.joints, start.screw - start.elsewhere
+        left = start.screw
         for number in range(passes):
             if number:
                 before, at = at, self._evaluate(sent, *inputs)
                 residual, drift = self._residual(start, at, sent + before.joints), at.joints - before.joints
+                moved = _displaced(at, drift)
             step, reduced = _step(at.jacobian, residual, damping, largest_step, whole_pose=whole_pose)
-            error = residual + _displaced(at, drift)
-            sent, left, cut = self._sent(sent, step - drift, error, drift, at, whole_pose=whole_pose)
+            error = residual + moved
+            sent, left, cut = self._sent(sent, step - drift, error, moved, drift, at, whole_pose=whole_pose)
             short |= reduced | cut
             # A torque that changes its sign with the command turns a play over, which the first pass cannot see.
-            worse = _product(error, error, whole_pose=whole_pose) > _product(uncorrected, uncorrected, whole_pose=whole_pose)
-            sent, left = np.where(worse[:, None], wanted, sent), np.where(worse[:, None], uncorrected, left)
+            worse = _product(error, error, whole_pose=whole_pose) > _product(start.screw, start.screw, whole_pose=whole_pose)
+            sent, left = np.where(worse[:, None], wanted, sent), np.where(worse[:, None], start.screw, left)
             short |= worse
         status, command, remains = first.status.copy(), np.zeros((len(good), len(self.tables.joints))), np.zeros((len(good), 6))
         within = (at.status == OK)[:, None]
@@ -222,12 +223,13 @@ class Controller:
         return np.concatenate([turn, points[-1] - start.point], axis=1) + at.elsewhere
 
     def _sent(
-        self, before: Floats, change: Floats, error: Floats, drift: Floats, at: Prediction, *, whole_pose: bool
+        self, before: Floats, change: Floats, error: Floats, moved: Floats, drift: Floats, at: Prediction, *, whole_pose: bool
     ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Return the command after a change (pose, joint), within the joint limits, what it leaves (pose, 6), and whether the change was reduced.
 
         before, error  (pose, joint) command to be changed, and (pose, 6) the error of the tool there
-        drift          (pose, joint) where the joints stand there, beyond where they should; the change begins with its negative
+        moved, drift   (pose, 6) the part of that error by joints that stand beyond where they should, and (pose, joint) by how much; the change
+                       begins with its negative
 
         A change that a limit cuts, or whose step was reduced, may add to the error, and with the command the load changes: the error by about its
         size times the largest angle. The change is sent whole where the share of it that makes the error smallest is at least 1 / _NEAR_BEST.
@@ -236,7 +238,7 @@ class Controller:
         within = np.clip(asked, *self.tables.limits.T)
         cut = np.abs(within - asked) > _ROUNDING
         change = np.where(cut, within - before, change)
-        effect = _displaced(at, drift + change) - _displaced(at, drift)
+        effect = _displaced(at, drift + change) - moved
         removed, square, whole = (_product(a, b, whole_pose=whole_pose) for a, b in ((-effect, error), (effect, effect), (error, error)))
         of_load = np.abs(change).max(axis=1, initial=0.0) * whole
         share = np.clip(_NEAR_BEST * (removed - of_load) / np.where(square > 0, square, 1.0), 0.0, 1.0)

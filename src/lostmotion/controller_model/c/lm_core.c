@@ -1265,7 +1265,6 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
         lm_real drift[LM_JOINTS];
         lm_real change[LM_JOINTS];
         lm_real start[6];
-        lm_real uncorrected[6];
         lm_output second;
         const lm_output *at = output;
         int reduced = 0;
@@ -1275,11 +1274,10 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
             drift[j] = output->joints[j];
             command->q[j] = input->q[j];
         }
-        lm_displace(at, drift, start);
         for (j = 0; j < 6; j++) {
             residual[j] = output->elsewhere[j];
-            uncorrected[j] = residual[j] + start[j];
-            command->left[j] = uncorrected[j];
+            start[j] = output->screw[j] - output->elsewhere[j];
+            command->left[j] = output->screw[j];
         }
         for (pass = 0; pass < ((options->passes > 1) ? 2 : 1); pass++) {
             int worse = 0;
@@ -1301,7 +1299,7 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
                     command->left[j] = residual[j] + start[j];
                 }
                 /* A torque that changes its sign with the command turns a play over, which the first pass cannot see. */
-                if (lm_inner(command->left, command->left, options->whole_pose) > lm_inner(uncorrected, uncorrected, options->whole_pose)) {
+                if (lm_inner(command->left, command->left, options->whole_pose) > lm_inner(output->screw, output->screw, options->whole_pose)) {
                     worse = 1;
                 }
             }
@@ -1315,7 +1313,7 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
                     command->q[j] = input->q[j];
                 }
                 for (j = 0; j < 6; j++) {
-                    command->left[j] = uncorrected[j];
+                    command->left[j] = output->screw[j];
                 }
                 reduced = 1;
             }
