@@ -3,7 +3,7 @@
 python benchmarks/compensation.py [--poses 100000]
 
 The tables print what the page on controllers states: shares left at regular poses away from the joint limits, and how many poses are made worse of
-which half are stretched, folded, with axes in line or nearly so, or at a joint limit. The truth is the model at the corrected command.
+which most are stretched, folded, with axes in line or nearly so, or at a joint limit. The truth is the model at the corrected command.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ BESIDE = (0.0, 0.0, 1e-4, -1e-3, 1e-2, 3e-2, -1e-2)
 
 
 def special_poses(model: Any, count: int) -> Any:
-    """Return joint values of which about a third are those of a stretched or folded arm, of axes in line, or limits, or close to them."""
+    """Return poses in which a third of the joints have values of a stretched or folded arm, of axes in line or limits, or nearly so."""
     rng = np.random.default_rng(5)
     low, high = np.clip(model.tables.limits, -REACH, REACH).T
     q = rng.uniform(low, high, size=(count, len(low)))

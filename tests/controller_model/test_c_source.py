@@ -173,7 +173,7 @@ def test_c_in_single_precision(exported, name, count, unroll):
             assert (difference[sensitive == 0] == 0).all()
         elif block in {"command", "left"}:
             assert np.quantile(difference, 0.99) <= 1e-5
-            assert difference.max() <= (1e-3 if block == "command" else 1e-4)  # joints may differ along motions that hardly move the tool
+            assert difference.max() <= 1e-4
         elif block != "command status":
             share = 2e-5 if block in {"covariance", "mean square"} else 1e-5  # squares have twice the error of lengths
             assert (difference <= share * size(values) + 4 * sensitive).all(), block

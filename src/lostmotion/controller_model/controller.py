@@ -193,7 +193,7 @@ class Controller:
         good = first.status == OK
         wanted, *inputs = (each[good] for each in self._inputs(q, load, gravity, side))
         at = start = self._evaluate(wanted, *inputs)
-        sent, short = wanted, np.zeros(len(wanted), dtype=bool)
+        sent, (short, worse) = wanted, np.zeros((2, len(wanted)), dtype=bool)
         residual, drift, moved = start.elsewhere, start.joints, start.screw - start.elsewhere
         left = start.screw
         for number in range(passes):
@@ -201,14 +201,13 @@ class Controller:
                 before, at = at, self._evaluate(sent, *inputs)
                 residual, drift = self._residual(start, at, sent + before.joints), at.joints - before.joints
                 moved = _displaced(at, drift)
+                left = residual + moved
+                # A torque that changes its sign with the command turns a play over, which the first pass cannot see.
+                worse = _product(left, left, whole_pose=whole_pose) > _product(start.screw, start.screw, whole_pose=whole_pose)
             step, reduced = _step(at.jacobian, residual, damping, largest_step, whole_pose=whole_pose)
-            error = residual + moved
-            sent, left, cut = self._sent(sent, step - drift, error, moved, drift, at, whole_pose=whole_pose)
-            short |= reduced | cut
-            # A torque that changes its sign with the command turns a play over, which the first pass cannot see.
-            worse = _product(error, error, whole_pose=whole_pose) > _product(start.screw, start.screw, whole_pose=whole_pose)
+            sent, left, cut = self._sent(sent, step - drift, left, moved, drift, at, whole_pose=whole_pose)
+            short |= reduced | cut | worse
             sent, left = np.where(worse[:, None], wanted, sent), np.where(worse[:, None], start.screw, left)
-            short |= worse
         status, command, remains = first.status.copy(), np.zeros((len(good), len(self.tables.joints))), np.zeros((len(good), 6))
         within = (at.status == OK)[:, None]
         command[good], remains[good] = np.where(within, sent, 0.0), np.where(within, left, 0.0)

@@ -1187,9 +1187,10 @@ static lm_real lm_inner(const lm_real a[6], const lm_real b[6], int whole_pose)
 }
 
 /* Change the command `sent` within the limits by `change`, which is cut to them. `drift` is where the joints stand beyond where they should, and
- * `start` the motion of the tool by it: the change begins with its negative. `left` is the error before and after. A change that a limit cuts, or whose step was reduced, may add to the
- * error, and with the command the load changes: the error by about its size times the largest angle. The change is sent whole where the share
- * of it that makes the error smallest is at least 1 / LM_NEAR_BEST. Return 1 where it was cut or reduced. */
+ * `start` the motion of the tool by it: the change begins with its negative. `left` is the error before and after. A change that a limit cuts,
+ * or whose step was reduced, may add to the error, and with the command the load changes: the error by about its size times the largest angle.
+ * The change is sent whole where the share of it that makes the error smallest is at least 1 / LM_NEAR_BEST. Return 1 where it was cut or
+ * reduced. */
 static int lm_send(const lm_output *at, const lm_real drift[LM_JOINTS], const lm_real start[6], lm_real change[LM_JOINTS], int whole_pose,
                    lm_real sent[LM_JOINTS], lm_real left[6])
 {

@@ -138,7 +138,8 @@ def _map(found: WorkspaceMap) -> Section:
     all_cells = f"{several(len(counts), 'cell')}, {configurations_label(found)}"
     rows: list[Row] = []
     uniform: list[str] = []
-    for measure, name in ((QUANTILE, percentile_label(found)), (MEAN, "mean error")):
+    measures = ((QUANTILE, percentile_label(found)), (MEAN, "mean error"))
+    for measure, name in measures:
         every = found.figures[measure][:, known]
         if np.allclose(every, every[1], rtol=SAME, atol=0):  # one configuration, or all have the same error
             uniform.append(name)
@@ -151,7 +152,7 @@ def _map(found: WorkspaceMap) -> Section:
             cells["median cell"].append(length(*_median(found, measure, k), samples=all_cells))
         rows += [Row(f"{name}, {cell}", tuple(figures)) for cell, figures in cells.items()]
     columns: tuple[str, ...] = CONFIGURATIONS
-    if len(uniform) * len(cells) == len(rows):
+    if len(uniform) == len(measures):
         columns, rows = ("value",), [Row(row.label, row.figures[1:2]) for row in rows]
     note = (
         f"cells of {edge_label(found)} reached{' at their centre' * bool(found.reached.centre.any())}, "
