@@ -14,9 +14,10 @@ import lostmotion
 from lostmotion.analyses.new.command import Template
 from lostmotion.catalogue.gearboxes import find_gearbox
 from lostmotion.error_model.provenance import states
-from lostmotion.errors import OutputExistsError
+from lostmotion.errors import InputError, OutputExistsError
 from lostmotion.mechanism.serial import joint_torques
 from tests.io.conftest import EXAMPLES
+from tests.io.urdfs import arm, link, robot
 
 
 @pytest.mark.parametrize("template", get_args(Template))
@@ -145,3 +146,36 @@ def test_the_commands_that_follow_name_the_sidecar_where_it_is_not_the_default(u
     assert f"`lostmotion study {urdf} --sidecar {elsewhere}`" in made.sheet.verdict
     assert f"`lostmotion study {urdf} --sidecar {elsewhere}`" in lostmotion.check(urdf, sidecar=elsewhere).sheet.verdict
     assert "--sidecar" not in lostmotion.new(urdf=urdf, force=True).sheet.verdict
+
+
+def two_arms(folder):
+    """Write a URDF of two arms, between which no reader chooses."""
+    path = folder / "two.urdf"
+    parts = [link("torso"), *(part for side in ("left", "right") for part in arm(3, "torso", f"{side}_link", f"{side}_j")[1:])]
+    path.write_text(robot(*parts), encoding="utf-8")
+    return path
+
+
+def test_the_tool_of_a_file_with_two_arms_is_named_by_an_option(tmp_path):
+    """Without it the question is asked with the option that answers it; the sidecar that is written then states the tip, and is read as it is."""
+    path = two_arms(tmp_path)
+    with pytest.raises(InputError, match=r"(?s)which of 2 arms\?.*--tip left_link3") as asked:
+        lostmotion.new(urdf=path)
+    assert len(asked.value.problems) == 1
+    lostmotion.new(urdf=path, tip="right_link2").report()
+    assert 'tip = "right_link2"' in path.with_suffix(".toml").read_text("utf-8")
+    assert [joint.name for joint in lostmotion.read(path).moving] == ["right_j1", "right_j2"]
+    assert 'tip = "left_link3"' in lostmotion.new(urdf=path, tip="left_link3", force=True).text
+
+
+@pytest.mark.parametrize(
+    ("named", "given", "found"),
+    [({"tip": "left_lnk3"}, True, "left_lnk3"), ({"tip": "torso"}, True, "no joint that moves"), ({"tip": "left_link3"}, False, "of no file")],
+)
+def test_a_tool_that_is_none_is_refused_by_the_option(tmp_path, named, given, found):
+    """With a link that would do."""
+    path = two_arms(tmp_path)
+    with pytest.raises(InputError, match=found) as refused:
+        lostmotion.new(**named, **({"urdf": path} if given else {}))
+    (problem,) = refused.value.problems
+    assert "tip" in str(problem)

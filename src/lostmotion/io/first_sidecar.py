@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import copy
+import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
+from lostmotion.errors import InputError
 from lostmotion.io.sidecar import find_sidecar, sidecar_place
 from lostmotion.io.skeleton import example_parts
 from lostmotion.io.toml import key_step, quoted, read_toml
@@ -22,6 +25,7 @@ from lostmotion.mechanism.serial import joint_torques
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from lostmotion.errors import Problem
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -41,16 +45,23 @@ _LINK: Final = '{ section = { kind = "tube", outer = "80 mm", wall = "4 mm" }, m
 
 
 @names_lines
-def first_sidecar(path: Path) -> str:
+def first_sidecar(path: Path, tip: str | None = None) -> str:
     """Return the text of a sidecar for a URDF, which the reader accepts as it is. Every value in it is marked as assumed.
 
-    An existing sidecar decides on tip and base. Raises InputError with every mistake in the files.
+    `tip` is the link that is the tool; unless given, an existing sidecar decides on it, as on the base. Raises InputError with every mistake in the
+    files.
     """
     beside = find_sidecar(path)
     stated = {} if beside is None else {key: value for key, value in read_toml(beside).items() if key in ("tip", "base", XACRO)}
+    asked = tip is not None
+    if asked:
+        stated["tip"] = tip
     content = copy.deepcopy(stated)
     tree = tree_of(path, beside, content)
-    tip = find_chain(tree, content, str(beside or path), sidecar_place(path).name).tip
+    try:
+        tip = find_chain(tree, content, str(beside or path), sidecar_place(path).name).tip
+    except InputError as error:
+        raise InputError([_of_option(problem, asked=asked) for problem in error.problems]) from None
     arm = arm_of(path, beside, copy.deepcopy(stated))
     q = even_poses(arm)
     held = np.abs(joint_torques(arm, q)).max(axis=0)
@@ -78,6 +89,16 @@ def first_sidecar(path: Path) -> str:
                 if any(f'{_KEYS[table]} = "{example}_example"' in each for each in joints):
                     lines += part
     return "\n".join([*lines, *joints]) + "\n"
+
+
+def _of_option(problem: Problem, *, asked: bool) -> Problem:
+    """Return a mistake whose remedy is a tip with the option that states it, for there may be no sidecar yet; `asked`: the option was given."""
+    stated = re.fullmatch(r'tip = "(?P<link>[^"\\]+)"', problem.example)
+    if stated is None:
+        return problem
+    if asked and problem.key == "tip":
+        return replace(problem, file="", example="", passing=(("tip", stated["link"]),))
+    return replace(problem, example=f"--tip {stated['link']} (in Python, and in a sidecar: {problem.example})")
 
 
 def _arguments(stated: dict[str, Any]) -> list[str]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 from lostmotion.analyses.arguments import path_of
 from lostmotion.analyses.signature import Argument, question, read_arguments
+from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:
     from lostmotion.analyses.new.result import New
@@ -28,6 +29,9 @@ def new(
             aliases=("--from",),
         ),
     ] = None,
+    tip: Annotated[
+        str | None, Argument("Link that is the tool, with --from. Default: that of the sidecar or SRDF, else by its name.", metavar="LINK")
+    ] = None,
     templates: Annotated[bool, Argument("List the templates and write nothing.", aliases=("--list",))] = False,
     out: Annotated[
         "str | Path | None", Argument("File to write. Default: NAME.toml, or the sidecar's place beside the URDF.", path_of, metavar="TOML")
@@ -43,6 +47,10 @@ def new(
 
     """
     asked = read_arguments(new, locals())
+    if asked.tip is not None and asked.urdf is None:
+        raise refuse_argument(
+            "tip, urdf", f"the tool '{asked.tip}' of no file", "a URDF, xacro or MJCF file, whose link it is", urdf="arm.urdf", tip=asked.tip
+        )
     from lostmotion.analyses.new.result import New
     from lostmotion.io.arm_templates import template_text
 
@@ -54,6 +62,6 @@ def new(
         from lostmotion.io.sidecar import sidecar_place
 
         target = sidecar_place(asked.urdf) if asked.name is None else Path(f"{asked.name}.toml")
-        return New(first_sidecar(asked.urdf), asked.out or target, kinds, asked.urdf, force=asked.force)
+        return New(first_sidecar(asked.urdf, asked.tip), asked.out or target, kinds, asked.urdf, force=asked.force)
     stem = asked.name or asked.template
     return New(template_text(asked.template, asked.name or ""), asked.out or Path(f"{stem}.toml"), kinds, force=asked.force)
