@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -21,6 +22,17 @@ from lostmotion.reporting.sheet import find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
+ONE_LINK = """
+name = "cantilever"
+[payload]
+mass = "5 kg"
+[[joints]]
+name = "A"
+type = "revolute"
+axis = "y"
+limits = ["-90 deg", "90 deg"]
+link = { length = "500 mm", mass = "0 kg", section = { kind = "tube", outer = "40 mm", wall = "2 mm" }, material = "aluminium" }
+"""
 
 
 def ran(*words, cwd):
@@ -56,6 +68,16 @@ def test_the_sheet_agrees_with_the_sized_arm(size):
     assert "Slope governs at every link" in sheet.verdict
     assert {plot.section for plot in sizing_plots(found)} <= {section.key for section in sheet.sections}
     json.dumps(size.result(), allow_nan=False)
+
+
+def test_one_link_is_spoken_of_as_one(tmp_path):
+    """An arm with one link has 'the sized link', not 'every link'."""
+    (tmp_path / "arm.toml").write_text(ONE_LINK, encoding="utf-8")
+    sheet = lostmotion.size(tmp_path / "arm.toml", poses=8).sheet
+    assert "The mass of the sized link is " in sheet.verdict
+    assert "Slope governs the link of A." in sheet.verdict
+    assert "at its worst pose" in sheet.verdict
+    assert not re.search(r"\blinks\b|every link|1 poses", sheet.verdict + sheet.counts + " ".join(card.title for card in sheet.cards))
 
 
 def test_the_sized_arm_reads_back_with_its_comments(size, tmp_path):

@@ -15,12 +15,13 @@ import lostmotion
 from lostmotion.analyses.targets import metrics
 from lostmotion.analyses.targets.parameters import Item, Size
 from lostmotion.analyses.targets.plots import targets_plots
+from lostmotion.analyses.targets.tables.items import ordered
 from lostmotion.analyses.targets.tables.sizes import in_unit, size_at
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.serial import tool_points
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.sheet import Figure, find_row
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
@@ -61,6 +62,11 @@ def test_every_item_is_in_one_table(asked):
     assert "nan" not in json.dumps(said, allow_nan=False)
     assert len(said["items"]) == len(found.items)
     assert ("is met" in sheet.verdict) == said["target"]["kept"] == (found.current.value <= found.target)
+    of_size = {"allowed size of the tightest item": 0, "size that one item alone needs": -1}
+    for card in (card for card in sheet.cards if card.title in of_size):
+        one = ordered(found.allowances)[of_size[card.title]]
+        allowed = size_at(one.item, one.factor)
+        assert card.number == str(Figure(allowed.value, allowed.unit))
     for name in ("equal_factor", "equal_effect"):
         assert sum(each["mean_square_m2"] for each in said[name].values()) == pytest.approx(np.nansum(getattr(found, name).mean_squares), rel=1e-9)
 

@@ -101,6 +101,46 @@ def test_an_overloaded_drive_is_a_condition_of_the_answer(tmp_path):
     assert analytic.startswith("If the overloaded drive of A holds, expect 95 %")
 
 
+UNRATED = """
+name = "two drives"
+[payload]
+mass = "5 kg"
+[[joints]]
+name = "waist"
+type = "revolute"
+axis = "z"
+limits = ["-90 deg", "90 deg"]
+gearbox = "RV-40E-121"
+link = { length = "200 mm", direction = "z", rigid = true }
+[[joints]]
+name = "shoulder"
+type = "revolute"
+axis = "y"
+limits = ["-90 deg", "90 deg"]
+gearbox = "RV-40E-121"
+link = { length = "400 mm", rigid = true }
+[[joints]]
+name = "elbow"
+type = "revolute"
+axis = "y"
+limits = ["-90 deg", "90 deg"]
+gearbox = "CSG-25-100"
+link = { length = "300 mm", rigid = true }
+"""
+
+
+def test_a_drive_without_a_rating_holds_a_load_all_the_same(tmp_path):
+    """5 kg at 0.3 m are 14.7 N m: an unrated elbow holds them, at an unknown share of its rating; only the upright waist holds nothing."""
+    path = tmp_path / "arm.toml"
+    path.write_text(UNRATED, encoding="utf-8")
+    drives = dict(small(path, poses=1024).sheet.brief)["Drives"]
+    assert "waist holds no load" in drives
+    assert re.search(r"elbow holds 14[.]\d N m, no rated torque stated", drives)
+    path.write_text(UNRATED.replace("RV-40E-121", "CSG-25-100"), encoding="utf-8")
+    drives = dict(small(path).sheet.brief)["Drives"]
+    assert re.fullmatch(r"At the poses studied shoulder holds [\d.]+ N m, elbow [\d.]+ N m, no rated torque stated[.]", drives)
+
+
 def test_one_pose_and_few_robots_promise_no_more_than_they_know():
     """One robot at one pose: the figures stand without intervals, and the best pose is the worst."""
     sheet = small(EXAMPLES / "z-arm.toml", poses=lostmotion.sample_poses(lostmotion.read(EXAMPLES / "z-arm.toml"), 8).q[:1], robots=1, visits=2).sheet

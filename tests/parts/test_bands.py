@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from lostmotion.error_model.provenance import states
 from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.parts.bands import DRAWS, UnknownValue, latin_hypercube, unknown_values, with_values
@@ -122,6 +123,24 @@ def test_a_latin_hypercube_has_one_draw_in_each_interval():
     assert latin_hypercube(()).shape == (DRAWS, 0)
 
 
+def test_what_a_drawing_leaves_open_is_named_by_the_joint_that_has_the_drawing(tmp_path: Path):
+    """A drawing of a joint's own is 'the gearbox of A', one shared under a name is read by that name, also where values are listed."""
+    shared = ARM.replace("[gearboxes.drive]", "[gearboxes.'my drive']").replace('"drive"', '"my drive"')
+    file = tmp_path / "arm.toml"
+    file.write_text(shared, encoding="utf-8")
+    arm = read(file)
+    assert [each.name for each in unknown_values(arm)][:3] == [
+        'gearboxes."my drive".frame',
+        'gearboxes."my drive".ring_radius',
+        'eccentric shaft of gearboxes."my drive" (not stated)',
+    ]
+    owners = [each.owner for each in states(arm).given]
+    assert 'gearboxes."my drive"' in owners
+    assert not any(owner.startswith("joints.A.gearbox") for owner in owners)
+    own = arm.model_copy(update={"joints": (arm.joints[0].model_copy(update={"gearbox": arm.joints[0].gearbox.model_copy()}), *arm.joints[1:])})
+    assert unknown_values(own)[2].name == "eccentric shaft of the gearbox of A (not stated)"
+
+
 def test_an_arm_shares_the_ranges_of_shared_parts(tmp_path: Path):
     """A drawing on two joints, and a material of drawing and link, have one value each in the whole arm."""
     file = tmp_path / "arm.toml"
@@ -136,7 +155,15 @@ def test_an_arm_shares_the_ranges_of_shared_parts(tmp_path: Path):
         "materials.onyx.young",
         "materials.other.young",
     ]
-    assert any("stated as a range a .. b: joints.A.gearbox.frame, " in each for each in arm.remarks)
+    assert [each.name for each in found] == [
+        "gearboxes.drive.frame",
+        "gearboxes.drive.ring_radius",
+        "eccentric shaft of gearboxes.drive (not stated)",
+        "diameter of the section of the link of A",
+        "materials.onyx.young",
+        "materials.other.young",
+    ]
+    assert any("stated as a range a .. b: gearboxes.drive.frame, " in each for each in arm.remarks)
     known = with_values(arm, {each.key: each.band.at(0.1) for each in found})
     first, second = known.joints
     assert first.gearbox == second.gearbox

@@ -83,7 +83,7 @@ class JointStates:
 
 @dataclass(frozen=True, slots=True)
 class AssumedValue:
-    """An assumed value: the part that has it ("joints.A.gearbox"), its key, the reason why it counts as assumed, and its source."""
+    """An assumed value: the part that has it ("joints.A.gearbox", or "gearboxes.RV"), its key, the reason why it counts as assumed, and its source."""
 
     owner: str
     key: str
@@ -93,7 +93,7 @@ class AssumedValue:
 
 @dataclass(frozen=True, slots=True)
 class GivenValue:
-    """A value that went in: the part that has it ("joints.A.gearbox"), its key, and the class of parts whose field it is.
+    """A value that went in: the part that has it ("joints.A.gearbox", or a shared "gearboxes.RV"), its key, and the class of parts whose field it is.
 
     value   as the part holds it, in SI; None where the part has no value of its own, and computes one
     reason  why it counts as assumed; empty for a stated one
@@ -121,7 +121,7 @@ class States:
     joints   states of every joint that moves the tool, in order
     fixed    states of fixed joints between base and tool whose link or mounting is described
     base     states of the base's tilt and mount
-    assumed  every assumed value; a value that several joints share is listed once, under the first of them
+    assumed  every assumed value; a value that several joints share is listed once, under the name of the shared part, else the first joint
     given    every value of the arm, stated or assumed, in the order of its parts; shared ones as in `assumed`
     moved_by_temperature  whether a link expands or bends at a stated temperature
     limits   maker's upper limits that count at the poses of a study (`upper_limits.with_limits`), the largest contributor first
@@ -303,6 +303,7 @@ def _walk(value: object, owner: str, source: str, *, whole: bool = False) -> Ite
             yield from _walk(each, f"{owner}.{index}", source, whole=whole)
     if not isinstance(value, Part):
         return
+    owner = value.shared_name or owner
     assumptions: dict[str, str] = {}
     preset = None
     if isinstance(value, Sourced):

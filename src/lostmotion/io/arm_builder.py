@@ -62,7 +62,21 @@ def build_arm(draft: Draft) -> Arm:
         draft.mistakes += problems(error, Arm, draft.file, draft.key, {**IN_GEARBOXES, **IN_BEARINGS, **draft.also})
     if draft.mistakes:
         refuse_all(draft.mistakes)
+    _name_shared_parts(draft, arm)
     return arm
+
+
+def _name_shared_parts(draft: Draft, arm: Arm) -> None:
+    """Give the shared parts the keys under which the file describes them."""
+    for path, key in draft.written.items():
+        if key.partition(".")[0] not in SHARED.keys() - {"materials"}:  # materials have names of their own
+            continue
+        part: Any = arm
+        for step in path:
+            if part is not None:
+                part = part[step] if isinstance(step, int) else getattr(part, str(step), None)
+        if isinstance(part, Part):
+            part.__dict__["shared_name"] = key
 
 
 def _fill_in_shared_parts(draft: Draft) -> None:

@@ -38,7 +38,7 @@ def remarks_on(moving: Moving, assumed: Mapping[tuple[str, str], Friction], gear
 def remarks_on_ranges(unknown: Sequence[UnknownValue]) -> tuple[str, ...]:
     """Return the remark on values that the description states as ranges; none without them."""
     unknown = [each for each in unknown if ".unstated." not in each.key]
-    keys = ", ".join(each.key for each in unknown[:_MOST_KEYS]) + (f" and {len(unknown) - _MOST_KEYS} more" if len(unknown) > _MOST_KEYS else "")
+    keys = ", ".join(each.name for each in unknown[:_MOST_KEYS]) + (f" and {len(unknown) - _MOST_KEYS} more" if len(unknown) > _MOST_KEYS else "")
     return (f"stated as a range a .. b: {keys}; figures without a band are computed with the middle of each range",) if unknown else ()
 
 

@@ -34,15 +34,22 @@ DRAWS: Final = 64
 BAND: Final = (0.05, 0.95)
 # Relative change of a result that is rounding.
 _ROUNDING: Final = 1e-9
+# Steps of a path: the joints of an arm, and what a drawing leaves open.
+_JOINTS: Final = "joints"
+_UNSTATED: Final = "unstated"
 Path: TypeAlias = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class UnknownValue:
-    """A value that is only known to lie in a range: its key ("output_pins.diameter", "materials.onyx.young"), and the range in SI."""
+    """A value that is only known to lie in a range: its key ("output_pins.diameter", "materials.onyx.young"), and the range in SI.
+
+    name  as the file names it ("gearboxes.RV.output_pins.diameter", "output_pins.diameter of the gearbox of A", "frame of gearboxes.RV (not stated)")
+    """
 
     key: str
     band: Band
+    name: str = ""
 
 
 def unknown_values(part: Part) -> tuple[UnknownValue, ...]:
@@ -51,7 +58,7 @@ def unknown_values(part: Part) -> tuple[UnknownValue, ...]:
     A value that several places share is listed once, under the first of them.
     """
     found: dict[object, UnknownValue] = {}
-    _walk(part, lambda place, band: found.setdefault(place.identity, UnknownValue(place.key, band)).band)
+    _walk(part, lambda place, band: found.setdefault(place.identity, UnknownValue(place.key, band, place.name)).band)
     return tuple(sorted(found.values(), key=lambda each: each.key))
 
 
@@ -138,6 +145,20 @@ class _Place:
         named = isinstance(self.owner, Material) and bool(self.owner.name)
         steps = ("materials", self.owner.name, *self.within) if isinstance(self.owner, Material) and named else self.path
         return ".".join(steps)
+
+    @property
+    def name(self) -> str:
+        shared = self.owner.shared_name if self.owner is not None else ""
+        if self.key != ".".join(self.path):  # of a named material
+            return self.key
+        part, within = shared, self.within
+        if not shared and self.path[:1] == (_JOINTS,):
+            _, joint, *kind = self.path[: self.start] if self.start else self.path[:-1]
+            part = " of ".join([*(f"the {step}" for step in reversed(kind)), joint])
+            within = self.within if self.start else self.path[-1:]
+        if within[:1] == (_UNSTATED,):
+            return f"{'.'.join(within[1:])}{f' of {part}' if part else ''} (not stated)"
+        return ".".join((shared, *within)) if shared else f"{'.'.join(within)}{f' of {part}' if part else ''}"
 
 
 _ROOT: Final = _Place(())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, NamedTuple, Protocol, Self, runtime_checkable
@@ -110,6 +111,14 @@ class Part(BaseModel):
     by_drawing: ClassVar[bool] = False
     # Whether its values enter the stiffness alone.
     elastic_only: ClassVar[bool] = False
+
+    @functools.cached_property
+    def shared_name(self) -> str:
+        """Return the key under which the file describes this part for several joints ("gearboxes.RV"); empty for a part of its own.
+
+        Set by the reader of the file. A changed copy is no longer that part.
+        """
+        return ""
 
     def __copy__(self) -> Self:
         """Return a copy of the fields alone: cached results may not be valid for a changed copy."""

@@ -37,7 +37,7 @@ _UNITS: Final[dict[str, tuple[tuple[str, float, float], ...]]] = {
     "1/K": (("µm/(m K)", 1e-6, 0.0),),
     "s": (("h", 3600.0, 3600.0), ("s", 1.0, 0.0)),
 }
-_SHARED: Final = "a part that several joints share is listed under the first of them"
+_SHARED: Final = "a part that several joints share is listed once, by its name in the file; equal parts of their own under the first of them"
 # Numbers of a list that are written out.
 _WRITTEN_OUT: Final = 6
 

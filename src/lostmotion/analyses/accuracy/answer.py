@@ -15,6 +15,7 @@ from lostmotion.mechanism.serial import tool_points
 from lostmotion.propagation.montecarlo.bands import bands
 from lostmotion.propagation.montecarlo.sensitivity import halving
 from lostmotion.propagation.montecarlo.waterfall import Waterfall, waterfall
+from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -91,7 +92,7 @@ def answer(
     gains = halving(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     open_to = bands(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
-    blame = budget(arm, poses.q, f"over {len(poses)} poses", approach=approach, replicates=poses.replicates, many=many_poses(arm, poses))
+    blame = budget(arm, poses.q, f"over {several(len(poses), 'pose')}", approach=approach, replicates=poses.replicates, many=many_poses(arm, poses))
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)

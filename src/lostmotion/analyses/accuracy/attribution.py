@@ -12,6 +12,7 @@ from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.serial import tool_points
+from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.arguments import At, Zone
@@ -68,4 +69,4 @@ class Attributed:
         if zone is not None:
             mask, name = in_zone(tool_points(self.arm, self.poses.q), zones_of("zone", zone)[0])
             return self.poses.q[mask], f"{name}, {int(mask.sum())} of {len(mask)} poses"
-        return self.poses.q, f"over {len(self.poses)} poses"
+        return self.poses.q, f"over {several(len(self.poses), 'pose')}"

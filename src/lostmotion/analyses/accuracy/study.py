@@ -13,6 +13,7 @@ from lostmotion.error_model.pose_selection import among, one_pose, poses_in_zone
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import tool_points
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
+from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -44,7 +45,7 @@ def carry_out(
         study = Study(**{name: getattr(whole, name) for name in Answer.__dataclass_fields__} | besides)
     elif found.analytic is not None and found.pooled is not None:
         poses, many = found.poses, many_poses(arm, found.poses)
-        every = budget(arm, poses.q, f"over {len(poses)} poses", approach=route.approach, replicates=poses.replicates, many=many)
+        every = budget(arm, poses.q, f"over {several(len(poses), 'pose')}", approach=route.approach, replicates=poses.replicates, many=many)
         study = AnalyticStudy(arm, poses, route.approach, found.analytic, found.pooled, every, zones=in_zones, seed=route.seed, threads=route.threads)
     else:
         raise ValueError("a study by no route")

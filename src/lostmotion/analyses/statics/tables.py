@@ -15,7 +15,7 @@ from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
-from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ _WORDS: Final = (
 
 def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
     """Return the sheet of an arm at rest; `own` are the user's reducers, which are searched besides the catalogue."""
-    counted = f"{len(survey.poses)} poses, {survey.poses.law}"
+    counted = f"{several(len(survey.poses), 'pose')}, {survey.poses.law}"
     sections = [_torques(survey, counted), _causes(survey, counted), _reducers(survey, own), _bearings(survey, counted)]
     known = states(survey.arm)
     if survey.parts:

@@ -55,9 +55,9 @@ class Bands:
         return low * value, high * value
 
     def influence(self, figure: str) -> dict[str, float]:
-        """Return the share of a figure's variance over the draws that each range explains alone: key to share, largest first."""
+        """Return the share of a figure's variance over the draws that each range explains alone: its name to the share, largest first."""
         shares = influence(self.shares, self.ratios[FIGURES.index(figure)])
-        each = {unknown.key: float(share) for unknown, share in zip(self.unknown, shares, strict=True)}
+        each = {unknown.name: float(share) for unknown, share in zip(self.unknown, shares, strict=True)}
         return dict(sorted(each.items(), key=lambda item: -item[1]))
 
 

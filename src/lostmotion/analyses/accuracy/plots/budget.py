@@ -13,7 +13,7 @@ from lostmotion.reporting.chart import label_axes, legend, named_rows, one, stac
 from lostmotion.reporting.palette import LEVELS, LIGHT
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Figure as Number
-from lostmotion.reporting.sheet import in_one_unit, length
+from lostmotion.reporting.sheet import in_one_unit, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,7 +59,7 @@ def budget(answer: Answer) -> Figure:
     names = [short_name(cost.part) for cost in shown]
     shares = [100 * cost.share for cost in shown]
     if rest:
-        names.append(f"{len(rest)} others")
+        names.append(several(len(rest), "other"))
         shares.append(100 * sum(cost.share for cost in rest))
     figure, on = one("Share of mean square by part", 24 + 5.2 * len(names))
     values = np.array(shares)

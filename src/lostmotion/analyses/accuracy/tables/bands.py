@@ -68,7 +68,7 @@ def bands_facts(found: Bands | None) -> dict[str, Any]:
     """Return what result.json holds of the ranges besides the figures: their limits in SI; nothing where every value is known."""
     if found is None:
         return {}
-    return {"ranges": [{"key": each.key, "low": each.band.low, "high": each.band.high, "law": each.band.law} for each in found.unknown]}
+    return {"ranges": [{"key": each.name, "low": each.band.low, "high": each.band.high, "law": each.band.law} for each in found.unknown]}
 
 
 def _text(found: Bands, name: str, value: float) -> str:

@@ -114,18 +114,18 @@ def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
     known = sorted((each for each in held if math.isfinite(each[0])), key=lambda each: -each[0])
     named = [each for each in known if each[0] >= _LEAST_SHARE][:_MOST_DRIVES] or known[:1]
     texts = [f"{_held(each, first=k == 0)}, {Figure(100 * share, '%')}{'' if k else ' of rated'}" for k, (share, each) in enumerate(named)]
-    rest = [share for share, each in known if (share, each) not in named]
+    rest = [(share, each.joint) for share, each in known if (share, each) not in named]
+    unrated = sorted((each for share, each in held if math.isnan(share) and abs(each.worst) > 0), key=lambda each: -abs(each.worst))
     if texts and rest:
-        texts.append(f"others ≤ {Figure(100 * max(rest), '%')}" if max(rest) > _ROUNDING else "the others hold nothing")
-    unrated = [each.joint for share, each in held if math.isnan(share) and abs(each.worst) > 0]
-    if not texts:
-        largest = sorted((each for _, each in held if abs(each.worst) > 0), key=lambda each: -abs(each.worst))[:_MOST_DRIVES]
-        texts = [_held(each, first=k == 0) for k, each in enumerate(largest)]
-    if not texts:
+        most = max(share for share, _ in rest)
+        others = rest[0][1] if len(rest) == 1 else "the other rated drives" if unrated else "the others"
+        texts.append(f"{others} ≤ {Figure(100 * most, '%')}" if most > _ROUNDING else f"{others} hold{'s' if len(rest) == 1 else ''} no load")
+    if not (texts or unrated):
         return "No drive holds a static load."
     if unrated:
-        which = "" if not known else f" for {', '.join(unrated) if len(unrated) <= _MOST_DRIVES else several(len(unrated), 'joint')}"
-        texts.append(f"no rated torque stated{which}")
+        loads = [_held(each, first=k == 0) for k, each in enumerate(unrated[:_MOST_DRIVES])]
+        more = [f"{len(unrated) - _MOST_DRIVES} more with less"] if len(unrated) > _MOST_DRIVES else []
+        texts.append(f"{', '.join([*loads, *more])}, no rated torque stated")
     return f"At the poses studied {'; '.join(texts)}."
 
 

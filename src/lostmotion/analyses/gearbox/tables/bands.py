@@ -40,7 +40,7 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
     note = f"over {drawn}, without the scatter between gearboxes; middle: mean of the gearboxes with the middle of each range; shares: of the wind-up"
     explained = influence(bands.shares, wound)
     ranges = tuple(
-        Row(_range_name(each.key), (Figure(100 * float(share), "%", samples=drawn),), key=key_of(each.key))
+        Row(each.name, (Figure(100 * float(share), "%", samples=drawn),), key=key_of(each.key))
         for each, share in zip(bands.unknown, explained.tolist(), strict=True)
     )
     of_ranges = "share of the variance of the wind-up that each range explains by itself; the largest is the first to measure"
@@ -48,12 +48,6 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
         Section("bands", "What the ranges leave open", COLUMNS, tuple(rows), note),
         Section("ranges", "Ranges", ("share of variance",), tuple(sorted(ranges, key=lambda row: -row.figures[0].value)), of_ranges),
     )
-
-
-def _range_name(key: str) -> str:
-    """Return the name of a range: its key in the file, or what the drawing leaves open."""
-    member = key.removeprefix("unstated.")
-    return key if member == key else f"{member} (not stated)"
 
 
 def _rows(bands: GearBands, read: Readings, units: Units, drawn: str) -> Iterator[Row]:
@@ -109,5 +103,5 @@ def bands_facts(bands: GearBands | None) -> dict[str, Any]:
     """Return what result.json holds of the ranges besides the figures: their limits in SI, and the share of the compliance that depends on them."""
     if bands is None:
         return {}
-    ranges = [{"key": each.key, "low": each.band.low, "high": each.band.high, "law": each.band.law} for each in bands.unknown]
+    ranges = [{"key": each.name, "low": each.band.low, "high": each.band.high, "law": each.band.law} for each in bands.unknown]
     return {"ranges": ranges, "share_of_compliance_in_ranges": bands.unknown_share}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.tables.labels import estimate_figure, load_label
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.reporting.sheet import Figure, Row, Section, length
+from lostmotion.reporting.sheet import Figure, Row, Section, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
@@ -42,7 +42,7 @@ def _known(value: Estimate) -> bool:
 def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
     if load.pooled is None or load.fit is None:
         return []
-    counted = f"{len(load.poses)} poses"
+    counted = several(len(load.poses), "pose")
     rows = [
         Row(name, (estimate_figure(raw, counted), estimate_figure(fitted, counted)))
         for name, raw, fitted in zip(("mean", "standard deviation", "95th percentile", "largest"), *load.pooled, strict=True)
@@ -75,7 +75,10 @@ def _poses(found: MeasuredRobot) -> list[Section]:
         return load_label(pose.name, load.load, found.loads)
 
     accurate = tuple(
-        Row(label(load, pose), (estimate_figure(pose.accuracy, f"{pose.visits} visits"), estimate_figure(Estimate(pose.fitted, math.nan, math.nan))))
+        Row(
+            label(load, pose),
+            (estimate_figure(pose.accuracy, several(pose.visits, "visit")), estimate_figure(Estimate(pose.fitted, math.nan, math.nan))),
+        )
         for load, pose in shown
         if _known(pose.accuracy)
     )
@@ -84,7 +87,7 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     repeats = []
     for load, pose in shown:
         figures = (
-            estimate_figure(pose.repeatability, f"{pose.visits} visits"),
+            estimate_figure(pose.repeatability, several(pose.visits, "visit")),
             *((estimate_figure(pose.without_instrument),) if with_instrument else ()),
         )
         repeats.append(Row(label(load, pose), figures))

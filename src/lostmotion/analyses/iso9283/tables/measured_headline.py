@@ -43,7 +43,9 @@ def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure]) -> st
         parts = []
         if load.pooled is not None:
             raw, fitted = load.pooled
-            parts.append(f"AP_p {estimate_figure(raw[0])}, mean over {len(load.poses)} poses, {estimate_figure(fitted[0])} with best-fit frames")
+            parts.append(
+                f"AP_p {estimate_figure(raw[0])}, mean over {several(len(load.poses), 'pose')}, {estimate_figure(fitted[0])} with best-fit frames"
+            )
         repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
         if repeat:
             parts.append(f"RP_l up to {estimate_figure(max(repeat, key=lambda each: each.value))}")
@@ -121,8 +123,8 @@ def measured_cards(found: MeasuredRobot, compared: list[ComparedFigure]) -> list
         out.append(Card("RP_l measured", str(estimate_figure(max(repeat, key=lambda each: each.value))), f"worst pose{quiet}"))
     if load.pooled is not None:
         out += [
-            Card("AP_p measured", str(estimate_figure(load.pooled[0][0])), f"mean of {len(load.poses)} poses{quiet}"),
-            Card("AP_p measured, best-fit frames", str(estimate_figure(load.pooled[1][0])), f"mean of {len(load.poses)} poses{quiet}"),
+            Card("AP_p measured", str(estimate_figure(load.pooled[0][0])), f"mean of {several(len(load.poses), 'pose')}{quiet}"),
+            Card("AP_p measured, best-fit frames", str(estimate_figure(load.pooled[1][0])), f"mean of {several(len(load.poses), 'pose')}{quiet}"),
         ]
     out += [
         Card(f"{word} measured", str(length(float(load.paths[0].figures[k]))), f"{load.paths[0].name}{quiet}")

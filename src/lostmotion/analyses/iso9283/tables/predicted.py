@@ -14,7 +14,7 @@ from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 from lostmotion.analyses.iso9283.tables.labels import NO_SCATTER, estimate_figure, load_label, scatter_figure
 from lostmotion.reporting.first_order import judged
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.sheet import Figure, Row, Section, length
+from lostmotion.reporting.sheet import Figure, Row, Section, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,7 +47,7 @@ def predicted_sections(found: PredictedRobots, drifted: Drift | None) -> list[Se
 
 
 def _counted(found: PredictedRobots) -> str:
-    return f"{found.robots} robots x {found.cycles} visits"
+    return f"{several(found.robots, 'robot')} x {several(found.cycles, 'visit')}"
 
 
 def _percent(load: float) -> str:
@@ -187,7 +187,7 @@ def _distance(found: PredictedRobots) -> Section:
 
 
 def _path(found: PredictedRobots) -> Section:
-    counted = f"{found.robots} robots x {found.path_cycles} cycles x {found.path_points} points"
+    counted = f"{several(found.robots, 'robot')} x {several(found.path_cycles, 'cycle')} x {several(found.path_points, 'point')}"
     ends = "-".join(NAMES[k] for k in found.path_ends)
     a, b = (found.cube.poses[k, :3, 3] for k in found.path_ends)
     rows = []
@@ -208,7 +208,7 @@ def _path(found: PredictedRobots) -> Section:
 def _drift(found: PredictedRobots, drifted: Drift) -> Section:
     warm, spread = drifted.warm_up, over_robots(drifted.largest)
     hours = drifted.time[-1] / 3600
-    counted = f"{found.robots} robots, {hours:.0f} h"
+    counted = f"{several(found.robots, 'robot')}, {hours:.0f} h"
     rows = (
         Row("dAP_p, P1", (estimate_figure(spread.mean, counted), estimate_figure(spread.high, counted))),
         Row("displacement, P1", (length(float(np.linalg.norm(drifted.shift[-1]))),) * 2),
@@ -223,6 +223,9 @@ def _drift(found: PredictedRobots, drifted: Drift) -> Section:
 
 def _check(found: PredictedRobots) -> Section:
     check = found.check
-    rows = (Row("largest difference", (length(check.largest, samples=f"{check.samples} visits"),)), Row("mean difference", (length(check.mean),)))
+    rows = (
+        Row("largest difference", (length(check.largest, samples=several(check.samples, "visit")),)),
+        Row("mean difference", (length(check.mean),)),
+    )
     note = f"sum of small errors against their exact composition, on a sample: {judged(check, check.length)}"
     return Section("check", "First order against exact", ("value",), rows, note)

@@ -10,7 +10,7 @@ from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.first_order import checked, failure
 from lostmotion.reporting.provenance import provenance_facts, provenance_sections
-from lostmotion.reporting.sheet import Section, Sheet
+from lostmotion.reporting.sheet import Section, Sheet, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def iso_sheet(
         verdict.append(predicted_verdict(predicted, known, either_known))
         facts |= {**_facts(predicted), **provenance_facts(known)}
         about = provenance_sections(known)
-        counted.append(f"{predicted.robots} robots x {predicted.cycles} cycles x 5 poses, seed {predicted.seed}")
+        counted.append(f"{several(predicted.robots, 'robot')} x {several(predicted.cycles, 'cycle')} x 5 poses, seed {predicted.seed}")
         failed = failure(predicted.check, predicted.check.length)
         name, notes = (
             predicted.arm.name,
@@ -137,7 +137,7 @@ def _remarks(found: PredictedRobots) -> list[str]:
 
     out = []
     if found.robots < _FEW:
-        out.append(f"{found.robots} robots are few: their 95th percentile depends on the largest one or two")
+        out.append(f"{several(found.robots, 'robot')}: too few for a 95th percentile, which depends on the largest one or two")
     if found.still:
         out.append(f"joints that do not move in the cycle: {', '.join(found.still)}; their backlash is assumed to stay on one side")
     sheet = found.loads[0]

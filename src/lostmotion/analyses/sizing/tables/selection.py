@@ -9,7 +9,7 @@ from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -30,7 +30,8 @@ _WORDS: Final = (
 
 def selection_sheet(result: PartSelection, notes: tuple[str, ...] = ()) -> Sheet:
     """Return the sheet of a selection of parts."""
-    counted = f"{len(result.poses)} poses x {result.study_size.robots} robots x {result.study_size.visits} visits, seed {result.study_size.seed}"
+    size = result.study_size
+    counted = f"{several(len(result.poses), 'pose')} x {several(size.robots, 'robot')} x {several(size.visits, 'visit')}, seed {size.seed}"
     known = with_limits(states(result.sized), result.sized, result.poses.q)
     small = "{} poses x {} robots x {} visits".format(*result.small_study) + f", seed {result.study_size.seed}"
     return Sheet(

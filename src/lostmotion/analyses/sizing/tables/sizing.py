@@ -14,7 +14,7 @@ from lostmotion.parts.family import section_text
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
-from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length
+from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -41,7 +41,8 @@ def sizing_sheet(result: Sizing, notes: tuple[str, ...] = ()) -> Sheet:
     """Return the sheet of an arm with sized links."""
     given = f", {result.given} given" if result.given else ""
     known = with_limits(states(result.sized), result.sized, result.q)
-    counted = f"{len(result.q)} poses: {len(result.poses)} {result.poses.law}{given}, {result.corners} corners, {_searched(result)} by local search"
+    sources = f"{len(result.poses)} {result.poses.law}{given}, {result.corners} corners, {_searched(result)} by local search"
+    counted = f"{several(len(result.q), 'pose')}: {sources}"
     return Sheet(
         name=result.arm.name,
         subject="sections of its links",
@@ -98,24 +99,27 @@ def _verdict(result: Sizing, known: States) -> str:
     failing = [link for link in result.links if not link.meets_limits]
     if failing:
         return f"No allowed section meets the limits ({_limits(result)}). {'; '.join(_excess(result, link) for link in failing)}."
-    text = f"The mass of the sized links is {_kg(after)}, as stated {_kg(before)}; {_limits(result)} are met at the worst pose of each."
+    one = len(result.links) == 1
+    sized, at = ("link", "its worst pose") if one else ("links", "the worst pose of each")
+    text = f"The mass of the sized {sized} is {_kg(after)}, as stated {_kg(before)}; {_limits(result)} are met at {at}."
     text += f" The r.m.s. tool error changes from {at_least(length(result.rms_error_before), known)} to {at_least(length(result.rms_error), known)}."
     if all(link.governing == 0 for link in result.links):
-        text += " Slope governs at every link."
+        text += f" Slope governs {f'the link of {result.links[0].joint}' if one else 'at every link'}."
     wide = next(point for point in result.trade_off if point.scale == _WIDE)
     if wide.meets_limits and result.rms_error:
         more = 100 * (wide.rms_error / result.rms_error - 1)
         change = f"{abs(more):.2g} % {'larger' if more > 0 else 'smaller'}"
-        text += f" With limits twice as wide the links are {_kg(after - wide.mass)} lighter and the error is {change}."
+        text += f" With limits twice as wide the {sized} {'is' if one else 'are'} {_kg(after - wide.mass)} lighter and the error is {change}."
     return " ".join([text, *caveats(known, missing=False)])
 
 
 def _cards(result: Sizing) -> list[Card]:
     before, after = _masses(result)
+    noun = "link" if len(result.links) == 1 else "links"
     critical = max(result.links, key=lambda link: max(link.utilisation))
     return [
-        Card("links as stated", str(_kg(before))),
-        Card("links sized", str(_kg(after)), "limits met" if result.meets_limits else "limits not met"),
+        Card(f"{noun} as stated", str(_kg(before))),
+        Card(f"{noun} sized", str(_kg(after)), "limits met" if result.meets_limits else "limits not met"),
         Card("r.m.s. tool error", str(length(result.rms_error)), f"as stated {length(result.rms_error_before)}"),
         Card(f"highest utilisation, {critical.joint}", f"{100 * max(critical.utilisation):.3g} %", f"of its {_GOVERNING[critical.governing]}"),
     ]
@@ -185,7 +189,9 @@ def _trade_off(result: Sizing) -> Section:
 def _validation(result: Sizing) -> Section:
     limits = {link.joint: link.limits for link in result.links}
     counted = (
-        f"{result.validation_poses} poses not used in the sizing" if result.poses.law != "given" else f"the {result.validation_poses} poses given"
+        f"{several(result.validation_poses, 'pose')} not used in the sizing"
+        if result.poses.law != "given"
+        else f"the {result.validation_poses} poses given"
     )
     rows = []
     for link in result.validation:

@@ -126,7 +126,7 @@ def _verdict(result: Targets, known: States) -> str:
         text += f" The tightest item is {short_name(one.item.name)}: stated {stated_size(one.item)}, allowed {_allowed(one)}."
     elif single:
         alone = ", ".join(f"{short_name(each.item.name)} ({stated_size(each.item)} to {_allowed(each)})" for each in reversed(single[-2:]))
-        text += f" Or one item alone changes; the smallest change: {alone}."
+        text += f" Or one item alone changes; the smallest change{'s' if len(single) > 1 else ''}: {alone}."
     elif not is_met(result):
         rest = min((each.without.value for each in result.allowances), default=result.current.value)
         text += f" No single item is enough: without it the figure is at least {length(rest)}."
@@ -161,9 +161,9 @@ def _cards(result: Targets, known: States) -> list[Card]:
         one = single[0] if is_met(result) else single[-1]
         out.append(
             Card(
-                "tightest item" if is_met(result) else "smallest change of one item",
+                "allowed size of the tightest item" if is_met(result) else "size that one item alone needs",
                 str(_allowed(one)),
-                f"{short_name(one.item.name)}, stated {stated_size(one.item)}",
+                f"{short_name(one.item.name)}, stated {stated_size(one.item)}{'' if is_met(result) else '; the smallest change'}",
             )
         )
     if result.equal_effect is not None:

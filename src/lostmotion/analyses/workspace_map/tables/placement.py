@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lostmotion.analyses.workspace_map.tables.map_labels import configuration_label, percentile_label, placement_label, size_label
-from lostmotion.reporting.sheet import Row, Section, length
+from lostmotion.reporting.sheet import Row, Section, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.map import WorkspaceMap
@@ -39,7 +39,7 @@ def placement_section(found: WorkspaceMap) -> Section | None:
         return Section("places", title, ("value",), (), placement_sentence(placements, found))
     rows, places = [], []
     for number, box in enumerate(placements.best, start=1):
-        cells = f"{len(box.cells)} cells of the map"
+        cells = f"{several(len(box.cells), 'cell')} of the map"
         other = f"{box.validation_reached} of {box.validation_points} other points reached, {box.validation_poses} other poses"
         low, high = (np.round(end, 9) + 0.0 for end in (box.centre - box.size / 2, box.centre + box.size / 2))  # no -0
         sides = ", ".join(f"{axis} {a * 1e3:.0f} … {b * 1e3:.0f}" for axis, a, b in zip("xyz", low, high, strict=True)) + " mm"
