@@ -115,7 +115,7 @@ def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
         mass, centre, held = _carried(tree, joint.child, after)
         if mass:
             link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
-        notes += _notes_of_fixed_joints(tree, joint.child, held)
+        notes += _notes_of_fixed_joints(tree, joint.child, held, {each.name for each in chain.joints if each.moves})
         entry: dict[str, Any] = {"name": joint.name, "origin": _origin(joint, first=index == 0), "link": link}
         if weighs:
             entry["mass"] = "0 kg"  # a URDF's inertials weigh whole bodies, drives included
@@ -180,13 +180,19 @@ def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float,
     return mass, (x, y, z), held
 
 
-def _notes_of_fixed_joints(tree: UrdfTree, link: str, held: list[UrdfJoint]) -> list[str]:
-    """Return notes on the joints of a link that are not joints of the arm: the mass they carry, and suspicious limits or mistakes."""
+def _notes_of_fixed_joints(tree: UrdfTree, link: str, held: list[UrdfJoint], moving: set[str]) -> list[str]:
+    """Return notes on the joints of a link that are not joints of the arm: the mass they carry, what they follow, suspicious limits or mistakes.
+
+    `moving` are the names of the arm's own joints that move.
+    """
     if not held:
         return []
     weight = math.fsum(tree.links[name].mass for name in {name for joint in held for name in _beyond(tree, joint.child)})
     several = f"{len(held)} joints" if len(held) > 1 else "1 joint"
     out = [f"not taken: {listed([joint.name for joint in held])} ({several} on link '{link}', held at zero, {weight:.3g} kg carried)"]
+    following = [f"{joint.name} (follows {joint.leader})" for joint in held if joint.leader in moving]
+    if following:
+        out.append(f"held at zero, but moving with the arm in the {tree.format}: {listed(following)}; their weight is taken where it hangs at zero")
     odd = [joint.name for joint in held if joint.type in _LIMITED and not joint.mistakes and not joint.limits[0] <= 0 <= joint.limits[1]]
     if odd:
         out.append(f"held at zero, outside their limits: {listed(odd)}; their weight hangs where it cannot stand")

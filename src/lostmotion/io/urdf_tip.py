@@ -7,7 +7,7 @@ that are left, behind three moving joints or more, the name decides (`tcp` befor
 from __future__ import annotations
 
 import re
-from collections import Counter, defaultdict
+from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
@@ -126,18 +126,26 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
         spot = waiting.pop()
         yield spot
         children = tree.children(spot.link)
-        paired = Counter(joint.type == "prismatic" or bool(joint.leader) for joint in children if joint.moves)[True] > 1
+        jaws = [joint.name for joint in children if _is_like_a_jaw(joint, spot, depth[joint.child])]
         has_tool = any(joint.type == "fixed" and _rank(joint.child) <= _FRAMES for joint in children)
         for joint in reversed(children):
             beyond = replace(spot, link=joint.child, fixed=spot.fixed + 1, depth=spot.depth + 1)
             if joint.type in ("floating", "planar") and spot.way:
                 beyond = replace(beyond, aside=True)
             elif joint.moves or joint.mistakes:
-                pair = paired and (joint.type == "prismatic" or bool(joint.leader))
+                pair = len(jaws) > 1 and joint.name in jaws
                 jaw = has_tool and bool(_GRIPPER.search(_words(joint.child))) and not _WRIST.search(_words(joint.name))
                 aside = spot.aside or (sparing and (pair or jaw or _is_aside(joint, depth[joint.child])))
                 beyond = replace(beyond, way=(*spot.way, joint.name), fixed=0, aside=aside, coupled=spot.coupled or bool(joint.leader))
             waiting.append(beyond)
+
+
+def _is_like_a_jaw(joint: UrdfJoint, spot: _Spot, beyond: int) -> bool:
+    """Return whether a joint moves as one jaw of a pair does: it slides or follows another one, and nothing more moves behind it.
+
+    One that follows a joint on the way to it is part of a linkage: jaws follow each other, or a drive beside them.
+    """
+    return joint.moves and not beyond and (joint.leader not in spot.way if joint.leader else joint.type == "prismatic")
 
 
 def _depths(tree: UrdfTree, base: str) -> dict[str, int]:
