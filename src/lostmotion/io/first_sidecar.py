@@ -12,6 +12,7 @@ import numpy as np
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.errors import InputError
+from lostmotion.io.repairs import repair_lines, repairs_in, take_limits
 from lostmotion.io.sidecar import find_sidecar, sidecar_place
 from lostmotion.io.skeleton import example_parts
 from lostmotion.io.toml import key_step, quoted, read_toml
@@ -48,16 +49,20 @@ _LINK: Final = '{ section = { kind = "tube", outer = "80 mm", wall = "4 mm" }, m
 def first_sidecar(path: Path, tip: str | None = None) -> str:
     """Return the text of a sidecar for a URDF, which the reader accepts as it is. Every value in it is marked as assumed.
 
-    `tip` is the link that is the tool; unless given, an existing sidecar decides on it, as on the base. Raises InputError with every mistake in the
-    files.
+    `tip` is the link that is the tool. Unless given, an existing sidecar decides on it, as on the base; its repairs of the description are kept.
+    Raises InputError with every mistake in the files.
     """
     beside = find_sidecar(path)
-    stated = {} if beside is None else {key: value for key, value in read_toml(beside).items() if key in ("tip", "base", XACRO)}
+    whole = {} if beside is None else read_toml(beside)
+    stated = {key: value for key, value in whole.items() if key in ("tip", "base", XACRO)}
+    repairs = repairs_in(whole)
+    stated |= {"joints": repairs} if repairs else {}
     asked = tip is not None
     if asked:
         stated["tip"] = tip
     content = copy.deepcopy(stated)
     tree = tree_of(path, beside, content)
+    take_limits(tree, content)
     try:
         tip = find_chain(tree, content, str(beside or path), sidecar_place(path).name).tip
     except InputError as error:
@@ -82,7 +87,7 @@ def first_sidecar(path: Path, tip: str | None = None) -> str:
         'mass = "0 kg"                 # what the arm carries: it decides on sag and wind-up',
         'assumed = ["mass"]',
     ]
-    joints = _joints(arm, held)
+    joints = _joints(arm, held, repairs)
     for kind, example in _EXAMPLES.items():
         if any(joint.type == kind for joint in arm.moving):
             for table, part in example_parts(example).items():
@@ -107,12 +112,17 @@ def _arguments(stated: dict[str, Any]) -> list[str]:
     return ["", f"[{XACRO}]", *lines] if lines else []
 
 
-def _joints(arm: Arm, held: Floats) -> list[str]:
+def _joints(arm: Arm, held: Floats, repairs: dict[str, dict[str, Any]]) -> list[str]:
     lines: list[str] = []
     for k, joint in enumerate(arm.moving):
         turning = joint.type == "revolute"
         example = f"{_EXAMPLES[joint.type]}_example"
-        lines += ["", f"[joints.{key_step(joint.name)}]", f"# static load: {held[k] if held[k] > _NOTHING else 0:.3g} {joint.load_unit}"]
+        lines += [
+            "",
+            f"[joints.{key_step(joint.name)}]",
+            *repair_lines(repairs.get(joint.name, {})),
+            f"# static load: {held[k] if held[k] > _NOTHING else 0:.3g} {joint.load_unit}",
+        ]
         needed = _MARGIN * max((held[i] for i in range(k, len(held)) if arm.moving[i].type == "revolute"), default=0.0)
         found = _reducers(needed) if turning and needed > _NOTHING else []
         if found:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -18,13 +19,12 @@ from lostmotion.io.dh import rpy_of
 from lostmotion.io.limits import listed
 from lostmotion.io.mjcf_xml import self_contained
 from lostmotion.io.own_process import ask
+from lostmotion.io.sidecar import limits_in_sidecar
 from lostmotion.io.text import refuse
 from lostmotion.io.urdf_tree import MOST_ELEMENTS, UrdfJoint, UrdfLink, UrdfTree, is_name
 from lostmotion.units import LARGEST
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from lostmotion.spatial import Floats
 
 ROOT: Final = "mujoco"
@@ -155,11 +155,13 @@ class _Builder:
         at = (f"{self.tree.file}:{added.line}" if added.line else self.tree.file, added.path)
         limited = bool(self.model["jnt_limited"][joint])
         if added.type == "ball":
-            added.mistakes.append(Problem(*at, "a ball joint", "hinge or slide joints between base and tool", 'type="hinge"'))
+            added.other_mistakes.append(Problem(*at, "a ball joint", "hinge or slide joints between base and tool", 'type="hinge"'))
         elif added.type == "revolute" and not limited:
             added.type = "continuous"
         elif added.type == "prismatic" and not limited:
-            added.mistakes.append(Problem(*at, "a slide without range", "range in m: it decides every figure", 'range="0 0.5"'))
+            stated = limits_in_sidecar(Path(self.tree.file), added.name, added.type)
+            expected = f"range in m, for it decides every figure; or limits in the sidecar, {stated}"
+            added.limit_mistakes.append(Problem(*at, "a slide without range", expected, 'range="0 0.5"'))
         elif added.type != "floating":
             low, high = (self.model["jnt_range"][joint] - self.model["qpos0"][joint]).tolist()
             added.limits = (low, high)

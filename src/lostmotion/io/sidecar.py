@@ -5,6 +5,7 @@
     [gearboxes.large]                # parts that joints share, as in the native format
     [joints.shoulder_pan_joint]      # gearbox, bearing, encoder, mounting, lumped, link
     link = { section = "tube", material = "aluminium", length_tolerance = "50 µm" }
+    limits = ["-90 deg", "90 deg"]   # a repair: in place of those of the URDF, as `mass` and `centre_of_mass` of the link; a note names it
 
 It is NAME.toml beside NAME.urdf or NAME.urdf.xacro, unless another one is given. Of a xacro file it holds the arguments too, in the table [xacro].
 """
@@ -37,6 +38,7 @@ _OF_JOINT: Final = {
     "mounting": 'mounting = { tilt = "0.5 arcmin" }',
     "lumped": 'lumped = { angle = "0.5 arcmin" }',
     "link": 'link = { section = "tube", material = "aluminium" }',
+    "limits": 'limits = ["-90 deg", "90 deg"]',
     "assumed": 'assumed = ["gearbox"]',
     "source": 'source = "maker\'s data sheet, 2024"',
 }
@@ -45,6 +47,7 @@ _OF_LINK: Final = {
     "process": 'process = "ISO 2768 m"',
     "length_tolerance": 'length_tolerance = "50 µm"',
     "mass": 'mass = "2.5 kg"',
+    "centre_of_mass": 'centre_of_mass = ["120 mm", "0 mm", "15 mm"]',
     "section": 'section = "tube"',
     "material": 'material = "aluminium"',
     "compliance": 'compliance = "forearm.csv"',
@@ -56,6 +59,7 @@ _OF_LINK: Final = {
     "assumed": 'assumed = ["section"]',
     "source": 'source = "drawing 4711"',
 }
+_RANGES: Final = {"prismatic": '["0 mm", "500 mm"]'}
 _EXAMPLE: Final = '[joints.shoulder_pan_joint] with gearbox = "large"'
 
 
@@ -80,6 +84,12 @@ def find_sidecar(urdf: Path) -> Path | None:
             f"--sidecar {beside.name}",
         )
     return beside
+
+
+def limits_in_sidecar(description: Path, joint: str, kind: str) -> str:
+    """Return the line of the sidecar that states the limits of a joint which the description leaves without."""
+    example = _RANGES.get(kind, '["-90 deg", "90 deg"]')
+    return f"{sidecar_place(description).name}: [joints.{key_step(joint)}] with limits = {example}"
 
 
 def add_sidecar(draft: Draft, content: dict[str, Any], all_joints: Iterable[str]) -> None:

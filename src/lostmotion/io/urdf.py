@@ -17,12 +17,13 @@ from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.draft import Draft
 from lostmotion.io.limits import cut, listed
+from lostmotion.io.repairs import note_repairs, take_limits
 from lostmotion.io.sidecar import add_sidecar, find_sidecar, sidecar_place
 from lostmotion.io.text import read_old_text
 from lostmotion.io.toml import key_step, read_toml
 from lostmotion.io.urdf_chain import find_chain
 from lostmotion.io.urdf_checks import with_warnings
-from lostmotion.io.urdf_tree import read_tree
+from lostmotion.io.urdf_elements import read_tree
 from lostmotion.io.urdf_xml import root_of
 from lostmotion.io.xacro_file import ENDING as XACRO
 from lostmotion.io.xacro_file import expand, has_macros, take_arguments
@@ -57,10 +58,12 @@ def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
 def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
     """Return the arm that a URDF and the content of its sidecar describe. `content` is consumed; its mistakes name the file `sidecar`."""
     tree = tree_of(path, sidecar, content)
+    take_limits(tree, content)
     chain = find_chain(tree, content, str(sidecar or path), sidecar_place(path).name)
     _stand_as_in_the_file(tree, chain, content)
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
     draft.written.update({("joints", index): f"joints.{key_step(joint.name)}" for index, joint in enumerate(chain.joints)})
+    note_repairs(draft, content, tree)
     add_sidecar(draft, content, tree.joints)
     arm = build_arm(draft)
     return with_warnings(arm, tree, chain)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
 
 _FREE: Final = ("floating", "planar")
 _MOST_OTHERS: Final = 4
+# A slide of so many metres, and of so many times the length of what it carries, is rather a cart on a floor than a joint of an arm.
+_FAR: Final = 5.0
+_FARTHER: Final = 3.0
+_ALL_ROUND: Final = 2 * math.pi - 0.1
 
 
 @dataclass(frozen=True)
@@ -64,9 +69,14 @@ def find_chain(tree: UrdfTree, content: dict[str, Any], sidecar: str, sidecar_na
         expected = f"the name of a link of {tree.file}" + (f" behind the base '{base}'" if base not in tree.roots else "")
         _refuse(tree, sidecar, "tip", shown(tip), expected, f"tip = {quoted(near or _readable_tip(tree, base) or next(iter(tree.links)))}", near)
     joints = tree.path_to(tip, base) or []
-    _check(tree, joints, base, tip)
+    tree.mistakes += _faults(tree, joints, base, tip)
     if tree.mistakes:
         refuse_all(tree.mistakes)
+    cart = _cart(tree, joints, tip)
+    if cart:
+        far = [joint.name for joint in joints if joint.type == "prismatic" and _is_far(joint, joints)]
+        hint = f"base = {quoted(cart)} in {sidecar_name} starts the arm on it"
+        warnings.append(f"{listed(far)} slides far: a cart? Its range is taken as the arm's; {hint}")
     before = tree.path_to(base) or []
     held = [joint.name for joint in before if joint.type != "fixed"]
     if before:
@@ -131,9 +141,11 @@ def _faults(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> lis
     """Return what keeps these joints from being a serial arm."""
     out: list[Problem] = []
     moved = False
+    cart = _cart(tree, joints, tip)
     for joint in joints:
         at = (f"{tree.file}:{joint.line}" if joint.line else tree.file, joint.path)
-        out += joint.mistakes
+        out += [_with_base(mistake, cart) for mistake in joint.limit_mistakes] if cart else joint.limit_mistakes
+        out += joint.other_mistakes
         if joint.type in _FREE and moved:
             expected = "revolute, continuous, prismatic or fixed joints between base and tip"
             out.append(Problem(*at, f"a {joint.type} joint", expected, tree.hinge))
@@ -160,8 +172,33 @@ def _coupled(tree: UrdfTree, joint: UrdfJoint, base: str, at: tuple[str, str], *
     return Problem(*at, found, "joints with drives of their own: coupled joints are not modelled yet", f"{tree.hinge} of its own, if it has a drive")
 
 
-def _check(tree: UrdfTree, joints: list[UrdfJoint], base: str, tip: str) -> None:
-    tree.mistakes += _faults(tree, joints, base, tip)
+def _with_base(mistake: Problem, cart: str) -> Problem:
+    """Return the mistake in the limits of a slide that may be a cart's, with the line that starts the arm on the cart."""
+    expected = f"{mistake.expected}; or, if it is a cart's, a base behind it, {cart}"
+    return replace(mistake, expected=expected, example=f"base = {quoted(cart)}")
+
+
+def _cart(tree: UrdfTree, joints: list[UrdfJoint], tip: str) -> str:
+    """Return the link of the cart that carries the arm; empty where the first joint that moves is no slide of a cart.
+
+    Such a slide has no range, or a far one. Slides and full turns behind it belong to it as long as nothing between them has a mass.
+    """
+    cart = ""
+    for joint in (each for each in joints if each.moves):
+        slides = joint.type == "prismatic" and (bool(joint.limit_mistakes) or _is_far(joint, joints))
+        turns = bool(cart) and (joint.type == "continuous" or (joint.type == "revolute" and joint.limits[1] - joint.limits[0] >= _ALL_ROUND))
+        if not slides and not turns:
+            break
+        cart = joint.child
+        if tree.links[cart].mass:
+            break
+    return cart if cart and _reads(tree, cart, tip) else ""
+
+
+def _is_far(joint: UrdfJoint, joints: list[UrdfJoint]) -> bool:
+    """Return whether a joint slides over a way that no arm behind it compares with."""
+    carried = math.fsum(math.hypot(*each.xyz) for each in joints[joints.index(joint) + 1 :])
+    return joint.limits[1] - joint.limits[0] > max(_FAR, _FARTHER * carried)
 
 
 def _starts(tree: UrdfTree, base: str, tip: object) -> bool:

@@ -15,7 +15,7 @@ from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 
 if TYPE_CHECKING:
     from lostmotion.io.urdf_chain import Chain
-    from lostmotion.io.urdf_tree import UrdfTree
+    from lostmotion.io.urdf_tree import UrdfJoint, UrdfLink, UrdfTree
     from lostmotion.mechanism.arm import Arm
 
 _LIGHTEST: Final = 1e-3  # kg
@@ -45,14 +45,24 @@ def _of_masses(arm: Arm, tree: UrdfTree, chain: Chain) -> list[str]:
     weightless = _weightless(arm, masses)
     if weightless:
         out.append(f"nothing that moves with {listed(weightless)} alone has a mass: is it missing in the {tree.format}?")
-    bodies = [link for joint in chain.joints if (link := tree.links[joint.child]).mass]
-    if len(bodies) >= _SEVERAL and len({link.mass for link in bodies}) == 1:
-        out.append(f"every link weighs {bodies[0].mass:g} kg: placeholders? PlacedMass and what it does are then no better than a guess")
-    if len(bodies) >= _SEVERAL and not any(any(link.centre) for link in bodies):
-        out.append("every centre of mass lies at its link's origin: placeholders? Torques and sag are then no better than a guess")
+    bodies = [(joint, link) for joint in chain.joints if (link := tree.links[joint.child]).mass]
+    several = len(bodies) >= _SEVERAL
+    if several and len({link.mass for _, link in bodies}) == 1:
+        out += _placeholders(bodies, "mass", "every link weighs", f"{bodies[0][1].mass:g} kg")
+    if several and not any(any(link.centre) for _, link in bodies):
+        out += _placeholders(bodies, "centre_of_mass", "every centre of mass lies at", "its link's origin")
     if any(is_balancer(name) for joint in tree.joints.values() if joint.moves for name in (joint.name, joint.child)):
         out.append(f"springs and balancers are not in a {tree.format}: shoulder torques may be overstated")
     return out
+
+
+def _placeholders(bodies: list[tuple[UrdfJoint, UrdfLink]], key: str, words: str, what: str) -> list[str]:
+    """Return the doubt about values that are the same everywhere; none where the sidecar states them all."""
+    left = [joint.name for joint, _ in bodies if key not in joint.repaired]
+    if not left:
+        return []
+    still = "" if len(left) == len(bodies) else f"; the sidecar does not state those of {listed(left)}"
+    return [f"{words} {what}{still}: placeholders? Torques and sag are then no better than a guess"]
 
 
 def _weightless(arm: Arm, masses: list[float]) -> list[str]:
