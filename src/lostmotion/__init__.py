@@ -15,10 +15,8 @@ import pkgutil
 import re
 from typing import Any
 
-from lostmotion.compile_cache import let_numba_cache
+import lostmotion.source_hash  # noqa: F401 - notes first how the source is, whatever is imported later
 from lostmotion.version import __version__ as __version__
-
-let_numba_cache()
 
 # Home of every public name, in reading order; those whose home is a `command` are questions, which the command line asks as well.
 HOMES = {

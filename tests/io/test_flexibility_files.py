@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from lostmotion.checked_file import write_checked
 from lostmotion.io import flexibility_files
 from lostmotion.io.flexibility_files import FlexibilityFiles, keep_flexibilities
 from lostmotion.io.part_file import read_gearbox
@@ -58,12 +58,7 @@ def spoil(raw):
     return raw[:middle] + bytes([raw[middle] ^ 1]) + raw[middle + 1 :]
 
 
-def foreign(raw):
-    """Return a file whose checksum is right, and whose content is no array."""
-    return hashlib.sha256(raw[:100]).digest() + raw[:100]
-
-
-@pytest.mark.parametrize("damaged", [spoil, foreign, lambda raw: raw[:-8], lambda raw: raw[:0], lambda raw: raw[:40], lambda raw: raw * 100])
+@pytest.mark.parametrize("damaged", [spoil, lambda raw: raw[:-8], lambda raw: raw[:0], lambda raw: raw[:40], lambda raw: raw * 100])
 def test_a_damaged_file_is_computed_again(tmp_path, computed, drawn, damaged):
     """One wrong bit is enough: no figure ever follows from it, and the file is whole again."""
     kept.keep_in(FlexibilityFiles(tmp_path))
@@ -74,6 +69,29 @@ def test_a_damaged_file_is_computed_again(tmp_path, computed, drawn, damaged):
     np.testing.assert_array_equal(bodies(drawn)[0], first[0], strict=True)
     assert len(computed) == 2
     assert file.read_bytes() == sound
+
+
+def test_content_that_is_no_array_is_computed_again(tmp_path, computed, drawn):
+    """The checksum of the file is right, and what it contains cannot be read."""
+    kept.keep_in(FlexibilityFiles(tmp_path))
+    first = bodies(drawn)
+    (file,) = tmp_path.iterdir()
+    write_checked(file, file.name.encode(), b"no array")
+    np.testing.assert_array_equal(bodies(drawn)[0], first[0], strict=True)
+    assert len(computed) == 2
+
+
+def test_a_file_in_the_place_of_another_is_not_read(tmp_path):
+    """Two files of one size that were swapped belong to other bodies: both are unknown."""
+    files = FlexibilityFiles(tmp_path)
+    for key in "ab":
+        files.write(key, (np.full(3, ord(key)),))
+    one, other = files._file("a"), files._file("b")
+    contents = one.read_bytes(), other.read_bytes()
+    other.write_bytes(contents[0])
+    one.write_bytes(contents[1])
+    assert files.read("a") is None
+    assert files.read("b") is None
 
 
 def test_other_laws_read_other_files(tmp_path, computed, drawn, monkeypatch):
@@ -108,9 +126,21 @@ def test_a_folder_that_cannot_be_made_costs_only_time(tmp_path, computed, drawn,
     assert [each.name for each in tmp_path.iterdir()] == ["file"]
 
 
-def test_a_file_that_cannot_take_its_place_leaves_nothing_behind(tmp_path):
+def test_a_file_that_cannot_take_its_place_leaves_nothing_behind(tmp_path, monkeypatch):
     """Where the last step fails, and on a full disk, no part of a file stays in the folder."""
+    files = FlexibilityFiles(tmp_path)
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    files.write("key", (np.arange(3.0),))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_in_the_place_of_a_file_is_replaced(tmp_path):
+    """Whatever lies under the name of a file is no obstacle."""
     files = FlexibilityFiles(tmp_path)
     files._file("key").mkdir()
     files.write("key", (np.arange(3.0),))
-    assert [each.name for each in tmp_path.iterdir()] == [files._file("key").name]
+    np.testing.assert_array_equal(files.read("key")[0], np.arange(3.0))

@@ -1,19 +1,21 @@
 """Flexibilities of the elastic bodies of drawn gearboxes in the user's cache folder, so that the next run need not compute them.
 
-A file has a checksum and its content, arrays as NumPy writes them; without a match it is computed again. Its name is a hash of what the arrays follow
-from, with the source text of all laws and the version of NumPy: another version never reads them. The folder can be deleted at any time.
+A file has a checksum of its name and content, arrays as NumPy writes them; without a match they are computed again. Its name is a hash of what
+the arrays follow from, with the source text of all laws and the version of NumPy: another version never reads them. The folder can be deleted at
+any time.
 """
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import io
 import os
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
+
+from lostmotion.checked_file import read_checked, write_checked
+from lostmotion.source_hash import is_unchanged, source_hash
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
 # Number of files above which the older half is deleted, and bytes of the largest one; most have some 50 kB.
 _MOST: Final = 500
 _LARGEST: Final = 4_000_000
-_CHECKSUM: Final = 32
 
 
 def keep_flexibilities() -> None:
@@ -45,14 +46,11 @@ class FlexibilityFiles:
         """Return the arrays of a key, to the bit; None where there are none or the file is damaged."""
         import numpy as np
 
-        try:
-            with self._file(key).open("rb") as file:
-                raw = file.read(_LARGEST + 1)
-        except OSError:
+        file = self._file(key)
+        raw = None if file is None else read_checked(file, file.name.encode(), _LARGEST)
+        if raw is None:
             return None
-        content = io.BytesIO(raw[_CHECKSUM:])
-        if len(raw) > _LARGEST or hashlib.sha256(content.getbuffer()).digest() != raw[:_CHECKSUM]:
-            return None
+        content = io.BytesIO(raw)
         arrays = []
         with suppress(ValueError, EOFError):
             while content.read(1):
@@ -68,38 +66,28 @@ class FlexibilityFiles:
         content = io.BytesIO()
         for each in arrays:
             np.save(content, each, allow_pickle=False)
-        raw = content.getvalue()
-        if len(raw) + _CHECKSUM > _LARGEST:
+        raw, file = content.getvalue(), self._file(key)
+        if len(raw) > _LARGEST or file is None or not is_unchanged():
             return
         with suppress(OSError):
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             self._delete_oldest()
-            file = tempfile.NamedTemporaryFile(dir=self._folder, delete=False)  # noqa: SIM115 - closed below, before it is renamed
-            try:
-                with file:
-                    file.write(hashlib.sha256(raw).digest() + raw)
-                Path(file.name).replace(self._file(key))
-            finally:  # a full disk must not become fuller
-                Path(file.name).unlink(missing_ok=True)
+            write_checked(file, file.name.encode(), raw)
 
-    def _file(self, key: str) -> Path:
-        return self._folder / hashlib.sha256((_laws() + key).encode()).hexdigest()
+    def _file(self, key: str) -> Path | None:
+        laws = _laws()
+        return None if laws is None else self._folder / hashlib.sha256((laws + key).encode()).hexdigest()
 
     def _delete_oldest(self) -> None:
-        files = list(self._folder.iterdir())
+        files = [each for each in self._folder.iterdir() if each.is_file()]
         if len(files) >= _MOST:
             for each in sorted(files, key=lambda file: file.stat().st_mtime)[: _MOST // 2]:
                 each.unlink()
 
 
-@functools.cache
-def _laws() -> str:
-    """Return a hash of the source text of all laws, with the version of NumPy."""
+def _laws() -> str | None:
+    """Return a hash of the source text of all laws, with the version of NumPy; None where it cannot be read."""
     import numpy as np
 
-    import lostmotion.laws
-
-    found = hashlib.sha256(np.__version__.encode())
-    for file in sorted(Path(lostmotion.laws.__path__[0]).rglob("*.py")):
-        found.update(file.read_bytes())
-    return found.hexdigest()
+    source = source_hash("laws")
+    return None if source is None else f"{source} {np.__version__} "

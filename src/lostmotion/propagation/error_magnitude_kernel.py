@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from lostmotion.compiled import compiled
+from lostmotion.compiled import compiled, compiled_with
 from lostmotion.error_model import error_bins
 
 BINS: Final = 2048  # of the histogram of the magnitudes at one pose
@@ -28,7 +28,7 @@ _OF_MOMENTS: Final = 0.1  # uncertainty of mean and deviation, as a share of the
 _INTEGRATED: Final = 1e-3  # uncertainty of integration along the rays, as a share of the deviation
 _CLOSE: Final = 1e-4  # relative length of the last step of Newton's method, after which the error is negligible
 _FREE: Final = {"contract", "reassoc", "nsz", "nnan", "ninf", "arcp"}
-_lanes = njit(nogil=True, cache=True, error_model="numpy", boundscheck=False, fastmath=_FREE)
+_lanes = compiled_with(fastmath=_FREE)
 
 
 @njit(inline="always", error_model="numpy")

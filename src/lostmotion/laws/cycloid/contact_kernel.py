@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numba import njit
 
+from lostmotion.compiled import compiled_with
 from lostmotion.laws.contact import LEAST_LOGARITHM, PALMGREN_EXPONENT
 
 LINEAR, LOGARITHMIC, POWER = range(3)
@@ -30,7 +30,7 @@ _HALVINGS: Final = 30
 _LOWEST: Final = LEAST_LOGARITHM
 _POWER: Final = PALMGREN_EXPONENT
 
-_jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
+_jit = compiled_with(fastmath={"contract"})
 
 
 @_jit

@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numba import njit
 
+from lostmotion.compiled import compiled_with
 from lostmotion.laws.contact import LEAST_LOGARITHM, PALMGREN_EXPONENT
 from lostmotion.laws.cycloid.contact_kernel import BEARING, LINEAR, LOADED, LOGARITHMIC, RESIDUAL, ROTATION, SOFTNESS, TOLERANCE
 
@@ -30,7 +30,7 @@ _POWER: Final = PALMGREN_EXPONENT
 # Sums over all contacts.
 _ALONG, _AROUND, _TOTAL, _LENGTH, _LARGEST = range(5)
 
-_jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
+_jit = compiled_with(fastmath={"contract"})
 
 
 @_jit

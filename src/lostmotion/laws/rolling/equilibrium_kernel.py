@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numba import njit
+
+from lostmotion.compiled import compiled_with
 
 _STEPS: Final = 2000  # hundreds of steps are needed where a very small load in a large clearance closes one contact after another
 _TRIES: Final = 40  # per step
@@ -20,7 +21,7 @@ _ROUNDING: Final = 5e-16
 _SOFTEST: Final = 1e-12
 _POINT: Final = 1.5  # exponent of a point contact, computed faster by a square root
 
-_jit = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, boundscheck=False)
+_jit = compiled_with(fastmath={"contract"})
 
 
 @_jit
