@@ -69,7 +69,8 @@ PLAIN: dict[str, Any] = {
 # A gearbox by stated figures of each kind.
 STATED = {
     "catalogue": 'gearbox = "RV-40E-121"',
-    "no torque": 'gearbox = "CSG-25-100"',
+    "no torque": '[gearbox]\nratio = 100\nstiffness = ["31e3 N m/rad", "50e3 N m/rad", "57e3 N m/rad"]\nzone_torques = ["14 N m", "48 N m"]\n'
+    'backlash = "0 arcmin"\nhysteresis = "1 arcmin"\ntransmission_error = "0.8 arcmin"',
     "worm": '[gearbox]\nkind = "worm"\nwheel_teeth = 60\nbacklash = "1 arcmin ± 0.3 arcmin"\nlead_angle = "3 deg"\nfriction_coefficient = 0.1\n'
     'rated_torque = "100 N m"\nstiffness = ["10 N m/arcmin", "20 N m/arcmin"]\nzone_torques = ["20 N m"]\nworm_error = "0.2 arcmin"\n'
     'hysteresis = "0.2 arcmin"',
@@ -334,7 +335,7 @@ def test_a_drive_that_slides_is_read_in_lengths(tmp_path):
 
 
 def test_without_a_torque_no_figure_is_invented(tmp_path):
-    """A strain wave gear whose maker states no rated torque shows its zones, no loop, and says how to give one."""
+    """A gearbox without a rated torque shows its zones, no loop, and says how to give one."""
     found = stated(tmp_path, "no torque")
     assert found.loop is None
     assert {section.key for section in found.sheet.sections} == {"stated", "zones", "transmission", "inputs", "laws"}
@@ -441,7 +442,7 @@ def test_the_definition_of_the_stiffness_is_printed_beside_it(tmp_path):
 
 
 def test_lost_motion_is_never_read_at_a_share_of_the_torque_asked_for(tmp_path):
-    """A strain wave gear without a rated torque has no lost motion at 3 % of it; with one it is read there whatever --torque is."""
+    """A gearbox without a rated torque has no lost motion at 3 % of it; with one it is read there whatever --torque is."""
     path = tmp_path / "stated.toml"
     path.write_text(STATED["no torque"])
     for torque in ("20 N m", "60 N m"):

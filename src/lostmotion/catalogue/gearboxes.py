@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import re
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NoReturn, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NoReturn, Self, TypeAlias, TypeVar
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Rows: TypeAlias = "Mapping[str, Sequence[GearboxRow]]"
 Values = Literal["limit", "typical"]
+Value = TypeVar("Value")
 Ratio = Annotated[float, Quantity("", "100", above=0)]
 
 _NONE: Final[Rows] = {}
@@ -35,7 +36,13 @@ _MOST_MAKERS: Final = 4
 REPLACES: Final = {"backlash": {"lost_motion", "lost_motion_torque"}, "lost_motion": {"backlash"}, "stiffness": {"zone_torques"}}
 _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error", "stiffness_scatter")
 _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
-_INERTIAS: Final = 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'
+_BY_RATIO: Final = {
+    "inertia_by_ratio": ("each with a moment of inertia at the input", 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'),
+    "torques_by_ratio": (
+        "each with three torques: rated, repeated peak, momentary peak",
+        'torques_by_ratio = { "80" = ["63 N m", "137 N m", "255 N m"] }',
+    ),
+}
 _TYPICAL: Final = 'typical = { hysteresis = "0.2 arcmin", source = "measured on 5 pieces, 2024" }'
 # Confidence in a source, as the data file marks it: [R] verified against the source, [M 95] not verified, 95 % confidence.
 _MARK: Final = re.compile(r"\s*\[(?P<mark>R|M (?P<confidence>\d\d))\]")
@@ -66,10 +73,12 @@ class _Printed(Part):
     acceleration_torque: TorqueAmount | None = None
     emergency_torque: TorqueAmount | None = None
     inertia_by_ratio: Annotated[dict[Line, Inertia], Field(max_length=50)] = Field(default={})
+    torques_by_ratio: Annotated[dict[Line, tuple[TorqueAmount, TorqueAmount, TorqueAmount]], Field(max_length=50)] = Field(default={})
     printed: Annotated[Line, Field(max_length=300)] = ""
     source: Annotated[Line, Field(min_length=1, max_length=200)]
     mass_source: Annotated[Line, Field(max_length=200)] = ""
     inertia_source: Annotated[Line, Field(max_length=200)] = ""
+    torque_source: Annotated[Line, Field(max_length=200)] = ""
 
     @model_validator(mode="after")
     def _is_of_one_class(self) -> Self:
@@ -77,11 +86,11 @@ class _Printed(Part):
         if len(stated) > 1:
             context = {"why": _and(stated), "expected": "one of them, or none for every ratio", "example": "ratio_above = 50"}
             raise PydanticCustomError("gearbox", "{why}", context)
-        strange = [ratio for ratio in self.inertia_by_ratio if not _RATIO.fullmatch(ratio)]
-        if strange:
-            expected = "ratios as keys, each with a moment of inertia at the input"
-            context = {"why": f"{shown(strange[0])} in inertia_by_ratio", "expected": expected, "example": _INERTIAS}
-            raise PydanticCustomError("gearbox", "{why}", context)
+        for key, (value, example) in _BY_RATIO.items():
+            strange = [ratio for ratio in getattr(self, key) if not _RATIO.fullmatch(ratio)]
+            if strange:
+                context = {"why": f"{shown(strange[0])} in {key}", "expected": f"ratios as keys, {value}", "example": example}
+                raise PydanticCustomError("gearbox", "{why}", context)
         return self
 
 
@@ -123,11 +132,12 @@ class GearboxRow(_Printed):
     upper_limits     fields for which the maker prints a limit and no value
     typical          typical values of delivered gearboxes for such fields, with their source; used where a file states values = "typical"
     inertia_by_ratio moment of inertia at the input where it depends on the ratio
+    torques_by_ratio rated, repeated peak and momentary peak torque where they depend on the ratio; those of the row itself are the smallest of them
     lost_motion      as printed, where `part` states it by other fields
     moment_rigidity  of the main bearing against tilting; kept as data, as acceleration_torque and emergency_torque
     printed          the maker's figures where `part` states them by other fields
     source           with its confidence: [R] verified against the source, [M 95] not verified, 95 % confidence
-    mass_source      of the mass in `part`, inertia_source of moments of inertia, where they have another source
+    mass_source      of the mass in `part`, inertia_source of moments of inertia, torque_source of torques, where they have another source
     """
 
     part: dict[str, Any]
@@ -174,6 +184,10 @@ class GearboxRow(_Printed):
         """Return the fields with a typical value."""
         return [name for name in self.typical if name != "source"]
 
+    def torques_at(self, ratio: object) -> tuple[float, float, float] | None:
+        """Return rated, repeated peak and momentary peak torque (N m) at a ratio; None where the row does not state them by ratio."""
+        return _at_ratio(self.torques_by_ratio, ratio)
+
     def with_stated(self, stated: dict[str, Any], values: Values = "limit") -> dict[str, Any]:
         """Return the fields of a gearbox with this row and with the fields stated by the user, which have priority.
 
@@ -183,13 +197,21 @@ class GearboxRow(_Printed):
         replaced = {other for name in stated for other in REPLACES.get(name, ())}
         typical = {name: self.typical[name] for name in self.typical_fields if name not in stated} if values == "typical" else {}
         kept = {name: typical.get(name, value) for name, value in self.part.items() if name not in replaced}
-        inertia = next((value for ratio, value in self.inertia_by_ratio.items() if _is_ratio(stated.get("ratio"), float(ratio))), None)
+        inertia = _at_ratio(self.inertia_by_ratio, stated.get("ratio"))
         if inertia is not None:
             kept["inertia"] = f"{inertia!r} kg m^2"
+        torques = self.torques_at(stated.get("ratio"))
+        if torques is not None and "rated_torque" not in stated:
+            kept["rated_torque"] = f"{torques[0]!r} N m"
         limits = [name for name in self.upper_limits if name in kept and name not in stated and name not in typical]
         own = stated.get("source")
-        others = {"typical": self.typical["source"] if typical else "", "mass": self.mass_source, "inertia": self.inertia_source}
-        besides = [f"{name}: {text}" for name, text in others.items() if text and (name == "typical" or (name in kept and name not in stated))]
+        others = {"typical": self.typical["source"] if typical else "", "rated_torque": self.torque_source, "mass": self.mass_source}
+        others["inertia"] = self.inertia_source
+        besides = [
+            f"{name.replace('_', ' ')}: {text}"
+            for name, text in others.items()
+            if text and (name == "typical" or (name in kept and name not in stated))
+        ]
         pieces = [source_in_words(piece) for piece in (self.source, *besides)]
         if isinstance(own, str) and own:
             pieces = [own, f"the rest: {pieces[0]}", *pieces[1:]]
@@ -207,7 +229,7 @@ class GearboxRow(_Printed):
 
     def _doubted(self, name: str, typical: Mapping[str, Any]) -> bool:
         """Return whether a field's value is only assumed: a typical one, or one that was not verified."""
-        own = {"mass": self.mass_source, "inertia": self.inertia_source}.get(name)
+        own = {"mass": self.mass_source, "inertia": self.inertia_source, "rated_torque": self.torque_source}.get(name)
         return name in typical or mark_of(own or self.source).startswith("M")
 
     def note(self, name: str, stated: dict[str, Any], values: Values = "limit") -> str:
@@ -306,12 +328,13 @@ def _size(amount: Any) -> float:  # noqa: ANN401 - an amount with or without its
     return float(getattr(amount, "nominal", amount) or 0.0)
 
 
-def _is_ratio(stated: Any, ratio: float) -> bool:  # noqa: ANN401 - whatever a file holds
-    """Return whether this is what a file states as the ratio, as a number or as text."""
+def _at_ratio(by_ratio: Mapping[str, Value], stated: Any) -> Value | None:  # noqa: ANN401 - whatever a file holds
+    """Return the value at the ratio that a file states, as a number or as text; None where the table has none at that ratio."""
     try:
-        return float(stated) == ratio
+        ratio = float(stated)
     except (TypeError, ValueError, OverflowError):
-        return False
+        return None
+    return next((value for each, value in by_ratio.items() if float(each) == ratio), None)
 
 
 def _typical(rows: Sequence[GearboxRow]) -> str:

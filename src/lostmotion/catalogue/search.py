@@ -48,12 +48,16 @@ class SearchResult:
     not_stated: dict[str, tuple[GearboxRow, ...]]
 
 
-def searchable_figures(row: GearboxRow) -> dict[str, float]:
-    """Return the figures of a row that can be searched for, in SI; NaN where it states none. Stiffness is that of the softest zone."""
+def searchable_figures(row: GearboxRow, ratio: float | None = None) -> dict[str, float]:
+    """Return the figures of a row that can be searched for, in SI; NaN where it states none.
+
+    Stiffness is that of the softest zone, the rated torque that at `ratio`, or else the smallest of the ratios of the row.
+    """
     part = row.figures.part
+    torques = row.torques_at(ratio)
     lost_motion = row.lost_motion if part.lost_motion is None else part.lost_motion
     return {
-        "rated torque": math.nan if part.rated_torque is None else part.rated_torque,
+        "rated torque": torques[0] if torques else math.nan if part.rated_torque is None else part.rated_torque,
         "stiffness": min(part.zones, default=math.nan),
         "lost motion": math.nan if lost_motion is None else lost_motion,
         "mass": math.nan if part.mass is None else part.mass,
@@ -77,7 +81,7 @@ def search(rows: Sequence[GearboxRow], wanted: Criteria) -> SearchResult:
     for row in rows:
         if sought not in row.maker.casefold() or (wanted.ratio is not None and not row.applies_to(wanted.ratio)):
             continue
-        stated = searchable_figures(row)
+        stated = searchable_figures(row, wanted.ratio)
         limits = {name: (limit, sign) for name, (limit, sign) in asked.items() if limit is not None}
         if any(sign * limit > sign * stated[name] * _SAME**sign for name, (limit, sign) in limits.items()):
             continue  # a comparison with NaN is never true: a figure that is not stated does not exclude a row

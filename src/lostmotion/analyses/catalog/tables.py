@@ -279,7 +279,11 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
             lines.append((f"typical {key}", f'{value}, where a file asks for values = "typical" ({source_in_words(str(row.typical["source"]))})'))
     if row.inertia_by_ratio:
         lines.append(("inertia by ratio", ", ".join(f"{ratio}: {value * 1e4:.3g}" for ratio, value in row.inertia_by_ratio.items()) + " kg cm^2"))
-    lines += [(name, source_in_words(text)) for name, text in (("mass from", row.mass_source), ("inertia from", row.inertia_source)) if text]
+    if row.torques_by_ratio:
+        by_ratio = ", ".join(f"{ratio}: {' / '.join(f'{each:.4g}' for each in torques)}" for ratio, torques in row.torques_by_ratio.items())
+        lines.append(("rated, repeated peak and momentary peak torque by ratio", f"{by_ratio} N m"))
+    sources = {"torques from": row.torque_source, "mass from": row.mass_source, "inertia from": row.inertia_source}
+    lines += [(name, source_in_words(text)) for name, text in sources.items() if text]
     lines += [("mass", "not stated: counted as zero")] if facts.part.mass is None else []
     lines += [("printed", row.printed)] if row.printed else []
     lines += [("not specified", ", ".join(row.unstated))] if row.unstated else []
