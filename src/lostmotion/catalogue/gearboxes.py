@@ -38,10 +38,7 @@ _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error",
 _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
 _BY_RATIO: Final = {
     "inertia_by_ratio": ("each with a moment of inertia at the input", 'inertia_by_ratio = { "57" = "3.25e-5 kg m^2", "121" = "1.37e-5 kg m^2" }'),
-    "torques_by_ratio": (
-        "each with three torques: rated, repeated peak, momentary peak",
-        'torques_by_ratio = { "80" = ["63 N m", "137 N m", "255 N m"] }',
-    ),
+    "torques_by_ratio": ("each with rated, repeated and momentary peak torque", 'torques_by_ratio = { "80" = ["63 N m", "137 N m", "255 N m"] }'),
 }
 _TYPICAL: Final = 'typical = { hysteresis = "0.2 arcmin", source = "measured on 5 pieces, 2024" }'
 # Confidence in a source, as the data file marks it: [R] verified against the source, [M 95] not verified, 95 % confidence.
@@ -207,11 +204,8 @@ class GearboxRow(_Printed):
         own = stated.get("source")
         others = {"typical": self.typical["source"] if typical else "", "rated_torque": self.torque_source, "mass": self.mass_source}
         others["inertia"] = self.inertia_source
-        besides = [
-            f"{name.replace('_', ' ')}: {text}"
-            for name, text in others.items()
-            if text and (name == "typical" or (name in kept and name not in stated))
-        ]
+        used = {"typical", *kept} - {*stated}
+        besides = [f"{name.replace('_', ' ')}: {text}" for name, text in others.items() if text and name in used]
         pieces = [source_in_words(piece) for piece in (self.source, *besides)]
         if isinstance(own, str) and own:
             pieces = [own, f"the rest: {pieces[0]}", *pieces[1:]]
