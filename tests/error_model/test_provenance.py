@@ -103,8 +103,8 @@ def test_a_kind_of_error_is_missing_where_any_joint_lacks_it():
     encoder = {"zero": 1e-4}
     one, both = (states(Arm(name="x", joints=(joint(encoder=encoder), joint("B", **more)))).ideal_kinds for more in ({}, {"encoder": encoder}))
     assert set(one) - set(both) == {"encoder"}
-    # links without length have no error, and joints that turn have no guideway
-    assert set(both) == set(KINDS) - {"encoder", "lumped", "link bending", "link length", "guideway"}
+    # links without length have no error, joints that turn have no guideway, and a servo is listed only where it is described
+    assert set(both) == set(KINDS) - {"encoder", "lumped", "link bending", "link length", "guideway", "servo"}
 
 
 def test_a_base_alone_is_an_error_source():

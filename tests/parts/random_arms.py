@@ -179,6 +179,7 @@ class _Maker:
             limits = (-self.size(1.5), self.size(1.5)) if self.turns else (0.0, self.size(0.3))
             out |= {"axis": self.axis(), "limits": limits, "gearbox": self.gearbox(), "bearing": self.bearing()}
             out |= {"encoder": self.encoder(out["gearbox"]), "lumped": self.lumped()}
+            self.scatter(out)
         return self.stated(**out)
 
     def gearbox(self) -> Any:
@@ -228,6 +229,15 @@ class _Maker:
             {"kind": "worm", "wheel_teeth": 60, "worm_error": self.some(angle), "wheel_error": self.some(angle), "mesh_error": self.some(angle)},
         )
         return {**out, **kind, **self.stated(transmission_error=waves)}
+
+    def scatter(self, joint: dict[str, Any]) -> None:
+        """Add what scatters from visit to visit, from a generator of its own: everything else is drawn as without it."""
+        rng = self.rng.spawn(1)[0]
+        share, gearbox, encoder = float(rng.uniform(0, 0.5)), joint["gearbox"], joint["encoder"] or {}
+        if isinstance(gearbox, dict) and "hysteresis" in gearbox:
+            gearbox["hysteresis_scatter"] = share
+        if rng.uniform() < 0.5 and "dead_band" not in encoder:
+            joint["servo"] = {"dead_band": share * (1e-3 if self.turns else 1e-4)}
 
     def bearing(self) -> dict[str, Any] | None:
         turning = self.turns

@@ -18,9 +18,10 @@ from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.error_source import ErrorSource, Friction
 from lostmotion.parts.gearbox.cycloidal.sources import ErrorHarmonic, Loop, Play, TransmissionError, WindUp
 from lostmotion.parts.guideway import Guideway
-from lostmotion.parts.joint import Mounting
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
+from lostmotion.parts.mounting import Mounting
+from lostmotion.parts.servo import ServoStops
 from lostmotion.parts.term import Condition, Motion
 from lostmotion.units import Toleranced
 from tests.parts.conditions import SLIDE_Z, TURN_Z, condition, drawn, encoder, gearbox, screw_drive, terms_at
@@ -48,6 +49,7 @@ def full_gearbox(s: float) -> ErrorSource:
         stiffness_scatter=0.1,
         backlash=Toleranced(s * 2e-4, s * 1e-4),
         hysteresis=s * 1e-4,
+        hysteresis_scatter=0.3,
         transmission_error=[{"amplitude": s * 1e-4, "cycles": 2.0}, {"amplitude": s * 2e-5, "cycles": 200.0}],
     ).model_copy(update={"lead": 0.01})
 
@@ -126,7 +128,7 @@ class DrawnGearbox(ErrorSource):
             WindUp(torque, s * 1e-6 * torque**0.9, s * np.array([0.0, 1e-7, 1e-6, 2e-6]), (("onyx", 0.15), ("steel", 0.05))),
             TransmissionError(torque[1:], harmonics),
             Play(Toleranced(s * 2e-4, s * 1e-4), Friction.of_load(3.0)),
-            Loop(torque, s * 1e-6 * torque, 0.1 * torque),
+            Loop(torque, s * 1e-6 * torque, 0.1 * torque, 0.2),
         )
 
     def terms(self, motion: Motion) -> list[Term]:
@@ -143,6 +145,7 @@ PARTS: dict[str, Callable[[float], ErrorSource]] = {
     "crossed roller": full_crossed,
     "motor encoder": full_encoder("motor"),
     "output encoder": full_encoder("output"),
+    "servo": lambda s: ServoStops(s * 1e-3, 50.0),
     "lumped normal": lambda s: Lumped(angle=s * 1e-3, offset=s * 3e-5),
     "lumped uniform": lambda s: Lumped(angle=s * 1e-3, law="uniform", varies="robot"),
     "lumped two-sided": lambda s: Lumped(angle=s * 1e-3, law="two-sided"),

@@ -10,8 +10,9 @@ from pydantic import ValidationError
 
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.base import Base
-from lostmotion.parts.joint import FixedJoint, Mounting, PrismaticJoint, RevoluteJoint
+from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
 from lostmotion.parts.lumped import Lumped
+from lostmotion.parts.mounting import Mounting
 from lostmotion.spatial import pose_of
 from lostmotion.units import Toleranced
 from tests.parts.conditions import SLIDE_Z, TURN_Z, at_tool, condition, design, drawn, encoder, terms_at, visit_size

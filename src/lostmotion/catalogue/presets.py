@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 # Parts of a joint that have presets, in the order of the arm file.
-PARTS: Final = ("gearbox", "bearing", "guideway", "encoder", "mounting", "link")
+PARTS: Final = ("gearbox", "bearing", "guideway", "encoder", "servo", "mounting", "link")
 _NO_VALUES: Final = ("type", "source")
 
 

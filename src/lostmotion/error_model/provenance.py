@@ -29,6 +29,7 @@ KINDS: Final = (
     "bearing",
     "guideway",
     "encoder",
+    "servo",
     "axis mounting",
     "link bending",
     "link length",
@@ -40,7 +41,7 @@ KINDS: Final = (
 _OF_GEARBOX: Final = {
     "backlash": (("backlash", "lost_motion"), ("lost_motion_torque",)),
     "stiffness": (("stiffness",), ("zone_torques", "stiffness_scatter")),
-    "hysteresis": (("hysteresis",), ()),
+    "hysteresis": (("hysteresis", "hysteresis_scatter"), ()),
 }
 _OF_ENCODER: Final = ("resolution", "noise", "eccentricity", "zero", "scale_error")
 _OF_GUIDEWAY: Final = ("straightness", "pitch", "yaw", "roll")
@@ -70,7 +71,7 @@ class LimitShare:
 
 @dataclass(frozen=True, slots=True)
 class JointStates:
-    """The state of each kind of error source of one joint; a kind that the joint cannot have is omitted."""
+    """The state of each kind of error source of one joint; a kind that the joint cannot have is omitted, and a servo that is not described."""
 
     joint: str
     states: Mapping[str, State]
@@ -213,6 +214,8 @@ def _of_joint(joint: Joint) -> dict[str, State]:
         if joint.type == "prismatic":
             found["guideway"] = _state(joint.guideway, _OF_GUIDEWAY, whole="guideway" in joint.assumed)
         found["encoder"] = _state(joint.encoder, _OF_ENCODER, ("ratio",), whole="encoder" in joint.assumed)
+        if joint.servo is not None:
+            found["servo"] = _state(joint.servo, ("dead_band",), whole="servo" in joint.assumed)
         found["lumped"] = _state(joint.lumped, _OF_LUMPED, _all(joint.lumped), whole="lumped" in joint.assumed)
     found["axis mounting"] = _state(joint.mounting, _all(joint.mounting), whole="mounting" in joint.assumed)
     found |= _of_link(joint.link, whole="link" in joint.assumed)

@@ -35,6 +35,7 @@ _OF_JOINT: Final = {
     "bearing": 'bearing = "large"',
     "guideway": 'guideway = { straightness = "20 µm", pitch = "20 arcsec" }',
     "encoder": 'encoder = { zero = "0.2 arcmin" }',
+    "servo": 'servo = { dead_band = "0.05 deg" }',
     "mounting": 'mounting = { tilt = "0.5 arcmin" }',
     "lumped": 'lumped = { angle = "0.5 arcmin" }',
     "link": 'link = { section = "tube", material = "aluminium" }',

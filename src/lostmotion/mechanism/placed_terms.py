@@ -20,7 +20,7 @@ class PlacedPart:
     """A part with errors, and its place.
 
     owner   full name of the part ("joints.A.gearbox")
-    kind    "gearbox", "bearing", "guideway", "encoder", "lumped", "mounting", "link" or "base"
+    kind    "gearbox", "bearing", "guideway", "encoder", "servo", "lumped", "mounting", "link" or "base"
     joint   index of the moving joint on whose value its errors depend, a column of q; None for a part without one
     place   index of the place in whose frame its terms are stated
     source  the part, which returns its terms

@@ -61,9 +61,14 @@ class Encoder(OfClass, ErrorSource, Generic[AmountT]):
             raise PydanticCustomError("limits", "{why}", context)
         return self
 
+    @property
+    def turns(self) -> float:
+        """Return the turns of the encoder per turn of the output, or of the screw: one where the encoder is on the output."""
+        return (self.ratio or 1.0) if self.side == "motor" else 1.0
+
     def terms(self, motion: Motion) -> list[Term]:
         """Return the errors of the position that the encoder reports."""
-        turns = (self.ratio or 1.0) if self.side == "motor" else 1.0
+        turns = self.turns
         ratio, along = turns if motion.turning else 1.0, Constant(motion.twist)
         out: list[Term] = []
         if self.resolution:

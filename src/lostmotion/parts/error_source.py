@@ -53,6 +53,8 @@ LinearStiffness = Annotated[float, Quantity("N/m", "200 N/µm", above=0, band="l
 # A length per length: of a scale, or of the lead of a screw.
 Gradient = Annotated[float, Quantity("", "50 µm/m", low=0, high=0.01)]
 Share = Annotated[float, Quantity("", "10 %", low=0, high=0.33)]
+# Of the friction loop of a drive, from visit to visit.
+FrictionShare = Annotated[float, Quantity("", "20 %", low=0, high=1)]
 # Of any solid: from fibres, which shrink, to soft polymers.
 Expansion = Annotated[float, Quantity("1/K", "23e-6 1/K", low=-50e-6, high=1e-3, band="uniform")]
 TemperatureDifference = Annotated[Toleranced, Quantity("K", "5 K ± 5 K", low=-200, high=200, toleranced=True)]

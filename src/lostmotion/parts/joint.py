@@ -11,7 +11,6 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
-from lostmotion.laws.distributions import Normal
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
@@ -19,20 +18,19 @@ from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.error_source import AngleAmount, ErrorSource, Grouped, LengthAmount, Mass, Part, Price
-from lostmotion.parts.forms import Constant
-from lostmotion.parts.gearbox.gearbox import AmountT, HasPlay, PlayInLoop
+from lostmotion.parts.gearbox.gearbox import AmountT
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox, is_drawn
+from lostmotion.parts.gearbox.play_in_loop import play_left_open
 from lostmotion.parts.gearbox.slide import SlideFigures
 from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.link import Direction, ElasticLink, Frame, Link, Vector, unit
 from lostmotion.parts.lumped import Lumped
+from lostmotion.parts.mounting import Mounting
 from lostmotion.parts.provenance import OfClass
-from lostmotion.parts.standard_terms import limit_terms, parameter
-from lostmotion.spatial import across
+from lostmotion.parts.servo import Servo
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
-    from lostmotion.parts.term import Motion, Term
     from lostmotion.spatial import Floats
     from lostmotion.units import Toleranced
 
@@ -86,28 +84,6 @@ PlaceName = Annotated[
     Field(max_length=LONGEST_JOINT_NAME + len(".seat"), description="an earlier place: base, or NAME.seat, NAME or NAME.tip of a joint"),
     AfterValidator(_is_name),
 ]
-
-
-class Mounting(OfClass, ErrorSource):
-    """Tolerances of the joint's axis in the previous link: ± tilt about, and ± offset along, the two directions across it."""
-
-    shareable: ClassVar[bool] = False
-    tilt: AngleAmount = 0.0
-    offset: LengthAmount = 0.0
-
-    def terms(self, motion: Motion) -> list[Term]:
-        """Return the errors of the axis in the seat's frame, which does not turn with the joint."""
-        tilt, offset = parameter("axis tilt", self.tilt, "rad"), parameter("axis offset", self.offset, "m")
-        law = Normal()
-        out: list[Term] = []
-        for k, direction in enumerate(across(motion.axis), 1):
-            if self.tilt:
-                turn = Constant(np.concatenate([direction, np.zeros(3)]))
-                out += limit_terms(f"axis tilt {k}", turn, self.tilt, law, tilt, cause="axis tilt")
-            if self.offset:
-                shift = Constant(np.concatenate([np.zeros(3), direction]))
-                out += limit_terms(f"axis offset {k}", shift, self.offset, law, offset, cause="axis offset")
-        return out
 
 
 class _Joint(OfClass):
@@ -191,34 +167,36 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
     lumped: Lumped | None = None
     gearbox: GearboxT | None = None
     encoder: Encoder[AmountT] | None = None
+    servo: Servo[AmountT] | None = None
 
     @functools.cached_property
     def sources(self) -> dict[str, ErrorSource]:
-        """Return the error sources by name, each member of a grouped part by itself; of a gearbox with an output encoder only its open play."""
+        """Return the error sources by name, each member of a grouped part by itself.
+
+        Of a gearbox with an output encoder only its open play remains, or none where the servo states a dead band: the output then rests within it.
+        """
         gearbox, encoder = self.gearbox, self.encoder
         if encoder is not None and gearbox is not None:
             own = {"ratio": encoder.ratio or abs(gearbox.ratio), "lead": encoder.lead or _lead_of(gearbox)}
             encoder = encoder.model_copy(update=own)
         in_loop = encoder is not None and encoder.side == "output"
-        found = {"gearbox": None if in_loop else gearbox, "bearing": self.bearing, **self._own_sources, "encoder": encoder, "lumped": self.lumped}
+        servo = None if self.servo is None else self.servo.behind(1.0 if encoder is None else encoder.turns)
+        found = {"gearbox": None if in_loop else gearbox, "bearing": self.bearing, **self._own_sources, "encoder": encoder, "servo": servo}
+        found["lumped"] = self.lumped
         out: dict[str, ErrorSource] = {}
         for name, source in found.items():
             if isinstance(source, Grouped):
                 out |= {f"{name} {member}": one for member, one in source.members.items()}
             elif source is not None:
                 out[name] = source
-        return out if not in_loop or gearbox is None or encoder is None else self._open_play(gearbox, encoder.dead_band) | out
+        if not in_loop or encoder is None or (self.servo is not None and self.servo.dead_band is not None):
+            return out
+        return play_left_open(gearbox, encoder.dead_band) | out
 
     @property
     def _own_sources(self) -> dict[str, ErrorSource | None]:
         """Return the error sources that only this type of joint has."""
         return {}
-
-    @staticmethod
-    def _open_play(gearbox: TurningGearbox | SlidingDrive, dead_band: float | None) -> dict[str, ErrorSource]:
-        """Return the play of a gearbox within the control loop of an encoder on its output; empty without play."""
-        with_play = gearbox.members.get("play") if isinstance(gearbox, Grouped) else gearbox
-        return {"gearbox": PlayInLoop(with_play, dead_band)} if isinstance(with_play, HasPlay) and with_play.play.nominal else {}
 
     @property
     def drive_expands(self) -> bool | None:
@@ -226,6 +204,12 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
         if not is_drawn(self.gearbox):
             return False
         return None if self.gearbox.expansion_unknown else self.gearbox.follows_temperature
+
+    @model_validator(mode="after")
+    def _one_dead_band(self) -> Self:
+        if self.servo is not None and self.servo.dead_band is not None and self.encoder is not None and self.encoder.dead_band is not None:
+            raise _refuse("a dead_band of the servo and one of the encoder", "one of the two", 'servo = { dead_band = "10 arcsec" }')
+        return self
 
     def at_temperature(self, rise: Toleranced | None) -> Self:
         """Return this joint with its gearbox at the temperature rise of its arm, K; itself where that changes nothing."""

@@ -200,6 +200,16 @@ def backlash_variation(motion: Motion, friction: Toleranced, per_kelvin: float) 
     return out + free_play_variation(seat, [End("backlash", motion.twist, LAST_MOTION)], per_kelvin / 2, motion, sized)
 
 
-def loop_term(form: Form, half: float, sized: Parameter) -> Term:
-    """Return the term of a friction loop: `half`, half of its width, times the form. The last motion determines its side."""
-    return Term("hysteresis", "hysteresis", form, half, visit=LAST_MOTION, parameter=sized)
+def loop_terms(form: Form, half: float, sized: Parameter, scatter: float = 0.0) -> list[Term]:
+    """Return the terms of a friction loop: `half`, half of its width, times the form. The last motion determines its side.
+
+    scatter  ± share by which the friction, and with it the width of the loop, differs from visit to visit: three standard deviations; 0: no scatter
+
+    At a visit the output rests at half (1 + scatter x) s, with the sign s of the last motion and a draw x of a symmetric distribution. Then x s has
+    the distribution of x whatever s is: it is independent of s, and a draw of its own is exact whether the side is known or not.
+    """
+    out = [Term("hysteresis", "hysteresis", form, half, visit=LAST_MOTION, parameter=sized)]
+    if scatter:
+        name, law = "hysteresis scatter", Normal()
+        out.append(Term(name, name, form, half * scatter / law.bound, visit=Draw(name, law), parameter=sized))
+    return out

@@ -121,7 +121,7 @@ def gear(
         return GearStudy(gearbox, None, gearboxes, seed, None, None, None)
     asked = _definitions(gearbox, float(chosen), lost_motion_torque, slope_range, stiffness_definition)
     if not is_drawn(gearbox):
-        curve = StatedCurve(gearbox.zones, gearbox.zone_torques, gearbox.hysteresis or 0.0)
+        curve = StatedCurve(gearbox.zones, gearbox.zone_torques, gearbox.loop_width or 0.0)
         read = readings(curve, np.array([gearbox.play.nominal]), asked)
         return GearStudy(
             gearbox,

@@ -30,6 +30,7 @@ _USUAL: Final[dict[tuple[str, str], dict[str, float]]] = {
     ("encoder", "noise"): {"rad": _TURNING, "m": _SLIDING},
     ("encoder", "eccentricity"): {"rad": _TURNING, "m": _SLIDING},
     ("encoder", "zero"): {"rad": _TURNING, "m": _SLIDING},
+    ("servo", "dead_band"): {"rad": _TURNING, "m": _SLIDING},
     ("mounting", "axis tilt"): {"rad": _TURNING},
     ("mounting", "axis offset"): {"m": 1e-3},
     ("base", "roll"): {"rad": math.radians(30)},

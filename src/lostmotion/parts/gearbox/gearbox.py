@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Generic, Protocol, Self, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Generic, Self, TypeVar
 
+import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws.distributions import Uniform, of_tolerance
-from lostmotion.laws.gears import play_from_lost_motion
+from lostmotion.laws.gears import play_from_lost_motion, wind_up
 from lostmotion.parts.error_source import (
     HELD_SHARE,
     OF_HELD,
@@ -20,6 +20,7 @@ from lostmotion.parts.error_source import (
     AngularStiffness,
     ErrorSource,
     Friction,
+    FrictionShare,
     FrictionTorque,
     Inertia,
     Line,
@@ -31,10 +32,9 @@ from lostmotion.parts.error_source import (
     TorqueAmount,
 )
 from lostmotion.parts.forms import Constant, Curve
-from lostmotion.parts.play import Seat
 from lostmotion.parts.provenance import UPPER_LIMIT, Keys, Sourced, with_friction
-from lostmotion.parts.standard_terms import TRANSMISSION_ERROR, End, backlash_terms, free_terms, harmonic_terms, loop_term, parameter, spring_terms
-from lostmotion.parts.term import Draw, Holding, Motion, Parameter, Term
+from lostmotion.parts.standard_terms import TRANSMISSION_ERROR, backlash_terms, harmonic_terms, loop_terms, parameter, spring_terms
+from lostmotion.parts.term import Holding, Motion, Parameter, Term
 from lostmotion.units import Quantity, Toleranced
 
 if TYPE_CHECKING:
@@ -100,6 +100,8 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     stiffness         one value, or one per zone with `zone_torques` between them (K1/K2/K3)
     stiffness_scatter ± scatter of the wind-up over gearboxes, as a share
     hysteresis        full width of the friction loop at zero load; its side follows the last motion, with or without load
+    hysteresis_scatter ± share by which the friction, and with it that width, differs from visit to visit, three standard deviations. Where no
+                      hysteresis is stated, the loop is that of the stated friction_torque behind the stiffness
     transmission_error full peak-to-peak error over a turn (one harmonic per turn), or a list of harmonics
     friction_torque   under a load below it the play stays open; default: 1 % of the rated torque, or where none is stated, in an arm, 2 % of the
                       most that the joint holds at rest, in any pose on any slope. ± is its scatter over gearboxes; default: ±50 %
@@ -123,6 +125,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     lost_motion: AmountT | None = None
     lost_motion_torque: Annotated[float, Quantity("", "3 %", above=0, high=1)] = 0.03
     hysteresis: AmountT | None = None
+    hysteresis_scatter: FrictionShare = 0.0
     transmission_error: AmountT | Annotated[list[Harmonic[AmountT]], Field(max_length=64)] | None = None
     friction_torque: FrictionT | None = None
     mass: Mass | None = None
@@ -166,6 +169,13 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
             )
         if self.lost_motion is not None:
             self._check_lost_motion()
+        if self.hysteresis_scatter and self.loop_width is None:
+            context = {
+                "why": "hysteresis_scatter without a hysteresis",
+                "expected": "hysteresis with it, the width of the friction loop that scatters, or friction_torque and stiffness",
+                "example": 'hysteresis = "0.5 arcmin", hysteresis_scatter = "20 %"',
+            }
+            raise PydanticCustomError("limits", "{why}", context)
         return self
 
     def _check_lost_motion(self) -> None:
@@ -183,6 +193,17 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
                 "example": 'backlash = "0.2 arcmin"',
             }
             raise PydanticCustomError("lost_motion", "{why}", context)
+
+    @property
+    def loop_width(self) -> float | None:
+        """Return the full width of the friction loop without load (rad or m); None where none is described.
+
+        As stated, or 2 w(F) of the stated friction F behind a spring curve w, where the scatter of the friction is stated without a width.
+        """
+        friction = self.friction_torque
+        if self.hysteresis is not None or not self.hysteresis_scatter or friction is None or not self.zones:
+            return self.hysteresis
+        return 2 * float(wind_up(np.array(friction.load.nominal), self.zones, self.zone_torques))
 
     @property
     def play(self) -> Toleranced:
@@ -223,8 +244,10 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
             curve = Curve.of_zones(self.zones, self.zone_torques)
             out += spring_terms(motion.twist, curve, self.stiffness_scatter, sized, "stiffness scatter", "stiffness", self._travel(motion))
         out += backlash_terms(motion, self.play, self._friction_in(motion.holding).load)
-        if self.hysteresis is not None:
-            out.append(loop_term(Constant(motion.twist), self.hysteresis / 2, parameter("hysteresis", self.hysteresis, motion.unit)))
+        width = self.loop_width
+        if width is not None:
+            sized = parameter("hysteresis", self.hysteresis, motion.unit)
+            out += loop_terms(Constant(motion.twist), width / 2, sized, self.hysteresis_scatter)
         own = [(*each, each[0]) for each in self._own_harmonics()]
         stated = [(*each, TRANSMISSION_ERROR) for each in self._stated_harmonics()]
         for name, size, cycles, cause in (*own, *stated):
@@ -270,54 +293,6 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     def _turns(self, motion: Motion) -> float | None:  # noqa: ARG002 - for kinds on sliding joints
         """Return the rotation (rad) of the drive per unit of the joint's value, on a sliding joint; None where the joint itself turns."""
         return None
-
-
-@runtime_checkable
-class HasPlay(Protocol):
-    """A source with a free play."""
-
-    @property
-    def play(self) -> Toleranced:
-        """Return the full free play, rad or m."""
-
-    def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Return the load below which the play stays open; None without play."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlayInLoop(ErrorSource):
-    """Play of a gearbox under an output encoder, open where the load is below friction; `dead_band` ± rad or m, None: all of the play.
-
-    Above friction the flanks are closed and the controller corrects the output. Below it only friction holds the output: it rests within the dead
-    band, or hunts between the flanks. Its position is then uniformly distributed over the play, or over the dead band where that is smaller; with an
-    encoder on the motor it lies at one flank or the other. The half-width is min(play / 2, dead_band) times the free share of `laws.clearance`.
-    """
-
-    gearbox: HasPlay
-    dead_band: float | None
-
-    @property
-    def play(self) -> Toleranced:
-        """Return the full free play."""
-        return self.gearbox.play
-
-    def play_friction(self, holding: Callable[[], Holding]) -> Friction | None:
-        """Return the friction of the gearbox."""
-        return self.gearbox.play_friction(holding)
-
-    def terms(self, motion: Motion) -> list[Term]:
-        """Return the position within the open play, drawn at every visit and independent of the last motion."""
-        friction, play = self.play_friction(motion.holding), self.play
-        if friction is None or not play.nominal:
-            return []
-        # A dead band well inside the play does not scatter with it.
-        within = self.dead_band is not None and self.dead_band < play.nominal / 2
-        half, spread = (self.dead_band or 0.0, 0.0) if within else (play.nominal / 2, play.tolerance / of_tolerance(play.law).bound / 2)
-        name = "dead band" if within else "backlash left open"
-        sized = Parameter(name) if within else parameter("play", play.nominal, motion.unit)
-        law, amount = Uniform(), Draw("amount", of_tolerance(play.law))
-        ends = [End(name, motion.twist, Draw("rest", law))]
-        return free_terms(name, Seat(motion.twist[None], friction.load), ends, half / law.bound, spread / law.bound, amount, sized)
 
 
 # Base class of the kinds for turning joints only.

@@ -48,7 +48,7 @@ def verdict_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -
     named = {
         "stiffness": bool(gearbox.zones),
         "play": _states_play(gearbox),
-        "hysteresis": gearbox.hysteresis is not None,
+        "hysteresis": gearbox.loop_width is not None,
         "transmission error": bool(errors),
     }
     silent = ", ".join(name for name, stated in named.items() if not stated)
@@ -149,8 +149,8 @@ def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
     if gearbox.lost_motion is not None:
         note = f"between ± {100 * gearbox.lost_motion_torque:.3g} % of the rated {units.what}"
         rows.append(Row("lost motion", (at_most(units.of_angle(gearbox.lost_motion, STATED), gearbox, OF_PLAY),), note))
-    if gearbox.hysteresis is not None:
-        width = at_most(units.of_angle(gearbox.hysteresis, STATED), gearbox, OF_LOOP)
+    if gearbox.loop_width is not None:
+        width = at_most(units.of_angle(gearbox.loop_width, STATED), gearbox, OF_LOOP)
         rows.append(Row("friction's loop, full width", (width,), f"at zero {units.what}, without the play"))
     load = gearbox.friction.load
     if load.nominal:

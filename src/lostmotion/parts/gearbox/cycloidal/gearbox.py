@@ -36,6 +36,7 @@ class CycloidalGearbox(CycloidalDrawing):
     friction_torque  at the output without load (seals, preload), included in the hysteresis. Under a load below it the play stays open; default:
                      1 % of the rated torque for the play, and none in the hysteresis. ± is its scatter over gearboxes, of the play alone;
                      default: ±50 %
+    hysteresis_scatter  ± share by which the width of the friction loop differs from visit to visit, three standard deviations
     unstated         factors on the compliance of what the drawing leaves open, by name: each is a range unless stated
     mass, price, inertia  of the gearbox, the last at its input, as for `Gearbox`
     """
@@ -117,5 +118,5 @@ def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSourc
     if found.harmonics:
         out["transmission error"] = TransmissionError(found.harmonic_torque, found.harmonics)
     if found.friction.any():
-        out["friction"] = found.loop
+        out["friction"] = replace(found.loop, scatter=gearbox.hysteresis_scatter)
     return out

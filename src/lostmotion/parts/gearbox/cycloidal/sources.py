@@ -11,7 +11,7 @@ from lostmotion.laws.distributions import Normal
 from lostmotion.laws.gears import friction_loop
 from lostmotion.parts.error_source import ErrorSource, Friction
 from lostmotion.parts.forms import Curve, Harmonic, Spring
-from lostmotion.parts.standard_terms import PHASES, TRANSMISSION_ERROR, backlash_terms, backlash_variation, loop_term, spring_terms
+from lostmotion.parts.standard_terms import PHASES, TRANSMISSION_ERROR, backlash_terms, backlash_variation, loop_terms, spring_terms
 from lostmotion.parts.term import Draw, Parameter, Term
 
 if TYPE_CHECKING:
@@ -99,11 +99,15 @@ class TransmissionError(ErrorSource):
 
 @dataclass(frozen=True, slots=True)
 class Loop(ErrorSource):
-    """Hysteresis of a spring with `angle` (level,), rad, behind friction (level,), N m, at torques (level,) that the spring carries."""
+    """Hysteresis of a spring with `angle` (level,), rad, behind friction (level,), N m, at torques (level,) that the spring carries.
+
+    scatter  ± share by which its width differs from visit to visit
+    """
 
     torque: Floats
     angle: Floats
     friction: Floats
+    scatter: float = 0.0
 
     def branches(self, load: Floats) -> tuple[Floats, Floats]:
         """Return the angles (rad) of the output under rising and falling loads (any shape, N m) of either sign."""
@@ -111,7 +115,7 @@ class Loop(ErrorSource):
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return half the width of the hysteresis loop, to either side."""
-        return [loop_term(Spring(motion.twist, self.half_width, odd=False), 1.0, Parameter("hysteresis"))]
+        return loop_terms(Spring(motion.twist, self.half_width, odd=False), 1.0, Parameter("hysteresis"), self.scatter)
 
     @property
     def half_width(self) -> Curve:

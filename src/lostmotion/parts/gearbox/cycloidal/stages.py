@@ -12,6 +12,7 @@ from lostmotion.laws.cycloid.shaft import twist
 from lostmotion.parts.error_source import (
     AngularStiffness,
     ClearanceDim,
+    FrictionShare,
     FrictionTorque,
     Inertia,
     LengthPlus,
@@ -86,6 +87,7 @@ class CycloidalStages(CycloidalStage):
     frame: AngularStiffness | GearboxFrame | None = None
     input_shaft: AngularStiffness | None = None
     friction_torque: FrictionTorque | None = None
+    hysteresis_scatter: FrictionShare = 0.0
     mass: Mass | None = None
     price: Price | None = None
     inertia: Inertia | None = None
