@@ -6,7 +6,9 @@ import base64
 import importlib.util
 import math
 import struct
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -14,11 +16,14 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.gearbox import finite_elements
+from lostmotion.analyses.gearbox.plots.finite_elements import fem_plots
 from lostmotion.errors import InputError, LostmotionError
 from lostmotion.io.vtu import vtu
 from lostmotion.laws.cycloid.drive import LEAST_ARM, loaded_disc, nominal_gaps
+from lostmotion.laws.cycloid.finite_elements.wheel import Field
 from lostmotion.laws.cycloid.geometry import arms, first_contact_angle, pin_angles
 from lostmotion.reporting.folder import FILES
+from tests.chart_texts import texts
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "gearbox"
 
@@ -100,6 +105,57 @@ def test_order_and_refinement_reach_the_mesh_and_are_limited(monkeypatch):
         lostmotion.gear(EXAMPLES / "printed.toml", fem_order=5)
 
 
+def by_elements(name: str) -> finite_elements.FiniteElements:
+    """Return a stage of one square plate, whose stress is largest at one corner."""
+    points, loaded = np.array([[0.0, 0], [0.03, 0], [0.03, 0.03], [0, 0.03]]), (np.array([0.5, 4.0]), np.array([[0.0, 5, 0], [2e7, 9, 3e7]]))
+    field = Field(points, np.array([[0, 1, 2], [0, 2, 3]]), 1e-5 * points, np.array([1e6, 1e6, 3.3e7, 1e6]), np.array([1e-4, 1e-4, 1e-2, 1e-4]))
+    contacts = SimpleNamespace(
+        peak=loaded[1],
+        forces=1e-6 * loaded[1],
+        half_width=np.full((2, 3), 2e-3),
+        theta=np.array([0.1, 0.5, 1.0]),
+        place=np.array([0, 0.01j, 0.028 + 0.03j]),
+    )
+    return finite_elements.FiniteElements(
+        name=name,
+        torque=loaded[0],
+        rotation=np.array([[1e-3, 3e-3], [2e-3, 4e-3]]),
+        rotation_3d=None,
+        error_3d=None,
+        unknowns=8,
+        error=np.array([1e-6, 1e-6]),
+        stiffness=np.array([500.0, 1000.0]),
+        stress=np.array([4e6, 3.3e7]),
+        strain=np.array([1e-3, 1e-2]),
+        loaded=contacts,
+        stage=SimpleNamespace(kind="ring pins", eccentricity=1e-3),
+        fields=[field],
+        turn=0.0,
+        not_meshed="",
+        most_stressed=finite_elements.Largest(3.3e7, 0.03 + 0.03j, "disc"),
+        most_strained=finite_elements.Largest(1e-2, 0.03 + 0.03j, "disc"),
+    )
+
+
+def test_finite_elements_are_answered_first_and_their_maximum_is_marked():
+    """Who asks for finite elements reads their figures in headline and cards, has their tables before the inputs, and sees where the maximum is."""
+    gear = replace(lostmotion.gear(EXAMPLES / "printed.toml", gearboxes=2), fem=(by_elements("output stage"),))
+    sheet = gear.sheet
+    assert "turns by 10.3 to 13.8 arcmin beyond its play under 4 N m; the peak pressure is 0.0300 GPa at θ = 57.3°" in sheet.verdict
+    assert "the largest von Mises stress 33.0 MPa in the disc at x 30 mm, y 30 mm" in sheet.verdict
+    cards = {card.title: card.number for card in sheet.cards}
+    assert cards["largest von Mises stress"] == "33.0 MPa"
+    assert cards["peak pressure by finite elements"] == "0.0300 GPa"
+    keys = [section.key for section in sheet.sections]
+    assert keys.index("fem") < keys.index("fem-lobes") < min(keys.index("built"), keys.index("inputs"))
+    marked = {plot.key: texts(plot) for plot in fem_plots(gear.fem)}
+    assert "largest, 33.0 MPa, in the disc" in marked["fem-stress"]
+    assert "largest, 10000 µm/m, in the disc" in marked["fem-strain"]
+    assert "largest stress, 33.0 MPa, in the disc" in marked["fem-contact"]
+    both = replace(gear, fem=(by_elements("output stage"), by_elements("first stage"))).sheet
+    assert "largest von Mises stress, first stage" in {card.title for card in both.cards}
+
+
 @pytest.mark.slow
 def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_conversion(tmp_path):
     """Four pictures and two VTU files; the paper's angle is the strain in arcmin, several times the rotation in 2-D or 3-D. Planets have no mesh."""
@@ -120,6 +176,11 @@ def test_a_report_shows_stress_strain_and_the_rotation_beside_the_papers_convers
     for name in ("planet.vtu", "ring.vtu"):
         arrays = check((folder / name).read_bytes())
         assert 0 < arrays["von_mises_Pa"].max() <= 1.2 * gear.fem[0].stress[-1]
+    assert gear.fem[0].most_stressed.value == pytest.approx(gear.fem[0].stress[-1])
+    body = gear.fem[0].fields[("disc", "ring").index(gear.fem[0].most_stressed.body)]
+    place = gear.fem[0].most_stressed.place
+    near = np.linalg.norm(body.points - [place.real, place.imag], axis=1) < 3e-4
+    assert body.von_mises[near].max() > 0.8 * body.von_mises.max()
     assert gear.fem[0].loaded.forces[-1].sum() > 0
 
 

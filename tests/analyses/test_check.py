@@ -99,6 +99,42 @@ def test_the_picture_shows_each_joint_in_three_views_to_one_scale(file):
     assert bar / (float(size) * (1e-3 if unit == "mm" else 1)) == pytest.approx(np.ptp(side[:, 0]) / np.ptp(corners[:, 0]), rel=0.01)
 
 
+TALL = """
+name = "upright"
+[[joints]]
+name = "shoulder lift joint"
+type = "revolute"
+axis = "y"
+limits = ["-90 deg", "90 deg"]
+link = { length = "1200 mm", direction = "z", rigid = true }
+[[joints]]
+name = "elbow lift joint"
+type = "revolute"
+axis = "y"
+limits = ["-90 deg", "90 deg"]
+link = { length = "1200 mm", direction = "z", rigid = true }
+"""
+
+
+@pytest.mark.parametrize("file", ["z-arm.toml", "six-axis.toml", "planar-2r.toml", "gantry.toml", "upright"])
+def test_nothing_is_drawn_over_the_titles_of_a_picture(file, tmp_path):
+    """No body and no joint's name reaches into a title, however tall the arm: a tall arm fills its view up to the top."""
+    path = EXAMPLES / file
+    if file == "upright":
+        path = tmp_path / "arm.toml"
+        path.write_text(TALL, "utf-8")
+    svg = etree.fromstring(lostmotion.check(path).picture.encode())
+    name, height = "{http://www.w3.org/2000/svg}", 13
+    words = [(each.text or "", float(each.get("x")), float(each.get("y"))) for each in svg.iter(f"{name}text")]
+    titles = [each for each in words if "→" in each[0]]
+    joints = [each for each in words if each[0] in {joint.name for joint in lostmotion.read(path).moving}]
+    points = [tuple(map(float, pair.split(","))) for each in svg.iter(f"{name}polygon") for pair in each.get("points").split()]
+    assert len(titles) == 3
+    for title, left, base in titles:
+        for x, y in [*points, *((x, y - height) for _, x, y in joints)]:
+            assert not (left <= x <= left + 7 * len(title) and base - height < y < base + 3), title
+
+
 def _placed(arm):
     """Return each body with the frame of its place in the middle of all ranges."""
     from lostmotion.mechanism.serial import frames

@@ -84,7 +84,7 @@ class JointStates:
 
 @dataclass(frozen=True, slots=True)
 class AssumedValue:
-    """An assumed value: the part that has it ("joints.A.gearbox", or "gearboxes.RV"), its key, the reason why it counts as assumed, and its source."""
+    """An assumed value: the part that has it ("joints.A.gearbox", or "gearboxes.RV"), its key, why it counts as assumed, and its source."""
 
     owner: str
     key: str

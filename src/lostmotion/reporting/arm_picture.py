@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.shape import Body
     from lostmotion.spatial import Floats
 
 # Title of each view, with the directions of the base that point to the right, upwards, and towards the viewer.
@@ -27,7 +28,8 @@ _VIEWS: Final = {
 _AXES: Final = {"from the side": ("x", "z"), "from the front": ("y", "z"), "from above": ("x", "y")}
 _PANEL: Final = 380
 _GAP: Final = 24
-_TOP: Final = 66
+# Head of the picture, with the titles of the views above their drawings.
+_TOP: Final = 84
 _BOTTOM: Final = 44
 _FILL: Final = {"base": "line", "link": "c1", "offset": "line", "joint": "c2", "rail": "line", "tool": "warn", "payload": "design"}
 _MARK: Final = "lostmotion: picture of an arm"
@@ -61,7 +63,13 @@ def arm_picture(arm: Arm) -> str:
     for k, title in enumerate(_VIEWS):
         centre = (_GAP + k * (_PANEL + _GAP) + _PANEL / 2, _TOP + _PANEL / 2)
         parts += _view(arm, at, title, middle, scale, centre)
-    return "\n".join([*parts, *_scale_bar(scale, height), "</svg>"]) + "\n"
+    dashed = any(_is_dashed(body) for body in arm.bodies)
+    return "\n".join([*parts, *_scale_bar(scale, height, dashed=dashed), "</svg>"]) + "\n"
+
+
+def _is_dashed(body: Body) -> bool:
+    """Return whether the size of a body is chosen for the picture."""
+    return body.kind == "link" and not body.stated
 
 
 def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre: tuple[float, float]) -> list[str]:
@@ -76,12 +84,12 @@ def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre
 
     out = [
         f'<rect x="{left:.1f}" y="{top:.1f}" width="{_PANEL}" height="{_PANEL}" fill="{LIGHT["panel"]}"/>',
-        f'<text x="{left + 8:.1f}" y="{top + 18:.1f}" fill="{LIGHT["quiet"]}">{title}: {_AXES[title][0]} →, {_AXES[title][1]} ↑</text>',
+        f'<text x="{left + 8:.1f}" y="{top - 8:.1f}" fill="{LIGHT["quiet"]}">{title}: {_AXES[title][0]} →, {_AXES[title][1]} ↑</text>',
     ]
     depth = {id(body): float(near @ (at[body.place] @ body.pose)[:3, 3]) for body in arm.bodies}
     for body in sorted(arm.bodies, key=lambda body: depth[id(body)]):
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in on_page(body.silhouette(at[body.place], flat)))
-        dashed = "" if body.stated or body.kind != "link" else ' stroke-dasharray="4 3"'
+        dashed = ' stroke-dasharray="4 3"' if _is_dashed(body) else ""
         colours = f'fill="{LIGHT[_FILL[body.kind]]}" stroke="{LIGHT["ink"]}"'
         out.append(f'<polygon points="{points}" {colours} stroke-width="0.8" stroke-linejoin="round"{dashed}/>')
     taken: list[tuple[float, float, float]] = []  # left end, right end and height of the names before
@@ -89,8 +97,9 @@ def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre
         ((x, y),) = on_page((flat @ at[place, :3, 3])[None])
         width = _LETTER * len(joint.name)
         x = max(min(x + 6, left + _PANEL - width - 4), left + 4)
-        while any(x < end and start < x + width and abs(y - height) < _LABEL for start, end, height in taken):
-            y += _LABEL
+        y = max(y, top + 2 * _LABEL)
+        while any(x < end and start < x + width and abs(y - height) < _LABEL + 2 for start, end, height in taken):
+            y += _LABEL + 2
         taken.append((x, x + width, y))
         out.append(
             f'<text x="{x:.1f}" y="{y - 4:.1f}" font-size="{_LABEL}" font-weight="600" stroke="{LIGHT["panel"]}" stroke-width="3" '
@@ -99,15 +108,16 @@ def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre
     return out
 
 
-def _scale_bar(scale: float, height: int) -> list[str]:
+def _scale_bar(scale: float, height: int, *, dashed: bool) -> list[str]:
     """Return a bar of a round length, 1, 2 or 5 times a power of ten, at most a third of a view long."""
     size = round_below(_PANEL / 3 / scale)
     x, y = _GAP, height - 16
     text = f"{size:g} m" if size >= 1 else f"{1e3 * size:g} mm"
+    meaning = "dashed: size chosen for the picture, no section is stated" if dashed else ""
     return [
         f'<path d="M{x} {y}h{size * scale:.1f}" stroke="{LIGHT["ink"]}" stroke-width="3"/>',
         f'<text x="{x + size * scale + 8:.1f}" y="{y + 4}">{text}</text>',
-        f'<text x="{x + size * scale + 90:.1f}" y="{y + 4}" fill="{LIGHT["quiet"]}">dashed: size chosen for the picture, no section is stated</text>',
+        f'<text x="{x + size * scale + 90:.1f}" y="{y + 4}" fill="{LIGHT["quiet"]}">{meaning}</text>',
     ]
 
 

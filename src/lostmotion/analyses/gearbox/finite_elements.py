@@ -27,12 +27,23 @@ if TYPE_CHECKING:
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
+# The meshed wheels of a stage, in order.
+BODIES: Final = ("disc", "ring")
 # Torques, as shares of the largest.
 _LEVELS: Final = (0.1, 0.25, 0.5, 1.0)
 # Intervals of a contact on the coarser mesh without refinement.
 _INTERVALS: Final = 5
 # Terms of the displacements over the width in three dimensions: a second one changes the rotation by 0.4 % and takes four times as long.
 _TERMS: Final = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Largest:
+    """Where a field is largest: the value, the place (complex, m, in the plane of the stage), and the body, "disc" or "ring"."""
+
+    value: float
+    place: complex
+    body: str
 
 
 @dataclass(frozen=True)
@@ -50,6 +61,7 @@ class FiniteElements:
     loaded    the disc under its share of the torque, plane strain; stage as meshed
     fields    displacement and stress of the wheels under the largest torque; turn: rotation of the disc there, rad
     not_meshed  another stage of the gearbox that is not meshed, and why; empty without such a stage
+    most_stressed, most_strained  the largest von Mises stress (Pa) and equivalent strain under the largest torque, at the integration points
     """
 
     name: str
@@ -67,6 +79,8 @@ class FiniteElements:
     fields: list[Field]
     turn: float
     not_meshed: str
+    most_stressed: Largest
+    most_strained: Largest
 
 
 def check_fem(gearbox: object) -> CycloidalGearbox:
@@ -192,7 +206,17 @@ def _by_elements(
         fields=loaded.fields(len(torques) - 1),
         turn=float(loaded.rotation[-1]),
         not_meshed="",
+        most_stressed=_largest(loaded, 0),
+        most_strained=_largest(loaded, 1),
     )
+
+
+def _largest(loaded: Loaded, field: int) -> Largest:
+    """Return where the von Mises stress (0) or the equivalent strain (1) of both wheels is largest under the largest torque."""
+    pressure = loaded.pressures[-1]
+    of_wheels = [wheel.largest(pressure)[field] for wheel in loaded.wheels]
+    k = int(np.argmax(of_wheels))
+    return Largest(of_wheels[k], loaded.wheels[k].place_of_largest(pressure), BODIES[k])
 
 
 def _first_contact(stage: Stage, relief: Modification) -> float:

@@ -33,11 +33,9 @@ class Gear(GearStudy, Result):
     @property
     def sheet(self) -> Sheet:
         """Return the sheet with every figure."""
-        from lostmotion.analyses.gearbox.tables.finite_elements import fem_sections
         from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
 
-        sheet = gearbox_sheet(self.name, self, self.notes)
-        sheet = replace(sheet, sections=(*sheet.sections, *fem_sections(self.fem)))
+        sheet = gearbox_sheet(self.name, self, self.notes, self.fem)
         return replace(sheet, drawing="the profiles of disc and ring in mm") if self._drawn else sheet
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -12,12 +13,13 @@ from lostmotion.reporting.chart import cells, class_legend, class_of, grid, labe
 from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import ARCMIN, as_stated
+from lostmotion.reporting.sheet import Figure as Number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
+    from lostmotion.analyses.gearbox.finite_elements import FiniteElements, Largest
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
     from lostmotion.spatial import Floats
 
@@ -46,7 +48,11 @@ def fem_plots(stages: tuple[FiniteElements, ...]) -> list[Plot]:
 def _of_stage(found: FiniteElements) -> list[Plot]:
     stress, strain = [each.von_mises / 1e6 for each in found.fields], [1e6 * each.strain for each in found.fields]
     key, of_stage = fem_key(found), f"of the {found.name}"
-    pictures = whole(found, stress, "Von Mises stress", "MPa"), whole(found, strain, "Equivalent strain", "µm/m")
+    stressed, strained = (
+        replace(found.most_stressed, value=found.most_stressed.value / 1e6),
+        replace(found.most_strained, value=1e6 * found.most_strained.value),
+    )
+    pictures = whole(found, stress, "Von Mises stress", "MPa", stressed), whole(found, strain, "Equivalent strain", "µm/m", strained)
     return [
         Plot(f"{key}-stress", key, pictures[0], f"Von Mises stress of disc and ring {of_stage}, with the deformed outline."),
         Plot(f"{key}-strain", key, pictures[1], f"Equivalent strain of disc and ring {of_stage}, with the deformed outline."),
@@ -55,8 +61,8 @@ def _of_stage(found: FiniteElements) -> list[Plot]:
     ]
 
 
-def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> Figure:
-    """Draw a field of both wheels in classes, with undeformed and deformed outlines."""
+def whole(found: FiniteElements, values: list[Floats], name: str, unit: str, largest: Largest) -> Figure:
+    """Draw a field of both wheels in classes, with undeformed and deformed outlines and a mark where it is largest."""
     radius = max(float(np.abs(each.points).max()) for each in found.fields)
     picture = np.fmax.reduce([raster(f, v, -radius, -radius, radius, _WHOLE) for f, v in zip(found.fields, values, strict=True)])
     top = float(np.nanquantile(picture, _SHOWN))
@@ -70,6 +76,7 @@ def whole(found: FiniteElements, values: list[Floats], name: str, unit: str) -> 
     ):
         parts = [_outline(each, each.points + factor * by, _SPACING * radius) for each, by in zip(found.fields, moved, strict=True)]
         on.plot(*(np.concatenate(parts).T * _MM), color=colour, linewidth=width, label=words)
+    _mark(on, largest.place, f"largest, {Number(largest.value, unit)}, in the {largest.body}")
     _square(on)
     class_legend(figure, limits, f"{name[:1].lower()}{name[1:]} [{unit}]; higher at the contacts", on.get_legend_handles_labels()[0])
     return figure
@@ -84,8 +91,12 @@ def contact(found: FiniteElements, stress: list[Floats]) -> Figure:
     picture = np.fmax.reduce(pictures)
     figure, on = one(f"Von Mises stress, {found.name}, at θ = {math.degrees(found.loaded.theta[k]):.1f}°", _HEIGHT)
     limits = _picture(on, picture, at.real - half, at.imag - half, at.real + half, float(np.nanmax(picture)))
+    _mark(on, complex(at), f"contact as drawn, peak pressure {Number(float(found.loaded.peak[-1, k]) / 1e9, 'GPa')}", "x")
+    largest = found.most_stressed
+    if max(abs(largest.place.real - at.real), abs(largest.place.imag - at.imag)) < half:
+        _mark(on, largest.place, f"largest stress, {Number(largest.value / 1e6, 'MPa')}, in the {largest.body}")
     _square(on)
-    class_legend(figure, limits, "von Mises stress [MPa]")
+    class_legend(figure, limits, "von Mises stress [MPa]", on.get_legend_handles_labels()[0])
     return figure
 
 
@@ -168,6 +179,12 @@ def _picture(on: Axes, values: Floats, left: float, low: float, right: float, to
     limits = class_limits(0.0, top)
     cells(on, x, y, class_of(values.T, limits))
     return limits
+
+
+def _mark(on: Axes, place: complex, words: str, sign: str = "o") -> None:
+    """Mark a place (m), named in the legend."""
+    look = {"markerfacecolor": "none"} if sign == "o" else {}
+    on.plot(place.real * _MM, place.imag * _MM, sign, color=LIGHT["warn"], markersize=9, markeredgewidth=1.8, linestyle="none", label=words, **look)
 
 
 def _square(on: Axes) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, as_stated
+from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, as_stated
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.finite_elements import FiniteElements
@@ -28,6 +29,67 @@ _SOURCE: Final = "finite elements of the stage as drawn"
 def fem_key(found: FiniteElements) -> str:
     """Return the key of a stage's section."""
     return "fem-first" if found.name == "first stage" else "fem"
+
+
+def fem_sentences(stages: tuple[FiniteElements, ...]) -> list[str]:
+    """Return a sentence of the headline for each stage by finite elements: rotation, and where pressure and stress are largest."""
+    return [
+        f"By finite elements the {found.name} turns by {_rotation(found)} beyond its play under {_torque(found)}; the peak pressure is "
+        f"{_pressure(found)} at θ = {_hardest(found):.1f}°, the largest von Mises stress {_stress(found)} in the {found.most_stressed.body} at "
+        f"{place_text(found.most_stressed.place)}."
+        for found in stages
+    ]
+
+
+def fem_cards(stages: tuple[FiniteElements, ...]) -> tuple[Card, ...]:
+    """Return the cards of each stage by finite elements."""
+    out = []
+    for found in stages:
+        of = "" if len(stages) == 1 else f", {found.name}"
+        out += [
+            Card(f"rotation by finite elements{of}", _rotation(found), f"at {_torque(found)}, beyond the play; {_planes(found)}"),
+            Card(f"peak pressure by finite elements{of}", str(_pressure(found)), f"at {_torque(found)}, lobe at θ = {_hardest(found):.1f}°"),
+            Card(
+                f"largest von Mises stress{of}",
+                str(_stress(found)),
+                f"at {_torque(found)}, {found.most_stressed.body}, {place_text(found.most_stressed.place)}",
+            ),
+        ]
+    return tuple(out)
+
+
+def place_text(place: complex) -> str:
+    """Return a place in the plane of the stage (m) as text, from the ring's centre."""
+    return f"x {place.real * 1e3:.3g} mm, y {place.imag * 1e3:.3g} mm".replace("-", "−")
+
+
+def _torque(found: FiniteElements) -> str:
+    return f"{as_stated(float(found.torque[-1]))} N m"
+
+
+def _rotation(found: FiniteElements) -> str:
+    """Return the rotation at the largest torque: in three dimensions, or the range from plane strain to plane stress."""
+    if found.rotation_3d is not None:
+        return str(Figure(float(found.rotation_3d[-1]) / ARCMIN, "arcmin"))
+    low, high = (Figure(float(each) / ARCMIN, "arcmin") for each in found.rotation[:, -1])
+    return f"{replace(low, unit='1')} to {high}"
+
+
+def _planes(found: FiniteElements) -> str:
+    return "plane strain to plane stress" if found.rotation_3d is None else "3-D"
+
+
+def _pressure(found: FiniteElements) -> Figure:
+    return Figure(float(found.loaded.peak[-1].max()) / 1e9, "GPa")
+
+
+def _hardest(found: FiniteElements) -> float:
+    """Return the angle of the contact with the largest pressure, degrees."""
+    return math.degrees(found.loaded.theta[int(found.loaded.peak[-1].argmax())])
+
+
+def _stress(found: FiniteElements) -> Figure:
+    return Figure(found.most_stressed.value / 1e6, "MPa")
 
 
 def fem_sections(stages: tuple[FiniteElements, ...]) -> tuple[Section, ...]:

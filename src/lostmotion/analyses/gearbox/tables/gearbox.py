@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.gearbox.tables.bands import bands_facts, bands_sections, first_sentence, stiffness_band, with_band
 from lostmotion.analyses.gearbox.tables.cycloidal import cards_of_drawing, doubts_of_drawing, sections_of_drawing, verdict_of_drawing
+from lostmotion.analyses.gearbox.tables.finite_elements import fem_cards, fem_sections, fem_sentences
 from lostmotion.analyses.gearbox.tables.loop import loop_section
 from lostmotion.analyses.gearbox.tables.stated import (
     cards_of_figures,
@@ -24,6 +25,7 @@ from lostmotion.reporting.sheet import Sheet
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.cycloidal import Drawn
+    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
     from lostmotion.analyses.gearbox.gear import GearStudy
     from lostmotion.analyses.gearbox.tables.units import Units
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
@@ -40,14 +42,14 @@ _WORDS: Final = (
 )
 
 
-def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = ()) -> Sheet:
-    """Return the sheet of a gearbox."""
+def gearbox_sheet(name: str, study: GearStudy, notes: tuple[str, ...] = (), fem: tuple[FiniteElements, ...] = ()) -> Sheet:
+    """Return the sheet of a gearbox; `fem` are its stages by finite elements, where they were computed."""
     gearbox, drawn = study.gearbox, study.drawn
     if not is_drawn(gearbox):
         return with_inputs(_of_figures(name, study, gearbox, notes), gearbox, "gearbox")
     if drawn is None:
         raise ValueError("a gearbox by its drawing without the results of its drawing")
-    return with_inputs(_of_drawing(name, study, gearbox, drawn, notes), gearbox, "gearbox")
+    return with_inputs(_of_drawing(name, study, gearbox, drawn, notes, fem), gearbox, "gearbox")
 
 
 def _of_figures(name: str, study: GearStudy, gearbox: StatedGearbox, notes: tuple[str, ...]) -> Sheet:
@@ -68,7 +70,9 @@ def _of_figures(name: str, study: GearStudy, gearbox: StatedGearbox, notes: tupl
     )
 
 
-def _of_drawing(name: str, study: GearStudy, gearbox: CycloidalGearbox, drawn: Drawn, notes: tuple[str, ...]) -> Sheet:
+def _of_drawing(
+    name: str, study: GearStudy, gearbox: CycloidalGearbox, drawn: Drawn, notes: tuple[str, ...], fem: tuple[FiniteElements, ...]
+) -> Sheet:
     units = TURNING
     load = load_text(study, units)
     geometry, lobes, built, *others = sections_of_drawing(gearbox, drawn, study.count)
@@ -78,9 +82,9 @@ def _of_drawing(name: str, study: GearStudy, gearbox: CycloidalGearbox, drawn: D
         name=name,
         subject="gearbox",
         counts=f"{load}; {study.count} simulated gearboxes, seed {study.seed}",
-        verdict=first_sentence(stiff) + verdict_of_drawing(gearbox, drawn, load, study.count),
-        cards=tuple(with_band(card, stiff) for card in cards_of_drawing(gearbox, drawn, load)),
-        sections=(geometry, lobes, built, *loop, *bands_sections(study.bands, drawn.read, units), *others),
+        verdict=" ".join([first_sentence(stiff) + verdict_of_drawing(gearbox, drawn, load, study.count), *fem_sentences(fem)]),
+        cards=(*(with_band(card, stiff) for card in cards_of_drawing(gearbox, drawn, load)), *fem_cards(fem)),
+        sections=(geometry, lobes, *fem_sections(fem), built, *loop, *bands_sections(study.bands, drawn.read, units), *others),
         notes=(*notes, *doubts_of_drawing(gearbox, drawn, study.torque or gearbox.rated_torque)),
         words=_WORDS,
         source=f"seed {study.seed}, {study.count} simulated gearboxes; torque: {load}. The same file, version, torque and seed give the same bytes.",
