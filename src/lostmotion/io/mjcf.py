@@ -37,16 +37,16 @@ _WORLD: Final = "world"
 _MATRICES: Final = ("body_pos", "body_quat", "body_ipos", "body_mass", "jnt_pos", "jnt_axis", "jnt_range", "qpos0", "site_pos", "site_quat")
 
 
-def read_tree(path: Path, text: str) -> UrdfTree:
-    """Return the links and joints of an MJCF file.
+def read_tree(path: Path, text: str, root: Path) -> UrdfTree:
+    """Return the links and joints of an MJCF file, which may name others within the folder `root`.
 
-    Raises InputError where the package mujoco is not installed, for files that are missing or outside the folder, and in MuJoCo's words for a model
+    Raises InputError where the package mujoco is not installed, for files that are missing or outside that folder, and in MuJoCo's words for a model
     that it does not compile.
     """
     if importlib.util.find_spec("mujoco") is None:
         expected = "the package mujoco, which compiles it: pip install 'lostmotion[mujoco]'"
         refuse(str(path), "", "this is MJCF (MuJoCo), and the package mujoco is not installed", expected, "pip install 'lostmotion[mujoco]'")
-    model = self_contained(path, text)
+    model = self_contained(path, text, root)
     meshes = {name: str(file.absolute()) for name, file in model.meshes.items()}
     request = {"file": str(path), "xml": model.xml, "meshes": meshes}
     compiled = ask("lostmotion.io.mjcf_process", request, str(path), _SECONDS)
@@ -54,9 +54,9 @@ def read_tree(path: Path, text: str) -> UrdfTree:
     return _Builder(tree, compiled, model.lines).build()
 
 
-def self_contained_text(path: Path, text: str) -> str:
+def self_contained_text(path: Path, text: str, root: Path) -> str:
     """Return the text of one file with everything that counts. Raises InputError where a mass follows from a mesh."""
-    model = self_contained(path, text)
+    model = self_contained(path, text, root)
     if model.meshes:
         found = f"masses that follow from the meshes {listed([file.name for file in model.meshes.values()])}"
         expected = "masses by <inertial> in the bodies, or in a file that is stored as text: TOML or URDF"

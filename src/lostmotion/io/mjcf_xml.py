@@ -1,7 +1,8 @@
 """The XML of an MJCF file (MuJoCo), reduced to what its bodies, joints and masses follow from, so that its compiler reads no other file.
 
-Includes are put in, from the file's own folder and those in it. Textures, materials, actuators, sensors and the like are omitted, and so are the
-shapes of bodies that state their mass by `inertial`. A mesh is needed where a body's mass is computed from it, and must be in that folder too.
+Includes are put in, from the folder of the project (`project_root`) and those in it. Textures, materials, actuators, sensors and the like are
+omitted, and so are the shapes of bodies that state their mass by `inertial`. A mesh is needed where a body's mass is computed from it, and must be
+in that folder too.
 """
 
 from __future__ import annotations
@@ -10,18 +11,19 @@ import math
 from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Final
 
 from lxml import etree
 
 from lostmotion.errors import shown
-from lostmotion.io.text import beside, numbers, read_old_text, refuse
+from lostmotion.io.project_root import RULE, within
+from lostmotion.io.sidecar import sidecar_place
+from lostmotion.io.text import numbers, read_old_text, refuse
 from lostmotion.io.urdf_xml import line_of, parse_plain
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 MEGABYTES: Final = 5
 _MOST_INCLUDES: Final = 50
@@ -58,17 +60,20 @@ class Model:
     lines: dict[str, int]
 
 
-def self_contained(path: Path, text: str) -> Model:
-    """Return what counts of an MJCF file. Raises InputError for includes and meshes that are missing or elsewhere, and for attached models."""
+def self_contained(path: Path, text: str, folder: Path) -> Model:
+    """Return what counts of an MJCF file, which may name files within a folder.
+
+    Raises InputError for includes and meshes that are missing or elsewhere, and for attached models.
+    """
     root = parse_plain(text, str(path))
     lines = {name: line_of(joint) for joint in root.iter("joint", "freejoint") if (name := joint.get("name"))}
-    _Includes(path).put_in(root, str(path))
+    _Includes(path, folder).put_in(root, str(path))
     gravity = [each.get("gravity", "") for each in root.iterchildren("option") if "gravity" in each.attrib]
     compiler = {str(key): str(value) for each in root.iterchildren("compiler") for key, value in each.attrib.items()}
     notes = [*_reduce(root, str(path)), *_of_gravity(gravity)]
     if compiler.get("inertiafromgeom") != "true":
         _drop_shapes(root)
-    meshes = _meshes(root, path, compiler)
+    meshes = _meshes(root, path, compiler, folder)
     for each in root.iterchildren("compiler"):
         _take(each, *_OF_COMPILER)
     for element in root.iter():
@@ -95,8 +100,8 @@ def _of_gravity(stated: list[str]) -> list[str]:
 class _Includes:
     """Put the children of included files in the place of `include`, each file once."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, root: Path) -> None:
+        self.path, self.root = path, root
         self.seen: set[Path] = set()
 
     def put_in(self, root: etree._Element, file: str) -> None:
@@ -104,12 +109,13 @@ class _Includes:
         for include in list(root.iter("include")):
             stated = include.get("file", "")
             # As MuJoCo: beside the model, else beside the file that includes it.
-            places = [each for each in (beside(str(self.path), stated), beside(file, stated)) if each is not None]
+            places = [each for other in (self.path, Path(file)) if (each := within(self.root, other.parent, stated)) is not None]
             inside = next((each for each in places if each.is_file()), None)
             place = f"{file}:{line_of(include)}"
             if inside is None:
-                expected = f"a file in {self.path.parent or '.'} or in a folder there"
-                refuse(place, "", f"an include of {shown(stated)}", expected, '<include file="arm.xml"/>')
+                expected = f"a file in {self.root}: {RULE}; {_another(self.path, stated)}"
+                why = "which is not there" if places else "which is outside the project"
+                refuse(place, "", f"an include of {shown(stated)}, {why}", expected, '<include file="arm.xml"/>')
             if inside.resolve() in self.seen or len(self.seen) >= _MOST_INCLUDES:
                 refuse(place, "", f"{shown(stated)} included twice, or too many includes", f"each file once, at most {_MOST_INCLUDES}", "one file")
             self.seen.add(inside.resolve())
@@ -166,7 +172,13 @@ def _own(body: etree._Element) -> Iterator[etree._Element]:
             yield from _own(child)
 
 
-def _meshes(root: etree._Element, path: Path, compiler: dict[str, str]) -> dict[str, Path]:
+def _another(path: Path, stated: str) -> str:
+    """Return the line of the sidecar that names the folder in which a file lies that a description names by its path."""
+    up = "/".join([".."] * max(PurePosixPath(stated).parts.count(".."), 1))
+    return f'root = "{up}" in {sidecar_place(path).name} names another folder above'
+
+
+def _meshes(root: etree._Element, path: Path, compiler: dict[str, str], project: Path) -> dict[str, Path]:
     """Keep the meshes that shapes use, under plain names; return the file of each. Raises InputError for the first that is not there."""
     used = {geom.get("mesh", "") for geom in root.iter("geom")}
     out: dict[str, Path] = {}
@@ -181,10 +193,10 @@ def _meshes(root: etree._Element, path: Path, compiler: dict[str, str]) -> dict[
         if not stated:
             continue
         wanted = folder / (PurePosixPath(stated).name if compiler.get("strippath") == "true" else stated)
-        file = beside(str(path), str(wanted))
+        file = within(project, path.parent, str(wanted))
         if file is None or not file.is_file() or file.stat().st_size > _LARGEST_MESH or len(out) >= _MOST_MESHES:
-            expected = f"at most {_MOST_MESHES} files in {path.parent} or in folders there, each of at most {_LARGEST_MESH // 10**6} MB, for a body "
-            expected += "without <inertial> has its mass from its meshes"
+            expected = f"at most {_MOST_MESHES} files in {project}, each of at most {_LARGEST_MESH // 10**6} MB, for a body without <inertial> "
+            expected += f"has its mass from its meshes; {_another(path, str(wanted))}"
             refuse(
                 _at(path, mesh), "", f"the mesh {shown(str(wanted))}, which is not there or too large", expected, '<inertial pos="0 0 0.1" mass="2"/>'
             )

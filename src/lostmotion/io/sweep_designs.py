@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import copy
+import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+
+import tomlkit
 
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io import native, read, urdf
@@ -12,6 +15,7 @@ from lostmotion.io.arm_builder import SHARED
 from lostmotion.io.arm_builder import SWEEP as TABLE
 from lostmotion.io.draft import plain
 from lostmotion.io.limits import MOST_MISTAKES, listed, nearest, refuse_all
+from lostmotion.io.project_root import KEY as ROOT
 from lostmotion.io.provenance import forget_assumed
 from lostmotion.io.reducers import KEY as CATALOGUE_KEY
 from lostmotion.io.sidecar import find_sidecar, sidecar_place
@@ -215,13 +219,22 @@ def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, s
         name = sidecar_place(path).with_suffix(kind).name
     out = {name: text}
     if source is not None and source != path:
-        out[sidecar_place(path).name] = _text(source)
+        out[sidecar_place(path).name] = _without_root(_text(source))
     if source is not None:
         for text in _texts_in([_tree(path, sidecar), *(list(axis.values) for axis in axes)]):
             named = beside(str(source), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None
             if named is not None and named.is_file():
                 out.setdefault(Path(text).as_posix(), _text(named))
     return out
+
+
+def _without_root(text: str) -> str:
+    """Return the text of a sidecar without the folder of its project: what is stored names no file any more."""
+    if ROOT not in tomllib.loads(text):
+        return text
+    document = tomlkit.parse(text)
+    document.pop(ROOT)
+    return tomlkit.dumps(document)
 
 
 def _text(path: Path) -> str:

@@ -8,15 +8,18 @@ nothing. Bodies beside the chain are carried by the link they hang on, exactly w
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.errors import InputError
 from lostmotion.io import mjcf
 from lostmotion.io.arm_builder import SHARED_EXAMPLES, build_arm
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.draft import Draft
 from lostmotion.io.limits import cut, listed
+from lostmotion.io.project_root import take_root
 from lostmotion.io.repairs import note_repairs, take_limits
 from lostmotion.io.sidecar import add_sidecar, find_sidecar, sidecar_place
 from lostmotion.io.text import read_old_text
@@ -32,16 +35,20 @@ from lostmotion.parts.link import Frame
 from lostmotion.spatial import pose_of, shift, turn
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
     from pydantic import BaseModel
 
+    from lostmotion.errors import Problem
     from lostmotion.io.urdf_chain import Chain
     from lostmotion.io.urdf_tree import UrdfJoint, UrdfTree
 
 MEGABYTES: Final = 5
 _ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {Arm: {"tip": 'tip = "tool0"', **SHARED_EXAMPLES}}
 _LIMITED: Final = ("revolute", "prismatic")
+# What is found where an empty argument stands in a number or a name.
+_MISSING: Final = ("''", "no name")
 _LEVEL: Final = 1e-12  # rad; less is rounding
 
 
@@ -72,18 +79,35 @@ def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
 def tree_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> UrdfTree:
     """Return the links and joints of a URDF, of the one that a xacro file makes, or of an MJCF file.
 
-    Arguments of xacro are taken out of the sidecar's `content`. A URDF has no use for them, but shares its sidecar with the xacro file that made it.
+    Arguments of xacro, and the folder of the project, are taken out of the sidecar's `content`. A URDF has no use for them, but shares its sidecar
+    with the xacro file that made it.
     """
     text, line = read_old_text(path, MEGABYTES)
-    arguments = take_arguments(content, str(sidecar or path))
+    arguments, root = take_arguments(content, str(sidecar or path)), take_root(content, sidecar, path)
     if root_of(text) == mjcf.ROOT:
-        return mjcf.read_tree(path, text)
+        return mjcf.read_tree(path, text, root)
     if has_macros(path, text):
-        return read_tree(expand(path, arguments, str(sidecar or sidecar_place(path))), str(path), has_lines=False)
+        beside = str(sidecar or sidecar_place(path))
+        text, empty = expand(path, arguments, beside, root)
+        try:
+            tree = read_tree(text, str(path), has_lines=False)
+        except InputError as error:
+            raise InputError(_naming(empty, error.problems, beside)) from None
+        tree.mistakes = _naming(empty, tree.mistakes, beside)
+        for joint in tree.joints.values():
+            joint.limit_mistakes = _naming(empty, joint.limit_mistakes, beside)
+            joint.other_mistakes = _naming(empty, joint.other_mistakes, beside)
+        return tree
     tree = read_tree(text, str(path))
     if line:
         tree.notes.append(f"line {line}: not UTF-8; the file is read as Latin-1")
     return tree
+
+
+def _naming(empty: list[str], problems: Iterable[Problem], sidecar: str) -> list[Problem]:
+    """Return mistakes with the empty arguments of xacro, where a value that is missing may come from one."""
+    words = f"; empty: the argument {listed(empty)}, whose value stands in [xacro] of {sidecar}"
+    return [replace(each, expected=each.expected + words) if empty and each.found in _MISSING else each for each in problems]
 
 
 def self_contained(path: Path, text: str, content: dict[str, Any], sidecar: Path | None) -> tuple[str, str]:
@@ -91,20 +115,21 @@ def self_contained(path: Path, text: str, content: dict[str, Any], sidecar: Path
 
     Raises InputError where the masses of an MJCF file follow from meshes, which are no text.
     """
+    root = take_root(content, sidecar, path)
     if root_of(text) == mjcf.ROOT:
-        return ".xml", mjcf.self_contained_text(path, text)
+        return ".xml", mjcf.self_contained_text(path, text, root)
     if has_macros(path, text):
-        return ".urdf", expand(path, take_arguments(content, str(sidecar or path)), str(sidecar or sidecar_place(path)))
+        return ".urdf", expand(path, take_arguments(content, str(sidecar or path)), str(sidecar or sidecar_place(path)), root)[0]
     return ".urdf" if path.suffix.lower() == XACRO else path.suffix.lower(), text
 
 
-def urdf_text(path: Path, sidecar: Path | None = None) -> str | None:
-    """Return the text of a URDF, or of the one that a xacro file makes with the arguments of its sidecar; None for an MJCF file."""
+def urdf_text(path: Path, sidecar: Path | None = None) -> tuple[str | None, Path]:
+    """Return the text of a URDF, or of the one that a xacro file makes with the arguments of its sidecar, None for an MJCF file; and its project."""
     sidecar = sidecar or find_sidecar(path)
+    content = {} if sidecar is None else read_toml(sidecar)
     text, _ = read_old_text(path, MEGABYTES)
-    if root_of(text) == mjcf.ROOT:
-        return None
-    return self_contained(path, text, {} if sidecar is None else read_toml(sidecar), sidecar)[1]
+    root = take_root(dict(content), sidecar, path)
+    return (None if root_of(text) == mjcf.ROOT else self_contained(path, text, content, sidecar)[1]), root
 
 
 def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:

@@ -17,26 +17,19 @@ from typing import Any, Final
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import refuse_all
 from lostmotion.io.own_process import ask
+from lostmotion.io.project_root import MANIFEST, packages_below, project_root
 from lostmotion.io.text import refuse
 
 ENDING: Final = ".xacro"
 TABLE: Final = "xacro"
 # Of a processor. Large descriptions take one.
 _SECONDS: Final = 5
-MANIFEST: Final = "package.xml"
-_MOST_FOLDERS_UP: Final = 8
 _MACROS: Final = re.compile(r"<xacro:|\$[{(]")
 
 
 def has_macros(path: Path, text: str) -> bool:
     """Return whether this is a file for xacro: by its ending, and because there is something in it to expand."""
     return path.suffix.lower() == ENDING and _MACROS.search(text) is not None
-
-
-def project_of(path: Path) -> Path:
-    """Return the folder of the project of a file: the nearest one above it with a package.xml, else its own."""
-    path = Path(os.path.realpath(path))
-    return next((each for each in path.parents[:_MOST_FOLDERS_UP] if (each / MANIFEST).is_file()), path.parent)
 
 
 def take_arguments(content: dict[str, Any], sidecar: str) -> dict[str, str]:
@@ -57,19 +50,31 @@ def take_arguments(content: dict[str, Any], sidecar: str) -> dict[str, str]:
     return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in stated.items()}
 
 
-def expand(path: Path, arguments: dict[str, str], sidecar: str) -> str:
-    """Return the URDF that a xacro file and its arguments make.
+def expand(path: Path, arguments: dict[str, str], sidecar: str, root: Path) -> tuple[str, list[str]]:
+    """Return the URDF that a xacro file and its arguments make, and the names of the arguments that are empty.
 
-    It may include files of its project: the nearest folder above it with a package.xml, else its own folder. Packages that it names are looked for
-    beside that folder, and where an installed ROS has them. Raises InputError with what is wrong, and where the package xacro is not installed.
+    It may include files within the folder `root`. Packages that it names are found by the names in their manifests below the folder that its own
+    package lies in, below the project, and where an installed ROS has them (`packages_below`). Raises InputError with what is wrong, and where the
+    package xacro is not installed.
     """
     if importlib.util.find_spec("xacro") is None:
         expected = f"the package xacro, which expands it: pip install 'lostmotion[xacro]'; or a URDF: xacro {path.name} > {path.stem}"
         refuse(str(path), "", "this is xacro, and the package xacro is not installed", expected, "pip install 'lostmotion[xacro]'")
-    homes = [str(Path(each) / "share") for each in _listed("AMENT_PREFIX_PATH")] + _listed("ROS_PACKAGE_PATH")
-    request = {"file": str(path), "path": str(path.absolute()), "sidecar": sidecar, "arguments": arguments, "homes": homes}
-    text: str = ask("lostmotion.io.xacro_process", request, str(path), _SECONDS)["text"]
-    return text
+    homes = [Path(each) / "share" for each in _listed("AMENT_PREFIX_PATH")] + [Path(each) for each in _listed("ROS_PACKAGE_PATH")]
+    own = project_root(path, [MANIFEST])
+    searched = [own.parent, root, project_root(own), *homes]
+    request = {
+        "file": str(path),
+        "path": str(path.absolute()),
+        "sidecar": sidecar,
+        "arguments": arguments,
+        "root": str(root),
+        "own": str(own),
+        "homes": [str(own.parent), *map(str, homes)],
+        "packages": {name: str(folder) for name, folder in packages_below(searched).items()},
+    }
+    answer = ask("lostmotion.io.xacro_process", request, str(path), _SECONDS)
+    return answer["text"], answer["empty"]
 
 
 def _listed(variable: str) -> list[str]:

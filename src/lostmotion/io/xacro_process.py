@@ -24,8 +24,8 @@ from xacro import XacroException
 from lostmotion.errors import InputError, Problem, nearest, shown
 from lostmotion.io.limits import listed
 from lostmotion.io.own_process import confine, serve
+from lostmotion.io.project_root import MANIFEST, RULE, package_name
 from lostmotion.io.text import read_old_text, refuse
-from lostmotion.io.xacro_file import MANIFEST, project_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,7 +44,6 @@ _INWARD: Final = ("vars", "type")
 # What is replaced here: without these names, another version of xacro would evaluate whatever a file says.
 _HOOKS: Final = ((xacro, "safe_eval"), (xacro, "parse"), (substitution, "_eval"), (substitution, "_eval_find"))
 _PACKAGE: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
-_NAMED: Final = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _LONGEST_WORDS: Final = 200
 
 
@@ -59,18 +58,19 @@ def check_plain(expression: str, file: str) -> None:
 
 
 class _Arguments(dict[str, str]):
-    """Arguments of the file by name, which note the names that it asked for."""
+    """Arguments of the file by name, which note the names that it asked for, and those whose values it used."""
 
     def __init__(self, stated: Mapping[str, str]) -> None:
         super().__init__(stated)
         self.asked: dict[str, None] = {}
+        self.used: dict[str, None] = {}
 
     def __contains__(self, name: object) -> bool:
         self.asked[str(name)] = None
         return super().__contains__(name)
 
     def __getitem__(self, name: str) -> str:
-        self.asked[name] = None
+        self.asked[name] = self.used[name] = None
         return super().__getitem__(name)
 
 
@@ -81,19 +81,14 @@ class _Expansion:
         self.file, self.sidecar = str(request["file"]), str(request["sidecar"])
         self.path = Path(os.path.realpath(request["path"]))
         self.arguments = _Arguments(request["arguments"])
-        self.project = project_of(self.path)
-        self.name = self._own_name()
-        self.folders = [str(self.project)]
-        self.homes = [str(self.project.parent), *request["homes"]]
+        self.root, self.own = Path(request["root"]), Path(request["own"])
+        self.name = package_name(self.own)
+        self.folders = [str(self.root)]
+        self.homes: list[str] = request["homes"]
+        self.packages: dict[str, str] = request["packages"]
         self.refused: list[str] = []
         self.absent: dict[str, str] = {}  # where packages would be that are not there
         self.expression = ""
-
-    def _own_name(self) -> str:
-        """Return the name of the package that the file is in; empty where there is no manifest."""
-        manifest = self.project / MANIFEST
-        found = _NAMED.search(read_old_text(manifest, MEGABYTES)[0]) if manifest.is_file() else None
-        return found[1] if found else ""
 
     def run(self) -> str:
         """Return the expanded text."""
@@ -131,26 +126,30 @@ class _Expansion:
         return str(eval(expression, {"__builtins__": {}}, substitution._DictWrapper(arguments, known)))  # noqa: S307, SLF001 - its syntax is checked
 
     def _find(self, package: str) -> str:
-        """Return the folder of a package: that of the file itself, one beside it, or one of an installed ROS.
+        """Return the folder of a package: by the name in its manifest, else by the name of its folder, among the places that are searched.
 
         A package that is not there is no mistake until a file of it is opened: meshes are not.
         """
-        if package == self.name or (self.name and package == self.project.name):
-            return str(self.project)
+        if package == self.name or (self.name and package == self.own.name):
+            self.folders.append(str(self.own))
+            return str(self.own)
         homes = [Path(home) / package for home in self.homes] if _PACKAGE.fullmatch(package) else []
-        found = next((each for each in homes if (each / MANIFEST).is_file()), None)
+        found = self.packages.get(package) or next((str(each) for each in homes if (each / MANIFEST).is_file()), None)
         if found is None:
-            folder = str(self.project.parent / (package if _PACKAGE.fullmatch(package) else "NAME"))
+            folder = str(self.own.parent / (package if _PACKAGE.fullmatch(package) else "NAME"))
             self.absent[folder] = package
             return folder
         self.folders.append(os.path.realpath(found))
-        return str(found)
+        return found
 
     def _parse(self, _: object, file: str) -> Any:  # noqa: ANN401 - a document of minidom
         """Return the XML of a file: of bounded size, and without a document type, so that no parser meets an entity."""
         if not Path(file).exists():
             xacro.filestack.pop()
             raise XacroException(exc=FileNotFoundError(2, "no such file", file))
+        if Path(file).is_dir():
+            xacro.filestack.pop()
+            self._refuse_include("which is a folder", file)
         try:
             text = read_old_text(Path(file), MEGABYTES)[0]
         except InputError:
@@ -192,8 +191,7 @@ class _Expansion:
             expected = f"its value in the table [xacro] of {self.sidecar}{stated}"
             refuse(place, "", f"the argument {shown(str(cause))} without a value", expected, f'[xacro] with {_legible(str(cause), 60)} = "..."')
         if isinstance(cause, FileNotFoundError):
-            folder = f"a file in {self.project}, by its path from the file that includes it, or $(find PACKAGE)/..."
-            refuse(place, "", f"an include of {shown(Path(str(cause.filename)).name)}, which is not there", folder, 'filename="wrist.xacro"')
+            self._refuse_include("which is not there", str(cause.filename))
         if isinstance(cause, ExpatError):
             refuse(f"{place}:{cause.lineno}", "", str(cause).partition(":")[0], "well-formed XML", '<robot name="arm"> ... </robot>')
         if isinstance(cause, RecursionError | MemoryError):
@@ -201,19 +199,38 @@ class _Expansion:
         at = f" in {shown('${' + self.expression + '}')}" if self.expression and not isinstance(cause, XacroException) else ""
         text = cause.msg if isinstance(cause, SyntaxError) else f"no key {cause}" if isinstance(cause, KeyError) else str(cause)
         words = _legible(text or type(cause).__name__, _LONGEST_WORDS)
-        refuse(place, "", f"{words}{at}", "a file that the program xacro expands", f"xacro {self.path.name} > arm.urdf")
+        refuse(place, "", f"{words}{at}", f"a file that the program xacro expands{self._empties()}", f"xacro {self.path.name} > arm.urdf")
+
+    @property
+    def empty(self) -> list[str]:
+        """Return the arguments that the file has used and that are empty."""
+        return [name for name in self.arguments.used if self.arguments.get(name) == ""]
+
+    def _empties(self) -> str:
+        """Return what to add to a message where an argument is empty, which often is the cause."""
+        return f"; empty: the argument {listed(self.empty)}, whose value stands in [xacro] of {self.sidecar}" if self.empty else ""
+
+    def _refuse_include(self, why: str, file: str) -> NoReturn:
+        """Refuse an include, by its path from the file that includes it where that is not far."""
+        beside = Path(os.path.realpath(xacro.filestack[-1])).parent if xacro.filestack else self.path.parent
+        short = os.path.relpath(os.path.realpath(file), beside)
+        path = str(file) if short.startswith(3 * f"..{os.sep}") else short
+        expected = f"a file in {self.root}, by its path from the file that includes it, or $(find PACKAGE)/...{self._empties()}"
+        refuse(self._place(), "", f"an include of {shown(path, _LONGEST_WORDS)}, {why}", expected, 'filename="wrist.xacro"')
 
     def _refuse_absent(self, places: list[str]) -> None:
         """Refuse a place in a package that is not there."""
         for folder, package in self.absent.items():
-            if any(place.startswith(folder) for place in places):
-                expected = (
-                    f"a folder of that name with its {MANIFEST}, beside the package of the file, or found by AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
-                )
-                refuse(self._place(), "", f"the package {shown(package)}, which is not there", expected, f"{self.project.parent / 'ur_description'}")
+            place = next((place for place in places if place.startswith(folder)), None)
+            if place is not None:
+                where = "the folder of the file's package, the project, AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
+                expected = f"a {MANIFEST} with <name>{_legible(package, 60)}</name> below one of: {where}{self._empties()}"
+                wanted = shown(f"$(find {package}){place.removeprefix(folder)}", _LONGEST_WORDS)
+                found = f"the package {shown(package)}, which is not there, in {wanted}"
+                refuse(self._place(), "", found, expected, str(self.own.parent / "ur_description" / MANIFEST))
 
     def _refuse_place(self) -> NoReturn:
-        expected = f"files in {self.project}: the nearest folder above with a {MANIFEST}, otherwise the file's own"
+        expected = f'files in {self.root}: {RULE}; root = ".." in {self.sidecar} names another folder above'
         refuse(self._place(), "", f"a file that opens {shown(self.refused[0], _LONGEST_WORDS)}", expected, '<xacro:include filename="wrist.xacro"/>')
 
     def _place(self) -> str:
@@ -228,7 +245,8 @@ def _legible(text: str, longest: int) -> str:
 
 
 def _answer(request: dict[str, Any]) -> dict[str, Any]:
-    return {"text": _Expansion(request).run()}
+    expansion = _Expansion(request)
+    return {"text": expansion.run(), "empty": expansion.empty}
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.io.urdf import urdf_text
-from lostmotion.io.xacro_file import project_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,16 +24,16 @@ def meshes_of(server: Any, file: Path, arm: Arm, sidecar: Path | None = None) ->
     """Add the visual shapes of a URDF or xacro file to the scene. Return the function that moves them to joint values q (joint,), and a warning.
 
     None where the file has no shapes or is MJCF, or where a mesh file is missing, too large or cannot be read. Files are read within the project
-    alone: the nearest folder above the file with a package.xml, else its own folder. `package://NAME/` is that folder, or a folder NAME in it.
+    alone (`io.project_root`). `package://NAME/` is that folder, or a folder NAME in it.
     """
-    text = urdf_text(file, sidecar)
+    text, project = urdf_text(file, sidecar)
     if text is None:
         return None, ""
     import yourdfpy
     from viser.extras import ViserUrdf
     from viser.transforms import SO3
 
-    own, project = file.resolve().parent, project_of(file)
+    own = file.resolve().parent
     sizes: dict[Path, int] = {}
     missing: list[str] = []
 
