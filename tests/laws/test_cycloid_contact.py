@@ -15,10 +15,7 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import equivalent_modulus, peak_pressure
 from lostmotion.laws.cycloid.contact import (
     Flanks,
-    Friction,
     Supports,
-    efficiency,
-    friction_torque,
     load_sharing,
     output_pin_stiffness,
 )
@@ -291,34 +288,6 @@ def test_errors_average_under_load():
     assert error.std() == pytest.approx(expected.std(axis=0).mean(), rel=0.15)
     assert (ours - ideal).std() == pytest.approx(2e-6 / (0.0585 * math.sqrt(40)), rel=0.15)
     assert ripple < 0.02 * ideal.mean()
-
-
-def test_friction_is_the_work_of_sliding():
-    """Friction at the output is the sum over flanks of mu, force and sliding distance, the latter by finite motion; efficiency follows."""
-    crank, mu, step = 0.4, 0.08, 1e-7
-    ours = load_sharing(RV_LIKE, HERTZ, [200.0], [crank])
-    theta = pin_angles(RV_LIKE, np.array([crank]))[0]
-    pin = RV_LIKE.ring_radius * np.exp(1j * (theta + crank))
-    pitch = RV_LIKE.ring_pitch_radius * np.exp(1j * crank)
-    touch = pin - RV_LIKE.pin_radius * (pin - pitch) / np.abs(pin - pitch)
-    e, z = RV_LIKE.eccentricity, RV_LIKE.lobes
-    fixed_in_disc = (touch - e * np.exp(1j * crank)) * np.exp(1j * crank / z)
-    moved = e * np.exp(1j * (crank + step)) + fixed_in_disc * np.exp(-1j * (crank + step) / z)
-    work = mu * (ours.forces[0, 0, 0] * np.abs(moved - touch)).sum() / (step / z)
-    friction = friction_torque(RV_LIKE, [crank], ours, Friction(mu))
-    assert friction[0, 0, 0] == pytest.approx(work, rel=1e-5)
-    assert efficiency(np.array(200.0), friction)[0, 0, 0] == pytest.approx(200 / (200 + work), rel=1e-5)
-    more = friction_torque(RV_LIKE, [crank], ours, Friction(mu, 0.002, 0.02, 0.1, 0.05))
-    bearing, pins = 0.002 * 0.02 * 40 * ours.bearing_force[0, 0, 0], 0.1 * 0.0015 * 40 * 4 * 200 / (math.pi * 0.05)
-    assert more[0, 0, 0] - friction[0, 0, 0] == pytest.approx(bearing + pins, rel=1e-9)
-
-
-def test_rollers_have_less_friction_than_lobes():
-    """Lobes with a friction coefficient of 0.08 have several times the loss of rollers with 0.005; without load the efficiency is zero."""
-    ours = load_sharing(RV_LIKE, HERTZ, [200.0], [0.0])
-    bare, rollers = (float(efficiency(np.array(200.0), friction_torque(RV_LIKE, [0.0], ours, Friction(mu)))[0, 0, 0]) for mu in (0.08, 0.005))
-    assert 0.8 < bare < 0.95 < rollers < 1
-    assert efficiency(np.array([0.0]), np.array([0.0])) == 0
 
 
 @pytest.mark.parametrize(

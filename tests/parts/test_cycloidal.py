@@ -275,8 +275,10 @@ def test_friction_makes_a_loop_by_the_way_of_arriving():
     source = gearbox.members["friction"]
     held = next(term for term in terms_at(source, condition((0, 0, 100.0, 0, 0, 0), approach=1.0)) if term.level == "design")
     found = gearbox.behaviour
-    # the springs behind the friction carry T_e, with T_e + F(T_e) = 100 N m on the way up and T_e - F(T_e) = 100 N m on the way down
-    carried = [brentq(lambda each, sign=sign: each + sign * np.interp(each, found.torque, found.friction) - 100.0, 1.0, 400.0) for sign in (1, -1)]
+    # the springs behind the friction carry T_e, with T_e + F(T_e) = 100 N m on the way up and T_e - F(T_e) = 100 N m on the way down, and the output
+    # pins rub by the load itself
+    friction, pins = found.friction.in_loop, 100 * found.friction.pins
+    carried = [brentq(lambda each, sign=sign: each + sign * (np.interp(each, found.torque, friction) + pins) - 100.0, 1.0, 400.0) for sign in (1, -1)]
     beyond = ("frame", "output pins", "holes of the output pins", "seats of the output pins")
     behind = found.total - sum(found.wind_up[name] for name in beyond)
     up, down = np.interp(carried, found.torque, behind)
@@ -376,7 +378,7 @@ def test_lost_motion_is_what_a_test_bench_would_read(relief, jams):
 def test_friction_without_load_holds_the_output_where_it_stopped():
     """A stated friction torque makes a loop at no load already, as wide both ways as it winds the gearbox up; unstated, there is none."""
     gearbox = drawing(friction_torque="10 N m", eccentric={"shaft": "300 N/µm"}, rigid=["frame"])
-    assert gearbox.behaviour.friction[0] == 10.0
+    assert gearbox.behaviour.friction.in_loop[0] == 10.0
     held = next(term for term in terms_at(gearbox.members["friction"], condition(approach=-1.0)) if term.level == "design")
     assert held.screw[0, 2] == pytest.approx(wind_up_at(gearbox.behaviour, 10.0))
 

@@ -37,19 +37,22 @@ def wind_up(torque: Floats, stiffness: Sequence[float], limits: Sequence[float] 
     return np.asarray(np.sign(torque) * angle)
 
 
-def friction_loop(spring: Callable[[Floats], Floats], torque: Floats, levels: Floats, friction: Floats) -> tuple[Floats, Floats]:
+def friction_loop(spring: Callable[[Floats], Floats], torque: Floats, levels: Floats, friction: Floats, share: float = 0.0) -> tuple[Floats, Floats]:
     """Return the branches of the hysteresis loop at torques (any shape, N m): angles (rad) as the torque rises, and as it falls.
 
     spring    odd, increasing spring curve w behind the friction: angles (rad) under torques (N m)
     levels    (level,) N m, from zero on: the torque that the springs carry
     friction  (level,) N m, F at these levels, zero or more; linear between the levels and beyond
+    share     further friction, of this share of the torque at the output, between the load and the other
 
     The input is held, and friction acts between the load and the springs. While the torque T rises, the springs carry the T_e of T_e + F(|T_e|) = T,
     while it falls that of T_e - F(|T_e|) = T. Of F0 + m |T_e| these are (T - F0)/(1 + m) and (T + F0)/(1 - m), with m of the other sign where T_e
     is below zero. Without load the half-width is w(F0/(1 - m)), larger than F0 times the compliance there where the spring starts soft. Springs
     between the load and the friction carry T and have no loop. Friction of the torque carried or more holds the springs at the last level.
     """
-    return spring(torque_behind_friction(torque, levels, friction, 1)), spring(torque_behind_friction(torque, levels, friction, -1))
+    size = share * np.abs(torque)
+    rising, falling = torque_behind_friction(torque - size, levels, friction, 1), torque_behind_friction(torque + size, levels, friction, -1)
+    return spring(rising), spring(falling)
 
 
 def torque_behind_friction(torque: Floats, levels: Floats, friction: Floats, direction: Literal[1, -1]) -> Floats:
@@ -67,6 +70,21 @@ def torque_behind_friction(torque: Floats, levels: Floats, friction: Floats, dir
         if growth > 0:
             out = np.where(beyond != 0, carried[end] + beyond / growth, out)
     return np.asarray(out)
+
+
+def unloads(levels: Floats, friction: Floats) -> bool:
+    """Return whether springs behind this friction turn the output back as the load falls, which needs friction that grows less than their torque.
+
+    Arguments as `friction_loop`. Otherwise friction holds the springs, and the angle during unloading says nothing about them.
+    """
+    return bool((np.diff(levels - friction) > 0).all())
+
+
+def interpolated(load: Floats | float, torque: Floats, values: Floats) -> Floats:
+    """Return the value at loads (any shape, zero or more): linear between the levels, extrapolated linearly beyond the last."""
+    load = np.asarray(load, dtype=float)
+    slope = (values[-1] - values[-2]) / (torque[-1] - torque[-2])
+    return np.asarray(np.interp(load, torque, values) + np.maximum(load - torque[-1], 0.0) * slope)
 
 
 def play_from_lost_motion(lost_motion: float, small_torque: float, stiffness: Sequence[float], limits: Sequence[float] = ()) -> float:

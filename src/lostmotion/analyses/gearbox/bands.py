@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.gearbox.readings import Definitions, SampledCurve, StatedCurve, readings
+from lostmotion.laws.cycloid.friction import DriveFriction
 from lostmotion.parts.bands import DRAWS, draws, latin_hypercube, unknown_values, varies
 from lostmotion.parts.gearbox.cycloidal.model import distribute_wind_up, gearboxes, wind_up, wind_up_without_scatter
 
@@ -130,7 +131,8 @@ def bands_of_figures(gearbox: StatedGearbox, asked: Definitions, seed: int) -> G
     for known in draws(gearbox, unknown, shares):
         angles.append(StatedCurve(known.zones, known.zone_torques, 0.0).elastic_angle(torque)[:, 0])
         play.append(known.play.nominal)
-    curve = SampledCurve(torque, np.stack(angles, axis=1), np.zeros_like(torque))
+    none = np.zeros_like(torque)
+    curve = SampledCurve(torque, np.stack(angles, axis=1), DriveFriction(torque, none, none))
     return GearBands(unknown, shares, readings(curve, np.array(play), asked), {}, {})
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from lostmotion.analyses.gearbox.bands import GearBands, Middle, bands_of_drawing
 from lostmotion.analyses.gearbox.envelope import both_branches
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, SampledCurve, readings
-from lostmotion.laws.cycloid.contact import efficiency
 from lostmotion.laws.cycloid.drive import crank_angles_of_pitch, crank_force, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.geometry import pin_angles, pressure_angles
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
@@ -28,10 +27,10 @@ from lostmotion.parts.gearbox.cycloidal.model import (
     wind_up,
     wind_up_without_scatter,
 )
-from lostmotion.parts.gearbox.cycloidal.sources import interpolated
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.envelope import BothBranches
+    from lostmotion.laws.cycloid.friction import DriveFriction
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
@@ -99,15 +98,6 @@ class Transmission:
 
 
 @dataclass(frozen=True)
-class FrictionCurve:
-    """Friction (load,) N m at the output under loads (load,) N m, and the efficiency."""
-
-    loads: Floats
-    friction: Floats
-    efficiency: Floats
-
-
-@dataclass(frozen=True)
 class Drawn:
     """Results from the drawing.
 
@@ -123,10 +113,14 @@ class Drawn:
     jammed: int
     members: dict[str, float]
     transmission: Transmission
-    friction_curve: FrictionCurve | None
     bands: GearBands | None = None
     branches: BothBranches | None = None
     before: BothBranches | None = None
+
+    @property
+    def friction(self) -> DriveFriction:
+        """Return the friction at the output."""
+        return self.curve.friction
 
     @property
     def lost_motion(self) -> Floats:
@@ -147,23 +141,17 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
     as_drawn = wind_up(gearbox, levels)
     softer = _of_materials(gearbox, as_drawn, count, seed)
     angle = flanks + wind_up_without_scatter(as_drawn)[:, None] + softer
-    friction_torque = friction(gearbox, levels) + gearbox.friction_in_loop
     start = np.zeros(1)
     curve = SampledCurve(
         np.concatenate([start, levels]),
         np.concatenate([np.zeros((1, count)), angle]),
-        np.concatenate([start + gearbox.friction_in_loop, friction_torque]),
+        friction(gearbox, levels),
         np.concatenate([start, load_side(gearbox, as_drawn)]),
     )
     at = int(np.searchsorted(levels, torque))
     own = (flanks + softer).mean(axis=1)
     found = distribute_wind_up(as_drawn, own)
     members = {name: float(each[at]) for name, each in found.items() if each.any()}
-    friction_curve = None
-    if curve.friction.any():
-        loads = torque * np.array(FRICTION_LOADS)
-        torque_lost = interpolated(loads, curve.torque, curve.friction)
-        friction_curve = FrictionCurve(loads, torque_lost, efficiency(loads, torque_lost))
     shares = (0.5, CUSTOMARY_SHARE) if gearbox.discs == 2 else (1 / gearbox.discs,)  # noqa: PLR2004 - of a pair
     first = gearbox.first_stage
     before = None if first is None or first.kind != "cycloidal" else both_branches(first, torque / abs(gearbox.steps) / first.discs)
@@ -175,7 +163,6 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         jammed=round(made.jammed * count),
         members=dict(sorted(members.items(), key=lambda member: -member[1])),
         transmission=_transmission(gearbox, torque * np.array([LIGHT, 1.0]), min(MOST_SPECTRA, max(count, SHOWN)), seed),
-        friction_curve=friction_curve,
         bands=bands_of_drawing(gearbox, Middle(asked, levels, as_drawn, own, curve, float(made.play.mean())), seed),
         branches=both_branches(gearbox, shares[0] * disc_torque(gearbox, torque)),
         before=before,

@@ -172,7 +172,7 @@ def _loop(curve: Curve, play: float, rest: float, read: Readings) -> Loop | None
     even = np.linspace(-most, most, 2 * _STEPS + 1)
     # the play is traversed between two neighbouring floating-point numbers; steps within rounding of them are removed
     torque = np.unique([*even[np.abs(np.abs(even) - rest) > _ROUNDING * most], -past, -rest, rest, past])
-    rising, falling = (each.mean(axis=1) for each in curve.branches(torque))
+    rising, falling = (each.mean(axis=1) for each in curve.branches(torque, most))
     if not (play or rising.any() or falling.any()):
         return None
     if rising[-1] >= np.interp(0.0, torque, falling):

@@ -22,7 +22,7 @@ import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import LEAST_LOGARITHM, johnson_scale, palmgren_factor, peak_pressure
-from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles, pitch_distance
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,23 +78,6 @@ class Supports:
 
     bearing: float | Floats = math.inf
     output: float | Floats = math.inf
-    pin_circle: float = math.inf
-
-
-@dataclass(frozen=True, slots=True)
-class Friction:
-    """Coulomb friction coefficients of a cycloidal stage; zero for none.
-
-    flank           between disc and lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
-    bearing         of the eccentric's bearing at its `bearing_radius` (m): about 0.002 with rolling elements
-    output          of the output pins in their holes; with sleeves, times bore radius over sleeve radius
-    pin_circle      radius of the output pins, m
-    """
-
-    flank: float
-    bearing: float = 0.0
-    bearing_radius: float = 0.0
-    output: float = 0.0
     pin_circle: float = math.inf
 
 
@@ -242,26 +225,3 @@ def _named(flanks: Flanks, radius: Floats, pressed: Floats | None, torque: Float
 def output_pin_stiffness(pin: float, radius: float, count: int) -> float:
     """Return the stiffness k_w Rw^2 n_w/4 (N m/rad) of n_w output pins of stiffness k_w (N/m) on the radius Rw (m), half of them loaded."""
     return pin * radius**2 * count / 4
-
-
-def friction_torque(stage: Stage, crank: Floats | Sequence[float], answer: LoadSharing, friction: Friction) -> Floats:
-    """Return the Coulomb friction torque of one disc at the output (torque, crank, draw), N m, for the load sharing `answer` at these crank angles.
-
-    Per radian of the output each flank slides by its distance from the pitch point, R D - Rr (planet pins: + Rr). The eccentric's bearing turns and
-    the output pins slide at the speed of the crank relative to the planet, N times (planet pins: z times) that of the output: F_b r_b N and F_pin e
-    N. The loads are those without friction. So the result is an estimate, valid for friction below about a fifth of the torque. Seals, grease and
-    preloaded bearings add to it.
-    """
-    theta = pin_angles(stage, np.atleast_1d(np.asarray(crank, dtype=float)))
-    reach = stage.ring_radius * pitch_distance(stage, theta) + (1 if stage.has_planet_pins else -1) * stage.pin_radius
-    meshes = friction.flank * (answer.forces * np.abs(reach)[None, :, None, :]).sum(axis=-1)
-    moment = np.abs((answer.forces * arms(stage, theta)[None, :, None, :]).sum(axis=-1))
-    pins = friction.output * stage.ring_pitch_radius * 4 / math.pi * moment / friction.pin_circle
-    faster = stage.ring_pitch_radius / stage.eccentricity
-    return np.asarray(meshes + pins + friction.bearing * friction.bearing_radius * faster * answer.bearing_force)
-
-
-def efficiency(torque: Floats, friction: Floats) -> Floats:
-    """Return the efficiency T/(T + M_f) for torques and friction torques (N m) of shapes that broadcast; 0 without load."""
-    load = np.abs(np.asarray(torque, dtype=float))
-    return np.asarray(np.where(load > 0, load, 0.0) / np.where(load + friction > 0, load + friction, 1.0))

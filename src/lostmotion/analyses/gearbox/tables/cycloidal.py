@@ -10,6 +10,7 @@ import numpy as np
 from lostmotion.analyses.gearbox.cycloidal import LIGHT
 from lostmotion.analyses.gearbox.tables.definition import definition_text
 from lostmotion.analyses.gearbox.tables.envelope import OVERSTATED, branches_sections
+from lostmotion.analyses.gearbox.tables.friction import AS_DRAWN, friction_sections, notes_on_friction
 from lostmotion.analyses.gearbox.tables.units import TURNING
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples, student
 from lostmotion.error_model.share_intervals import share_interval
@@ -28,23 +29,27 @@ if TYPE_CHECKING:
 
 Bound: TypeAlias = Literal["", "upper", "lower"]
 _DRAWING: Final = "the drawing"
-_AS_DRAWN: Final = "the stage as drawn, without tolerances"
 _LEVELS: Final = ((0.05, "5th percentile"), (0.5, "median"), (0.95, "95th percentile"))
 _MOST_HARMONICS: Final = 8
 # Of the largest harmonic: smaller ones are not listed.
 _SMALLEST_HARMONIC: Final = 0.01
-# Above this share friction invalidates the loads, which are computed without it.
-_LARGE_FRICTION: Final = 0.2
 _NEVER_TOUCHING: Final = 1e-12
 
 
 def sections_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> list[Section]:
     """Return the sections of the drawing: geometry, loads, manufactured samples, compliance, transmission error, friction where it is stated."""
-    friction = [] if drawn.friction_curve is None else [_friction(drawn)]
     first = gearbox.first_stage
     both = branches_sections(gearbox, first if first is not None and first.kind == "cycloidal" else None, drawn)
     lobes = _lobes(gearbox, drawn)
-    return [_geometry(gearbox), lobes, samples_section(drawn, count), _members(gearbox, drawn, count), _transmission(drawn), *friction, *both]
+    return [
+        _geometry(gearbox),
+        lobes,
+        samples_section(drawn, count),
+        _members(gearbox, drawn, count),
+        _transmission(drawn),
+        *friction_sections(drawn),
+        *both,
+    ]
 
 
 def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count: int) -> str:
@@ -109,8 +114,7 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
         notes.append(f"declared rigid: {', '.join(gearbox.rigid)}; a real gearbox winds up more, so that every stiffness here is an upper limit")
     if drawn.jammed:
         notes.append("gearboxes that jam have flanks that interfere without torque; their wind-up is relative to their position at rest")
-    if drawn.friction_curve is not None and drawn.friction_curve.friction[-1] > _LARGE_FRICTION * drawn.friction_curve.loads[-1]:
-        notes.append("friction is more than a fifth of the torque: loads are computed without it, so that efficiency is a rough estimate")
+    notes += notes_on_friction(drawn, torque)
     if torque <= gearbox.friction_at_rest.load.nominal:
         notes.append(f"{as_stated(torque)} N m do not overcome the friction: no hysteresis is shown")
     return tuple(notes)
@@ -248,7 +252,7 @@ def _carrying(case: Lobes) -> str:
 
 
 def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
-    return Figure(force, "N", samples=_AS_DRAWN), Figure(peak / 1e9, "GPa", samples=_AS_DRAWN)
+    return Figure(force, "N", samples=AS_DRAWN), Figure(peak / 1e9, "GPa", samples=AS_DRAWN)
 
 
 def samples_section(drawn: Drawn, count: int) -> Section:
@@ -323,13 +327,3 @@ def _transmission(drawn: Drawn) -> Section:
         f"loads: {100 * LIGHT:.0f} % and all of the torque"
     )
     return Section("transmission", "Transmission error", columns, tuple(rows), note)
-
-
-def _friction(drawn: Drawn) -> Section:
-    rows: list[Row] = []
-    if drawn.friction_curve is not None:
-        for load, friction, share in zip(drawn.friction_curve.loads, drawn.friction_curve.friction, drawn.friction_curve.efficiency, strict=True):
-            figures = (Figure(float(friction), "N m", samples=_AS_DRAWN), Figure(100 * float(share), "%", samples=_AS_DRAWN))
-            rows.append(Row(f"at {as_stated(load)} N m", figures))
-    note = "Coulomb friction of flanks, eccentric and output pins of the stage at the output; an estimate without seals, grease and a first stage"
-    return Section("friction", "Friction", ("felt at the output", "efficiency"), tuple(rows), note)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.analyses.gearbox.tables.bands import bands_facts, bands_sections, first_sentence, stiffness_band, with_band
 from lostmotion.analyses.gearbox.tables.cycloidal import cards_of_drawing, doubts_of_drawing, sections_of_drawing, verdict_of_drawing
 from lostmotion.analyses.gearbox.tables.finite_elements import fem_cards, fem_sections, fem_sentences
+from lostmotion.analyses.gearbox.tables.friction import friction_facts
 from lostmotion.analyses.gearbox.tables.loop import loop_section
 from lostmotion.analyses.gearbox.tables.stated import (
     cards_of_figures,
@@ -33,10 +34,11 @@ if TYPE_CHECKING:
 
 _WORDS: Final = (
     ("play", "free rotation of the output. A load above friction holds it on one side."),
-    ("lost motion", "rotation of the output between the middles of the loop at a small torque in both directions: play and elastic wind-up."),
+    ("lost motion", "rotation of the output between a small torque in one direction and in the other: play and elastic wind-up, without friction."),
     ("wind-up", "torsion of the gearbox: rotation of the output under the torque with the input held, beyond the play."),
     ("displacement", "the same from the middle of the play: half the play and the wind-up."),
-    ("secant, slope", "stiffness on the middle of the loop, from zero to the torque and between two torques. Makers state either, or others."),
+    ("secant, slope", "stiffness without friction, from zero to the torque and between two torques. Makers state either, or others."),
+    ("loading branch", "the curve under rising torque. Friction carries part of the torque there, so that a drive seems stiffer."),
     ("friction's loop", "hysteresis: with friction the angle of the output differs between rising and falling torque. Play is added to it."),
     ("transmission error", "deviation of the output from the nominal ratio over a turn."),
 )
@@ -93,6 +95,7 @@ def _of_drawing(
             **_facts(name, study, units),
             "seed": study.seed,
             "built": study.count,
+            **friction_facts(drawn),
             "member_states": {name: str(state) for name, state in gearbox.states.items()},
         },
     )

@@ -117,6 +117,6 @@ def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSourc
             out[name] = WindUp(found.torque, angle, scatter, tuple(materials.get(name, ())))
     if found.harmonics:
         out["transmission error"] = TransmissionError(found.harmonic_torque, found.harmonics)
-    if found.friction.any():
+    if found.friction.any:
         out["friction"] = replace(found.loop, scatter=gearbox.hysteresis_scatter)
     return out

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.cycloid import contact, drive
+from lostmotion.laws.cycloid.friction import DriveFriction, Friction, friction_torques
 from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
 from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
 from lostmotion.parts.gearbox.cycloidal.members import stage_wind_up
@@ -60,8 +61,8 @@ class Behaviour:
     torque (level,) from zero on; wind_up (level,) of each member that is not rigid, beyond the play, averaged over gearboxes;
     scatter (level,) standard deviation over gearboxes of the total wind-up; play and lost_motion (gearbox,), the latter between + and - 3 % of
     the rated torque; harmonic_torque (level of the harmonics,) with `harmonics`; neglected_share: share of the transmission error's mean square in
-    smaller harmonics, by which the retained ones are scaled up; friction (level,) N m, load_side (level,) rad, the wind-up of the springs between
-    the load and the friction; jammed: share of the gearboxes in which flanks interfere.
+    smaller harmonics, by which the retained ones are scaled up; friction with the levels of `torque`; load_side (level,) rad, the wind-up of the
+    springs between the load and the friction; jammed: share of the gearboxes in which flanks interfere.
     """
 
     torque: Floats
@@ -72,7 +73,7 @@ class Behaviour:
     harmonic_torque: Floats
     harmonics: tuple[ErrorHarmonic, ...]
     neglected_share: float
-    friction: Floats
+    friction: DriveFriction
     load_side: Floats
     jammed: float
 
@@ -84,7 +85,7 @@ class Behaviour:
     @property
     def loop(self) -> Loop:
         """Return the hysteresis of the whole gearbox."""
-        return Loop(self.torque, self.total - self.load_side, self.friction)
+        return Loop(self.torque, self.total - self.load_side, self.friction.in_loop, self.friction.pins)
 
 
 def behaviour(gearbox: CycloidalDrawing) -> Behaviour:
@@ -120,7 +121,7 @@ def _behaviour(gearbox: CycloidalDrawing) -> Behaviour:
         harmonic_torque=rated * np.array(_HARMONIC_LEVELS),
         harmonics=harmonics,
         neglected_share=neglected,
-        friction=np.concatenate([start, friction(gearbox, torque)]) + gearbox.friction_in_loop,
+        friction=friction(gearbox, torque),
         load_side=np.concatenate([start, load_side(gearbox, members)]),
         jammed=made.jammed,
     )
@@ -301,20 +302,25 @@ def load_side(gearbox: CycloidalDrawing, members: dict[str, Floats]) -> Floats:
     return np.asarray(np.sum([none, *(angle for name, angle in members.items() if name.removesuffix(BOUNDED) in names)], axis=0))
 
 
-def friction(gearbox: CycloidalDrawing, torque: Floats) -> Floats:
-    """Return the friction torque (N m) of flanks, eccentric and output pins, at the output, under torques (torque,) above zero.
+def friction(gearbox: CycloidalDrawing, torque: Floats) -> DriveFriction:
+    """Return the friction at the output, with levels at zero and at torques (torque,), rising from above zero.
 
-    Only of the output stage, which dominates: friction before it reaches the output divided by the ratio.
+    Of flanks, eccentric and output pins only those of the output stage, which dominate: friction before it reaches the output divided by the ratio.
     """
-    stated = gearbox.friction
-    out = np.zeros_like(torque)
-    if stated is None:
-        return out
-    circle = gearbox.output_pins.circle_radius if gearbox.output_pins else math.inf
-    friction_curve = contact.Friction(stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle)
-    crank = drive.crank_angles_of_pitch(gearbox.drive)
-    gap = drive.nominal_gaps(gearbox.drive, crank)
-    for k, load in enumerate(_share(gearbox) * torque / gearbox.discs):
-        answer = drive.loaded_disc(gearbox.drive, float(load), crank, gap)
-        out[k] = gearbox.discs * float(contact.friction_torque(gearbox.stage, crank, answer, friction_curve).mean())
-    return out
+    stated, discs = gearbox.friction, gearbox.discs
+    # on the discs, on the crank, of the output pins
+    lost = np.zeros((3, len(torque) + 1))
+    if stated is not None:
+        circle = gearbox.output_pins.circle_radius if gearbox.output_pins else math.inf
+        coefficients = Friction(stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle)
+        crank = drive.crank_angles_of_pitch(gearbox.drive)
+        gap = drive.nominal_gaps(gearbox.drive, crank)
+        for k, load in enumerate(_share(gearbox) * torque / discs, 1):
+            answer = drive.loaded_disc(gearbox.drive, float(load), crank, gap)
+            found = friction_torques(gearbox.stage, crank, answer, coefficients, abs(gearbox.steps))
+            lost[:, k] = [discs * float(each.mean()) for each in (found.disc, found.crank, found.pins)]
+    levels, (on_discs, on_crank, pins) = np.concatenate([np.zeros(1), torque]), lost
+    # with the ring as output the pins carry the torque behind the flanks
+    if gearbox.fixed == "carrier":
+        return DriveFriction(levels, on_discs + pins, on_crank, constant=gearbox.friction_in_loop)
+    return DriveFriction(levels, on_discs, on_crank, float(pins[-1] / torque[-1]), gearbox.friction_in_loop)

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.distributions import Normal
-from lostmotion.laws.gears import friction_loop
+from lostmotion.laws.gears import friction_loop, interpolated, unloads
 from lostmotion.parts.error_source import ErrorSource, Friction
 from lostmotion.parts.forms import Curve, Harmonic, Spring
 from lostmotion.parts.standard_terms import PHASES, TRANSMISSION_ERROR, backlash_terms, backlash_variation, loop_terms, spring_terms
@@ -101,20 +102,22 @@ class TransmissionError(ErrorSource):
 class Loop(ErrorSource):
     """Hysteresis of a spring with `angle` (level,), rad, behind friction (level,), N m, at torques (level,) that the spring carries.
 
+    pins     friction before it, of the output pins, over the load
     scatter  ± share by which its width differs from visit to visit
     """
 
     torque: Floats
     angle: Floats
     friction: Floats
+    pins: float = 0.0
     scatter: float = 0.0
 
     def branches(self, load: Floats) -> tuple[Floats, Floats]:
         """Return the angles (rad) of the output under rising and falling loads (any shape, N m) of either sign."""
-        return friction_loop(lambda torque: interpolated_odd(torque, self.torque, self.angle), load, self.torque, self.friction)
+        return friction_loop(lambda torque: interpolated_odd(torque, self.torque, self.angle), load, self.torque, self.friction, self.pins)
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return half the width of the hysteresis loop, to either side."""
+        """Return half the width of the hysteresis loop, to either side. Raises DidNotConvergeError for friction that holds the drive."""
         return loop_terms(Spring(motion.twist, self.half_width, odd=False), 1.0, Parameter("hysteresis"), self.scatter)
 
     @property
@@ -122,20 +125,19 @@ class Loop(ErrorSource):
         """Return half the width (rad) of the loop over the size of the load, N m.
 
         Exact: spring and friction are piecewise linear, so that the width is too, with a knot wherever the spring carries a level in either branch.
+        Raises DidNotConvergeError where friction takes all of the torque, so that the drive cannot move its load, and no width is defined.
         """
+        if self.pins >= 1 or not unloads(self.torque, self.friction):
+            raise DidNotConvergeError(
+                "friction of the drive's flanks or output pins takes all of its torque, so that its input cannot turn the output: state smaller "
+                "coefficients in [gearbox.friction]"
+            )
         carried, friction = np.concatenate([-self.torque, self.torque]), np.concatenate([self.friction, self.friction])
-        knots = np.concatenate([[0.0], carried + friction, carried - friction])
+        knots = np.concatenate([[0.0], (carried + friction) / (1 - self.pins), (carried - friction) / (1 + self.pins)])
         load = np.unique(knots[knots >= 0])
         load = np.append(load, 2 * load[-1])
         rising, falling = self.branches(load)
         return Curve.through(load, (falling - rising) / 2)
-
-
-def interpolated(load: Floats | float, torque: Floats, values: Floats) -> Floats:
-    """Return the value at loads (any shape, zero or more): linear between the levels, extrapolated linearly beyond the last."""
-    load = np.asarray(load, dtype=float)
-    slope = (values[-1] - values[-2]) / (torque[-1] - torque[-2])
-    return np.asarray(np.interp(load, torque, values) + np.maximum(load - torque[-1], 0.0) * slope)
 
 
 def interpolated_odd(load: Floats, torque: Floats, values: Floats) -> Floats:
