@@ -153,7 +153,7 @@ def start(*words: str) -> tuple[subprocess.Popen[str], str]:
     """Start the command and return it with the address that it prints."""
     process = subprocess.Popen([sys.executable, "-m", "lostmotion", "view", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     line = process.stdout.readline()
-    found = re.search(r"http://127\.0\.0\.1:\d+", line)
+    found = re.search(r"http://127\.0\.0\.1:\d+/\S+", line)
     assert found, line + process.stderr.read()
     return process, found[0]
 

@@ -10,6 +10,7 @@ from pydantic import TypeAdapter
 from lostmotion.catalogue import materials
 from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes
 from lostmotion.error_model.remedies import STAGES
+from lostmotion.parts.error_source import Mass
 from lostmotion.parts.gearbox.kinds import TurningGearbox
 from lostmotion.parts.profile import Section
 
@@ -42,6 +43,10 @@ class Choices:
     calibrated: bool = False
     gearboxes: Mapping[str, str] = field(default_factory=dict)
     sections: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a payload that an arm file could not state."""
+        TypeAdapter(Mass).validate_python(self.payload)
 
     @property
     def stage(self) -> str:
@@ -103,7 +108,10 @@ def _with_section(arm: Arm, joint: Joint, names: Mapping[str, str]) -> Joint:
     if other is not None:
         section, material = other.section, other.material
     else:
-        outer, wall = next(size for size in _TUBES if name == f"tube {size[0]} x {size[1]} mm")
+        size = next((size for size in _TUBES if name == f"tube {size[0]} x {size[1]} mm"), None)
+        if size is None:
+            raise ValueError(f"no section '{name}'")
+        outer, wall = size
         tube = {"kind": "tube", "outer": f"{outer} mm", "wall": f"{wall} mm"}
         section, material = TypeAdapter(Section).validate_python(tube, context={"text": True}), joint.link.material or materials()[_MATERIAL]
     update = {"section": section, "material": material, "compliance": None, "measured": None, "rigid": False}

@@ -31,8 +31,9 @@ def view(
 ) -> dict[str, Any]:
     """Show an arm in the browser: drag its joints and see its error, the parts that cause it, and the error over its workspace.
 
-    The page is served on this computer alone (127.0.0.1) until ctrl-C. Payload, gearboxes and link sections can be changed there; the file is not
-    changed. The figures are those of `study` without sampling. Needs pip install 'lostmotion[view]'. Returns the last pose and the changes.
+    The page is served on this computer alone (127.0.0.1), under an address with a token, until ctrl-C. Payload, gearboxes and link sections can be
+    changed there; the file is not changed. The figures are those of `study` without sampling. Needs pip install 'lostmotion[view]'. Returns the last
+    pose and the changes.
 
     Raises
     ------

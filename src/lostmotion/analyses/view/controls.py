@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.view import panel
 from lostmotion.analyses.view.choices import AS_IN_FILE, gearbox_names, section_names
+from lostmotion.analyses.view.guard import is_number
 from lostmotion.reporting.palette import round_number
 
 if TYPE_CHECKING:
@@ -27,11 +28,15 @@ _PAYLOADS, _OF_ARM, _LEAST_PAYLOAD = 2.0, 0.25, 1.0
 
 
 class Controls:
-    """The panel of one view. `gui` is that of a viser server; `redraw` is called where the picture changes and no figure does."""
+    """The panel of one view. `gui` is that of a viser server; `redraw` is called where the picture changes and no figure does.
+
+    checks  whether a control can take a value, by the control's identifier: of what a browser sends nothing else is to reach viser
+    """
 
     def __init__(self, gui: Any, session: Session, redraw: Callable[[], None], announce: Callable[[str], None]) -> None:  # noqa: ANN401
         """Build the panel."""
         self._gui, self._session, self._redraw, self._announce = gui, session, redraw, announce
+        self.checks: dict[str, Callable[[object], bool]] = {}
         self._refit = False
         arm = session.arm
         self._headline, self._legend, self._warning = gui.add_html(""), gui.add_html(""), gui.add_html("")
@@ -60,8 +65,9 @@ class Controls:
         with gui.add_folder("Picture"):
             self.shown = gui.add_dropdown("workspace", ("half", "all", "none"), hint="Click a point to go there.")
             self.shown.on_update(lambda _: redraw())
-            gui.add_button("Fit colours to these errors").on_click(lambda _: self._ask_refit())
-            gui.add_button("Print this pose as --at").on_click(lambda _: self._print_pose())
+            self._allow_one_of(self.shown)
+            for label, act in (("Fit colours to these errors", self._ask_refit), ("Print this pose as --at", self._print_pose)):
+                self._add_button(label, act)
             self._pose_text = gui.add_html("")
         self._status = gui.add_html("")
 
@@ -99,6 +105,7 @@ class Controls:
         start = min(max(round(low + step * round((_displayed(joint, value) - low) / step), 6), low), high)
         slider = self._gui.add_slider(f"{joint.name} [{'°' if joint.type == 'revolute' else 'mm'}]", low, high, step, start)
         slider.on_update(lambda _: self._on_slider(index, joint))
+        self._allow_within(slider)
         return slider
 
     def _on_slider(self, index: int, joint: Joint) -> None:
@@ -112,14 +119,30 @@ class Controls:
         most = max(most, arm.payload.mass)
         slider = self._gui.add_slider("payload [kg]", 0.0, most, round_number(most / 100), arm.payload.mass)
         slider.on_update(lambda _: self._session.choose(payload=float(slider.value)))
+        self._allow_within(slider)
 
     def _add_switch(self, label: str, name: str, hint: str) -> None:
         switch = self._gui.add_checkbox(label, initial_value=False, hint=hint)
         switch.on_update(lambda _: self._session.choose(**{name: bool(switch.value)}))
+        self.checks[_identifier(switch)] = lambda value: isinstance(value, bool)
 
     def _add_list(self, label: str, joint: Joint, words: list[str], choose: Callable[[str, str], None]) -> None:
         chooser = self._gui.add_dropdown(label, (AS_IN_FILE, *words))
         chooser.on_update(lambda _: choose(joint.name, str(chooser.value)))
+        self._allow_one_of(chooser)
+
+    def _add_button(self, label: str, act: Callable[[], None]) -> None:
+        button = self._gui.add_button(label)
+        button.on_click(lambda _: act())
+        self.checks[_identifier(button)] = lambda value: value is True
+
+    def _allow_within(self, slider: Any) -> None:  # noqa: ANN401 - a handle of viser
+        low, high = slider.min, slider.max
+        self.checks[_identifier(slider)] = lambda value: is_number(value) and low <= value <= high
+
+    def _allow_one_of(self, chooser: Any) -> None:  # noqa: ANN401 - a handle of viser
+        words = tuple(chooser.options)
+        self.checks[_identifier(chooser)] = lambda value: isinstance(value, str) and value in words
 
     def _print_pose(self) -> None:
         text = panel.pose_option(self._session.arm, self._session.q)
@@ -129,6 +152,11 @@ class Controls:
     def _ask_refit(self) -> None:
         self._refit = True
         self._redraw()
+
+
+def _identifier(control: Any) -> str:  # noqa: ANN401 - a handle of viser
+    """Return the identifier of a control in messages; viser has no public name for it."""
+    return str(control._impl.uuid)  # noqa: SLF001
 
 
 def _displayed(joint: Joint, value: float) -> float:

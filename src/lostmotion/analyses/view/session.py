@@ -54,21 +54,26 @@ class Session:
             return self._choices
 
     def move(self, q: Floats) -> None:
-        """Ask for another pose q (joint,), rad and m, within the joint limits; values beyond are moved to the limit."""
+        """Ask for another pose q (joint,), rad and m, within the joint limits; values beyond are moved to the limit.
+
+        Raises ValueError for a value that is no finite number.
+        """
         low, high = self._file.limits.T
+        _require_finite(q)
         with self._lock:
             self._q, self._moved = np.clip(np.asarray(q, dtype=float), low, high), True
         self._news.set()
 
     def move_joint(self, index: int, value: float) -> None:
-        """Ask for another value of one joint, rad or m, within its limits."""
+        """Ask for another value of one joint, rad or m, within its limits. Raises ValueError for one that is no finite number."""
+        _require_finite(value)
         with self._lock:
             self._q = self._q.copy()
             self._q[index], self._moved = np.clip(value, *self._file.limits[index]), True
         self._news.set()
 
     def choose(self, **changes: Any) -> None:  # noqa: ANN401 - fields of Choices
-        """Ask for other choices; fields that are not named stay."""
+        """Ask for other choices; fields that are not named stay. Raises ValueError for a payload that an arm file could not state."""
         with self._lock:
             self._choices, self._chosen = replace(self._choices, **changes), True
         self._news.set()
@@ -113,3 +118,8 @@ class Session:
         if found_there is None:
             self._workspace = workspace
         return found_there
+
+
+def _require_finite(values: Floats | float) -> None:
+    if not np.isfinite(values).all():
+        raise ValueError("a joint value is not a finite number")

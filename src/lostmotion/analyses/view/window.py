@@ -14,6 +14,7 @@ import numpy as np
 from lostmotion.analyses.view.classes import classes_of, enlargement
 from lostmotion.analyses.view.controls import Controls
 from lostmotion.analyses.view.framing import Framing, picked, visible
+from lostmotion.analyses.view.guard import Guard
 from lostmotion.analyses.view.live import Figures, Workspace
 from lostmotion.analyses.view.scene import Scene
 from lostmotion.analyses.view.session import Refused
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.view.session import Session
     from lostmotion.error_model.poses import Poses
 
-# The view has no password, so no other computer may reach it.
+# No other computer may reach the view: what it sends is not encrypted.
 _HOST: Final = "127.0.0.1"
 _BRAND: Final = (64, 140, 210)
 _IDLE: Final = 0.25
@@ -51,7 +52,8 @@ class Window:
         from lostmotion.analyses.view.meshes import meshes_of
 
         self._session, self._arm = session, session.arm
-        with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner
+        self._guard = Guard()
+        with self._guard.in_front(), contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner
             self._server: Any = viser.ViserServer(host=_HOST, port=port, label=f"lostmotion: {self._arm.name}", verbose=False)
         gui = self._server.gui
         gui.configure_theme(dark_mode=True, control_width="large", show_logo=False, show_share_button=False, brand_color=_BRAND)
@@ -70,6 +72,7 @@ class Window:
         self._stop, self._redraw = threading.Event(), threading.Event()
         self._failure: Exception | None = None
         self._controls = Controls(gui, session, self._redraw.set, announce)
+        self._guard.checks = self._controls.checks
         self._controls.warn(self._warning)
         self._server.scene.on_click()(self._on_click)
         self._worker = threading.Thread(target=self._work, daemon=True, name="lostmotion view")
@@ -77,8 +80,8 @@ class Window:
 
     @property
     def url(self) -> str:
-        """Return the address for a browser on this computer."""
-        return f"http://{_HOST}:{self._server.get_port()}"
+        """Return the address for a browser on this computer, with the token."""
+        return f"http://{_HOST}:{self._server.get_port()}/{self._guard.token}/"
 
     def wait(self) -> None:
         """Serve until ctrl-C or SIGTERM, then stop the thread and the server. Raises what stopped the thread that computes."""
