@@ -90,14 +90,45 @@ def test_every_interval_holds_its_figure(seed, poses, count, size, off, flat):
     assert all(each.low >= 0 for each in lengths if np.isfinite(each.low))
 
 
-def test_poses_seen_from_sides_alone_are_refused():
-    """A pose visited only from stated sides has no visits of the cycle and is refused in one message."""
+def test_poses_seen_from_sides_alone_beside_others_are_refused():
+    """A pose visited only from stated sides, beside others visited in the standard's cycle, is refused in one message."""
     errors = np.random.default_rng(3).normal(0, 1e-5, (2, 4, 3))
     command = np.array([[0.6, 0.0, 0.4], [0.5, 0.1, 0.4]])
     with pytest.raises(lostmotion.InputError, match=r"side.*P2"):
         evaluate(visits_of(errors, command, [""] * 4 + ["x", "x", "y", "y"]))
-    with pytest.raises(lostmotion.InputError, match="P1, P2"):
-        evaluate(visits_of(errors, command, ["x", "x", "y", "y"] * 2))
+
+
+def test_sides_everywhere_are_cycles_of_their_own():
+    """Where every visit states its side, repeatability is that of each side, not of both pooled: a play of 0.1 mm between them is vAP, not RP."""
+    rng = np.random.default_rng(5)
+    errors = rng.normal(0, 1e-6, (2, 60, 3))
+    errors[:, 30:, 0] += 1e-4
+    visits = visits_of(errors, np.array([[0.6, 0.0, 0.4], [0.5, 0.1, 0.4]]), (["up"] * 30 + ["down"] * 30) * 2)
+    found = evaluate(replace(visits, cycle=np.tile(np.arange(30.0), 4)))
+    assert [load.side for load in found.loads] == ["up", "down"]
+    for load, half in zip(found.loads, (errors[:, :30], errors[:, 30:]), strict=True):
+        np.testing.assert_allclose([pose.repeatability.value for pose in load.poses], iso.pose_repeatability(half), rtol=1e-9)
+    assert [pose.multi_directional.value for pose in found.loads[0].poses] == pytest.approx([1e-4] * 2, rel=0.02)
+
+
+def test_one_outlying_visit_is_named_and_counted():
+    """One of thirty visits 5 mm off makes RP what it is; RP without it stands beside it, and normal scatter has no such visit."""
+    rng = np.random.default_rng(7)
+    errors = rng.normal(0, 3e-5, (2, 30, 3))
+    errors[0, 3, 0] += 5e-3
+    first, second = evaluate(visits_of(errors, np.array([[0.5, 0.0, 0.6], [0.4, 0.1, 0.5]]))).loads[0].poses
+    ((_, line, far),) = first.outlying
+    assert line == 3
+    assert far == pytest.approx(5e-3, rel=0.02)
+    assert first.repeatability.value > 2e-3
+    assert first.without_outlying.value == pytest.approx(float(iso.pose_repeatability(np.delete(errors[0], 3, axis=0))), rel=1e-9)
+    assert second.outlying == ()
+    none = [
+        pose
+        for seed in range(50)
+        for pose in evaluate(visits_of(np.random.default_rng(seed).normal(0, 1, (4, 30, 3)), np.zeros((4, 3)))).loads[0].poses
+    ]
+    assert not any(pose.outlying for pose in none)
 
 
 @pytest.mark.slow

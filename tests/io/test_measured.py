@@ -197,7 +197,7 @@ def test_commands_without_turns_determine_none(tmp_path):
 
 def test_bad_rows_are_reported_all_at_once(tmp_path):
     """Cells that are not numbers, short rows, and a pose with two commands are reported together, each with its line."""
-    text = "pose,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\nA,1,2,x,0,0,0\n\nA,1,2,3,0,0,0\nA,1,nan,3,0,0,0\nA,1,2\n,1,2,3,0,0,0\n"
+    text = "pose,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\nA,1,2,x,0,0,0\n\nA,1,2,3,0,0,0\nA,1,two,3,0,0,0\nA,1,2\n,1,2,3,0,0,0\n"
     with pytest.raises(lostmotion.InputError) as caught:
         read(tmp_path, text)
     assert [problem.key.split(",")[0] for problem in caught.value.problems] == ["line 2", "line 5", "line 6", "line 7"]

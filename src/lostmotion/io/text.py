@@ -21,6 +21,8 @@ _FIRST_BYTES: Final = 4096
 # Stands in no plain decimal number, but in others that Python reads: "1_0", "infinity", digits of other scripts.
 _FOREIGN: Final = re.compile(r"[^0-9+\-.eE \t\r\n]")
 _SAVE_AS: Final = "save the file as UTF-8 in your editor"
+# First bytes of the files of spreadsheet programs: .xlsx and .ods are ZIP archives, .xls is an older container.
+_WORKBOOKS: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
 def refuse(*fields: str) -> NoReturn:
@@ -71,6 +73,11 @@ def _raw(path: Path, megabytes: int, example: str) -> bytes:
         refuse(file, "", "a folder" if stat.S_ISDIR(kind) else "no regular file", "a text file", f"{path.name or 'arm'}/arm{path.suffix or '.toml'}")
     if len(raw) > megabytes * _MEGABYTE:
         refuse(file, "", f"more than {megabytes} MB", f"at most {megabytes} MB", "one arm, or one table of poses, per file")
+    if raw.startswith(_WORKBOOKS):
+        found = (
+            "an Excel workbook or another packed file" if path.suffix[:4].lower() in {".xls", ".ods"} else "a packed file, such as an Excel workbook"
+        )
+        refuse(file, "", found, "plain text: save the sheet as CSV in the spreadsheet program", f"{path.stem or 'visits'}.csv")
     return raw
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.analyses.iso9283.axis_positioning import axis_positionings
 from lostmotion.analyses.iso9283.confidence import (
     LEVEL,
     MIN_VISITS,
@@ -29,6 +30,7 @@ from lostmotion.errors import InputError, Problem, shown
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from lostmotion.analyses.iso9283.axis_positioning import AxisPositioning
     from lostmotion.analyses.iso9283.visits import Visits
     from lostmotion.spatial import Floats
 
@@ -37,6 +39,9 @@ _FRAME: Final = 3
 # Fewest poses for bootstrap intervals.
 _MIN_POSES: Final = 20
 _MOST_MISTAKES: Final = 20
+# Multiple of the median distance beyond which a visit is outlying, and fewest visits for it.
+_OUTLYING: Final = 15.0
+_FEWEST_FOR_OUTLIERS: Final = 10
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,8 @@ class MeasuredPose:
     multi_directional         vAP_p, from visits with a side; NaN without
     rotation (3, 3)           orientation of the tool: commanded, or the mean of the attained ones; NaN where none was measured
     errors (visit, 3)         relative to the command, or to the barycentre where the command is unknown
+    outlying                  file and line of each visit that lies far from the others (`_outlying`), with its distance from their median, m
+    without_outlying          RP_l without these visits; NaN where there are none
     """
 
     name: str
@@ -65,6 +72,8 @@ class MeasuredPose:
     multi_directional: Estimate
     rotation: Floats
     errors: Floats
+    outlying: tuple[tuple[str, int, float], ...]
+    without_outlying: Estimate
 
 
 @dataclass(frozen=True)
@@ -72,12 +81,14 @@ class MeasuredLoad:
     """Characteristics of one robot under one load.
 
     load        share of the payload
+    side        side from which every pose was approached, where the file states one for each visit; empty for the standard's cycle
     poses       each pose, in natural order of the names
     distance    AD_p and RD between P2 and P4; None without both
     pooled      mean, standard deviation, 95th percentile and maximum of AP_p over poses, as commanded and with best-fit frames; intervals over poses
     fit         the best-fit frames; None for fewer than three poses or without commands
     floor       RP_l expected from the instrument alone, m
     paths       each path
+    axes        lines of poses along an axis, approached from two sides (ISO 230-2); with the first side of a load
     """
 
     load: float
@@ -87,6 +98,8 @@ class MeasuredLoad:
     fit: Fit | None
     floor: float
     paths: tuple[MeasuredPath, ...]
+    side: str = ""
+    axes: tuple[AxisPositioning, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -100,21 +113,35 @@ class MeasuredRobot:
 def evaluate(visits: Visits, level: float = LEVEL) -> MeasuredRobot:
     """Return the ISO 9283 characteristics of these rows, with confidence intervals of this level.
 
-    A scatter needs two visits, best-fit frames three poses. Raises InputError for poses visited only from stated sides (the other characteristics
-    need the standard's cycle), for a cycle that visits a pose twice, and for paths as `evaluate_paths`.
+    A scatter needs two visits, best-fit frames three poses. Where every visit states its side, each side is a cycle of its own. Raises InputError for
+    some poses visited only from stated sides beside others in the standard's cycle, for a cycle that visits a pose twice, and for paths as
+    `evaluate_paths`.
     """
     of_path = np.array([bool(path) for path in visits.path])
     _refuse_repeated_cycles(visits)
     loads = []
     for load in sorted(dict.fromkeys(visits.load.tolist()), reverse=True):
         there = visits.load == load
-        poses = _at_poses(visits.picked(there & ~of_path), level)
-        loads.append(MeasuredLoad(load=load, paths=evaluate_paths(visits.picked(there & of_path), level), **poses))
+        every = visits.picked(there & ~of_path)
+        paths = evaluate_paths(visits.picked(there & of_path), level)
+        # What belongs to all sides together stands with the first.
+        for k, (side, chosen) in enumerate(_cycles(every)):
+            once = {"axes": axis_positionings(every), "paths": paths} if k == 0 else {"paths": ()}
+            loads.append(MeasuredLoad(load=load, side=side, **once, **_at_poses(chosen, chosen if k else every, level)))
     if not any(load.paths or load.pooled is not None for load in loads) and not any(
         math.isfinite(pose.repeatability.value) for load in loads for pose in load.poses
     ):
         _refuse_too_few(visits)
     return MeasuredRobot(visits, tuple(loads))
+
+
+def _cycles(visits: Visits) -> list[tuple[str, Visits]]:
+    """Return the visits as one cycle, or by side where every visit states its side: then each side is a cycle."""
+    sides = dict.fromkeys(visits.side)
+    if not visits.pose or "" in sides:
+        return [("", visits)]
+    each = ((side, visits.picked(np.array([one == side for one in visits.side]))) for side in sides)
+    return [(side, replace(found, side=("",) * len(found.pose))) for side, found in each]
 
 
 def _refuse_too_few(visits: Visits) -> None:
@@ -152,8 +179,8 @@ def _differing_coordinates(visits: Visits, one: int, other: int) -> str:
     return ", ".join(names) or "row"
 
 
-def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
-    """Return the fields of a `MeasuredLoad` that belong to poses."""
+def _at_poses(visits: Visits, every: Visits, level: float) -> dict[str, Any]:
+    """Return the fields of a `MeasuredLoad` that belong to poses; `every` holds the visits from all sides, for vAP."""
     everywhere: dict[str, list[int]] = {}
     for k, name in enumerate(visits.pose):
         everywhere.setdefault(name, []).append(k)
@@ -173,8 +200,7 @@ def _at_poses(visits: Visits, level: float) -> dict[str, Any]:
     left = np.full(len(rows), math.nan) if fit is None else np.linalg.norm(fit.residual, axis=1)
     turn = visits.turn
     poses = tuple(
-        _pose(visits, turn, name, found, float(left[k]), _from_sides(visits, everywhere[name], level), level)
-        for k, (name, found) in enumerate(rows.items())
+        _pose(visits, turn, name, found, float(left[k]), _from_sides(every, name, level), level) for k, (name, found) in enumerate(rows.items())
     )
     pooled = None
     if fit is not None:
@@ -204,6 +230,7 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
     commanded = [with_command] * 3 + [known] * 3
     repeat = repeatability_interval(errors, level)
     floor = visits.instrument * isotropic_repeatability(len(found))
+    far = _outlying(attained)
     return MeasuredPose(
         name,
         len(found),
@@ -217,7 +244,22 @@ def _pose(visits: Visits, turn: Floats, name: str, found: np.ndarray, fitted: fl
         from_sides,
         rotation,
         errors,
+        tuple((*visits.where[found[k]], far[k]) for k in far),
+        repeatability_interval(np.delete(errors, list(far), axis=0), level) if far else UNKNOWN,
     )
+
+
+def _outlying(attained: Floats) -> dict[int, float]:
+    """Return the visits (visit, 3) that lie far from the others, with their distances from the median, m.
+
+    Far is 15 times the median of these distances: ten standard deviations of normal scatter along a line, more in a plane or in space. Of normal
+    scatter along a line, 10 visits have one so far in 2 of 1 000 cases. Where more than a tenth of the visits lie so far, they belong to the scatter.
+    """
+    distance = np.linalg.norm(attained - np.median(attained, axis=0), axis=1)
+    far = np.flatnonzero(distance > _OUTLYING * np.median(distance))
+    if len(attained) < _FEWEST_FOR_OUTLIERS or not np.median(distance) or len(far) > max(1, len(attained) // 10):
+        return {}
+    return {int(k): float(distance[k]) for k in far}
 
 
 def _without(repeat: Estimate, floor: float) -> Estimate:
@@ -236,11 +278,11 @@ def _deviations_from_mean(orientation: Floats) -> tuple[Floats, Floats]:
     return np.asarray(middle.as_matrix()), np.asarray((each * middle.inv()).as_rotvec())
 
 
-def _from_sides(visits: Visits, rows: list[int], level: float) -> Estimate:
+def _from_sides(visits: Visits, name: str, level: float) -> Estimate:
     """Return vAP_p, with the interval of the two sides whose barycentres are farthest apart."""
     sides: dict[str, list[int]] = {}
-    for k in rows:
-        if visits.side[k]:
+    for k, pose in enumerate(visits.pose):
+        if pose == name and visits.side[k]:
             sides.setdefault(visits.side[k], []).append(k)
     sets = [visits.attained[found] for found in sides.values()]
     if len(sets) < MIN_VISITS:

@@ -40,6 +40,8 @@ _LENGTHS: Final = (*ATTAINED, *DEVIATION, *COMMANDED)
 # SI unit of each role, and a usual unit for the example of a message.
 _UNITS: Final = {**dict.fromkeys(_LENGTHS, ("m", "mm")), **dict.fromkeys((*ORIENTATION, *COMMANDED_ORIENTATION), ("rad", "deg")), "load": ("1", "%")}
 _ROLES: Final = (*WORDS, *_UNITS)
+# Other usual headings of a role.
+_ALIASES: Final = {"approach": "side", "direction": "side"}
 HEADER: Final = "pose, cycle, x [mm], y [mm], z [mm], xc [mm], yc [mm], zc [mm]"
 
 
@@ -112,7 +114,8 @@ def find_columns(
     plain, units, mistakes = _headings(file, header)
     found: dict[str, Column] = {}
     without_unit: set[str] = set()
-    requested = [(role, name, "", "") for name in plain for role in [name] if role in _ROLES]
+    requested = [(name, name, "", "") for name in plain if name in _ROLES]
+    requested += [(role, name, "", "") for name, role in _ALIASES.items() if name in plain and role not in plain]
     for text in [part for entry in mapping for part in entry.split(",") if part.strip()]:
         match = _MAP.match(text)
         if match is None or match["role"] not in _ROLES:

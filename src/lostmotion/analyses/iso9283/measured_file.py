@@ -29,13 +29,14 @@ from lostmotion.analyses.iso9283.measured_columns import (
     COMMANDED,
     COMMANDED_ORIENTATION,
     DEVIATION,
+    HEADER,
     MOST_MISTAKES,
     ORIENTATION,
     column_names,
     find_columns,
     read_table,
 )
-from lostmotion.analyses.iso9283.measured_rows import LOAD_DECIMALS, payload_shares, role_values, without_repeats
+from lostmotion.analyses.iso9283.measured_rows import LOAD_DECIMALS, payload_shares, role_values, without_lost, without_repeats
 from lostmotion.analyses.iso9283.predicted import MOST_LOAD
 from lostmotion.analyses.iso9283.visits import ARRAYS, TUPLES, Visits
 from lostmotion.errors import InputError, Problem, refuse_argument
@@ -97,6 +98,7 @@ def read_measured(
     if commands is not None:
         known = _commands(Path(commands)) | known
     found = found.commanded(known)
+    _refuse_other_unit(found)
     return replace(found, cycle=_cycle_numbers(found), instrument=instrument)
 
 
@@ -106,7 +108,11 @@ def _rows_of(
     """Return the rows of one file."""
     header, rows, lines = table
     columns = find_columns(file, header, mapping, elsewhere)
+    rows, lines, lost = without_lost(header, rows, lines, columns[0])
+    if not rows:
+        refuse(file, f"line {lost[0]}", "no reading in any row", "attained positions, at least two visits to a pose", HEADER)
     cells, duplicates, lines, unread = without_repeats(header, rows, lines, columns[0])
+    used = {column.index for column in columns[0].values()}
     words, values = role_values(file, header, cells, lines, columns)
     count = len(cells)
     nothing = np.full((count, 3), math.nan)
@@ -131,6 +137,8 @@ def _rows_of(
         source=Path(file).name,
         known={},
         load_stated=load is not None or "load" in values,
+        unused=tuple(name for at, name in enumerate(column_names(header)) if at not in used and name),
+        lost=tuple((file, line) for line in lost),
     )
 
 
@@ -139,7 +147,7 @@ def combined(parts: Sequence[Visits]) -> Visits:
     rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
     rows |= {name: tuple(each for part in parts for each in getattr(part, name)) for name in TUPLES}
     totals: dict[str, Any] = {"duplicates": sum(part.duplicates for part in parts), "source": ", ".join(part.source for part in parts)}
-    totals["unread"] = tuple(dict.fromkeys(name for part in parts for name in part.unread))
+    totals |= {name: tuple(dict.fromkeys(each for part in parts for each in getattr(part, name))) for name in ("unread", "unused", "lost")}
     return replace(parts[0], load_stated=all(part.load_stated for part in parts), **rows, **totals)
 
 
@@ -174,6 +182,31 @@ def _refuse_two_commands(visits: Visits) -> None:
         refuse_all(mistakes, MOST_MISTAKES)
 
 
+def _refuse_other_unit(visits: Visits) -> None:
+    """Raise InputError where the attained positions are the commanded ones times a ratio of units: one of the two headings is wrong."""
+    known = np.isfinite(visits.command).all(axis=1) & np.isfinite(visits.attained).all(axis=1)
+    command, attained = visits.command[known], visits.attained[known]
+    if not (square := float((command**2).sum())):
+        return
+    ratio = float((attained * command).sum()) / square
+    unit = next((each for each in _UNIT_RATIOS if abs(ratio / each - 1) < _UNIT_SAME), None)
+    if unit is None or np.linalg.norm(attained - ratio * command) > _UNIT_SAME * np.linalg.norm(attained):
+        return
+    k = int(np.flatnonzero(known)[0])
+    (file, line), apart = visits.where[k], (f"{each * 1e3:.6g} mm" for each in map(np.linalg.norm, (attained[0], command[0])))
+    found = "attained positions {} from the origin where {} is commanded: {:g} times as far in all rows".format(*apart, unit)
+    refuse(
+        file,
+        f"line {line}, x, y, z",
+        found,
+        "the units of both in the header, as they are in the file",
+        "x [m], y [m], z [m], xc [mm], yc [mm], zc [mm]",
+    )
+
+
+# Ratios of the units in which lengths are written, and how closely positions follow one, as a share of their distance from the origin.
+_UNIT_RATIOS: Final = (1e-6, 1e-3, 1e-2, 0.1, 1 / 25.4, 25.4, 10.0, 1e2, 1e3, 1e6)
+_UNIT_SAME: Final = 0.02
 # Rounding of commanded positions of one pose in the file, m.
 _ROUNDING: Final = 1e-6
 

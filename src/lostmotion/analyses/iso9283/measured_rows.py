@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.measured_columns import (
+    ATTAINED,
     COMMANDED,
     COMMANDED_ORIENTATION,
     DEVIATION,
@@ -36,6 +37,8 @@ _FARTHEST: Final = 1e4
 LOAD_DECIMALS: Final = 6
 # Columns that may be empty in a reading along a path, all three at once.
 _OPTIONAL: Final = (COMMANDED, ORIENTATION, COMMANDED_ORIENTATION)
+# Cells of a reading that was not taken.
+_NO_READING: Final = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---"})
 
 
 def payload_shares(file: str, lines: Sequence[int], stated: Floats | None, named: float | None, count: int) -> Floats:
@@ -80,6 +83,22 @@ def without_repeats(
     names = column_names(header)
     kept = list(first.values())
     return [rows[k] for k in kept], len(rows) - len(kept), [lines[k] for k in kept], tuple(names[at] for at in sorted(differ))
+
+
+def without_lost(
+    header: list[str], rows: list[list[str]], lines: list[int], columns: Mapping[str, Column]
+) -> tuple[list[list[str]], list[int], list[int]]:
+    """Return the rows that have a reading with their lines, and the lines of the others: an instrument that loses its target leaves cells empty.
+
+    A row without any of its attained coordinates has no reading; a whole column without one is no lost target, and refused later.
+    """
+    at = [columns[role].index for role in (*ATTAINED, *DEVIATION, *ORIENTATION) if role in columns]
+    whole = [len(row) == len(header) for row in rows]
+    at = [k for k in at if any(ok and row[k].casefold() not in _NO_READING for row, ok in zip(rows, whole, strict=True))]
+    optional = {columns[role].index for role in ORIENTATION if role in columns} if "path" in columns else set()
+    lost = [ok and any(row[k].casefold() in _NO_READING for k in at if k not in optional) for row, ok in zip(rows, whole, strict=True)]
+    kept = [k for k, missing in enumerate(lost) if not missing]
+    return [rows[k] for k in kept], [lines[k] for k in kept], [line for line, missing in zip(lines, lost, strict=True) if missing]
 
 
 def _comparable(cell: str, *, numeric: bool) -> str | float:

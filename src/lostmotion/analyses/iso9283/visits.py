@@ -36,6 +36,8 @@ class Visits:
     source                 names of the files
     known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths may join; rotation NaN where unknown
     load_stated            False: no load was stated, and the full payload is assumed
+    unused                 columns of the files that no role is mapped to
+    lost                   file and line of each row without a reading, which is left out
     """
 
     pose: tuple[str, ...]
@@ -54,6 +56,8 @@ class Visits:
     known: Mapping[str, Floats]
     load_stated: bool
     unread: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
+    lost: tuple[tuple[str, int], ...] = ()
 
     @property
     def turn(self) -> Floats:

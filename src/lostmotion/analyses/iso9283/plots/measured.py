@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.tables.comparison import SHOWN
-from lostmotion.analyses.iso9283.tables.labels import load_label
+from lostmotion.analyses.iso9283.tables.labels import load_label, measured_label
 from lostmotion.reporting.chart import PER_UNIT, axes, figure, grid, label, label_axes, legend, named_rows, one
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.sheet import length
@@ -87,7 +87,7 @@ def measured_path(found: MeasuredRobot) -> Figure:
         grid(on)
         unit = length(max(float(path.profile[row].max()) for _, path in drawn)).unit
         for k, (load, path) in enumerate(drawn):
-            name = load_label(f"measured{f', {label(path.name)}' if several else ''}", load.load, found.loads)
+            name = measured_label(f"measured{f', {label(path.name)}' if several else ''}", load, found.loads)
             values = path.profile[row] * PER_UNIT[unit]
             on.plot(path.places * 1e3, values, color=_COLOURS[k % len(_COLOURS)], linewidth=1.5, marker="o", markersize=3.5, label=name)
         on.set_ylim(bottom=0)

@@ -9,7 +9,7 @@ import numpy as np
 from lostmotion.analyses.iso9283.comparison import over_robots
 from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.plots.measured import measured_accuracy, measured_path, side_by_side
-from lostmotion.analyses.iso9283.tables.labels import load_label
+from lostmotion.analyses.iso9283.tables.labels import accuracy_key, load_label, measured_label
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import tool_points
 from lostmotion.reporting.chart import PER_UNIT, axes, cells, dots, figure, grid, label, label_axes, legend, one, swatch, text
@@ -84,13 +84,12 @@ def _measured(measured: MeasuredRobot) -> list[Plot]:
             for load in measured.loads
             if set(several) <= {pose.name for pose in load.poses}
         ]
-        names = [load_label("measured", load.load, measured.loads) for load in measured.loads if set(several) <= {pose.name for pose in load.poses}]
+        names = [measured_label("measured", load, measured.loads) for load in measured.loads if set(several) <= {pose.name for pose in load.poses}]
         if about:
             drawn.append(Plot("measured-visits", "measured-repeatability", visits(about, several, names), "Measured visits about their barycentres."))
     for load in measured.loads:
         if load.fit is not None:
-            key = "measured-accuracy" if load is measured.loads[0] else f"measured-accuracy-{100 * load.load:g}"
-            title = load_label("Measured AP_p", load.load, measured.loads)
+            key, title = accuracy_key(load, measured.loads), measured_label("Measured AP_p", load, measured.loads)
             drawn.append(Plot(key, key, measured_accuracy(load, title), "AP_p of all poses, with commanded and with best-fit frames."))
     if any(load.paths for load in measured.loads):
         drawn.append(

@@ -1,19 +1,22 @@
-"""Figures from estimates, and labels that name the payload."""
+"""Figures from estimates, and labels that name the payload and the side of approach."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.io.limits import cut
 from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Figure, length
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
 
+    from lostmotion.analyses.iso9283.measured import MeasuredLoad
     from lostmotion.error_model.intervals import Estimate
 
 # Angles below this many arcmin are shown in arcsec.
 _SMALL_ANGLE: Final = 0.1
+_LONGEST_SIDE: Final = 20
 # Scatter (m, rad) below which only rounding remains.
 NO_SCATTER: Final = 1e-13
 
@@ -40,3 +43,17 @@ def scatter_figure(estimate: Estimate, samples: str = "", *, angle: bool = False
 def load_label(label: str, load: float, loads: Collection[object]) -> str:
     """Return a label with its share of the payload where there are several loads; no space before %, so that it does not wrap."""
     return f"{label}, {100 * load:g}%" if len(loads) > 1 else label
+
+
+def measured_label(text: str, load: MeasuredLoad, loads: Sequence[MeasuredLoad]) -> str:
+    """Return a label of measured figures with the side of approach, where there are sides, and with the load, where there are several."""
+    text = f"{text}, from {cut(load.side, _LONGEST_SIDE)}" if load.side else text
+    return load_label(text, load.load, {each.load for each in loads})
+
+
+def accuracy_key(load: MeasuredLoad, loads: Sequence[MeasuredLoad]) -> str:
+    """Return the key of the table of AP_p over the poses under a load, from a side."""
+    at = "" if load.load == loads[0].load else f"-{100 * load.load:g}"
+    sides = [each.side for each in loads if each.load == load.load]
+    nth = sides.index(load.side)
+    return f"measured-accuracy{at}" + (f"-side-{nth + 1}" if nth else "")

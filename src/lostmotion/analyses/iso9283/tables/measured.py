@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
-from lostmotion.analyses.iso9283.tables.labels import estimate_figure, load_label
+from lostmotion.analyses.iso9283.tables.axis_positioning import positioning_facts, positioning_sections
+from lostmotion.analyses.iso9283.tables.labels import accuracy_key, estimate_figure, load_label, measured_label
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.reporting.sheet import Figure, Row, Section, length, several
 
@@ -21,11 +22,11 @@ _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
 
 def measured_sections(found: MeasuredRobot) -> list[Section]:
     """Return the tables of the measured robot, with each figure under its loads."""
-    out = [section for load in found.loads for section in _pooled(found, load)]
+    out = [*positioning_sections(found), *(section for load in found.loads for section in _pooled(found, load))]
     if any(math.isfinite(pose.repeatability.value) for load in found.loads for pose in load.poses):
         out += [*_poses(found), _axes(found)]
     rows = [
-        Row(load_label(f"{name}, P2-P4", load.load, found.loads), (estimate_figure(load.distance[k], "cycles with both"),))
+        Row(measured_label(f"{name}, P2-P4", load, found.loads), (estimate_figure(load.distance[k], "cycles with both"),))
         for k, name in enumerate(("AD_p", "RD"))
         for load in found.loads
         if load.distance is not None and _known(load.distance[k])
@@ -53,9 +54,14 @@ def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
     turn = math.degrees(math.acos(min(max((fit.base[:3, :3].trace() - 1) / 2, -1.0), 1.0)))
     note = f"best-fit base: shift ({shift}) mm, rotation {turn:.4f}°{tool}; {fit.rank} parameters determined by the poses. "
     note += "Intervals: bootstrap over poses" if math.isfinite(load.pooled[0][0].low) else "Too few poses for intervals"
-    key = "measured-accuracy" if load is found.loads[0] else f"measured-accuracy-{100 * load.load:g}"
     return [
-        Section(key, load_label("Measured: AP_p over all poses", load.load, found.loads), ("commanded frames", "best-fit frames"), tuple(rows), note)
+        Section(
+            accuracy_key(load, found.loads),
+            measured_label("Measured: AP_p over all poses", load, found.loads),
+            ("commanded frames", "best-fit frames"),
+            tuple(rows),
+            note,
+        )
     ]
 
 
@@ -72,7 +78,7 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     first = "" if count == all_poses else f"the first {count} of {all_poses} poses"
 
     def label(load: MeasuredLoad, pose: MeasuredPose) -> str:
-        return load_label(pose.name, load.load, found.loads)
+        return measured_label(pose.name, load, found.loads)
 
     accurate = tuple(
         Row(
@@ -84,11 +90,13 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     )
     out = [Section("measured-poses", "Measured: AP_p", ("AP_p", "best-fit frames"), accurate, first)] if accurate else []
     with_instrument = found.visits.instrument > 0
+    with_outlying = any(pose.outlying for _, pose in shown)
     repeats = []
     for load, pose in shown:
         figures = (
             estimate_figure(pose.repeatability, several(pose.visits, "visit")),
             *((estimate_figure(pose.without_instrument),) if with_instrument else ()),
+            *((estimate_figure(pose.without_outlying),) if with_outlying else ()),
         )
         repeats.append(Row(label(load, pose), figures))
     note = (f"{first}; " if first else "") + (
@@ -97,10 +105,16 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     if with_instrument:
         floor = max(load.floor for load in found.loads)
         note += f". RP_l of the instrument alone: {length(floor)}, subtracted in squares, never below zero"
-    columns = ("RP_l", *(("less instrument",) if with_instrument else ()))
+    if with_outlying:
+        note += ". Outlying: farther from the median of the visits than 15 times the median distance; the standard leaves none out"
+    columns = ("RP_l", *(("less instrument",) if with_instrument else ()), *(("without outlying",) if with_outlying else ()))
     out.append(Section("measured-repeatability", "Measured: RP_l", columns, tuple(repeats), note))
-    sides = tuple(Row(label(load, pose), (estimate_figure(pose.multi_directional),)) for load, pose in shown if _known(pose.multi_directional))
-    return [*out, *([Section("measured-sides", "Measured: vAP_p, from three sides", ("vAP_p",), sides, first)] if sides else [])]
+    sides = tuple(
+        Row(load_label(pose.name, load.load, {each.load for each in found.loads}), (estimate_figure(pose.multi_directional),))
+        for load, pose in shown
+        if _known(pose.multi_directional)
+    )
+    return [*out, *([Section("measured-sides", "Measured: vAP_p, over the sides", ("vAP_p",), sides, first)] if sides else [])]
 
 
 def _axes(found: MeasuredRobot) -> Section:
@@ -109,7 +123,7 @@ def _axes(found: MeasuredRobot) -> Section:
         for letter, average, scatter in zip(_LETTERS, pose.axes, pose.scatter, strict=True):
             if _known(scatter):
                 angle = letter in "abc"
-                label = load_label(f"{pose.name}-{letter}", load.load, found.loads)
+                label = measured_label(f"{pose.name}-{letter}", load, found.loads)
                 rows.append(Row(label, (estimate_figure(average, angle=angle), estimate_figure(scatter, angle=angle))))
     return Section("measured-axes", "Measured: by axis", ("AP", "± 3 s"), tuple(rows), "intervals by Student's t and the chi-square distribution")
 
@@ -122,7 +136,7 @@ def _paths(found: MeasuredRobot) -> list[Section]:
             for load in found.loads:
                 for path in (path for path in load.paths if path.name == name and math.isfinite(path.figures[k])):
                     counted = f"{path.cycles} cycles x {len(path.places)} {'places' if path.shared else 'planes'}"
-                    label = load_label(f"{word}, {name}", load.load, found.loads)
+                    label = measured_label(f"{word}, {name}", load, found.loads)
                     value = Estimate(float(path.figures[k]), math.nan, math.nan)
                     shown = (estimate_figure(each, counted, angle=word[-1] in "abc") for each in (value, path.many[k]))
                     rows.append(Row(label, (*shown, Figure(float(path.worst[k]) * 1e3, "mm"))))
@@ -137,7 +151,7 @@ def _paths(found: MeasuredRobot) -> list[Section]:
         note += f". RT_p of the instrument alone: about {length(max(path.floor for path in paths))}"
     read = tuple(
         Row(
-            load_label(path.name, load.load, found.loads),
+            measured_label(path.name, load, found.loads),
             (
                 Figure(path.readings, ""),
                 Figure(float(path.places[0]) * 1e3, "mm"),
@@ -191,6 +205,7 @@ def _data(found: MeasuredRobot) -> Section:
         rows += [Row(f"rows at {100 * load:g} % load", (Figure(count, ""),)) for load, count in counted]
     rows += [
         Row("duplicate rows dropped", (Figure(visits.duplicates, ""),), "identical in every column that is read" if visits.duplicates else ""),
+        *([Row("rows without a reading, left out", (Figure(len(visits.lost), ""),))] if visits.lost else []),
         Row("poses", (Figure(len({name for name in visits.pose if name}), ""),)),
     ]
     if visits.instrument:
@@ -209,6 +224,15 @@ def measured_facts(found: MeasuredRobot, compared: list[ComparedFigure]) -> dict
             "readings_along_paths": sum(map(bool, visits.path)),
             "duplicates": visits.duplicates,
             "unread_columns_that_differ": list(visits.unread),
+            "unused_columns": list(visits.unused),
+            "rows_without_a_reading": [{"file": file, "line": line} for file, line in visits.lost],
+            "outlying": [
+                {"pose": pose.name, "file": file, "line": line, "distance_m": far}
+                for load in found.loads
+                for pose in load.poses
+                for file, line, far in pose.outlying
+            ],
+            "iso230": positioning_facts(found),
             "instrument_m": visits.instrument,
             "load_stated": visits.load_stated,
             "loads": [_load_facts(load) for load in found.loads],
@@ -233,6 +257,7 @@ def measured_facts(found: MeasuredRobot, compared: list[ComparedFigure]) -> dict
 def _load_facts(load: MeasuredLoad) -> dict[str, Any]:
     return {
         "load": load.load,
+        "side": load.side,
         "base_fit": None if load.fit is None else load.fit.base.tolist(),
         "tool_fit_m": None if load.fit is None else load.fit.tool.tolist(),
         "paths": [

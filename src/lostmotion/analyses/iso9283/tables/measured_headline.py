@@ -9,18 +9,22 @@ import numpy as np
 
 from lostmotion.analyses.iso9283.comparison import determines_tool_frame, different_orientations, over_robots
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
+from lostmotion.analyses.iso9283.tables.axis_positioning import positioning_cards, positioning_sentence
 from lostmotion.analyses.iso9283.tables.comparison import SHOWN
-from lostmotion.analyses.iso9283.tables.labels import estimate_figure, load_label
+from lostmotion.analyses.iso9283.tables.labels import estimate_figure, measured_label
 from lostmotion.errors import shown
+from lostmotion.io.limits import cut
 from lostmotion.reporting.sheet import Card, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
-    from lostmotion.analyses.iso9283.measured import MeasuredRobot
+    from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
     from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.analyses.iso9283.visits import Visits
+    from lostmotion.error_model.intervals import Estimate
 
 _MOST_NAMED: Final = 5
+_LONGEST_NAME: Final = 40
 # Multiple of the predicted 95th percentile, or length (m), above which a mean AP_p or an AT_p is doubtful.
 _DOUBTED: Final = 10.0
 _FAR: Final = 5e-3
@@ -38,7 +42,7 @@ def measured_counts(found: MeasuredRobot) -> str:
 
 def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure]) -> str:
     """Return the headline of the measured robot: its characteristics, and how many lie within the predicted range."""
-    sentences = []
+    sentences = [positioning_sentence(found)] if any(load.axes for load in found.loads) else []
     for load in found.loads:
         parts = []
         if load.pooled is not None:
@@ -48,10 +52,12 @@ def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure]) -> st
             )
         repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
         if repeat:
-            parts.append(f"RP_l up to {estimate_figure(max(repeat, key=lambda each: each.value))}")
+            robust = _without_outlying(load)
+            beside = f", {estimate_figure(robust)} without {several(len(_outlying(load)), 'outlying visit')}" if robust is not None else ""
+            parts.append(f"RP_l up to {estimate_figure(max(repeat, key=lambda each: each.value))}{beside}")
         parts += [f"AT_p {length(path.figures[0])} and RT_p {length(path.figures[1])} along {path.name}" for path in load.paths]
         if parts:
-            sentences.append(f"{load_label('Measured', load.load, found.loads)}: {', '.join(parts)}.")
+            sentences.append(f"{measured_label('Measured', load, found.loads)}: {', '.join(parts)}.")
     text = " ".join(sentences) or "Measured: no command and no pose visited twice, so neither accuracy nor repeatability is known."
     shown = [each for each in compared if each.name in SHOWN]
     if shown:
@@ -59,6 +65,44 @@ def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure]) -> st
             f" {sum(each.within for each in shown)} of {len(shown)} measured figures lie between the 5th and 95th percentile of the predicted robots."
         )
     return text
+
+
+def _outlying(load: MeasuredLoad) -> list[tuple[MeasuredPose, int, float]]:
+    """Return the outlying visits of a load: pose, line and distance (m) from the median of the pose's visits."""
+    return [(pose, line, far) for pose in load.poses for _, line, far in pose.outlying]
+
+
+def _without_outlying(load: MeasuredLoad) -> Estimate | None:
+    """Return the largest RP_l over the poses without outlying visits; None where there is no outlying visit."""
+    if not _outlying(load):
+        return None
+    each = (pose.without_outlying if pose.outlying else pose.repeatability for pose in load.poses)
+    return max((value for value in each if math.isfinite(value.value)), key=lambda value: value.value)
+
+
+def outlying_warnings(found: MeasuredRobot) -> tuple[str, ...]:
+    """Return a warning that names the visits far from the others, which decide on the repeatability by themselves."""
+    far = [each for load in found.loads for each in _outlying(load)]
+    if not far:
+        return ()
+    named = ", ".join(f"{pose.name} in line {line} by {length(away)}" for pose, line, away in far[:_MOST_NAMED])
+    more = f" and {len(far) - _MOST_NAMED} more" if len(far) > _MOST_NAMED else ""
+    each = "visit lies" if len(far) == 1 else "visits lie"
+    return (f"{len(far)} measured {each} far from the others ({named}{more}): a lost step, a wrong reading, or a rare event of the robot",)
+
+
+def reading_notes(visits: Visits) -> tuple[str, ...]:
+    """Return notes on what of the files was not read: rows without a reading, and columns that no role is mapped to."""
+    out = []
+    if visits.lost:
+        lines = ", ".join(str(line) for _, line in visits.lost[:_MOST_NAMED])
+        more = f" and {len(visits.lost) - _MOST_NAMED} more" if len(visits.lost) > _MOST_NAMED else ""
+        out.append(f"{several(len(visits.lost), 'row')} without a reading left out (line {lines}{more}): the instrument lost its target")
+    if visits.unused:
+        names = ", ".join(shown(cut(name, _LONGEST_NAME)) for name in visits.unused[:_MOST_NAMED])
+        more = f" and {len(visits.unused) - _MOST_NAMED} more" if len(visits.unused) > _MOST_NAMED else ""
+        out.append(f"columns that are not used: {names}{more}; --map 'ROLE = COLUMN [unit]' says what a column is")
+    return tuple(out)
 
 
 def duplicates_note(visits: Visits) -> str:
@@ -85,7 +129,7 @@ def command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) ->
             if value > min(_FAR, _DOUBTED * usual):
                 against = "" if sheet is None else f", above the 95th percentile of the predicted robots, {length(usual)}"
                 out.append(
-                    f"{load_label(f'measured {name} is {length(value)}', load.load, found.loads)}{against}: check that the commanded positions "
+                    f"{measured_label(f'measured {name} is {length(value)}', load, found.loads)}{against}: check that the commanded positions "
                     "are those sent to the robot, in the frame and the units of the readings"
                 )
     return tuple(out)
@@ -115,12 +159,16 @@ def not_compared_notes(found: MeasuredRobot, predicted: PredictedRobots | None) 
 
 def measured_cards(found: MeasuredRobot, compared: list[ComparedFigure]) -> list[Card]:
     """Return the cards of the measured robot under its heaviest load."""
-    out = []
+    out = positioning_cards(found)
     load = found.loads[0]
-    quiet = f", {100 * load.load:g} % load" if len(found.loads) > 1 else ""
+    quiet = f", {100 * load.load:g} % load" if len({each.load for each in found.loads}) > 1 else ""
+    quiet += f", from {load.side}" if load.side else ""
     repeat = [pose.repeatability for pose in load.poses if math.isfinite(pose.repeatability.value)]
     if repeat:
         out.append(Card("RP_l measured", str(estimate_figure(max(repeat, key=lambda each: each.value))), f"worst pose{quiet}"))
+    robust = _without_outlying(load)
+    if robust is not None:
+        out.append(Card("RP_l measured, robust", str(estimate_figure(robust)), f"without {several(len(_outlying(load)), 'outlying visit')}{quiet}"))
     if load.pooled is not None:
         out += [
             Card("AP_p measured", str(estimate_figure(load.pooled[0][0])), f"mean of {several(len(load.poses), 'pose')}{quiet}"),

@@ -52,6 +52,10 @@ _WORDS: Final = (
         "vAP_p",
         "multi-directional pose accuracy: largest distance between the barycentres of approaches along the base's x, y and z (7.2.3).",
     ),
+    (
+        "A, R, B, E, M",
+        "ISO 230-2: range of mean ± two standard deviations over all positions (A) and at the worst (R); B is the difference of the sides.",
+    ),
     ("AD_p, RD", "accuracy and repeatability of the distance between P2 and P4 (7.3)."),
     (
         "AT_p, RT_p",
@@ -80,6 +84,8 @@ def iso_sheet(
         measured_counts,
         measured_verdict,
         not_compared_notes,
+        outlying_warnings,
+        reading_notes,
     )
     from lostmotion.analyses.iso9283.tables.predicted import predicted_sections
 
@@ -89,6 +95,7 @@ def iso_sheet(
     facts: dict[str, Any] = {}
     counted: list[str] = []
     about: tuple[Section, ...] = ()
+    doubts: tuple[str, ...] = ()
     name = "Measured robot"
     if predicted is not None:
         sections += predicted_sections(predicted, drifted)
@@ -110,7 +117,8 @@ def iso_sheet(
         cards += measured_cards(measured, compared)
         verdict.append(measured_verdict(measured, compared))
         facts |= measured_facts(measured, compared)
-        notes = (*command_warnings(measured, predicted), *not_compared_notes(measured, predicted if compared else None), *notes)
+        notes = (*reading_notes(measured.visits), *not_compared_notes(measured, predicted if compared else None), *notes)
+        doubts = (*command_warnings(measured, predicted), *outlying_warnings(measured))
         if measured.visits.duplicates:
             notes = (*notes, duplicates_note(measured.visits))
         counted.append(measured_counts(measured))
@@ -121,7 +129,7 @@ def iso_sheet(
         cards=tuple(cards),
         sections=(*sections, *about),
         counts="; ".join(counted),
-        warnings=() if predicted is None else arm_warnings(predicted.arm),
+        warnings=(*(() if predicted is None else arm_warnings(predicted.arm)), *doubts),
         notes=notes,
         words=_WORDS,
         source=f"{'; '.join(counted)}. The same files, version and seed give the same bytes.",
