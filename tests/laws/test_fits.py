@@ -41,7 +41,9 @@ def test_a_6008_on_k5_calculated_by_hand():
     assert warm == pytest.approx(12.5e-6 * 5 * (4 * 68 + 40) / 5 * 1e-3)
     middle = working_clearance(mounted_clearance(13 * UM, effective.mean()), warm)
     assert middle == pytest.approx((13 - 0.8 * 13.5 * 40 / 42 - 3.9) * UM, rel=1e-9)
-    spread = clearance_range((6 * UM, 20 * UM), tuple(effective), thermal=(0.0, float(warm)))
+    half = np.array([0.0, 1.0, 0.5])
+    spread = clearance_range(6 * UM + 14 * UM * half, effective[0] + np.diff(effective) * half, 0 * half, warm * half)
+    assert spread.mean == pytest.approx((13 - 0.8 * 13.5 * 40 / 42 - 3.9 / 2) * UM, rel=1e-9)
     assert spread.lowest == pytest.approx((6 - 0.8 * 25 * 40 / 42 - 3.9) * UM)
     assert spread.highest == pytest.approx((20 - 0.8 * 2 * 40 / 42) * UM)
     assert spread.lowest < 0 < spread.highest  # some of these bearings are preloaded, others have clearance
@@ -90,12 +92,27 @@ def test_the_raceway_of_a_bearing():
 )
 @settings(deadline=None, max_examples=100)
 def test_no_bearing_leaves_the_limits(initial, inner, outer, where):
-    """For any parts within their limits the working clearance is within its own; the statistical limits are narrower."""
+    """For any parts within their limits the working clearance and its mean are within its own; the deviation is half of their distance at most."""
     bands = [tuple(sorted(band)) for band in (initial, inner, outer)]
-    spread = clearance_range(*bands)
+    quantiles = np.concatenate([[0.0, 1.0], (np.arange(50) + 0.5) / 50])
+    spread = clearance_range(*(low + quantiles * (high - low) for low, high in bands), 0 * quantiles)
     drawn = [low + share * (high - low) for (low, high), share in zip(bands, where, strict=True)]
     assert spread.lowest - 1e-15 <= mounted_clearance(*drawn) <= spread.highest + 1e-15
-    assert spread.statistical <= (spread.highest - spread.lowest) / 2 + 1e-15
+    assert spread.lowest - 1e-15 <= spread.mean <= spread.highest + 1e-15
+    assert spread.deviation <= (spread.highest - spread.lowest) / 2 + 1e-15
+
+
+@pytest.mark.parametrize("low", [-20.0, -6.0, -1.0, 3.0])
+def test_a_fit_that_may_be_loose_takes_away_what_the_tight_ones_do(low):
+    """An interference uniform from `low` to 10 µm, with 0.8 of what is above zero: by integrals, the mean is -0.4 b² / (b - a), b = 10 µm."""
+    quantiles = np.concatenate([[0.0, 1.0], (np.arange(2000) + 0.5) / 2000])
+    tight = low + (10.0 - low) * quantiles
+    spread = clearance_range(0 * quantiles, tight, 0 * quantiles, 0 * quantiles)
+    start, width = max(low, 0.0), 10.0 - low
+    mean, square = (100.0 - start**2) / 2 / width, (1000.0 - start**3) / 3 / width
+    assert spread.mean == pytest.approx(-0.8 * mean, abs=1e-5)
+    assert spread.deviation == pytest.approx(0.8 * np.sqrt(square - mean**2), abs=1e-5)
+    assert (spread.lowest, spread.highest) == pytest.approx((-8.0, -0.8 * start))
 
 
 def test_a_batch_equals_its_single_bearings():

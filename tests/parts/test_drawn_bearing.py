@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from lostmotion.laws.distributions import of_tolerance
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.rows import CrossedRow, Seat
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
@@ -115,20 +116,34 @@ def test_mounting_takes_clearance_away():
     """By hand: 14.5 µm less 0.8 x 13 µm x 45/47 of the fit, less 5 K x 12.5e-6 x 77 mm of thermal expansion."""
     pair = BallPair(**OF_209, clearance="14.5 µm", shaft_interference="13 µm", inner_ring_warmer="5 K")
     assert pair.working.nominal == pytest.approx(14.5 * UM - 0.8 * 13 * UM * 45 / 47 - 5 * 12.5e-6 * 0.077, abs=1e-12)
-    assert pair.spreads["mounted"].middle == pytest.approx(14.5 * UM - 0.8 * 13 * UM * 45 / 47, abs=1e-12)
+    assert pair.spreads["mounted"].mean == pytest.approx(14.5 * UM - 0.8 * 13 * UM * 45 / 47, abs=1e-12)
     loose = BallPair(**OF_209, clearance="14.5 µm", shaft_interference="-13 µm", housing_interference="-20 µm")
     assert loose.working.nominal == pytest.approx(14.5 * UM)
 
 
 def test_simulated_bearings_stay_within_the_limits():
-    """Of 20 000 simulated bearings none leaves the limits, they approach both, and their spread is close to the root of the summed squares."""
+    """Of 20 000 simulated bearings none leaves the limits, they approach both, and mean and deviation are theirs."""
     pair = BallPair(**OF_209, clearance=Toleranced(14.5e-6, 8.5e-6, "uniform"), shaft_interference="18 µm ± 11 µm", inner_ring_warmer="5 K ± 5 K")
     for step, values in pair.sample(20_000, 1).items():
         spread = pair.spreads[step]
         assert (values >= spread.lowest).all()
         assert (values <= spread.highest).all()
-        assert values.mean() == pytest.approx(spread.middle, abs=0.2 * UM)
+        assert values.mean() == pytest.approx(spread.mean, abs=0.2 * UM)
+        assert values.std() == pytest.approx(spread.deviation, rel=0.02)
     np.testing.assert_array_equal(pair.sample(50, 3)["working"], pair.sample(50, 3)["working"])
+
+
+def test_a_warm_aluminium_housing_leaves_the_mean_of_its_bearings():
+    """A 209 in aluminium, N7 and 30 K warmer: most outer rings are loose there, so that their mean lies 4.5 µm above the middle of the limits."""
+    fits = {"clearance": "15 µm", "shaft_interference": "13 µm ± 11 µm", "housing_interference": "17.5 µm ± 21.5 µm"}
+    pair = BallPair(**OF_209, **fits, housing_expansion="23e-6 1/K", temperature_rise="30 K")
+    spread, made = pair.spreads["working"], pair.sample(20_000, 1)["working"]
+    error = made.std() / math.sqrt(20_000)
+    assert abs(spread.mean - made.mean()) < 4 * error
+    assert spread.deviation == pytest.approx(made.std(), rel=0.02)
+    assert spread.mean > (spread.lowest + spread.highest) / 2 + 4 * UM
+    assert pair.working.nominal == spread.mean
+    assert pair.working.tolerance / of_tolerance(pair.working.law).bound == pytest.approx(spread.deviation)
 
 
 def test_more_clearance_moves_the_shaft_by_what_the_amount_says():

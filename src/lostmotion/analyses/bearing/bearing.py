@@ -38,7 +38,7 @@ class BearingLoad:
 
 @dataclass(frozen=True)
 class Curve:
-    """Shift of the shaft (clearance, load; m) under increasing loads (load,; N), at the lowest, middle and highest working clearance."""
+    """Shift of the shaft (clearance, load; m) under increasing loads (load,; N), at the lowest, mean and highest working clearance."""
 
     loads: Floats
     shifts: Floats
@@ -48,7 +48,7 @@ class Curve:
 class Examined:
     """Results of a bearing under a load.
 
-    clearances  (3,) m: the lowest, middle and highest working clearance
+    clearances  (3,) m: the lowest, mean and highest working clearance
     settled     the shaft under the load at each of them
     stiffness   (5,) N/m across, across, along, N m/rad about both: in one direction with the others unconstrained; 0 where unsupported
     pressure    (3,) Pa, of the most heavily loaded element
@@ -80,7 +80,7 @@ def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: i
     if not np.isfinite(load.row).all():
         raise refuse_argument("load", load, "finite forces and moment", force_radial="2 kN")
     spread = bearing.spreads["working"]
-    clearances = np.array([spread.lowest, spread.middle, spread.highest])
+    clearances = np.array([spread.lowest, spread.mean, spread.highest])
     settled = shaft_equilibrium(pair.seats, np.tile(load.row, (3, 1)), clearances)
     hardest = np.max([each.max(axis=1) for each in settled.loads], axis=0)
     scale = max(abs(load.radial), abs(load.axial), 2 * abs(load.moment) / pair.span, 1.0)

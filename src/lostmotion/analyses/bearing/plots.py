@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.bearing.bearing import Curve, Examined
 
-_CASES = (("lowest clearance", LIGHT["visit"]), ("middle", LIGHT["robot"]), ("highest", LIGHT["design"]))
+_CASES = (("lowest clearance", LIGHT["visit"]), ("mean", LIGHT["robot"]), ("highest", LIGHT["design"]))
 
 
 def bearing_plots(found: Examined) -> list[Plot]:
@@ -32,7 +32,7 @@ def bearing_plots(found: Examined) -> list[Plot]:
     ]
     if found.axial is not None:
         drawn.append(Plot("axial-curve", "shift", axial_curve(found), "Shift along the axis over the axial load, at three working clearances."))
-    drawn.append(Plot("element-loads", "elements", element_loads(found), "Polar bars of the load on each rolling element at the middle clearance."))
+    drawn.append(Plot("element-loads", "elements", element_loads(found), "Polar bars of the load on each rolling element at the mean clearance."))
     return drawn
 
 
@@ -63,7 +63,7 @@ def axial_curve(found: Examined) -> Figure:
 
 
 def element_loads(found: Examined) -> Figure:
-    """Draw the load of each rolling element at the middle clearance. By its angle from the radial load, 0° on its side."""
+    """Draw the load of each rolling element at the mean clearance. By its angle from the radial load, 0° on its side."""
     from matplotlib.ticker import MaxNLocator
 
     names, rows = row_names(found), found.settled.loads

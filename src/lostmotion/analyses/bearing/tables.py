@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _WORDS: Final = (
     ("clearance", "diametral clearance: how far one ring moves across the other without load, from end to end. Below zero the bearing is preloaded."),
     ("delivered, mounted, working", "as bought; on its shaft and in its housing, whose fits reduce it; and at working temperature."),
+    ("mean", "over manufactured bearings. Figures under load are those of the mean bearing; a loose fit changes no clearance, however loose."),
     ("lowest, highest", "limits of the clearance while every dimension is within its own."),
     ("shift, tilt", "of the shaft against the housing, midway between the bearings."),
     ("stiffness", "against one more newton or newton metre in a direction at this load, all other directions free."),
@@ -83,14 +84,14 @@ def _angle(value: float, samples: str = "") -> Figure:
 
 
 def _verdict(found: Examined) -> str:
-    low, middle, high = (str(_micro(each)).removesuffix(" µm") for each in found.clearances)
+    low, mean, high = (str(_micro(each)).removesuffix(" µm") for each in found.clearances)
     shift, tilt = _across(found)[1], _tilt(found)[1]
-    sentences = [f"Working clearance {middle} µm, between {low} and {high} µm."]
+    sentences = [f"Working clearance {mean} µm on average, between {low} and {high} µm."]
     preloaded = float((found.samples["working"] < 0).mean())
     if 0 < preloaded < 1:
         sentences.append(f"{100 * preloaded:.0f} % of the bearings work under preload.")
     if found.settled.converged[1]:
-        sentences.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and {_tilts(tilt)} with the middle clearance.")
+        sentences.append(f"Under {described(found.load)} the shaft shifts by {length(shift)} and {_tilts(tilt)} with the mean clearance.")
     else:
         sentences.append("The bearing cannot support this load: no equilibrium.")
     return " ".join(sentences)
@@ -107,9 +108,9 @@ def _cards(found: Examined) -> list[Card]:
     hardest = float(np.max([each[1].max() for each in found.settled.loads]))
     tilt = _tilt(found)[1]
     return [
-        Card("working clearance", str(_micro(working.middle)), f"limits {span}"),
-        Card("shift across at this load", str(length(float(_across(found)[1]))), "middle clearance"),
-        Card("tilt at this load", str(_angle(tilt if tilt / ARCMIN >= _LEAST_TILT else 0.0)), "middle clearance"),
+        Card("working clearance", str(_micro(working.mean)), f"mean; limits {span}"),
+        Card("shift across at this load", str(length(float(_across(found)[1]))), "mean clearance"),
+        Card("tilt at this load", str(_angle(tilt if tilt / ARCMIN >= _LEAST_TILT else 0.0)), "mean clearance"),
         Card("most heavily loaded element", str(Figure(hardest, "N")), f"{found.pressure[1] / 1e9:.2f} GPa"),
         Card("stiffness across", str(Figure(found.stiffness[0] / 1e6, "N/µm")), "tangent, at this load"),
         Card("stiffness against tilting", str(Figure(found.stiffness[4] * ARCMIN, "N m/arcmin")), "tangent, at this load"),
@@ -129,10 +130,9 @@ def _clearance(found: Examined) -> Section:
     rows = []
     for step in STEPS:
         spread = found.bearing.spreads[step]
-        figures = (spread.middle, spread.lowest, spread.highest, spread.statistical)
+        figures = (spread.mean, spread.lowest, spread.highest, spread.deviation)
         rows.append(Row(step, tuple(_micro(value, exact) for value in figures), _STEP_NOTES[step]))
-    note = "± at random: root of the sum of the squared half widths of all dimensions, which few bearings exceed"
-    return Section("clearance", "From delivered to working clearance", ("middle", "lowest", "highest", "± at random"), tuple(rows), note)
+    return Section("clearance", "From delivered to working clearance", ("mean", "lowest", "highest", "standard deviation"), tuple(rows))
 
 
 def _samples(found: Examined) -> Section:
@@ -160,10 +160,10 @@ def _play(found: Examined) -> Section:
         rows.append(Row("along the axis, either way", tuple(_micro(value, exact) for value in along)))
     if not found.bearing.is_single:
         rows.append(Row("tilt, either way", tuple(Figure(value / pair.span / ARCMIN, "arcmin", samples=exact) for value in values)))
-    return Section("play", "Play without load", _CASES, tuple(rows), "at the lowest, middle and highest working clearance")
+    return Section("play", "Play without load", _CASES, tuple(rows), "at the lowest, mean and highest working clearance")
 
 
-_CASES: Final = ("lowest clearance", "middle", "highest")
+_CASES: Final = ("lowest clearance", "mean", "highest")
 
 
 def _shifts(found: Examined) -> Section:
@@ -204,7 +204,7 @@ def _stiffness(found: Examined) -> Section:
         Row(name, (Figure(float(value) * factor, unit, samples=solved),), "" if value > 0 else "no stiffness in this direction")
         for name, value, (factor, unit) in zip(names, found.stiffness, units, strict=True)
     )
-    return Section("stiffness", "Stiffness at this load", ("middle clearance",), rows)
+    return Section("stiffness", "Stiffness at this load", ("mean clearance",), rows)
 
 
 def _doubts(found: Examined) -> tuple[str, ...]:

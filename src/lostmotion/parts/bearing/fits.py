@@ -30,6 +30,8 @@ PlayOrPreload = Annotated[Toleranced, Quantity("m", "15 µm ± 8 µm", tolerance
 Interference = Annotated[Toleranced, Quantity("m", "13 µm ± 11 µm", toleranced=True)]
 FitShare = Annotated[float, Quantity("", "80 %", low=0, high=1)]
 
+# For the mean and the deviation of a dimension that only counts above zero.
+_QUANTILES: Final = 2000
 # Stages of the clearance, in order.
 STEPS: Final = ("delivered", "mounted", "working")
 
@@ -79,21 +81,22 @@ class MountedBearing(Sourced):
 
     @functools.cached_property
     def spreads(self) -> dict[str, ClearanceRange]:
-        """Return the mean, limits and spread of the clearance at each of `STEPS`."""
-        delivered, shares = _limits(self.clearance), (self.inner_share, self.outer_share)
-        stated = [np.array(_limits(each)) for each in self._stated[1:]]
+        """Return the mean, deviation and limits of the clearance at each of `STEPS`."""
+        shares = self.inner_share, self.outer_share
+        delivered, *stated = (_limits_and_quantiles(each) for each in self._stated)
         (shaft, housing, _), (warm_shaft, warm_housing, lost) = self._losses(*stated), self._losses(*self._warm(*stated))
+        none = np.zeros_like(delivered)
         return {
-            "delivered": clearance_range(delivered, (0.0, 0.0)),
-            "mounted": clearance_range(delivered, _pair(shaft), _pair(housing), (0.0, 0.0), *shares),
-            "working": clearance_range(delivered, _pair(warm_shaft), _pair(warm_housing), _pair(lost), *shares),
+            "delivered": clearance_range(delivered, none, none, none),
+            "mounted": clearance_range(delivered, shaft, housing, none, *shares),
+            "working": clearance_range(delivered, warm_shaft, warm_housing, lost, *shares),
         }
 
     @functools.cached_property
     def working(self) -> Toleranced:
-        """Return the working clearance: its mean and statistical ± over bearings, uniform where the delivered one is."""
+        """Return the working clearance: mean and ± over bearings with the deviation of all dimensions, uniform where the delivered one is."""
         spread = self.spreads["working"]
-        return Toleranced(spread.middle, spread.statistical, self.clearance.law)
+        return Toleranced(spread.mean, spread.deviation * of_tolerance(self.clearance.law).bound, self.clearance.law)
 
     def sample(self, count: int, seed: int) -> dict[str, Floats]:
         """Return clearances (bearing,), m, of `count` simulated bearings at each of `STEPS`, each dimension drawn from its own distribution."""
@@ -143,9 +146,8 @@ class MountedBearing(Sourced):
         return inner, outer, thermal
 
 
-def _limits(dimension: Toleranced) -> tuple[float, float]:
-    return dimension.nominal - dimension.tolerance, dimension.nominal + dimension.tolerance
-
-
-def _pair(values: Floats) -> tuple[float, float]:
-    return float(values[0]), float(values[1])
+def _limits_and_quantiles(dimension: Toleranced) -> Floats:
+    """Return the lower and upper limit of a dimension, and its quantiles at the middles of equal shares of probability."""
+    law = of_tolerance(dimension.law)
+    share = np.concatenate([[-1.0, 1.0], law.quantile((np.arange(_QUANTILES) + 0.5) / _QUANTILES) / law.bound])
+    return np.asarray(dimension.nominal + dimension.tolerance * share)
