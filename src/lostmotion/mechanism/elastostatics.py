@@ -131,6 +131,22 @@ def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
     return out
 
 
+def sag(arm: Arm, q: Floats) -> Floats:
+    """Return rotation and displacement of the tool (pose, 6; rad, m) by which the arm's own loads deflect its parts, first order.
+
+    The loads are the weights of arm and payload, and the process force, at the pose of the unloaded arm; arguments and errors as `compliances`.
+    """
+    values = as_poses(arm, q)
+    out, springs = np.zeros((len(values), 6)), elastic_terms(arm)
+    for start in range(0, len(values), _BLOCK):
+        here = slice(start, start + _BLOCK)
+        at = frames(arm, values[here])
+        conditions, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
+        for placed in springs:
+            out[here] += np.einsum("pij,jp->pi", carries[placed.place], placed.term.scale * placed.term.form.screw(conditions(placed)))
+    return out
+
+
 def _carries(arm: Arm, at: Floats, terms: list[PlacedTerm]) -> dict[int, Floats]:
     return {place: carry(arm.tree, at, place) for place in dict.fromkeys(placed.place for placed in terms)}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 from lostmotion.analyses.arguments import (
     ArmArgument,
@@ -20,6 +20,9 @@ from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.units import Quantity
 
+# Limits of sag and accuracy.
+LENGTH: Final = Quantity("m", "0.5 mm", above=0, high=100)
+
 if TYPE_CHECKING:
     from lostmotion.analyses.statics.result import Statics
 
@@ -35,11 +38,22 @@ def statics(
     poses: PosesArgument = 4096,
     pose_law: PoseLawArgument = "sobol",
     seed: SeedArgument = 1,
+    max_payload: Annotated[bool, Argument("Also find the largest payload at every pose by the drives' rated torques.")] = False,
+    sag_limit: Annotated[
+        Amount | None,
+        Argument("As `max_payload`, and by this largest sag of the tool under the weights of arm and payload, '0.5 mm'.", LENGTH),
+    ] = None,
+    accuracy_limit: Annotated[
+        Amount | None,
+        Argument("As `max_payload`, and by this largest error of 95 % of the positions at a pose, '1 mm'.", LENGTH),
+    ] = None,
     reducers: ReducersArgument = (),
     sidecar: SidecarArgument = None,
     ready: ReadyArgument = None,
 ) -> Statics:
-    """Report what every joint carries, which reducers are rated for it, and the arm's compliance: where, in which direction, by which part.
+    """Report what every joint carries, which reducers are rated for it, and how stiff the arm is: where, in which direction, by which part.
+
+    With `max_payload` also the largest payload: by drives, sag and accuracy.
 
     Raises
     ------
@@ -52,5 +66,10 @@ def statics(
     from lostmotion.analyses.statics.result import Statics
     from lostmotion.analyses.statics.survey import survey
 
-    found = survey(asked.arm, chosen_poses(asked.arm, asked.poses, asked.pose_law, asked.seed), asked.tilt)
-    return Statics(**vars(found), reducers=reducers_beside(arm, asked.reducers))
+    visited = chosen_poses(asked.arm, asked.poses, asked.pose_law, asked.seed)
+    payload = None
+    if asked.max_payload or asked.sag_limit is not None or asked.accuracy_limit is not None:
+        from lostmotion.analyses.statics.payload import max_payload as largest
+
+        payload = largest(asked.arm, visited, asked.tilt, asked.sag_limit, asked.accuracy_limit)
+    return Statics(**vars(survey(asked.arm, visited, asked.tilt)), reducers=reducers_beside(arm, asked.reducers), payload=payload)

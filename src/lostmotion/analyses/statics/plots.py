@@ -17,6 +17,7 @@ from lostmotion.reporting.section import SECTION_TEXT, PoseValues, sections
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from lostmotion.analyses.statics.payload import MaxPayload, PayloadLimit
     from lostmotion.analyses.statics.survey import Survey
     from lostmotion.mechanism.elastostatics import Ellipsoid
     from lostmotion.spatial import Floats
@@ -24,9 +25,10 @@ if TYPE_CHECKING:
 _PARTS_SHOWN: Final = 15
 
 
-def statics_plots(survey: Survey) -> list[Plot]:
+def statics_plots(survey: Survey, payload: MaxPayload | None = None) -> list[Plot]:
     """Return the plots in reading order; a rigid arm has none of compliance."""
-    drawn = [Plot("causes", "causes", causes(survey), "Stacked bars of each joint's largest holding torque by cause.")]
+    drawn = [] if payload is None else [plot for each in payload.limits for plot in _payloads(survey, each)]
+    drawn += [Plot("causes", "causes", causes(survey), "Stacked bars of each joint's largest holding torque by cause.")]
     if survey.parts:
         drawn += [Plot(f"compliance-{name}", "map", section, SECTION_TEXT[name]) for name, section in sections(compliances(survey))]
         drawn += [
@@ -36,6 +38,15 @@ def statics_plots(survey: Survey) -> list[Plot]:
             Plot("shares", "shares", shares(survey), "Bars of each part's share of the compliance, mean and at the most compliant pose."),
         ]
     return drawn
+
+
+def _payloads(survey: Survey, found: PayloadLimit) -> list[Plot]:
+    """Return the sections of the workspace in classes of the largest payload by one criterion; none where a pose has no limit."""
+    if not np.isfinite(found.values).all() or not np.ptp(found.values) > 0:
+        return []
+    what = f"largest payload by {found.criterion}"
+    shown = PoseValues(survey.arm, found.tool, found.values, what, "kg", found.worst, "smallest", reachable_points(survey.arm))
+    return [Plot(f"payload-{found.criterion}-{name}", "payload", drawn, f"{what}: {SECTION_TEXT[name]}") for name, drawn in sections(shown)]
 
 
 def causes(survey: Survey) -> Figure:

@@ -11,6 +11,7 @@ from lostmotion.analyses.statics.survey import Survey
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lostmotion.analyses.statics.payload import MaxPayload
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
@@ -18,20 +19,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Statics(Survey, Result):
-    """Loads and compliance of an arm: every attribute of `Survey`; `reducers` are the user's rows that are searched besides the catalogue."""
+    """Loads and compliance of an arm: every attribute of `Survey`.
+
+    `reducers` are the user's rows that are searched besides the catalogue, `payload` is the largest payload where it was asked for.
+    """
 
     reducers: Sequence[GearboxRow] = ()
+    payload: MaxPayload | None = None
 
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
         from lostmotion.analyses.statics.tables import statics_sheet
 
-        return statics_sheet(self, self.reducers)
+        return statics_sheet(self, self.reducers, self.payload)
 
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
         from lostmotion.analyses.statics.plots import statics_plots
 
-        return statics_plots(self)
+        return statics_plots(self, self.payload)

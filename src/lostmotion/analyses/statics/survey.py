@@ -13,6 +13,8 @@ from lostmotion.mechanism.serial import frames
 from lostmotion.spatial import cross
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -29,6 +31,8 @@ class Survey:
     tool_positions     (pose, 3) m
     max_compliance     (pose,) m/N, along the most compliant direction, tool free to rotate
     mean_compliance    (pose,) m/N, mean over all directions of the force
+    axis_compliance    (pose, axis) m/N, displacement along x, y and z of the base per force along the same axis, tool free to rotate
+    axis_worst         (axis,) index of the pose with the largest of each, and axis_parts (axis, part) m/N what each part adds to it there
     asymmetry          (pose,) as `Compliances.asymmetry`
     payload_deflection  (pose,) m, tool deflection due to the payload's weight; None without payload
     parts              names of the compliant parts
@@ -48,6 +52,9 @@ class Survey:
     tool_positions: Floats
     max_compliance: Floats
     mean_compliance: Floats
+    axis_compliance: Floats
+    axis_worst: NDArray[np.int64]
+    axis_parts: Floats
     asymmetry: Floats
     payload_deflection: Floats | None
     parts: tuple[str, ...]
@@ -71,6 +78,8 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
     with np.errstate(invalid="ignore"):
         shares = by_part / mean
     softest = int(largest.argmax())
+    along = np.concatenate([np.einsum("pii->pi", each.whole[:, 3:, 3:]) for each in by_block])
+    of_axes = np.einsum("tpii->ipt", compliances(arm, q[along.argmax(axis=0)]).by_part[:, :, 3:, 3:])
     matrix = compliances(arm, q[[softest]]).whole
     swapped = np.roll(matrix, 3, axis=(1, 2))  # rotation and displacement exchanged
     return Survey(
@@ -81,6 +90,9 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
         np.concatenate([each.tool for each in by_block]),
         largest,
         mean,
+        along,
+        along.argmax(axis=0),
+        of_axes[np.arange(3), np.arange(3)],
         np.concatenate([each.asymmetry for each in by_block]),
         np.concatenate([_payload_deflection(arm, block) for block in blocks]) if arm.payload.mass else None,
         by_block[0].parts,

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.analyses.statics.axes_tables import axes_cards, axes_sections, axes_sentence
+from lostmotion.analyses.statics.payload_tables import payload_cards, payload_facts, payload_section, payload_sentences
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
@@ -21,6 +23,7 @@ from lostmotion.reporting.warnings import arm_warnings
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lostmotion.analyses.statics.payload import MaxPayload
     from lostmotion.analyses.statics.survey import Survey
     from lostmotion.catalogue.gearboxes import GearboxRow
     from lostmotion.error_model.provenance import States
@@ -43,18 +46,19 @@ _WORDS: Final = (
 )
 
 
-def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
+def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = (), payload: MaxPayload | None = None) -> Sheet:
     """Return the sheet of an arm at rest; `own` are the user's reducers, which are searched besides the catalogue."""
     counted = f"{several(len(survey.poses), 'pose')}, {survey.poses.law}"
-    sections = [_torques(survey, counted), _causes(survey, counted), _reducers(survey, own), _bearings(survey, counted)]
     known = states(survey.arm)
+    sections = [*payload_section(survey.arm, payload, known), _torques(survey, counted), _causes(survey, counted)]
+    sections += [_reducers(survey, own), _bearings(survey, counted)]
     if survey.parts:
-        sections += [_map(survey, counted), _ellipsoid(survey), _shares(survey, counted)]
+        sections += [*axes_sections(survey, counted), _map(survey, counted), _ellipsoid(survey), _shares(survey, counted)]
     return Sheet(
         name=survey.arm.name,
         subject="statics and compliance",
-        verdict=_verdict(survey, known),
-        cards=bounded_cards(_cards(survey), known, ("largest compliance", "deflection by the payload")),
+        verdict=_verdict(survey, payload, known),
+        cards=bounded_cards(_cards(survey, payload, known), known, ("largest compliance", "deflection by the payload")),
         sections=(*sections, *provenance_sections(known)),
         counts=counted + ("" if survey.tilt is None else f", base tilt up to {_degrees(survey.tilt)}"),
         warnings=arm_warnings(survey.arm, survey.poses),
@@ -66,6 +70,7 @@ def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = ()) -> Sheet:
             "poses": {"count": len(survey.poses), "law": survey.poses.law},
             "tilt_rad": survey.tilt,
             **provenance_facts(known),
+            **payload_facts(survey.arm, payload),
             **({"compliance_at_softest_pose": _matrix(survey)} if survey.parts else {}),
         },
     )
@@ -129,9 +134,9 @@ def _stiffness(value: float, samples: str = "") -> Figure:
     return Figure(1e-6 / value if value else math.inf, "N/µm", samples=samples)
 
 
-def _verdict(survey: Survey, known: States) -> str:
+def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     turning = [node for node in survey.joint_loads if node.unit == "N m"]
-    sentences = []
+    sentences = payload_sentences(survey.arm, payload, known)
     if turning:
         largest = max(turning, key=lambda node: abs(node.required.value))
         tilt = "at any tilt of the base" if survey.tilt is None else f"with the base tilted by up to {_degrees(survey.tilt)}"
@@ -142,13 +147,15 @@ def _verdict(survey: Survey, known: States) -> str:
             f"The largest compliance is {at_least(_micro_per_newton(float(survey.max_compliance[survey.softest_pose])), known)}; "
             f"{part} contributes {100 * survey.softest_shares.max():.0f} % at that pose, mean over directions."
         )
+    if survey.parts:
+        sentences.append(axes_sentence(survey, known))
     if survey.payload_deflection is not None and survey.parts:
         sentences.append(f"The payload's weight deflects the tool by up to {at_least(length(float(survey.payload_deflection.max())), known)}.")
     return " ".join([*sentences, *(caveats(known, missing=False) if known.described else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."])])
 
 
-def _cards(survey: Survey) -> list[Card]:
-    out = []
+def _cards(survey: Survey, payload: MaxPayload | None, known: States) -> list[Card]:
+    out = payload_cards(survey.arm, payload, known)
     for node in sorted(survey.joint_loads, key=lambda node: (node.unit, abs(node.required.value)))[::-1][:2]:
         tilt = "any tilt" if survey.tilt is None else f"tilt up to {_degrees(survey.tilt)}"
         out.append(
@@ -163,7 +170,7 @@ def _cards(survey: Survey) -> list[Card]:
         out += [
             Card("largest compliance", str(_micro_per_newton(largest)), f"pose {survey.softest_pose}"),
             Card("stiffness there", str(_stiffness(largest)), "tool free to rotate"),
-            Card("largest compliance, median over poses", str(_micro_per_newton(float(np.median(survey.max_compliance))))),
+            *axes_cards(survey, known),
         ]
     if survey.payload_deflection is not None and survey.parts:
         out.append(Card("deflection by the payload", str(length(float(survey.payload_deflection.max()))), f"largest, {survey.arm.payload.mass:g} kg"))

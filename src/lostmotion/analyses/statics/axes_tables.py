@@ -1,0 +1,81 @@
+"""Tables of the stiffness of the tool along the base's axes, and of the parts behind it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.sheet import Card, Figure, Row, Section
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.statics.survey import Survey
+    from lostmotion.error_model.provenance import States
+    from lostmotion.spatial import Floats
+
+AXES: Final = "xyz"
+# Below this share of the largest compliance a direction is rigid: rounding.
+_RIGID: Final = 1e-9
+
+
+def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
+    """Return the stiffness along x, y and z over the poses, and that of each part alone at the worst pose of each axis."""
+    values = _compliance(survey)
+    rows = []
+    for k, axis in enumerate(AXES):
+        own = values[:, k]
+        worst, best = int(own.argmax()), int(own.argmin())
+        figures = tuple(stiffness(float(each), counted) for each in (own[worst], np.median(own), own[best]))
+        note = f"worst at {_at(survey, worst)}; best at pose {best}" if np.ptp(own) > _RIGID * own.max() else ""
+        rows.append(Row(f"along {axis}", figures, note))
+    note = (
+        "force on the tool point along an axis of the base over its displacement along the same axis, tool free to rotate; linearised at the arm's "
+        "own load, clearances closed"
+    )
+    parts = tuple(
+        Row(short_name(name), tuple(stiffness(float(each), f"pose {survey.axis_worst[k]}") for k, each in enumerate(survey.axis_parts[:, part])))
+        for part, name in enumerate(survey.parts)
+    )
+    alone = "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. ∞: this part does not yield"
+    return (
+        Section("axes", "Stiffness of the tool along x, y, z", ("worst pose", "median pose", "best pose"), tuple(rows), note),
+        Section("axes-parts", "Stiffness along x, y, z by part", tuple(f"along {axis}" for axis in AXES), parts, alone),
+    )
+
+
+def axes_sentence(survey: Survey, known: States) -> str:
+    """Return the sentence of the headline on the stiffness along x, y and z at the worst poses."""
+    texts = [str(stiffness(float(each))) for each in _compliance(survey).max(axis=0)]
+    most = "at most " if known.ideal_joints else ""
+    return f"Along x, y, z the tool's stiffness is {most}{', '.join(texts)}, each at its worst pose."
+
+
+def axes_cards(survey: Survey, known: States) -> list[Card]:
+    """Return a card for each axis, with the stiffness at the worst pose."""
+    sign = "≤ " if known.ideal_joints else ""
+    values = _compliance(survey)
+    return [
+        Card(
+            f"stiffness along {axis}", f"{sign}{stiffness(float(own.max()))}", f"worst pose {own.argmax()}; median {stiffness(float(np.median(own)))}"
+        )
+        for axis, own in zip(AXES, values.T, strict=True)
+    ]
+
+
+def stiffness(compliance: float, samples: str = "") -> Figure:
+    """Return the stiffness, N/µm, for a compliance in m/N; infinite for a rigid direction."""
+    return Figure(1e-6 / compliance if compliance else math.inf, "N/µm", samples=samples)
+
+
+def _compliance(survey: Survey) -> Floats:
+    """Return the compliance (pose, axis), m/N, zero where it is rounding."""
+    return np.where(survey.axis_compliance > _RIGID * survey.axis_compliance.max(), survey.axis_compliance, 0.0)
+
+
+def _at(survey: Survey, index: int) -> str:
+    x, y, z = 1e3 * survey.tool_positions[index]
+    place = f"tool at x {x:.0f}, y {y:.0f}, z {z:.0f} mm".replace("-", "−")
+    return f"pose {index}: {joint_values(survey.arm, survey.poses.q[index])}, {place}"

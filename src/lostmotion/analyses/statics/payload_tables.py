@@ -1,0 +1,144 @@
+"""Tables of the largest payload: by drives, sag and accuracy, over the workspace."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.provenance import share_within_bounded
+from lostmotion.reporting.sheet import Card, Figure, Row, Section, in_words, length, several
+
+if TYPE_CHECKING:
+    from lostmotion.analyses.statics.payload import MaxPayload, PayloadLimit
+    from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.arm import Arm
+
+_NO_LIMIT: Final = "no limit"
+
+
+def payload_sentences(arm: Arm, found: MaxPayload | None, known: States) -> list[str]:
+    """Return the sentences of the headline: the largest payload at every pose, what governs it, and what limits nothing for want of data."""
+    if found is None:
+        return []
+    governing, out = found.governing, []
+    if governing is not None and governing.everywhere > 0:
+        out.append(f"The largest payload at every pose is {_bounded(governing, found, known)}; {_cause(arm, governing)} governs.")
+    elif governing is not None:
+        count = int(governing.empty.sum())
+        out.append(
+            f"No payload is held at every pose: without any, {_exceeded(arm, governing)} at {count} of {several(len(governing.values), 'pose')}."
+        )
+    if _nothing_rated(arm, found):
+        out.append("No drive that the payload loads has a rated torque, so the drives set no limit: that is missing data, not strength.")
+    elif found.unrated:
+        out.append(f"No rated torque is stated for {', '.join(found.unrated)}: their load is not counted.")
+    elif governing is None:
+        out.append("None of these criteria limits the payload.")
+    return out
+
+
+def payload_cards(arm: Arm, found: MaxPayload | None, known: States) -> list[Card]:
+    """Return a card with the largest payload at every pose, and what governs it."""
+    if found is None:
+        return []
+    governing = found.governing
+    if governing is None:
+        return [Card("largest payload, every pose", "not known" if found.unrated else _NO_LIMIT, _counted_by(arm, found))]
+    return [Card("largest payload, every pose", _bounded(governing, found, known), f"{_cause(arm, governing)} governs, pose {governing.worst}")]
+
+
+def payload_section(arm: Arm, found: MaxPayload | None, known: States) -> tuple[Section, ...]:
+    """Return the table of the largest payload by each criterion: at every pose, at the median and at the best pose."""
+    if found is None:
+        return ()
+    rows = tuple(_row(arm, found, each, known) for each in found.limits)
+    base = "as the base stands" if found.tilt is None else f"base tilted by up to {math.degrees(found.tilt):.3g}°"
+    note = (
+        f"static, without acceleration; payload with its stated centre of mass; {base} for the drives. Every pose: the smallest of the sampled "
+        "poses, between which an arm may hold a little less. Each criterion by itself. Sag: by the weights of arm and payload, first order. "
+        "Accuracy: error that 95 % of the positions at a pose stay within"
+    )
+    if found.unrated:
+        note += f". Not rated, so not counted: {', '.join(found.unrated)}"
+    return (Section("payload", "Largest payload", ("every pose", "median pose", "best pose"), rows, note),)
+
+
+def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
+    """Return what result.json holds of the largest payload: kg by criterion, what governs, and where; null without a limit."""
+    if found is None:
+        return {}
+    governing = found.governing
+    return {
+        "max_payload": {
+            "governing": governing and governing.criterion,
+            "every_pose_kg": governing and governing.everywhere,
+            "not_rated": list(found.unrated),
+            "criteria": {
+                each.criterion: {
+                    "every_pose_kg": _plain(each.everywhere),
+                    "median_kg": _plain(float(np.median(each.values))),
+                    "best_kg": _plain(float(each.values.max())),
+                    "limit_m": each.limit,
+                    "joint": arm.moving[int(each.joints[each.worst])].name if len(each.joints) and math.isfinite(each.everywhere) else None,
+                    "q": each.q[each.worst].tolist(),
+                    "tool_m": each.tool[each.worst].tolist(),
+                    "poses": len(each.values),
+                }
+                for each in found.limits
+            },
+        }
+    }
+
+
+def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
+    counted = several(len(each.values), "pose")
+    unknown = each.criterion == "drives" and _nothing_rated(arm, found)
+    bound = bool(found.unrated if each.criterion == "drives" else known.ideal_joints)
+    figures = tuple(
+        in_words("not rated" if unknown else _NO_LIMIT) if math.isinf(value) else Figure(value, "kg", samples=counted, bound="upper" if bound else "")
+        for value in (each.everywhere, float(np.median(each.values)), float(each.values.max()))
+    )
+    name = "drives, rated torque" if each.limit is None else f"{each.criterion} within {length(each.limit, stated=True)}"
+    if math.isinf(each.everywhere):
+        return Row(name, figures, "")
+    x, y, z = 1e3 * each.tool[each.worst]
+    place = f"tool at x {x:.0f}, y {y:.0f}, z {z:.0f} mm".replace("-", "−")
+    cause = f"{arm.moving[int(each.joints[each.worst])].name} governs; " if len(each.joints) else ""
+    empty = f"; not met without payload at {int(each.empty.sum())} of {counted}" if each.empty.any() else ""
+    return Row(name, figures, f"{cause}pose {each.worst}: {joint_values(arm, each.q[each.worst])}, {place}{empty}")
+
+
+def _cause(arm: Arm, each: PayloadLimit) -> str:
+    if each.criterion == "drives":
+        return f"the drive of {arm.moving[int(each.joints[each.worst])].name}"
+    return f"the {each.criterion} limit of {length(each.limit or 0.0, stated=True)}"
+
+
+def _exceeded(arm: Arm, each: PayloadLimit) -> str:
+    if each.criterion == "drives":
+        return f"{_cause(arm, each)} is overloaded"
+    return f"{_cause(arm, each)} is exceeded"
+
+
+def _bounded(each: PayloadLimit, found: MaxPayload, known: States) -> str:
+    """Return the payload at every pose as text, as an upper bound where joints are ideal or drives not rated."""
+    text = str(Figure(each.everywhere, "kg"))
+    return f"at most {text}" if found.unrated else share_within_bounded(text, known) if each.criterion != "drives" else text
+
+
+def _nothing_rated(arm: Arm, found: MaxPayload) -> bool:
+    """Return whether no drive limits the payload for want of any rated torque."""
+    return bool(found.unrated) and all(
+        joint.name in found.unrated or joint.gearbox is None or joint.gearbox.rated_torque is None for joint in arm.moving
+    )
+
+
+def _counted_by(arm: Arm, found: MaxPayload) -> str:
+    return "no drive has a rated torque" if _nothing_rated(arm, found) else f"by {', '.join(each.criterion for each in found.limits)}"
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None
