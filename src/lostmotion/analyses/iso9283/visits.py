@@ -37,7 +37,7 @@ class Visits:
     known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths may join; rotation NaN where unknown
     load_stated            False: no load was stated, and the full payload is assumed
     unused                 columns of the files that no role is mapped to
-    lost                   file and line of each row without a reading, which is left out
+    lost                   file and line of each row without a reading, which is excluded
     """
 
     pose: tuple[str, ...]

@@ -106,7 +106,7 @@ def _poses(found: MeasuredRobot) -> list[Section]:
         floor = max(load.floor for load in found.loads)
         note += f". RP_l of the instrument alone: {length(floor)}, subtracted in squares, never below zero"
     if with_outlying:
-        note += ". Outlying: farther from the median of the visits than 15 times the median distance; the standard leaves none out"
+        note += ". Outlying: farther from the median of the visits than 15 times the median distance; the standard excludes none"
     columns = ("RP_l", *(("less instrument",) if with_instrument else ()), *(("without outlying",) if with_outlying else ()))
     out.append(Section("measured-repeatability", "Measured: RP_l", columns, tuple(repeats), note))
     sides = tuple(
@@ -205,7 +205,7 @@ def _data(found: MeasuredRobot) -> Section:
         rows += [Row(f"rows at {100 * load:g} % load", (Figure(count, ""),)) for load, count in counted]
     rows += [
         Row("duplicate rows dropped", (Figure(visits.duplicates, ""),), "identical in every column that is read" if visits.duplicates else ""),
-        *([Row("rows without a reading, left out", (Figure(len(visits.lost), ""),))] if visits.lost else []),
+        *([Row("rows without a reading, excluded", (Figure(len(visits.lost), ""),))] if visits.lost else []),
         Row("poses", (Figure(len({name for name in visits.pose if name}), ""),)),
     ]
     if visits.instrument:

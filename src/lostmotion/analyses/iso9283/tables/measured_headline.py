@@ -97,7 +97,7 @@ def reading_notes(visits: Visits) -> tuple[str, ...]:
     if visits.lost:
         lines = ", ".join(str(line) for _, line in visits.lost[:_MOST_NAMED])
         more = f" and {len(visits.lost) - _MOST_NAMED} more" if len(visits.lost) > _MOST_NAMED else ""
-        out.append(f"{several(len(visits.lost), 'row')} without a reading left out (line {lines}{more}): the instrument lost its target")
+        out.append(f"{several(len(visits.lost), 'row')} without a reading excluded (line {lines}{more}): the instrument lost its target")
     if visits.unused:
         names = ", ".join(shown(cut(name, _LONGEST_NAME)) for name in visits.unused[:_MOST_NAMED])
         more = f" and {len(visits.unused) - _MOST_NAMED} more" if len(visits.unused) > _MOST_NAMED else ""
