@@ -11,10 +11,11 @@ from typer.testing import CliRunner
 import lostmotion
 from lostmotion.cli import app
 from lostmotion.errors import InputError
+from lostmotion.mechanism.droop import droop
 from lostmotion.propagation.exact import ExactCheck
 from lostmotion.propagation.first_order import refuse_large_errors
 from lostmotion.reporting.first_order import failure
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.sheet import find_row, length
 from tests.runs.conftest import ARM, SWEEP
 
 # Figures that the sum of errors makes, and their sections.
@@ -41,6 +42,54 @@ def test_errors_of_many_degrees_are_no_accuracy(tmp_path, backlash):
     assert not any("…" in card.quiet for card in sheet.cards)
     assert [block.key for block in sheet.bars] == ["budget"]  # the largest contributor is known, what a remedy leaves is not
     assert not any(bar.effect for bar in sheet.bars[0].bars)
+
+
+SOFT = """
+name = "two soft servos"
+[payload]
+mass = "0.3 kg"
+[[joints]]
+name = "shoulder"
+type = "revolute"
+axis = "-y"
+limits = ["-90 deg", "90 deg"]
+gearbox = { stiffness = "10 N m/rad" }
+link = { length = "250 mm", rigid = true }
+[[joints]]
+name = "elbow"
+type = "revolute"
+axis = "-y"
+mass = "0.4 kg"
+limits = ["-90 deg", "90 deg"]
+gearbox = { stiffness = "5 N m/rad" }
+link = { length = "250 mm", rigid = true }
+"""
+
+
+def test_an_arm_that_droops_is_soft_and_no_mistake(tmp_path):
+    """Stretched out, 0.3 kg at 0.5 m and 0.4 kg at 0.25 m turn springs of 10 and 5 N m/rad by 14.0 and 8.4 degrees: the tip sags by 159 mm."""
+    path = tmp_path / "soft.toml"
+    path.write_text(SOFT, encoding="utf-8")
+    first, second = 9.80665 * (0.3 * 0.5 + 0.4 * 0.25) / 10, 9.80665 * 0.3 * 0.25 / 5
+    found = droop(lostmotion.read(path))
+    assert found.length == pytest.approx(0.5 * first + 0.25 * second, rel=0.01)
+    assert found.turn == pytest.approx(first + second, rel=0.01)
+    sheet = lostmotion.study(path, 256, robots=20, visits=2).sheet
+    assert f"This arm is soft: at these stiffnesses it sags by up to {length(found.length)} (22°) under its own weight and payload" in sheet.verdict
+    assert "mistake" not in sheet.verdict
+    share = float(re.search(r"wrong by about ([\d.]+) %", sheet.verdict)[1])
+    valid = float(re.search(r"up to a sag of about ([\d.]+) mm", sheet.verdict)[1])
+    assert valid == pytest.approx(1e3 * found.length * 10 / share, rel=0.05)
+    with pytest.raises(
+        InputError, match=r"an arm that sags by up to 160 mm under its own weight(?s:.*)expected\s+a sag of at most about \d+ mm"
+    ) as refused:
+        refuse_large_errors(lostmotion.read(path))
+    assert "mistake" not in str(refused.value).partition("\n")[2]
+    stiffer = SOFT.replace("10 N m/rad", "60 N m/rad").replace("5 N m/rad", "28 N m/rad")
+    path.write_text(stiffer, encoding="utf-8")
+    assert "Expect 95 %" in lostmotion.study(path, 256, robots=20, visits=2).sheet.verdict
+    path.write_text(SOFT.replace('"0.3 kg"', '"30 kg"'), encoding="utf-8")
+    assert "look for a mistake" in lostmotion.study(path, 64, robots=20, visits=2).sheet.verdict
 
 
 def test_usual_errors_are_small_enough(tmp_path):

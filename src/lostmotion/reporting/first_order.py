@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.mechanism.droop import droop
 from lostmotion.propagation.exact import FAILS, share_neglected
 from lostmotion.reporting.sheet import Card, length, several
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lostmotion.error_model.intervals import Estimate
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.exact import ExactCheck
     from lostmotion.reporting.sheet import Section, Sheet
     from lostmotion.runs.summary import Outcome
@@ -20,6 +22,10 @@ if TYPE_CHECKING:
 # What exact composition may differ by, as a share of the error, for first order to be enough.
 ENOUGH: Final = 0.01
 _LEVEL: Final = 0.95
+# Share of the error that the sag makes at least in an arm that is called soft.
+_MOSTLY: Final = 0.5
+# rad; play and droop are smaller. A larger turn suggests a mistake in the description.
+_ABSURD: Final = 1.0
 # Sections whose figures do not come from the sum of errors.
 _SOUND: Final = frozenset({"workspace", "torques", "bending", "exact_check", "check", "cube"})
 _SOUND_CARDS: Final = frozenset({"reach from the base", "test cube"})
@@ -33,23 +39,37 @@ def judged(check: ExactCheck, error: float) -> str:
     return "more than 1 %: the first-order figures are that uncertain" if share <= FAILS else "first order fails: the figures of errors are wrong"
 
 
-def failure(check: ExactCheck, error: float) -> str:
-    """Return the headline's remark that first order fails for errors of this size (m); empty where it is valid."""
+def failure(check: ExactCheck, error: float, arm: Arm | None = None) -> str:
+    """Return the headline's remark that first order fails for errors of this size (m); empty where it is valid.
+
+    With the arm, one that droops by most of that error is called soft, and the remark says up to which sag its figures are valid.
+    """
     share = share_neglected(check, error)
     if share <= FAILS:
         return ""
+    sagging = None if arm is None else droop(arm)
+    if sagging is not None and math.isfinite(share) and sagging.length >= _MOSTLY * error and not sagging.absurd:
+        valid = length(sagging.length * FAILS / share)
+        return (
+            f"This arm is soft: at these stiffnesses it sags by up to {length(sagging.length)} "
+            f"({float(f'{math.degrees(sagging.turn):.2g}'):g}°) under its own weight and payload. First-order figures are wrong by "
+            f"about {float(f'{100 * share:.2g}'):g} % of the 95 % error there, and valid to {100 * FAILS:g} % up to a sag of about {valid}: "
+            "read them as rough, without intervals."
+        )
     angle = math.degrees(check.turn)
     turned = f"errors of {float(f'{angle:.2g}'):g}° are not small" if angle >= 1 else "errors are not small beside the arm"
     found = f"adding them up is wrong by {float(f'{100 * share:.2g}'):g} % of the 95 % error" if math.isfinite(share) else "they reach beyond 16 m"
-    return f"First-order figures fail here: {turned}, and {found}. No accuracy can be stated for this arm; look for a mistake in its largest errors."
+    absurd = not math.isfinite(share) or check.turn > _ABSURD
+    where = "look for a mistake in its largest errors" if absurd else "its largest errors are in the error budget"
+    return f"First-order figures fail here: {turned}, and {found}. No accuracy can be stated for this arm; {where}."
 
 
-def checked(sheet: Sheet, check: ExactCheck, error: float) -> Sheet:
+def checked(sheet: Sheet, check: ExactCheck, error: float, arm: Arm) -> Sheet:
     """Return a sheet as it is where first order holds for errors of this size (m); else with that in its headline, and no interval of an error.
 
     The intervals would claim a certainty that is not there; the figures themselves stay, for whoever looks for the mistake.
     """
-    message = failure(check, error)
+    message = failure(check, error, arm)
     if not message:
         return sheet
     kept = [card for card in sheet.cards if card.title in _SOUND_CARDS]

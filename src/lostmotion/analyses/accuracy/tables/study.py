@@ -89,7 +89,7 @@ def sheet(answer: Answer) -> Sheet:
         bars=_bars(answer),
         brief=brief_of(found, answer, known),
     )
-    return checked(whole, sampled.exact, _q95(answer))
+    return checked(whole, sampled.exact, _q95(answer), answer.arm)
 
 
 def _bars(answer: Answer) -> tuple[Bars, ...]:

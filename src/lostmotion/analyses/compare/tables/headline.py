@@ -33,7 +33,7 @@ def verdict(found: Comparison) -> str:
     """Return the headline: how much more or less accurate the other arms are than the first, the part that made most of it, and the mass."""
     wrong = failing(found)
     if wrong:
-        return " ".join(f"{each.label}: {failure(each.sampled.exact, within_of(found, each))}" for each in wrong)
+        return " ".join(f"{each.label}: {failure(each.sampled.exact, within_of(found, each), each.arm)}" for each in wrong)
     if len(found.changes) > 1:
         return _of_many(found)
     change = found.changes[0]

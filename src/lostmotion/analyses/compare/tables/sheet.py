@@ -85,7 +85,7 @@ def compare_sheet(found: Comparison) -> Sheet:
         brief=brief(found),
     )
     for each in failing(found):  # without intervals, and with the failure as the headline
-        sheet = replace(checked(sheet, each.sampled.exact, within_of(found, each)), verdict=sheet.verdict, cards=())
+        sheet = replace(checked(sheet, each.sampled.exact, within_of(found, each), each.arm), verdict=sheet.verdict, cards=())
     return sheet
 
 

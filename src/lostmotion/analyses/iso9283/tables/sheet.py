@@ -107,7 +107,7 @@ def iso_sheet(
         facts |= {**_facts(predicted), **provenance_facts(known)}
         about = provenance_sections(known)
         counted.append(f"{several(predicted.robots, 'robot')} x {several(predicted.cycles, 'cycle')} x 5 poses, seed {predicted.seed}")
-        failed = failure(predicted.check, predicted.check.length)
+        failed = failure(predicted.check, predicted.check.length, predicted.arm)
         name, notes = (
             predicted.arm.name,
             (*([failed] if failed and measured is not None else []), *predicted.arm.remarks, *_remarks(predicted), *notes),
@@ -136,7 +136,7 @@ def iso_sheet(
         seed=None if predicted is None else predicted.seed,
         facts=facts,
     )
-    return sheet if predicted is None or measured is not None else checked(sheet, predicted.check, predicted.check.length)
+    return sheet if predicted is None or measured is not None else checked(sheet, predicted.check, predicted.check.length, predicted.arm)
 
 
 def _remarks(found: PredictedRobots) -> list[str]:
