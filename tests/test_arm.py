@@ -113,7 +113,7 @@ def test_the_ground_carries_everything(q: tuple[float, ...]):
         (0.4, "bracket", (0, 0, 0.025)),
         (0.3, "slide.seat", (0, 0, 0)),
         (1.2, "slide", (0.05, 0.025, 0)),
-        (0.6, "tool", (0, 0.01, -0.05)),
+        (0.6, f"{arm.joints[-1].name}.tip", (0, 0.01, -0.05)),
         (2.5, "tool", (0.02, 0.03, 0.04)),
     ]
     tool = at["tool"]
@@ -138,8 +138,9 @@ def potential(arm: Arm, q: np.ndarray, payload: Payload) -> float:
             (joint.link.total_mass, joint.name, joint.link.mass_centre),
         ):
             energy -= mass * (at[frame] @ [*centre, 1])[:3] @ down
-    for mass, centre in ((payload.mass, payload.centre_of_mass), (arm.tool.mass, arm.tool.centre_of_mass)):
-        energy -= mass * (at["tool"] @ [*centre, 1])[:3] @ down
+    flange = f"{arm.joints[-1].name}.tip"
+    for place, mass, centre in (("tool", payload.mass, payload.centre_of_mass), (flange, arm.tool.mass, arm.tool.centre_of_mass)):
+        energy -= mass * (at[place] @ [*centre, 1])[:3] @ down
     return energy
 
 

@@ -343,7 +343,7 @@ def potential(arm: Arm, q: np.ndarray) -> np.ndarray:
     for k, joint in enumerate(arm.joints):
         raise_(3 * k + 1, joint.mass or 0.0, joint.centre_of_mass)
         raise_(3 * k + 2, joint.link.total_mass, joint.link.mass_centre)
-    raise_(-1, arm.tool.mass, arm.tool.centre_of_mass)
+    raise_(-2, arm.tool.mass, arm.tool.centre_of_mass or arm.tool.frame.xyz)  # from the tip of the last joint
     raise_(-1, arm.payload.mass, arm.payload.centre_of_mass)
     return out
 

@@ -89,7 +89,8 @@ def by_hand(arm: Arm, q: np.ndarray) -> dict[str, np.ndarray]:
 def height_energy(arm: Arm, q: np.ndarray) -> float:
     """Return the potential energy (J) of all masses of an arm at one pose q (joint,), from the fields of the arm, without its tree."""
     at, gravity = by_hand(arm, q), arm.gravity_in_base
-    masses = [("tool", arm.tool.mass, arm.tool.centre_of_mass), ("tool", arm.payload.mass, arm.payload.centre_of_mass)]
+    flange = arm.tool.after or f"{arm.joints[-1].name}.tip"
+    masses = [(flange, arm.tool.mass, arm.tool.centre_of_mass or arm.tool.frame.xyz), ("tool", arm.payload.mass, arm.payload.centre_of_mass)]
     for joint in arm.joints:
         masses += [(f"{joint.name}.seat", joint.total_mass, joint.centre_of_mass), (joint.name, joint.link.total_mass, joint.link.mass_centre)]
     return -sum(mass * gravity @ (at[place] @ [*centre, 1.0])[:3] for place, mass, centre in masses)

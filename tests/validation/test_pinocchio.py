@@ -116,9 +116,10 @@ def as_pinocchio(arm: Arm) -> pin.Model:
         model.appendBodyToJoint(parent, point_mass(joint.link.total_mass, joint.link.mass_centre), here)
         here = here * se3(joint.link.tip)
         mark(f"{joint.name}.tip", here)
+    centre = arm.tool.frame.xyz if arm.tool.centre_of_mass is None else arm.tool.centre_of_mass
+    model.appendBodyToJoint(parent, point_mass(arm.tool.mass, centre), here)
     here = here * se3(arm.tool.frame)
     mark("tool", here)
-    model.appendBodyToJoint(parent, point_mass(arm.tool.mass, arm.tool.centre_of_mass), here)
     model.appendBodyToJoint(parent, point_mass(arm.payload.mass, arm.payload.centre_of_mass), here)
     return model
 

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
     from lostmotion.io.draft import Draft
     from lostmotion.io.urdf_tree import UrdfTree
 
-_RANGES: Final = {"revolute": TurningLimits, "continuous": TurningLimits, "prismatic": SlidingLimits}
+_RANGES: Final[dict[str, Any]] = {"revolute": TurningLimits, "continuous": TurningLimits, "prismatic": SlidingLimits}
 # In place of a range that cannot be read: the arm refuses it by its key.
 _STAND_IN: Final = (-1.0, 1.0)
+# Stands in the note on them.
+REPAIRED: Final = "repaired by"
 _OF_LINK: Final = {"mass": "mass", "centre_of_mass": "centre of mass"}
 
 
@@ -42,7 +44,7 @@ def take_limits(tree: UrdfTree, content: dict[str, Any]) -> None:
 
 def _range(stated: Any, kind: str) -> tuple[float, float]:  # noqa: ANN401 - whatever a file holds
     try:
-        low, high = TypeAdapter(_RANGES[kind]).validate_python(stated, context={"text": True})
+        low, high = TypeAdapter[tuple[float, float]](_RANGES[kind]).validate_python(stated, context={"text": True})
     except ValidationError:
         return _STAND_IN
     return float(low), float(high)
@@ -92,4 +94,4 @@ def note_repairs(draft: Draft, content: dict[str, Any], tree: UrdfTree) -> None:
                 found[words].append(name)
     listing = "; ".join(f"{words} of {listed(names)}" for words, names in found.items() if names)
     if listing:
-        draft.note(f"{tree.format} repaired by {Path(draft.file).name}: {listing}")
+        draft.note(f"{tree.format} {REPAIRED} {Path(draft.file).name}: {listing}")

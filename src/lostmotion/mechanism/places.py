@@ -157,5 +157,5 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
         masses.append(PlacedMass(moved, moved, joint.link.total_mass, np.asarray(joint.link.mass_centre, dtype=float)))
     on = end if tool.after is None else number[tool.after]
     last = add(Place("tool", on, tool.frame.pose if on else foot @ tool.frame.pose))
-    masses.append(PlacedMass(last, last, tool.mass, np.array(tool.centre_of_mass)))
+    masses.append(PlacedMass(last, last, tool.mass, tool.mass_centre))
     return Tree(tuple(places), tuple(each for each in masses if each.mass), tuple(units))

@@ -9,6 +9,7 @@ import numpy as np
 
 from lostmotion.error_model.overload import overloaded
 from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
+from lostmotion.io.repairs import REPAIRED
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.serial import frames, joint_torques, tool_points
 from lostmotion.reporting.arm_summary import about_arm
@@ -42,7 +43,8 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
             Card("reach from the base", str(length(reach)), f"largest of {several(len(q), 'pose')}"),
             Card("assumed values", str(assumed_count(known.assumed))),
         ),
-        sections=(_joints(arm, held, len(q)), *provenance_sections(known)),
+        sections=(_joints(arm, held, len(q)), *_centres(arm), *provenance_sections(known)),
+        brief=_brief(arm),
         warnings=(*arm.warnings, *overload_warnings(overloaded(arm, held, len(q)))),
         notes=arm.remarks,
         source=f"static loads at {_evenly(len(q))}",
@@ -86,6 +88,37 @@ def _joints(arm: Arm, held: Floats, poses: int) -> Section:
     rows = tuple(_row(joint, load.get(joint.name)) for joint in arm.joints)
     note = f"range of motion; mass of joint and link; static load: largest of {_evenly(poses)}; base level as stated"
     return Section("joints", "Joints", ("range", "link", "mass", "static load", "rated"), rows, note)
+
+
+def _brief(arm: Arm) -> tuple[tuple[str, str], ...]:
+    """Return where the masses of tool and payload lie, and what a sidecar repaired."""
+    lines = [(name, f"{mass} at {flange} from the flange, {tool} from the tool point{stated}.") for name, mass, stated, flange, tool in _masses(arm)]
+    return (*lines, *(("repaired", f"{note}.") for note in arm.notes if REPAIRED in note))
+
+
+def _centres(arm: Arm) -> tuple[Section, ...]:
+    """Return the table of the centres of mass of tool and payload; nothing where neither has a mass."""
+    rows = tuple(Row(f"{name}, {mass}{stated}", (in_words(flange), in_words(tool))) for name, mass, stated, flange, tool in _masses(arm))
+    place = arm.tool.after or f"{arm.joints[-1].name}.tip"
+    note = f"x, y, z; from the flange ({place}) in its axes, and from the tool point in the axes of the tool frame"
+    return (Section("centres", "Centres of mass of tool and payload", ("from the flange", "from the tool point"), rows, note),) if rows else ()
+
+
+def _masses(arm: Arm) -> list[tuple[str, str, str, str, str]]:
+    """Return name, mass, a remark, and the centre of mass from the flange and from the tool point, each in its own axes."""
+    tool, payload = arm.tool, arm.payload
+    pose = tool.frame.pose
+    unstated = "" if tool.centre_of_mass is not None else " (centre not stated: taken at the tool point)"
+    named = (("tool", tool.mass, unstated, tool.mass_centre), ("payload", payload.mass, "", np.array(payload.centre_of_mass)))
+    return [
+        (name, str(Figure(mass, "kg")), stated, _point(pose[:3, :3] @ centre + pose[:3, 3]), _point(centre))
+        for name, mass, stated, centre in named
+        if mass
+    ]
+
+
+def _point(xyz: Floats) -> str:
+    return f"({', '.join(f'{1e3 * value + 0.0:.4g}' for value in np.round(xyz, 9))}) mm"
 
 
 def _row(joint: Joint, load: float | None) -> Row:
