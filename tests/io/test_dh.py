@@ -8,6 +8,8 @@ import warnings
 import numpy as np
 import pytest
 
+import lostmotion
+from lostmotion.error_model.provenance import states
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.native import arm_of
 from lostmotion.mechanism.serial import frames
@@ -161,3 +163,112 @@ def test_a_link_behind_a_row_keeps_its_beam():
     length, screw = next(each for each in local_screws(arm, np.zeros(1)) if each[0].name == "joints.A.link.length")
     seen_from_joint = arm.joints[0].link.tip_pose[:3, :3] @ screw[0, 3:]
     assert seen_from_joint * length.term.bound == pytest.approx(50e-6 * np.array([0.6, 0, 0.8]))
+
+
+# Of a six-axis arm: limits of a (mm), alpha (deg), d (mm) and theta (deg) of each row; 19 of 24 are known. Every third one is uniform.
+LIMITS = [
+    (0.10, 0.020, 0.15, None),
+    (0.20, 0.015, None, 0.030),
+    (0.25, 0.040, 0.10, 0.020),
+    (None, 0.010, 0.20, 0.050),
+    (0.05, None, 0.12, 0.040),
+    (0.08, 0.030, 0.06, None),
+]
+
+
+def _stated(value, limit, unit, number):
+    return f"{value!r} {unit}" + ("" if limit is None else f" ± {limit!r} {unit}" + (" (uniform)" if number % 3 == 0 else ""))
+
+
+def toleranced_arm(key, rows, kinds):
+    """Return an arm of these rows (a, alpha, d, theta) in m and degrees, whose values have the limits above."""
+    joints = []
+    for k, (row, limits, kind) in enumerate(zip(rows, LIMITS, kinds, strict=True)):
+        units = ("mm", "deg", "mm", "deg")
+        values = [1e3 * value if unit == "mm" else value for value, unit in zip(row, units, strict=True)]
+        stated = [_stated(value, limit, unit, 4 * k + n) for n, (value, limit, unit) in enumerate(zip(values, limits, units, strict=True))]
+        reach = ["-360 deg", "360 deg"] if kind == "revolute" else ["-9 m", "9 m"]
+        joints.append({"name": f"J{k}", "type": kind, "limits": reach, key: dict(zip(("a", "alpha", "d", "theta"), stated, strict=True))})
+    return arm_of("x", {"name": "x", "joints": joints})
+
+
+def drawn(rng, limit, number, count):
+    """Return deviations within a limit: uniform, or normal with three standard deviations at the limit, cut there."""
+    if limit is None:
+        return np.zeros(count)
+    if number % 3 == 0:
+        return rng.uniform(-limit, limit, count)
+    out = rng.normal(0, limit / 3, 2 * count)
+    return out[np.abs(out) <= limit][:count]
+
+
+def products(rows, q, kinds, deviations, *, modified):
+    """Return the end of the chain (sample, 3) with deviating values, from the four elementary motions of every row; m and rad."""
+    pose = np.broadcast_to(np.eye(4), (len(deviations[0][0]), 4, 4))
+    for (a, alpha, d, theta), value, kind, off in zip(rows, q, kinds, deviations, strict=True):
+        angle = math.radians(theta) + np.radians(off[3]) + (value if kind == "revolute" else 0.0)
+        slide = d + 1e-3 * off[2] + (value if kind == "prismatic" else 0.0)
+        across = np.zeros((len(angle), 4, 4))
+        cos, sin = np.cos(math.radians(alpha) + np.radians(off[1])), np.sin(math.radians(alpha) + np.radians(off[1]))
+        across[:, 0, 0] = across[:, 3, 3] = 1
+        across[:, 1, 1], across[:, 1, 2], across[:, 2, 1], across[:, 2, 2] = cos, -sin, sin, cos
+        across[:, 0, 3] = a + 1e-3 * off[0]
+        along = np.zeros_like(across)
+        along[:, 2, 2] = along[:, 3, 3] = 1
+        along[:, 0, 0], along[:, 0, 1], along[:, 1, 0], along[:, 1, 1] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
+        along[:, 2, 3] = slide
+        pose = pose @ (across @ along if modified else along @ across)
+    return pose[:, :3, 3]
+
+
+@pytest.mark.parametrize(("key", "modified"), [("dh", False), ("mdh", True)])
+@pytest.mark.parametrize("sliding", [(), (2,)])
+def test_tolerances_of_a_table_scatter_the_tool_as_the_tables_product_does(key, modified, sliding):
+    """Covariance of the tool's position at four poses, against 40 000 products of the table with deviating values: each axis within 3 %."""
+    rng = np.random.default_rng(4)
+    rows = standard_rows()
+    rows[0] = (0.05, 90.0, 0.1625, 25.0)  # a first row with all four values
+    kinds = ["prismatic" if k in sliding else "revolute" for k in range(6)]
+    arm = toleranced_arm(key, rows, kinds)
+    stated = [term for term in arm.terms if term.term.robot is not None]
+    assert len(stated) == sum(limit is not None for row in LIMITS for limit in row) == 19
+    for q in rng.uniform(-2, 2, (4, 6)):
+        screws = tool_screws(arm, q)
+        expected = screws.T @ screws
+        off = [[drawn(rng, limit, 4 * k + n, 40_000) for n, limit in enumerate(row)] for k, row in enumerate(LIMITS)]
+        found = np.cov(products(rows, q, kinds, off, modified=modified).T)
+        scale = np.sqrt(np.diag(expected))
+        np.testing.assert_allclose(np.sqrt(np.diag(found)), scale, rtol=0.03)
+        np.testing.assert_allclose(found / np.outer(scale, scale), expected / np.outer(scale, scale), atol=0.04)
+
+
+def tool_screws(arm, q):
+    """Return the displacement of the tool (term, 3), m, per standard deviation of each term, in the base's axes."""
+    matrix = lostmotion.screws(arm, q[None])
+    return matrix.tool[0, 3:].T
+
+
+@pytest.mark.parametrize(
+    ("lines", "key"),
+    [
+        ('mounting = { tilt = "1 arcmin" }\n', "joints.A.mounting"),
+        ('link = { length_tolerance = "50 µm" }\n', "joints.A.link.length_tolerance"),
+        ('link = { tip_tolerance = { offset = ["50 µm", "0 µm", "0 µm"] } }\n', "joints.A.link.tip_tolerance"),
+    ],
+)
+def test_a_tolerance_is_stated_once(mistakes_in, lines, key):
+    """In the row, or beside it."""
+    row = 'dh = { a = "400 mm ± 0.1 mm", alpha = "90 deg", d = "100 mm", theta = "0 deg ± 0.02 deg" }\n'
+    found = mistakes_in('name = "x"\n' + JOINT + row + lines)
+    assert list(found) == [key]
+    assert "not both" in found[key].expected
+
+
+def test_a_row_that_is_assumed_has_assumed_tolerances():
+    """`assumed = ["dh"]` counts its tolerances too; a row without ± leaves mounting and length undescribed."""
+    row = {"a": "400 mm ± 0.1 mm", "alpha": "90 deg", "d": "100 mm", "theta": "0 deg ± 0.02 deg"}
+    exact = {key: value.partition(" ±")[0] for key, value in row.items()}
+    for stated, state in ((row, "assumed"), (exact, "ideal")):
+        joint = {"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], "dh": stated, "assumed": ["dh"]}
+        known = states(arm_of("x", {"name": "x", "joints": [joint]})).joints[0].states
+        assert (known["axis mounting"], known["link length"]) == (state, state)

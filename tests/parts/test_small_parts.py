@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -297,3 +298,24 @@ def test_a_part_shows_what_was_stated():
     assert repr(Lumped(angle=1e-3)) == "Lumped(angle=0.001)"
     assert repr(Mounting()) == "Mounting()"
     assert TURN_Z.tolist() == RevoluteJoint(name="A", limits=(-1, 1)).twist.tolist()
+
+
+def test_a_mounting_by_direction_has_the_stated_limit_about_and_along_each_axis_of_the_seat():
+    """Independent of each other, also about and along the axis itself; `axes` turns the directions, here by a quarter about z: x becomes y."""
+    limits = ["1 mrad", "0 rad", "3 mrad"], ["0 mm", "20 µm", "0 µm ± 30 µm (uniform)"]
+    stated = dict(zip(("tilt", "offset"), limits, strict=True))
+    turned = {**stated, "axes": ["0 deg", "0 deg", "90 deg"]}
+    for tree, x in ((stated, np.eye(3)[0]), (turned, np.eye(3)[1])):
+        found = terms_at(Mounting.model_validate(tree, context={"text": True}), condition(axis=TURN_Z))
+        names = ["axis tilt x", "axis tilt z", "axis offset y", "axis offset z"]
+        assert [term.name for term in found] == names
+        np.testing.assert_allclose(only(found, names[0])[:3], 1e-3 * x, atol=1e-15)
+        np.testing.assert_allclose(only(found, names[1]), [0, 0, 3e-3, 0, 0, 0], atol=1e-15)
+        np.testing.assert_allclose(only(found, names[3]), [0, 0, 0, 0, 0, 30e-6], atol=1e-15)
+
+
+@pytest.mark.parametrize("wrong", ['"-1 mrad"', '"1 mrad ± 2 mrad"', '"1 mm"', "0.001"])
+def test_a_direction_of_a_mounting_takes_a_limit(wrong):
+    """Not below zero, around zero, with a unit."""
+    with pytest.raises(ValidationError):
+        Mounting.model_validate({"tilt": [json.loads(wrong), "0 rad", "0 rad"]}, context={"text": True})

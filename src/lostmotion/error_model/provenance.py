@@ -245,8 +245,9 @@ def _of_link(link: Link, *, whole: bool) -> dict[str, State]:
     if not link.reach:
         return {}
     length: State = "ideal"
-    if link.length.tolerance or "length_tolerance" in link.model_fields_set or link.process is not None:
-        length = "assumed" if whole or {"length", "length_tolerance"} & set(link.assumptions) else "stated"
+    named = {"length_tolerance", "tip_tolerance"}
+    if link.length.tolerance or named & link.model_fields_set or link.process is not None:
+        length = "assumed" if whole or {"length", *named} & set(link.assumptions) else "stated"
     bending = _state(link, ("section", "compliance", "measured", "rigid"), ("material",), whole=whole)
     return {"link bending": bending, "link length": length}
 

@@ -47,6 +47,7 @@ _OF_LINK: Final = {
     "preset": 'preset = "printed PLA"',
     "process": 'process = "ISO 2768 m"',
     "length_tolerance": 'length_tolerance = "50 µm"',
+    "tip_tolerance": 'tip_tolerance = { tilt = ["1 arcmin", "1 arcmin", "0 arcmin"], offset = ["50 µm", "20 µm", "20 µm"] }',
     "mass": 'mass = "2.5 kg"',
     "centre_of_mass": 'centre_of_mass = ["120 mm", "0 mm", "15 mm"]',
     "section": 'section = "tube"',

@@ -16,6 +16,7 @@ from lostmotion.parts.error_source import ErrorSource, Expansion, LengthAmount, 
 from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
+from lostmotion.parts.mounting import TipTolerance
 from lostmotion.parts.profile import Section, beam_of, section_error
 from lostmotion.parts.provenance import DEFAULT, OfClass
 from lostmotion.parts.section import Rod, refuse_section
@@ -36,6 +37,7 @@ class Link(OfClass):
 
     length, direction   from this joint's frame to the next seat; or `tip`, the whole frame
     length_tolerance    ± limit of the distance to the next seat, where `length` does not state it (a tip from DH or URDF)
+    tip_tolerance       instead: ± of the next seat's frame about and along each of the tip's directions, `{ tilt = [...], offset = [...] }`
     process             sets the ± limit of that distance where none is stated, by `laws.process_tolerance`; it counts as assumed
     section, material   a uniform section, or one that changes along the link (stepped, tapered); composite sections state their own materials
     compliance          instead of a section: matrix (6, 6) at the tip and in its axes
@@ -54,6 +56,7 @@ class Link(OfClass):
     length: LengthDim = Toleranced(0.0)
     direction: Direction = "x"
     length_tolerance: LengthAmount = 0.0
+    tip_tolerance: TipTolerance | None = None
     process: Process | None = None
     tip: Frame | None = None
     section: Section | None = None
@@ -82,6 +85,8 @@ class Link(OfClass):
             raise refuse_section("both tip and length", "one of the two; beside a tip, length_tolerance", 'length = "400 mm ± 50 µm"')
         if self.length_tolerance and self.length.tolerance:
             raise refuse_section("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
+        if self.tip_tolerance is not None and (self.length_tolerance or self.length.tolerance):
+            raise refuse_section("a tolerance of the length beside tip_tolerance", "one of the two", 'length_tolerance = "50 µm"')
         if self.length_tolerance and not self.reach:
             raise refuse_section("length_tolerance on a link of zero length", "a link with a length or a tip", 'length = "400 mm ± 50 µm"')
         try:
@@ -123,7 +128,7 @@ class Link(OfClass):
     @property
     def process_tolerance(self) -> float:
         """Return the ± limit (m) of the length by the process that makes the link; zero where a limit is stated, or no process."""
-        stated = self.length.tolerance or "length_tolerance" in self.model_fields_set
+        stated = self.length.tolerance or {"length_tolerance", "tip_tolerance"} & self.model_fields_set
         return 0.0 if self.process is None or stated or not self.reach else process_tolerance(self.process, self.reach)
 
     @property
@@ -238,7 +243,8 @@ class ElasticLink(ErrorSource):
 
     def terms(self, motion: Motion) -> list[Term]:
         """Return bending under the load on the tip, bending under its own weight, the length tolerance, and thermal expansion."""
-        return [*self._length(), *([] if self.link.is_rigid else self._bending()), *self._growth(motion), *self._thermal_bending(motion)]
+        tip = [] if self.link.tip_tolerance is None else self.link.tip_tolerance.terms()
+        return [*self._length(), *tip, *([] if self.link.is_rigid else self._bending()), *self._growth(motion), *self._thermal_bending(motion)]
 
     def _length(self) -> list[Term]:
         link = self.link
