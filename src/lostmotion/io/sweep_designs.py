@@ -19,10 +19,12 @@ from lostmotion.io.project_root import KEY as ROOT
 from lostmotion.io.provenance import forget_assumed
 from lostmotion.io.reducers import KEY as CATALOGUE_KEY
 from lostmotion.io.sidecar import find_sidecar, sidecar_place
+from lostmotion.io.srdf import find_srdf
 from lostmotion.io.sweep import EXAMPLE, Axis, changes, designs, key_text, read_axes
 from lostmotion.io.text import beside, read_old_text, read_text
 from lostmotion.io.toml import key_step, key_steps, quoted, read_toml
 from lostmotion.io.toml_lines import names_lines
+from lostmotion.io.urdf_xml import parse_robot
 from lostmotion.io.xacro_file import TABLE as XACRO
 
 if TYPE_CHECKING:
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
 _DEEPEST: Final = 12
+_URDF: Final = ".urdf"
 # What a file may name beside itself: tables of reducers, matrices.
 _NAMED_ENDINGS: Final = (".toml", ".csv")
 # No store takes more than twenty of all files together (`runs.store`).
@@ -218,6 +221,8 @@ def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, s
         kind, text = urdf.self_contained(path, text, _tree(path, sidecar), source)
         name = sidecar_place(path).with_suffix(kind).name
     out = {name: text}
+    if name.endswith(_URDF) and (srdf := find_srdf(path, parse_robot(text, str(path))[0].get("name", ""))) is not None:
+        out[Path(name).with_suffix(srdf.suffix.lower()).name] = _text(srdf)
     if source is not None and source != path:
         out[sidecar_place(path).name] = _without_root(_text(source))
     if source is not None:

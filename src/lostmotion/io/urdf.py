@@ -22,6 +22,7 @@ from lostmotion.io.limits import cut, listed
 from lostmotion.io.project_root import take_root
 from lostmotion.io.repairs import note_repairs, take_limits
 from lostmotion.io.sidecar import add_sidecar, find_sidecar, sidecar_place
+from lostmotion.io.srdf import add_tips
 from lostmotion.io.text import read_old_text
 from lostmotion.io.toml import key_step, read_toml
 from lostmotion.io.urdf_chain import find_chain
@@ -97,8 +98,10 @@ def tree_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> UrdfTr
         for joint in tree.joints.values():
             joint.limit_mistakes = _naming(empty, joint.limit_mistakes, beside)
             joint.other_mistakes = _naming(empty, joint.other_mistakes, beside)
+        add_tips(tree, path)
         return tree
     tree = read_tree(text, str(path))
+    add_tips(tree, path)
     if line:
         tree.notes.append(f"line {line}: not UTF-8; the file is read as Latin-1")
     return tree

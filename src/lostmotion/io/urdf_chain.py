@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.toml import quoted
-from lostmotion.io.urdf_tip import Choice, choose_tip, listed_ends
+from lostmotion.io.urdf_tip import Choice, choose_named_tip, choose_tip, listed_ends
 from lostmotion.mechanism.arm import MOST_JOINTS
 
 if TYPE_CHECKING:
@@ -113,6 +113,7 @@ def _refuse(tree: UrdfTree, *fields: str) -> NoReturn:
 def _chosen(tree: UrdfTree, base: str, sidecar_name: str) -> Choice:
     """Return what is probably the tool."""
     choice = choose_tip(tree, base)
+    choice = choose_named_tip(tree, base, choice) or choice
     if choice is None:
         locked = [joint.name for joint in tree.joints.values() if joint.locked]
         found = "no joint that moves" + (f": the lower limit is the upper one at {listed(locked)}" if locked else "")
@@ -131,7 +132,7 @@ def _chosen(tree: UrdfTree, base: str, sidecar_name: str) -> Choice:
 
 def _taken(choice: Choice) -> str:
     """Write what was taken as the tool, and what it could be as well."""
-    how = "by its name" if choice.by_name else "a guess by the structure"
+    how = f"named in {choice.file}" if choice.file else "by its name" if choice.by_name else "a guess by the structure"
     others = f"others: {listed(choice.others[:_MOST_OTHERS])}; " if choice.others else ""
     joints = f"{choice.joints} joint{'s' * (choice.joints != 1)}"
     return f'tool: {choice.link}, {joints} ({how}; {others}tip = "..." changes it)'

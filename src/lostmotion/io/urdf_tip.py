@@ -65,8 +65,9 @@ class _Spot:
 class Choice:
     """The link that is probably the tool.
 
-    by_name  its name says so; else the structure suggests it
+    by_name  its name says so, or a file; else the structure suggests it
     others   links that it could be as well, best first
+    file     that names it
     rivals   ends of other arms that are as good: then nobody but the user can choose
     """
 
@@ -75,6 +76,7 @@ class Choice:
     by_name: bool
     others: tuple[str, ...] = ()
     rivals: tuple[Choice, ...] = field(default=())
+    file: str = ""
 
 
 def choose_tip(tree: UrdfTree, base: str) -> Choice | None:
@@ -93,6 +95,26 @@ def choose_tip(tree: UrdfTree, base: str) -> Choice | None:
         if found is not None or behind is not None:
             return found or behind
     return None
+
+
+def choose_named_tip(tree: UrdfTree, base: str, choice: Choice | None) -> Choice | None:
+    """Return the link that a file beside the description names as the tool, in place of a `choice` by names and structure.
+
+    Of several on one way the best name, else the one that is named first. Of several arms those on the way to the choice count, where it has no
+    rivals. None where nothing moves before a named link, or where the file does not decide between arms.
+    """
+    ways = {link: tuple(joint.name for joint in tree.path_to(link, base) or [] if joint.moves) for link in (tree.tips.links if tree.tips else ())}
+    ways = {link: way for link, way in ways.items() if way}
+    longest = max(ways.values(), key=len, default=())
+    if any(way != longest[: len(way)] for way in ways.values()):
+        if choice is None or choice.rivals:
+            return None
+        longest = tuple(joint.name for joint in tree.path_to(choice.link, base) or [] if joint.moves)
+        ways = {link: way for link, way in ways.items() if _common(way, longest) == min(len(way), len(longest))}
+    if not ways or tree.tips is None:
+        return None
+    best = min(ways, key=_rank)
+    return Choice(best, len(ways[best]), by_name=True, others=tuple(link for link in ways if link != best), file=tree.tips.file)
 
 
 def _goes_on(found: Choice, behind: Choice) -> bool:

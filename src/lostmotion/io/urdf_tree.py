@@ -6,10 +6,13 @@ Mistakes that count only where a joint moves the tool (axis, limits, type) stay 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import MOST_MISTAKES, listed, nearest
+
+if TYPE_CHECKING:
+    from lostmotion.io.srdf import NamedTips
 
 Three = tuple[float, float, float]
 _ZERO: Final = (0.0, 0.0, 0.0)
@@ -84,6 +87,7 @@ class UrdfTree:
     format  as it is called in messages
     root    the root element as an XPath
     hinge   an example of a joint that moves
+    tips    links that a file beside it names as tools
     """
 
     file: str
@@ -91,6 +95,7 @@ class UrdfTree:
     format: str = "URDF"
     root: str = "/robot"
     hinge: str = '<joint name="A" type="revolute">'
+    tips: NamedTips | None = None
     notes: list[str] = field(default_factory=list)
     links: dict[str, UrdfLink] = field(default_factory=dict)
     joints: dict[str, UrdfJoint] = field(default_factory=dict)
