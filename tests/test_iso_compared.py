@@ -9,7 +9,9 @@ from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 import lostmotion
+from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
 from lostmotion.analyses.iso9283.cube import NAMES, cube_from_arguments, orientation_clause
+from lostmotion.analyses.iso9283.predicted import predict_at, predict_robots
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, find_row
 
@@ -134,6 +136,31 @@ def test_commands_out_of_reach_name_their_file(arm, cube, tmp_path):
     with pytest.raises(lostmotion.InputError, match="a cube that the tool reaches entirely") as caught:
         lostmotion.iso9283(arm, cube=3.0, centre=(0.5, 0.0, 0.5), robots=2)
     assert "constant orientation" not in str(caught.value)
+
+
+def renamed(folder, cube):
+    """Write the visits to a cube in the standard's order under other names, so that it is no test cube."""
+    file = written(folder, cube)
+    header, *lines = (",".join([*(cells := line.split(","))[:5], *cells[8:11]]) for line in file.read_text(encoding="utf-8").splitlines())
+    lines.sort(key=lambda line: (int(line.split(",")[1]), -int(line[1])))
+    file.write_text("\n".join([header, *("ABCDE"[int(line[1]) - 1] + line[2:] for line in lines)]) + "\n", encoding="utf-8")
+    return file
+
+
+def test_robots_predicted_at_commanded_poses_are_those_of_the_cube(arm, cube, tmp_path):
+    """Robots in the configurations of a cube's poses have its AP and RP; commands under other names are reached, and refused out of reach."""
+    found = lostmotion.iso9283(arm, renamed(tmp_path, cube), robots=20)
+    assert found.commanded.names == tuple("EDCBA")
+    np.testing.assert_allclose(found.commanded.poses[::-1, :3, 3], cube.poses[:, :3, 3], atol=1e-5)
+    assert {each.pose for each in found.compared if each.name == "AP_p"} == set("ABCDE")
+    standard = predict_robots(arm, cube, robots=400, cycles=5, loads=(1.0,)).loads[0]
+    (sheet,) = predict_at(arm, CommandedPoses(tuple("EDCBA"), cube.q[::-1], cube.poses[::-1], None, 0), cycles=5, robots=400, seed=1, loads=(1.0,))
+    for one, other in ((standard.accuracy, sheet.accuracy[::-1]), (standard.repeatability, sheet.repeatability[::-1])):
+        np.testing.assert_allclose(other.mean(axis=1), one.mean(axis=1), atol=4 * np.sqrt(2) * one.std() / 20)
+    file = renamed(tmp_path, cube)
+    file.write_text(file.read_text(encoding="utf-8") + "F,1,9000,0,0,9000,0,0\nF,2,9000,0,0.1,9000,0,0\n", encoding="utf-8")
+    with pytest.raises(lostmotion.InputError, match=r"F at \(9000, 0, 0\) mm, out of reach"):
+        lostmotion.iso9283(arm, file, robots=2)
 
 
 @pytest.mark.parametrize(("name", "clause"), [("ur5e.urdf", ", with constant orientation of the tool"), ("z-arm.toml", "")])

@@ -186,11 +186,13 @@ def test_the_measured_file_is_read_once(monkeypatch):
     assert len(seen) == 1
 
 
-def test_other_poses_are_not_compared():
-    """Measured poses that are not those of the test cube are listed, not compared, with a note."""
+def test_other_poses_are_compared_where_the_robot_was_sent():
+    """Measured poses off the test cube are compared with robots predicted at the commands of the file, and the headline says so."""
     found = lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=4, visits=3, cube=0.3, centre=(0.52, 0.0, 1.0))
-    assert not found.compared
-    assert any("not compared" in note for note in found.sheet.notes)
+    assert found.commanded.names == ("P5", "P4", "P3", "P2", "P1")  # in the order in which the robot visited them
+    assert [each.pose for each in found.compared if each.name == "RP_l"] == ["P1", "P2", "P3", "P4", "P5"]
+    assert "commanded poses of the file" in found.sheet.verdict
+    assert any("not P1 to P5 of the test cube" in note for note in found.sheet.notes)
 
 
 @pytest.mark.parametrize("asked", [{}, {"cube": 0.4}, {"path": ("P1",)}, {"path": ("P1", "P9")}])

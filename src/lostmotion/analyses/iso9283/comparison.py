@@ -10,6 +10,7 @@ import numpy as np
 
 from lostmotion.analyses.iso9283.confidence import student_interval
 from lostmotion.analyses.iso9283.cube import INWARD, NAMES, five_points, orientation_clause, out_of_reach
+from lostmotion.analyses.iso9283.measured import natural_order
 from lostmotion.analyses.iso9283.measured_paths import MIN_COMMANDS, path_ends
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
@@ -17,6 +18,10 @@ from lostmotion.error_model.intervals import Estimate, of_length, robots_quantil
 from lostmotion.errors import InputError, Problem, shown
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
+    from lostmotion.analyses.iso9283.cube import Cube
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredRobot
     from lostmotion.analyses.iso9283.predicted import LoadSheet, PredictedRobots
     from lostmotion.analyses.iso9283.visits import Visits
@@ -76,14 +81,20 @@ def compare(predicted: PredictedRobots, measured: MeasuredRobot) -> list[Compare
     for there in measured.loads:
         for sheet in predicted.loads:
             if sheet.load == there.load:
-                found += _at_poses(predicted, sheet, there) + _along_path(predicted, sheet, there)
+                found += _at_poses(predicted.cube, sheet, there) + _along_path(predicted, sheet, there)
     return [each for each in found if math.isfinite(each.measured.value)]
 
 
-def different_orientations(predicted: PredictedRobots, measured: MeasuredLoad) -> tuple[str, ...]:
-    """Return the names of those of P1 to P5 at which the measured tool orientation differs from that of the predicted arm."""
-    at = {pose.name: pose.rotation for pose in measured.poses}
-    return tuple(name for name, rotation in zip(NAMES, predicted.cube.poses[:, :3, :3], strict=True) if name in at and _apart(at[name], rotation))
+def compare_at(at: CommandedPoses, sheets: Sequence[LoadSheet], measured: MeasuredRobot) -> list[ComparedFigure]:
+    """Return the figures of robots predicted at the commanded poses of a measured one, as `compare` does for those of a cube."""
+    found = [each for there in measured.loads for sheet in sheets if sheet.load == there.load for each in _at_poses(at, sheet, there)]
+    return sorted((each for each in found if math.isfinite(each.measured.value)), key=lambda each: natural_order(each.pose))
+
+
+def different_orientations(at: Cube | CommandedPoses, measured: MeasuredLoad) -> tuple[str, ...]:
+    """Return the names of the poses at which the measured tool orientation differs from that of the predicted arm."""
+    known = {pose.name: pose.rotation for pose in measured.poses}
+    return tuple(name for name, rotation in zip(at.names, at.poses[:, :3, :3], strict=True) if name in known and _apart(known[name], rotation))
 
 
 def _apart(one: Floats, other: Floats) -> bool:
@@ -96,30 +107,32 @@ def determines_tool_frame(measured: MeasuredLoad) -> bool:
     return measured.fit is not None and measured.fit.rank > _BASE
 
 
-def _at_poses(predicted: PredictedRobots, sheet: LoadSheet, measured: MeasuredLoad) -> list[ComparedFigure]:
+def _at_poses(points: Cube | CommandedPoses, sheet: LoadSheet, measured: MeasuredLoad) -> list[ComparedFigure]:
     at = {pose.name: pose for pose in measured.poses}
-    command = predicted.cube.poses[:, :3, 3]
-    if not set(NAMES) <= set(at) or not all(np.linalg.norm(at[name].command - command[k]) <= SAME for k, name in enumerate(NAMES)):
+    command = points.poses[:, :3, 3]
+    if not set(points.names) <= set(at) or not all(np.linalg.norm(at[name].command - command[k]) <= SAME for k, name in enumerate(points.names)):
         return []
     found: list[ComparedFigure] = []
-    turned = different_orientations(predicted, measured)
+    turned = different_orientations(points, measured)
+    # A fit of frames over more poses than were predicted is another fit.
+    fitted = not determines_tool_frame(measured) and len(points.names) == len(measured.poses)
 
     def add(name: str, pose: str, values: Floats, value: Estimate, *, angle: bool = False, signed: bool = False) -> None:
         found.append(ComparedFigure(name, pose, angle, sheet.load, over_robots(values, signed=signed), value))
 
-    for k, name in enumerate(NAMES):
+    for k, name in enumerate(points.names):
         pose = at[name]
         add("AP_p", name, sheet.accuracy[k], pose.accuracy)
-        add("AP_p fitted", name, sheet.fitted[k], Estimate(math.nan if determines_tool_frame(measured) else pose.fitted, math.nan, math.nan))
+        add("AP_p fitted", name, sheet.fitted[k], Estimate(pose.fitted if fitted else math.nan, math.nan, math.nan))
         add("RP_l", name, sheet.repeatability[k], pose.repeatability)
         average = np.concatenate([sheet.turn[k], sheet.barycentre[k]], axis=-1)
         for axis, letter in list(enumerate(_AXES))[_TURNS if name in turned else 0 :]:
             add(f"AP_{letter}", name, average[:, axis], pose.axes[axis], angle=axis < _TURNS, signed=True)
             if axis < _TURNS:
                 add(f"RP_{letter}", name, sheet.scatter[k, :, axis], pose.scatter[axis], angle=True)
-        if k in FROM_THREE_SIDES:
+        if points.names == NAMES and k in FROM_THREE_SIDES:
             add("vAP_p", name, sheet.multi_directional[FROM_THREE_SIDES.index(k)], pose.multi_directional)
-    if measured.distance is not None:
+    if measured.distance is not None and np.isfinite(sheet.distance).all():
         both = "-".join(NAMES[k] for k in DISTANCE)
         for word, values, value in zip(("AD_p", "RD"), sheet.distance, measured.distance, strict=True):
             add(word, both, values, value, signed=word == "AD_p")

@@ -69,6 +69,11 @@ class Cube:
     method: str
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Return P1 to P5."""
+        return NAMES
+
+    @property
     def corners(self) -> Floats:
         """Return C1 to C8 (8, 3), m."""
         return self.centre + self.side / 2 * CORNERS

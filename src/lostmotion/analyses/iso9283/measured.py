@@ -184,7 +184,7 @@ def _at_poses(visits: Visits, every: Visits, level: float) -> dict[str, Any]:
     everywhere: dict[str, list[int]] = {}
     for k, name in enumerate(visits.pose):
         everywhere.setdefault(name, []).append(k)
-    names = sorted(everywhere, key=_natural_order)
+    names = sorted(everywhere, key=natural_order)
     if not names:
         return {"poses": (), "distance": None, "pooled": None, "fit": None, "floor": 0.0}
     rows = {name: np.array([k for k in everywhere[name] if not visits.side[k]], dtype=int) for name in names}
@@ -210,7 +210,7 @@ def _at_poses(visits: Visits, every: Visits, level: float) -> dict[str, Any]:
     return {"poses": poses, "distance": _distance(visits, rows, level), "pooled": pooled, "fit": fit, "floor": floor}
 
 
-def _natural_order(name: str) -> tuple[str, int, str]:
+def natural_order(name: str) -> tuple[str, int, str]:
     """Return the sort key that puts P2 before P10."""
     word = name.rstrip("0123456789")
     return word, int(name[len(word) :][-9:] or 0), name

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283 import characteristics as iso
+from lostmotion.analyses.iso9283.commanded_poses import MOST_POSES
 from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.analyses.iso9283.frame_fit import residual_after_fit
@@ -25,6 +26,7 @@ from lostmotion.propagation import exact
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
     from lostmotion.analyses.iso9283.cube import Cube
     from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.arm import Arm
@@ -49,7 +51,7 @@ _AT_ONCE: Final = 500
 SHOWN_ROBOTS: Final = 3
 _CHECKED: Final = 8
 # First pose number of each experiment: visits are drawn independently, robots are the same.
-_NUMBERS: Final = {"cycle": 0, "sides": 1_000, "path": 2_000}
+_NUMBERS: Final = {"cycle": 0, "sides": 1_000, "path": 2_000, "commanded": 4_000}
 
 
 @dataclass(frozen=True)
@@ -184,6 +186,23 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     )
 
 
+def predict_at(
+    arm: Arm, at: CommandedPoses, *, cycles: int, robots: int, seed: int, loads: Sequence[float], instrument: float = 0.0
+) -> tuple[LoadSheet, ...]:
+    """Return the characteristics of simulated robots at commanded poses, visited in their order cycle by cycle, under each load.
+
+    Arguments as for `predict_robots`. What needs a cube (vAP over three sides, paths) is NaN; AD_p and RD need poses of the names P2 and P4.
+    """
+    approach = cycle_approach(at.q[::-1])[0][::-1]
+    sheets = []
+    for number, load in enumerate(loads):
+        first = _NUMBERS["commanded"] + MOST_POSES * number
+        found = _at_poses(with_payload_share(arm, load), at, approach, seed, first, robots, cycles, instrument)
+        unknown = np.full((len(PATH_FIGURES), robots), np.nan)
+        sheets.append(LoadSheet(load=load, multi_directional=unknown[:3], path=unknown, path_profile=unknown[:, :0, None], **found))
+    return tuple(sheets)
+
+
 def with_payload_share(arm: Arm, share: float) -> Arm:
     """Return the arm with a share of its payload: mass, process force and moment. Drives and their friction do not change."""
     payload = arm.payload
@@ -219,20 +238,17 @@ def visit_covariance(matrix: PoseMatrix) -> Floats:
 
 
 def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm, cube: Cube, approach: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
+    arm: Arm, cube: Cube | CommandedPoses, approach: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
 ) -> dict[str, Floats]:
-    """Return the fields of a `LoadSheet` that belong to the five poses and the distance between two of them."""
+    """Return the fields of a `LoadSheet` that belong to the poses."""
     matrix, loose = screws(arm, cube.q, approach=approach), screws(arm, cube.q)
-    errors = np.stack([_errors(matrix, k, first + k, seed, robots, cycles, instrument) for k in range(len(NAMES))])
+    errors = np.stack([_errors(matrix, k, first + k, seed, robots, cycles, instrument) for k in range(len(cube.names))])
     shift, turn = errors[..., 3:], errors[..., :3]
     barycentre = iso.axis_accuracy(shift)
     command = cube.poses[:, :3, 3]
     covariance = visit_covariance(matrix) + instrument**2 * np.eye(3)
     expected, deviation = expected_repeatability(covariance, cycles)
-    a, b = DISTANCE
-    ends = command[a] + shift[a], command[b] + shift[b]
-    far = float(np.linalg.norm(command[b] - command[a]))
-    either = np.stack([_errors(loose, k, first + k, seed, robots, cycles, instrument)[..., 3:] for k in range(len(NAMES))])
+    either = np.stack([_errors(loose, k, first + k, seed, robots, cycles, instrument)[..., 3:] for k in range(len(cube.names))])
     return {
         "barycentre": barycentre,
         "turn": iso.axis_accuracy(turn),
@@ -244,8 +260,17 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
         "limit": expected_repeatability(covariance)[0],
         "random_approach": iso.pose_repeatability(either),
         "shown": shift[:, : min(robots, SHOWN_ROBOTS)].swapaxes(0, 1).copy(),
-        "distance": np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)]),
+        "distance": _distance(cube, command, shift),
     }
+
+
+def _distance(cube: Cube | CommandedPoses, command: Floats, shift: Floats) -> Floats:
+    """Return AD_p and RD (2, robot) between P2 and P4; NaN where these are not among the poses."""
+    a, b = (cube.names.index(name) if name in cube.names else -1 for name in (NAMES[k] for k in DISTANCE))
+    if min(a, b) < 0:
+        return np.full((2, shift.shape[1]), np.nan)
+    ends, far = (command[a] + shift[a], command[b] + shift[b]), float(np.linalg.norm(command[b] - command[a]))
+    return np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)])
 
 
 def _from_sides(  # noqa: PLR0913, PLR0917 - one experiment's numbers

@@ -11,6 +11,7 @@ from lostmotion.error_model.provenance import States, states
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredRobot
     from lostmotion.analyses.iso9283.predicted import PredictedRobots
@@ -21,12 +22,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Iso9283(Result):
-    """An ISO 9283 sheet: `predicted`, `drift`, `measured` and `compared`; None, or empty, where there is none."""
+    """An ISO 9283 sheet: `predicted`, `drift`, `measured` and `compared`; None, or empty, where there is none.
+
+    commanded  the poses of the measured file at which robots were predicted for the comparison; None where they are those of the cube
+    """
 
     predicted: PredictedRobots | None
     drift: Drift | None
     measured: MeasuredRobot | None
     compared: tuple[ComparedFigure, ...]
+    commanded: CommandedPoses | None = None
 
     @property
     def states(self) -> States | None:
@@ -40,8 +45,8 @@ class Iso9283(Result):
 
         notes: tuple[str, ...] = ()
         if self.predicted is not None and self.measured is not None and not self.compared:
-            notes = ("not compared: the measured poses are not P1 to P5 of the cube; name and command them so, or state their cube",)
-        return iso_sheet(self.predicted, self.drift, self.measured, list(self.compared), notes)
+            notes = ("not compared: no pose of the measured file has a commanded position under a load that was predicted",)
+        return iso_sheet(self.predicted, self.drift, self.measured, list(self.compared), notes, self.commanded)
 
     @property
     def plots(self) -> Sequence[Plot]:

@@ -95,11 +95,12 @@ def sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
     progress: Callable[[str, int, int], None] | None,
 ) -> Iso9283:
     """Return the sheet of an arm, of a measured robot, or of both."""
-    from lostmotion.analyses.iso9283.comparison import compare
-    from lostmotion.analyses.iso9283.predicted import LOADS, PATH_CYCLES, PATH_POINTS, predict_robots
+    from lostmotion.analyses.iso9283.commanded_poses import commanded_poses
+    from lostmotion.analyses.iso9283.comparison import compare, compare_at
+    from lostmotion.analyses.iso9283.predicted import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS, predict_at, predict_robots
     from lostmotion.analyses.iso9283.warm_up import drift
 
-    predicted = drifted = None
+    predicted = drifted = at = None
     both: list[ComparedFigure] = []
     if arm is not None and cube is not None:
         predicted = predict_robots(arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, progress=progress)
@@ -112,7 +113,13 @@ def sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
             if arguments != {"cycles": cycles, "path_cycles": PATH_CYCLES, "path_points": PATH_POINTS, "loads": LOADS, "instrument": 0.0}:
                 seen = predict_robots(arm, cube, robots=robots, seed=seed, path=ends, progress=progress, **arguments)
             both = compare(seen, measured)
-    return Iso9283(predicted, drifted, measured, tuple(both))
+            if not both and (at := commanded_poses(arm, measured.visits)) is not None:
+                visited = [pose.visits for load in measured.loads for pose in load.poses if pose.name in at.names]
+                loads = tuple(dict.fromkeys(load.load for load in measured.loads))
+                cycles = min(max(min(visited), 2), MOST_CYCLES)
+                sheets = predict_at(arm, at, cycles=cycles, robots=robots, seed=seed, loads=loads, instrument=measured.visits.instrument)
+                both = compare_at(at, sheets, measured)
+    return Iso9283(predicted, drifted, measured, tuple(both), at)
 
 
 def _as_measured(measured: MeasuredRobot, cycles: int, ends: tuple[int, int]) -> dict[str, Any]:

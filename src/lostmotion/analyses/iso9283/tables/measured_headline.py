@@ -17,6 +17,7 @@ from lostmotion.io.limits import cut
 from lostmotion.reporting.sheet import Card, length, several
 
 if TYPE_CHECKING:
+    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
     from lostmotion.analyses.iso9283.predicted import PredictedRobots
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 _MOST_NAMED: Final = 5
 _LONGEST_NAME: Final = 40
+_FULL: Final = 6
 # Multiple of the predicted 95th percentile, or length (m), above which a mean AP_p or an AT_p is doubtful.
 _DOUBTED: Final = 10.0
 _FAR: Final = 5e-3
@@ -40,8 +42,8 @@ def measured_counts(found: MeasuredRobot) -> str:
     return "; ".join([*counted, *([f"{along} readings along paths"] if along else [])])
 
 
-def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure]) -> str:
-    """Return the headline of the measured robot: its characteristics, and how many lie within the predicted range."""
+def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure], commanded: CommandedPoses | None) -> str:
+    """Return the headline of the measured robot: its characteristics, and how many lie within the range of the robots predicted at the same poses."""
     sentences = [positioning_sentence(found)] if any(load.axes for load in found.loads) else []
     for load in found.loads:
         parts = []
@@ -61,10 +63,23 @@ def measured_verdict(found: MeasuredRobot, compared: list[ComparedFigure]) -> st
     text = " ".join(sentences) or "Measured: no command and no pose visited twice, so neither accuracy nor repeatability is known."
     shown = [each for each in compared if each.name in SHOWN]
     if shown:
+        where = "" if commanded is None else f" at the {len(commanded.names)} commanded poses of the file"
         text += (
-            f" {sum(each.within for each in shown)} of {len(shown)} measured figures lie between the 5th and 95th percentile of the predicted robots."
+            f" {sum(each.within for each in shown)} of {len(shown)} measured figures lie between the 5th and 95th percentile of the robots "
+            f"predicted{where}{_largest_of(shown)}."
         )
     return text
+
+
+def _largest_of(shown: list[ComparedFigure]) -> str:
+    """Return the largest measured AP_p and RP_l, each with the range of the predicted robots at its pose."""
+    parts = []
+    for name in ("AP_p", "RP_l"):
+        if of := [each for each in shown if each.name == name]:
+            most = max(of, key=lambda each: each.measured.value)
+            low, high = (length(end.value) for end in (most.predicted.low, most.predicted.high))
+            parts.append(f"{name} at {cut(most.pose, _LONGEST_NAME)} {length(most.measured.value)} measured, {low} … {high} predicted")
+    return f": {'; '.join(parts)}" if parts else ""
 
 
 def _outlying(load: MeasuredLoad) -> list[tuple[MeasuredPose, int, float]]:
@@ -135,7 +150,7 @@ def command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) ->
     return tuple(out)
 
 
-def not_compared_notes(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
+def not_compared_notes(found: MeasuredRobot, predicted: PredictedRobots | None, at_commands: CommandedPoses | None) -> tuple[str, ...]:
     """Return notes on measured figures that are not evaluated, or not compared with the predicted robots, with the reason."""
     out = []
     visits = found.visits
@@ -144,9 +159,13 @@ def not_compared_notes(found: MeasuredRobot, predicted: PredictedRobots | None) 
         out.append("orientations without commands (ac, bc, cc, or --tool-rpy): RP_a,b,c are evaluated, AP_a,b,c are not")
     if predicted is None:
         return tuple(out)
-    different = {name: None for load in found.loads for name in different_orientations(predicted, load)}
+    if at_commands is not None:
+        text = "compared at the commanded poses of the file, which are not P1 to P5 of the test cube; of several configurations that reach a pose, the one found first is predicted"
+        out.append(text + (f"; {at_commands.left} more poses are not compared" if at_commands.left else ""))
+    at = at_commands or predicted.cube
+    different = {name: None for load in found.loads for name in different_orientations(at, load)}
     if different:
-        why = "" if predicted.cube.rotation is not None else ": with fewer than six joints it follows from the position"
+        why = "" if len(predicted.arm.tree.tool_joints) >= _FULL else ": with fewer than six joints it follows from the position"
         out.append(f"orientation is not compared at {', '.join(different)}, where measured and predicted tool orientation differ{why}")
     if predicted.cube.rotation is None and any(math.isfinite(path.figures[k]) for load in found.loads for path in load.paths for k in _TURNS):
         out.append("AT_a,b,c and RT_a,b,c are not compared: with fewer than six joints the orientation follows from the position")

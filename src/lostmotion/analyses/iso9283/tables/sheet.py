@@ -14,6 +14,7 @@ from lostmotion.reporting.sheet import Section, Sheet, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
+    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredRobot
     from lostmotion.analyses.iso9283.predicted import PredictedRobots
@@ -72,8 +73,9 @@ def iso_sheet(
     measured: MeasuredRobot | None,
     compared: list[ComparedFigure],
     notes: tuple[str, ...] = (),
+    commanded: CommandedPoses | None = None,
 ) -> Sheet:
-    """Return the sheet of predicted robots, of a measured one, or of both side by side."""
+    """Return the sheet of predicted robots, of a measured one, or of both side by side; `commanded` as in `Iso9283`."""
     from lostmotion.analyses.iso9283.tables.comparison import comparison_sections
     from lostmotion.analyses.iso9283.tables.headline import predicted_cards, predicted_verdict
     from lostmotion.analyses.iso9283.tables.measured import measured_facts, measured_sections
@@ -115,9 +117,9 @@ def iso_sheet(
     if measured is not None:
         sections += [*comparison_sections(compared), *measured_sections(measured)]
         cards += measured_cards(measured, compared)
-        verdict.append(measured_verdict(measured, compared))
+        verdict.append(measured_verdict(measured, compared, commanded))
         facts |= measured_facts(measured, compared)
-        notes = (*reading_notes(measured.visits), *not_compared_notes(measured, predicted if compared else None), *notes)
+        notes = (*reading_notes(measured.visits), *not_compared_notes(measured, predicted if compared else None, commanded), *notes)
         doubts = (*command_warnings(measured, predicted), *outlying_warnings(measured))
         if measured.visits.duplicates:
             notes = (*notes, duplicates_note(measured.visits))
