@@ -94,6 +94,65 @@ def test_no_lighter_section_of_one_free_size_is_within_the_limits(wall):
 
 
 @pytest.mark.parametrize(
+    "family",
+    [
+        TubeFamily(outer="40 mm .. 160 mm", wall="3 mm"),
+        TubeFamily(outer="40 mm .. 160 mm", wall="5 %"),
+        TubeFamily(outer="40 mm .. 120 mm", wall="1 mm .. 8 mm"),
+        BoxFamily(height="40 mm .. 160 mm", width="66.7 %", wall="3 mm"),
+        BoxFamily(height="40 mm .. 120 mm", width="20 mm .. 80 mm", wall="2 mm .. 5 mm"),
+    ],
+)
+def test_usual_sizes_are_the_lightest_of_all_usual_ones_within_the_limits(family):
+    """Without a step every free size, and one in proportion to it, is in the list of usual sizes; of all such sections none lighter is enough."""
+    sought, _ = task(two_links(payload=6.0), 0, count=32)
+    found, exact = lightest(sought, family, None), lightest(sought, family, 0.0)
+    assert found.meets_limits
+    assert sought.section_utilisation(found.section).max() <= 1 + 1e-9
+    outside = [
+        0.02,
+        0.022,
+        0.025,
+        0.028,
+        0.03,
+        0.032,
+        0.035,
+        0.038,
+        *np.arange(40, 49, 1) / 1e3,
+        *np.arange(50, 101, 5) / 1e3,
+        *np.arange(110, 161, 10) / 1e3,
+    ]
+    outside = [size for size in outside if round(size * 1e3) not in {41, 43, 44, 46, 47}]
+    walls = np.array([1, 1.2, 1.5, 2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8]) / 1e3
+    usual = {name: walls if name == "wall" else np.array(outside) for name in family.names}
+    for name, span in zip(family.names, family.spans, strict=True):
+        if span.free or span.share:
+            assert np.abs(usual[name] - getattr(found.section, name)).min() < 1e-12
+    lighter = []
+    for leading, *others in itertools.product(*(_allowed(span, usual[name]) for name, span in zip(family.names, family.spans, strict=True))):
+        section = family.section(
+            (
+                leading,
+                *(_share(other, span, leading, usual[name]) for other, name, span in zip(others, family.names[1:], family.spans[1:], strict=True)),
+            )
+        )
+        if section is not None and sought.mass(section) < sought.mass(found.section) * (1 - 1e-9):
+            lighter.append(section)
+    assert all(sought.section_utilisation(section).max() > 1 for section in lighter)
+    assert sought.mass(exact.section) <= sought.mass(found.section) * (1 + 1e-9)
+
+
+def _allowed(span, usual):
+    """Return the usual sizes within a span, or the value of a fixed one."""
+    return [span.low] if not span.free else [size for size in usual if span.low <= size <= span.high]
+
+
+def _share(value, span, leading, usual):
+    """Return a share as that of the usual size nearest to it; any other value as it is."""
+    return usual[np.abs(usual - value * leading).argmin()] / leading if span.share else value
+
+
+@pytest.mark.parametrize(
     ("family", "steps"),
     [
         (TubeFamily(outer="40 mm .. 120 mm", wall="2 mm .. 8 mm"), 40),

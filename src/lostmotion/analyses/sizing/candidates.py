@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from lostmotion.analyses.sizing.lightest import with_section
-from lostmotion.parts.family import rounded, section_text
+from lostmotion.analyses.sizing.size_steps import EXACT, SizeSteps
+from lostmotion.parts.family import section_text
 
 if TYPE_CHECKING:
     from lostmotion.parts.family import Family
@@ -24,7 +25,6 @@ PartKind = Literal["link", "gearbox", "bearing"]
 _GRID: Final = {1: (12,), 2: (9, 4), 3: (7, 3, 3), 4: (6, 2, 2, 2)}
 # Most sections of the first grid, evenly over the mass.
 _MOST_SECTIONS: Final = 14
-_SHARE_STEP: Final = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Slot:
 
     present        the present part; its price is NaN where unknown
     material       new material of a link; None: its own
-    family         family of a link's sections; its sizes are multiples of `step` (m) and differ by the ratio `spacing`
+    family         family of a link's sections; its sizes are as `steps` allows, and differ by about the ratio `spacing`
     per_kg         price per kg of link
     mass_in_joint  kg of the joint's mass that is the present gearbox, which a selected one replaces
     has_masses     whether the masses of the candidates are known; if not, the joint keeps its mass
@@ -64,7 +64,7 @@ class Slot:
     present: Candidate
     material: Material | None = None
     family: Family | None = None
-    step: float = 0.0
+    steps: SizeSteps = EXACT
     spacing: float = 1.0
     per_kg: float = 0.0
     mass_in_joint: float = 0.0
@@ -98,15 +98,15 @@ class Objective:
         return (self.per_kg * mass if self.per_kg else 0.0) + (self.per_price * price if self.per_price else 0.0)
 
 
-def link_slot(joint: Joint, choice: Family | tuple[Plain, ...], material: Material | None, step: float, per_kg: float = 0.0) -> Slot:
+def link_slot(joint: Joint, choice: Family | tuple[Plain, ...], material: Material | None, step: float | None, per_kg: float = 0.0) -> Slot:
     """Return the slot of a link with the sections of a list, or with a grid over a family that `refined_candidates` refines.
 
-    step (m) of the sizes, 0: continuous; per_kg: price per kg of link.
+    step (m) of the sizes, 0: continuous, None: usual sizes; per_kg: price per kg of link.
     """
     weight = joint.link.total_mass
     section = joint.link.section
     present = "as stated" if section is None else section_text(section)
-    slot = Slot(joint.name, "link", (), Candidate(present, None, weight, per_kg * weight), material, step=step, per_kg=per_kg)
+    slot = Slot(joint.name, "link", (), Candidate(present, None, weight, per_kg * weight), material, steps=SizeSteps(step), per_kg=per_kg)
     if isinstance(choice, tuple):
         return replace(slot, candidates=tuple(_weighed(joint, slot, each) for each in choice))
     spans = [choice.spans[k] for k in choice.free]
@@ -135,11 +135,9 @@ def _of_family(joint: Joint, slot: Slot, free: tuple[float, ...]) -> Candidate |
         return None
     values, chosen = [span.low for span in family.spans], []
     for k, value in zip(family.free, free, strict=True):
-        span = family.spans[k]
-        step = _SHARE_STEP if span.share else slot.step
-        values[k] = min(max(rounded(value, step), span.low), span.high)
+        values[k] = slot.steps.nearest(family, k, value)
         chosen.append(values[k])
-    section = family.section(tuple(values))
+    section = slot.steps.section(family, tuple(values))
     return None if section is None else replace(_weighed(joint, slot, section), values=tuple(chosen))
 
 

@@ -68,6 +68,10 @@ def size(
     outer: Annotated[Amount | None, Argument("Outside diameter of the tubes, '30 mm .. 200 mm'.", metavar="RANGE")] = None,
     wall: Annotated[Amount | None, Argument("Wall of the tubes, '3 mm', '2 mm .. 6 mm' or '5 %' of the outside diameter.", metavar="RANGE")] = None,
     tilt: Annotated[Amount | None, Argument("Tilt of the base from level, towards any side, '10 deg'.", metavar="ANGLE")] = None,
+    step: Annotated[
+        Amount | None,
+        Argument("Step of free sizes, '0.1 mm', or '0 mm' for exact ones. Default: usual sizes of tubes, bars and profiles.", metavar="LENGTH"),
+    ] = None,
     poses: Annotated[
         int | None,
         Argument("How many poses to check, rounded up to 8 x a power of two. Default: 1024, or 128 in a search for a target.", least=1),
@@ -106,7 +110,7 @@ def size(
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.propagation.first_order import refuse_large_errors
 
-    keys = {"target": target, "minimise": minimise, "slope": slope, "deflection": deflection, "tilt": tilt}
+    keys = {"target": target, "minimise": minimise, "slope": slope, "deflection": deflection, "tilt": tilt, "step": step}
     tube = {"kind": family, "outer": outer, "wall": wall}
     stated = {key: value for key, value in keys.items() if value is not None}
     if any(value is not None for value in tube.values()):

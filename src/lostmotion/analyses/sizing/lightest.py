@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.parts.family import rounded
+from lostmotion.analyses.sizing.size_steps import SizeSteps
 
 if TYPE_CHECKING:
     from lostmotion.analyses.sizing.link_deflection import LinkLoads
@@ -32,9 +32,8 @@ _GRID: Final = {2: 8, 3: 5, 4: 4}
 _STARTS: Final = 3
 _IMPOSSIBLE: Final = 20.0
 _LEAST: Final = 1e-300
-# Step of sizes that are shares of the leading size.
-_SHARE_STEP: Final = 1e-3
-_AROUND: Final = 2
+# Allowed values on each side of the continuous optimum that are tried; more where none of them is within the limits.
+_AROUND: Final = (2, 4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,10 +103,11 @@ class LinkTask:
         return np.asarray(loads.deflections(link) / limits)
 
 
-def lightest(task: LinkTask, choice: Family | tuple[Plain, ...], step: float = 0.0) -> SizedSection:
+def lightest(task: LinkTask, choice: Family | tuple[Plain, ...], step: float | None = 0.0) -> SizedSection:
     """Return the lightest section of a family or list that meets the limits, else the one of least utilisation.
 
-    Free sizes are multiples of `step` (m), rounded up; 0: continuous. One free size is solved by bracketing and Brent's method, several by SLSQP from
+    Free sizes are multiples of `step` (m), 0: continuous, None: usual sizes of tubes and bars; of those near the continuous optimum the lightest that
+    meets the limits. One free size is solved by bracketing and Brent's method, several by SLSQP from
     several starts in the logarithms of the sizes, in which mass and deflection of thin sections are convex. The search uses the worst poses only, and
     adds poses at which the result exceeds the limits until it is valid for all of them.
     """
@@ -121,7 +121,7 @@ def lightest(task: LinkTask, choice: Family | tuple[Plain, ...], step: float = 0
     active = _worst_poses(task.section_utilisation(seed))
     best = SizedSection(seed, math.inf)
     for _ in range(_ROUNDS):
-        best = _FamilySearch(task, choice, task.loads.at(active), step).best()
+        best = _FamilySearch(task, choice, task.loads.at(active), SizeSteps(step)).best()
         ratios = task.section_utilisation(best.section)
         at_all_poses = SizedSection(best.section, float(ratios.max()))
         if at_all_poses.utilisation <= max(best.utilisation, 1.0) + SLACK:
@@ -150,8 +150,8 @@ def _of_list(task: LinkTask, stock: tuple[Plain, ...]) -> SizedSection:
 class _FamilySearch:
     """The search in one family at the active poses."""
 
-    def __init__(self, task: LinkTask, family: Family, loads: LinkLoads, step: float) -> None:
-        self.task, self.family, self.loads, self.step = task, family, loads, step
+    def __init__(self, task: LinkTask, family: Family, loads: LinkLoads, steps: SizeSteps) -> None:
+        self.task, self.family, self.loads, self.steps = task, family, loads, steps
         self.free = family.free
         self.fixed = tuple(span.low for span in family.spans)
         self.ends = [(family.spans[k].low, family.spans[k].high) for k in self.free]
@@ -166,9 +166,13 @@ class _FamilySearch:
     def section(self, free: tuple[float, ...]) -> Sized | None:
         return self.family.section(self._values(free))
 
-    def _evaluate(self, free: tuple[float, ...]) -> tuple[float, float, float]:
+    def allowed(self, free: tuple[float, ...]) -> Sized | None:
+        """Return the section with these sizes, in which those that follow the leading one are allowed too."""
+        return self.steps.section(self.family, self._values(free))
+
+    def _evaluate(self, free: tuple[float, ...], *, in_steps: bool = False) -> tuple[float, float, float]:
         """Return mass, and the utilisation of slope and deflection; infinite where there is no such section."""
-        section = self.section(free)
+        section = self.allowed(free) if in_steps else self.section(free)
         if section is None:
             return math.inf, math.inf, math.inf
         link = self.task.link(section)
@@ -185,10 +189,10 @@ class _FamilySearch:
             chosen = self._of_one()
         else:
             chosen = self._of_several()
-        section = self.section(chosen)
+        section = self.allowed(chosen) or self.section(chosen)
         if section is None:
             raise ValueError("a family of no section")
-        return SizedSection(section, self.utilisation(chosen))
+        return SizedSection(section, float(self.task.utilisation(self.task.link(section), self.loads).max()))
 
     def _of_one(self) -> tuple[float, ...]:
         """Return the smallest size within the limits. Deflection may rise again at large sizes, where the link's own weight dominates."""
@@ -210,7 +214,7 @@ class _FamilySearch:
                 return self._stiffest(size)
             scan, first = [ends[0], size], 1
         if first == 0:
-            return (low,)
+            return self._in_steps((low,))
         root = float(brentq(lambda x: _clipped(math.log(self.utilisation((float(x),)))), scan[first - 1], scan[first], xtol=1e-12, rtol=1e-12))
         nudge = 1e-12
         while self.utilisation((root,)) > 1:  # on the other side of the root by rounding
@@ -219,8 +223,7 @@ class _FamilySearch:
         return self._in_steps((root,))
 
     def _stiffest(self, size: float) -> tuple[float, ...]:
-        candidates = [tuple(each) for each in self._near((size,))]
-        return min(candidates, key=self.utilisation, default=(size,))
+        return min(self._near((size,)), key=self._stepped_utilisation, default=(size,))
 
     def _of_several(self) -> tuple[float, ...]:
         from scipy.optimize import minimize
@@ -237,7 +240,7 @@ class _FamilySearch:
             best = minimize(self._log_utilisation, _logs(start), method="L-BFGS-B", bounds=bounds)
             least = min((self._point(best.x), start), key=self.utilisation)
             if self.utilisation(least) > 1:
-                return min([*self._near(least), least], key=self.utilisation)
+                return min([*self._near(least), least], key=self._stepped_utilisation)
             within = [least]
         points = list(within[:1])
         constraints: Any = [{"type": "ineq", "fun": self._log_margin, "args": (which,)} for which in (1, 2)]
@@ -279,21 +282,23 @@ class _FamilySearch:
             good, bad = (share, bad) if self.utilisation(self._point(near + share * (far - near))) <= 1 else (good, share)
         return self._point(near + good * (far - near))
 
-    def _in_steps(self, point: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the lightest neighbour in whole steps within the limits; the point itself where there is none."""
-        if not self.step:
-            return point
-        within = [each for each in self._near(point) if self.utilisation(each) <= 1]
-        return min(within, key=lambda each: self.evaluate(each)[0], default=point)
+    def _stepped_utilisation(self, free: tuple[float, ...]) -> float:
+        return max(self.evaluate(free, in_steps=True)[1:])
 
-    def _near(self, point: tuple[float, ...]) -> list[tuple[float, ...]]:
-        if not self.step:
+    def _in_steps(self, point: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the lightest allowed sizes near a point within the limits; the point itself where there are none."""
+        if self.steps.exact:
+            return point
+        for around in _AROUND:
+            within = [each for each in self._near(point, around) if self._stepped_utilisation(each) <= 1]
+            if within:
+                return min(within, key=lambda each: self.evaluate(each, in_steps=True)[0])
+        return point
+
+    def _near(self, point: tuple[float, ...], around: int = _AROUND[0]) -> list[tuple[float, ...]]:
+        if self.steps.exact:
             return [point]
-        axes = []
-        for k, value, (low, high) in zip(self.free, point, self.ends, strict=True):
-            step = _SHARE_STEP if self.family.spans[k].share else self.step
-            around = (rounded(value, step) + n * step for n in range(-_AROUND, _AROUND + 1))
-            axes.append(sorted({min(max(rounded(x, step), low), high) for x in around}))
+        axes = [self.steps.near(self.family, k, value, around) for k, value in zip(self.free, point, strict=True)]
         return list(itertools.product(*axes))
 
 

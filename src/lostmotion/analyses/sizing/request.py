@@ -4,7 +4,7 @@
     slope = "0.5 arcmin"            # the paper's condition (4), which is the default
     deflection = 2500               # the length of the link over this
     tilt = "10 deg"                 # largest tilt of the base; by default it is as stated
-    step = "0.1 mm"                 # step of free sizes
+    step = "0.1 mm"                 # step of free sizes, "0 mm": any; by default they are usual sizes of tubes, bars and profiles
     family = { kind = "tube", outer = "30 mm .. 200 mm", wall = "3 mm" }
 
     [sizing.links.A]                # by the name of the joint; a range, a size, or a share of the leading size
@@ -93,7 +93,7 @@ class Plan(LinkChoice):
     slope: Annotated[float, Quantity("rad", "0.5 arcmin", above=0, high=0.1)] = PAPER.slope
     deflection: Annotated[float, Quantity("", "2500", low=10, high=1e9)] = PAPER.deflection
     tilt: Annotated[float, Quantity("rad", "10 deg", low=0, high=math.pi)] | None = None
-    step: Annotated[float, Quantity("m", "0.1 mm", low=0, high=0.1)] = 1e-4
+    step: Annotated[float, Quantity("m", "0.1 mm", low=0, high=0.1)] | None = None
     target: Annotated[float, Quantity("m", "0.5 mm", above=0, high=10)] | None = None
     minimise: Annotated[str, Field(max_length=80)] = "mass"
     price_per_kg: Annotated[float, Quantity("", "12", low=0)] | None = None

@@ -154,7 +154,7 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
     poses: Poses,
     *,
     tilt: float | None = None,
-    step: float = 1e-4,
+    step: float | None = 1e-4,
     also: Floats | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Sizing:
@@ -163,7 +163,7 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
     options  of the links to size, by the name of their joint
     poses    corners of the joint ranges are added, and worse poses found by local search from the worst ones
     tilt     rad, largest tilt of the base from level, towards any side
-    step     m, step of free sizes; 0: continuous
+    step     m, step of free sizes; 0: continuous, None: usual sizes of tubes and bars
     also     (pose, joint) rad or m, additional poses
 
     A link for which no section meets the limits gets the one of least utilisation (`LinkSize.meets_limits`).
@@ -240,7 +240,7 @@ def _index(arm: Arm, name: str) -> int:
 
 
 def _one_pass(
-    arm: Arm, options: Mapping[str, LinkOptions], limits: Limits, q: Floats, tilt: float | None, step: float
+    arm: Arm, options: Mapping[str, LinkOptions], limits: Limits, q: Floats, tilt: float | None, step: float | None
 ) -> tuple[Arm, dict[str, SizedSection]]:
     """Return the arm with every link sized once, from the tip inward, and the sections in that order."""
     sized = arm

@@ -153,7 +153,8 @@ def _parts(result: PartSelection) -> Section:
         "Selected parts",
         columns,
         tuple(rows),
-        f"minimised: {objective_text(result)}; now: as the file states; masses in kg, of the selected parts only",
+        f"minimised: {objective_text(result)}; now: as the file states; masses in kg, of the selected parts only; free sizes of links are usual ones "
+        "of tubes, bars and profiles, or multiples of the step that was asked for",
     )
 
 

@@ -131,7 +131,10 @@ def _sections(result: Sizing) -> Section:
         for link in result.links
     ]
     rows.append(Row("total", tuple(_kg(mass) for mass in _masses(result))))
-    note = "additional stated mass of a link is unchanged; sized from the tip inward, so every link carries the new ones outboard of it"
+    note = (
+        "free sizes are usual ones of tubes, bars and profiles, or multiples of the step that was asked for; additional stated mass of a link is "
+        "unchanged; sized from the tip inward, so every link carries the new ones outboard of it"
+    )
     return Section("sections", "Sections", ("mass now", "mass sized"), tuple(rows), note)
 
 
