@@ -246,6 +246,31 @@ A = "catalogue"
     assert any("mass of the present one" in note and "not stated: the joint keeps its mass" in note for note in stated_request.notes)
 
 
+def test_the_catalogue_stands_in_a_list_beside_other_candidates(tmp_path):
+    """The present gearbox, a named one, and all suitable rows, each once; the order of the list does not matter to what is offered."""
+    text = """
+[sizing]
+target = "1 mm"
+minimise = "price"
+keep = true
+[sizing.gearboxes]
+A = {}
+[sizing.costs]
+"RV-*E*" = {{ price = 1000 }}
+[sizing.present]
+A = {{ price = 950 }}
+"""
+    whole, both, listed = (
+        [each.name for each in asked(tmp_path, text.format(stated)).slots[0].candidates]
+        for stated in ('"catalogue"', '["present", "catalogue"]', '["catalogue", "RV-40E-121", "present"]')
+    )
+    assert both == ["present", *whole]
+    assert sorted(listed) == sorted(both)
+    assert asked(tmp_path, text.format('["catalogue"]')).slots[0].candidates == asked(tmp_path, text.format('"catalogue"')).slots[0].candidates
+    with pytest.raises(lostmotion.InputError, match="no price of CSF"):
+        asked(tmp_path, text.format('["CSF-25-100", "catalogue"]'))
+
+
 CATALOGUE_ARM = """name = "x"
 [[joints]]
 name = "A"

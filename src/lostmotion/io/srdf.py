@@ -50,7 +50,10 @@ def add_tips(tree: UrdfTree, path: Path) -> None:
 
 
 def find_srdf(path: Path, robot: str) -> Path | None:
-    """Return the SRDF that belongs to a description of the robot of this name; None where there is none, or where it is a link that leads out of the folder."""
+    """Return the SRDF that belongs to a description of the robot of this name.
+
+    None where there is none, or several, or where it is a link that leads out of the folder.
+    """
     folder, own = path.parent, sidecar_place(path).with_suffix(_ENDING)
     found = [own] if own.is_file() else []
     if not found and robot:

@@ -29,18 +29,22 @@ _TORQUE_POSES: Final = 256
 
 
 def gearbox_slot(options: OptionTables, joint: Joint, stated: Any) -> Slot | None:  # noqa: ANN401 - whatever a file holds
-    """Return the gearboxes offered for a joint; None where there is a mistake."""
+    """Return the gearboxes offered for a joint; None where there is a mistake.
+
+    `stated` is a list of names, in which "catalogue" stands for all suitable rows, beside the others; or "catalogue" alone.
+    """
     key = option_key("gearboxes", joint.name)
     if joint.type != "revolute":
         options.refuse(key, f"the joint '{joint.name}', which is not revolute", "a revolute joint", GEARBOX_EXAMPLE)
         return None
-    whole = stated == CATALOGUE
-    names = _suitable(options, joint) if whole else options.names(key, stated, GEARBOX_EXAMPLE)
-    candidates = [each for name in names if (each := _candidate(options, joint, name, key)) is not None]
-    if whole:
-        candidates = _with_known_costs(options, joint, candidates, key)
-    elif candidates:
-        _require_costs(options, [each for each in candidates if each.name != PRESENT])
+    names = [CATALOGUE] if stated == CATALOGUE else options.names(key, stated, GEARBOX_EXAMPLE)
+    named = [each for name in names if name != CATALOGUE and (each := _candidate(options, joint, name, key)) is not None]
+    if named:
+        _require_costs(options, [each for each in named if each.name != PRESENT])
+    known = {each.name for each in named}
+    suitable = [_candidate(options, joint, name, key) for name in _suitable(options, joint)] if CATALOGUE in names else []
+    others = [each for each in suitable if each is not None and each.name not in known]
+    candidates = [*named, *(_with_known_costs(options, joint, others, key) if others or (CATALOGUE in names and not named) else [])]
     return _slot(options, joint, candidates) if candidates else None
 
 

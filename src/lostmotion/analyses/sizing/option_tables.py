@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
 PRESENT: Final = "present"
-GEARBOX_EXAMPLE: Final = '[sizing.gearboxes] with A = ["present", "RV-20E-121", "RV-40E-121"], or A = "catalogue"'
+GEARBOX_EXAMPLE: Final = '[sizing.gearboxes] with A = ["present", "RV-20E-121", "RV-40E-121"], A = "catalogue", or A = ["present", "catalogue"]'
 BEARING_EXAMPLE: Final = '[sizing.bearings] with A = ["C2", "CN"], or A = ["10 µm ± 5 µm", "30 µm ± 10 µm"]'
 COST_EXAMPLE: Final = '[sizing.costs] with "RV-20E*" = { mass = "4.7 kg", price = 900 }'
 _PRESENT_EXAMPLE: Final = '[sizing.present] with {joint} = {{ mass = "4 kg", price = 800 }}'

@@ -7,7 +7,7 @@
 
     [sizing.gearboxes]                       # by the name of the joint
     A = ["present", "RV-20E", "RV-40E-121"]  # the present one, rows of the catalogue, of the arm file, or of this file ([[reducers]])
-    B = "catalogue"                          # all suitable rows
+    B = "catalogue"                          # all suitable rows; ["present", "catalogue"] offers the present one as well
 
     [sizing.bearings]
     A = ["C2", "CN", "C3"]                   # groups of ISO 5753-1, or lengths: "10 µm ± 10 µm"
