@@ -66,6 +66,7 @@ def test_two_joints_of_one_reducer_are_noted_once(tmp_path):
 @pytest.mark.parametrize(
     ("text", "key", "expected"),
     [
+        (JOINT + 'gearbox = "catalogue"\n', "joints.A.gearbox", "one gearbox"),
         (JOINT + 'gearbox = "RV-41E"\n', "joints.A.gearbox", "a reducer of the catalogue"),
         (JOINT + 'gearbox = "CSG-25"\n', "joints.A.gearbox", "above 50"),
         (JOINT + 'gearbox = { catalogue = "CSG-25-40" }\n', "joints.A.gearbox.catalogue", "above 50"),

@@ -54,6 +54,10 @@ def place_reducers(draft: Draft) -> None:
         path: Path = ("joints", index)
         stated = joint.get("gearbox")
         _refuse_values_alone(draft, stated, (*path, "gearbox"))
+        if stated == KEY and KEY not in shared:
+            expected = "one gearbox, such as a reducer of the catalogue by its name; `lostmotion size` selects among all, by [sizing.gearboxes]"
+            draft.refuse((*path, "gearbox"), shown(joint.pop("gearbox")), expected, f'gearbox = "{_EXAMPLE}"')
+            continue
         if isinstance(stated, str) and stated not in shared and _means_reducer(stated, shared, own):
             joint["gearbox"] = _with_row(draft, {KEY: stated}, path, "gearbox", own)
             placed.append(joint["gearbox"])
