@@ -52,20 +52,22 @@ def bare(request, tmp_path, monkeypatch):
     return path
 
 
-def test_run_shows_no_figure_of_accuracy(bare):
-    """Workspace, torques, the table and one sentence; neither the screen nor the report nor result.json has an error, AP, RP or budget."""
+def test_run_shows_no_figure_of_accuracy_but_those_by_class_of_drive(bare):
+    """Workspace, torques, the table and one sentence; of errors, screen, report and result.json have only what is assumed by class, and say so."""
     found = run_command(app, ["run", str(bare), "--poses", "64", "--out", "out"])
     assert found.exit_code == 0
     assert f"N{NOT_DESCRIBED[1:]}" in " ".join(found.output.split())
     assert ("`lostmotion new --from " in found.output) == (bare.suffix == ".urdf")  # a first sidecar is one command away
     said = json.loads((bare.parent / "out" / "result.json").read_text(encoding="utf-8"))
-    assert [section["key"] for section in said["sections"]] == ["workspace", "torques", "states", "inputs", "laws"]
+    assert [section["key"] for section in said["sections"]] == ["drive_classes", "workspace", "torques", "states", "inputs", "laws"]
     assert said["states"]["described"] is False
     assert not (bare.parent / "out" / "arrays.nc").exists()
     page = (bare.parent / "out" / "report.html").read_text(encoding="utf-8")
     for text in (found.output, re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)):
-        assert "95 % of positions" not in text
-        assert not re.search(r"\b(AP|RP)\b", text)
+        assert "error budget" not in text
+        assert not re.search(r"\bAP\b", text)
+        words = " ".join(text.split())
+        assert words.count("95 % of positions") == len(re.findall(r"Assumed by class of drive, [a-zRV ]+: expect 95 % of positions", words)) > 0
     for name in [joint.name for joint in lostmotion.read(bare).moving]:
         assert found.output.count(f'"{name}"') + found.output.count(f"[joints.{name}]") >= 1
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import gamma
 
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
-from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability, length_moments
+from lostmotion.error_model.expected_repeatability import expected_repeatability, length_moments
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

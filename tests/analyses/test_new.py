@@ -94,7 +94,7 @@ def test_the_sidecar_of_a_urdf_describes_each_joint_by_assumed_values(urdf):
 
 
 def test_three_reducers_are_proposed_with_a_margin_over_the_static_load(urdf):
-    """Rated for 1.5 times the load of their joint and of all farther out, by an independent set of poses; the first is taken."""
+    """Rated for 1.5 times the load of their joint and of all farther out, by an independent set of poses; each as a comment."""
     arm = lostmotion.read(urdf)
     text = urdf.with_suffix(".toml").read_text("utf-8")
     q = arm.limits[:, 0] + np.random.default_rng(1).random((2000, len(arm.moving))) * np.ptp(arm.limits, axis=1)
@@ -104,7 +104,7 @@ def test_three_reducers_are_proposed_with_a_margin_over_the_static_load(urdf):
         load = float(re.search(r"static load: ([\d.e+-]+)", table)[1])
         assert load >= 0.95 * held[k] - 1e-9
         names = re.findall(r'gearbox = "([^"]+)"', table)
-        if "example" in names[0]:
+        if not names:
             continue
         assert len(names) == 3
         rated = [find_gearbox(name)[0].figures.part.rated_torque for name in names]

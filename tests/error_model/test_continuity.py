@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lostmotion import study
-from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
-from lostmotion.analyses.iso9283.predicted import visit_covariance, with_payload_share
+from lostmotion.analyses.iso9283.predicted import with_payload_share
+from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io import read
 from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm

@@ -10,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
-from lostmotion.analyses.iso9283.predicted import visit_covariance
+from lostmotion.error_model.expected_repeatability import visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import RevoluteJoint

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from pydantic import ValidationError
 
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
-from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.analyses.iso9283.predicted import visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm

@@ -1,34 +1,32 @@
-"""A first sidecar for a URDF: every joint with its static load, reducers of the catalogue that are rated for it, and what is assumed."""
+"""A first sidecar for a URDF: the class of its drives, the load of each, and reducers of the catalogue that are rated for it."""
 
 from __future__ import annotations
 
 import copy
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
+from lostmotion.catalogue.drive_classes import drive_classes
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.errors import InputError
+from lostmotion.io.drive_classes import DRIVE, DRIVES, LOAD_KEYS
+from lostmotion.io.drive_loads import drive_loads, load_text, remarks_of
 from lostmotion.io.repairs import repair_lines, repairs_in, take_limits
 from lostmotion.io.sidecar import find_sidecar, sidecar_place
-from lostmotion.io.skeleton import example_parts
 from lostmotion.io.toml import key_step, quoted, read_toml
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.urdf import arm_of, tree_of
 from lostmotion.io.urdf_chain import find_chain
 from lostmotion.io.xacro_file import TABLE as XACRO
-from lostmotion.mechanism.even_poses import even_poses
-from lostmotion.mechanism.serial import joint_torques
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.errors import Problem
+    from lostmotion.io.drive_loads import DriveLoads
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.spatial import Floats
 
 # A reducer is proposed where its rated torque is this many times the largest static load: room for acceleration.
 _MARGIN: Final = 1.5
@@ -39,10 +37,6 @@ _RATIO: Final = 100.0
 # Joints of arms turn slowly: reducers of less are for machines with large motors.
 _LEAST_RATIO: Final = 30.0
 _NOTHING: Final = 1e-6
-# What `example_parts` calls the joints of each type.
-_EXAMPLES: Final[dict[str, Literal["turning", "sliding"]]] = {"revolute": "turning", "prismatic": "sliding"}
-_KEYS: Final = {"gearboxes": "gearbox", "bearings": "bearing", "encoders": "encoder"}
-_LINK: Final = '{ section = { kind = "tube", outer = "80 mm", wall = "4 mm" }, material = "aluminium", length_tolerance = "0.1 mm" }'
 
 
 @names_lines
@@ -68,14 +62,16 @@ def first_sidecar(path: Path, tip: str | None = None) -> str:
     except InputError as error:
         raise InputError([_of_option(problem, asked=asked) for problem in error.problems]) from None
     arm = arm_of(path, beside, copy.deepcopy(stated))
-    q = even_poses(arm)
-    held = np.abs(joint_torques(arm, q)).max(axis=0)
+    found = drive_loads(arm, {name: joint.effort for name, joint in tree.joints.items()})
+    names, basis = ", ".join(drive_classes()), "without payload" if found.masses else "by the reach"
     lines = [
         f"# Sidecar of {path.name}: what {tree.format} cannot state. It is found by its name beside that file.",
-        "# Everything here is assumed. Replace it by your own parts, and take each key that you know out of the lists `assumed`.",
-        f"# Static loads: the largest of {len(q)} poses spread evenly over the joint ranges, without payload; base level.",
-        f"# Reducers: the smallest of the catalogue, of ratio {_LEAST_RATIO:g} or more, whose rated torque is at least {_MARGIN} times the static",
-        "# load of this joint and of all farther out. That leaves room for acceleration; life and shocks are not checked.",
+        "# Everything here is assumed from the class of the drives, by the load that each is to give: gearbox, bearing, encoder, mounting and link.",
+        "# State your own parts beside `drive`: what you state takes precedence.",
+        *(f"# {remark[0].upper()}{remark[1:]}." for remark in remarks_of(found)),
+        f"# Static loads: the largest of poses spread evenly over the joint ranges, {basis}; base level.",
+        f"# Reducers proposed: the smallest of the catalogue, of ratio {_LEAST_RATIO:g} or more, whose rated torque is at least {_MARGIN}",
+        "# times the static load of this joint and of all farther out. That leaves room for acceleration; life and shocks are not checked.",
         f"# None is proposed whose rated torque is more than {_MOST_MARGIN:g} times what is needed.",
         *(f"# Warning: {warning}" for warning in arm.warnings),
         "",
@@ -83,17 +79,15 @@ def first_sidecar(path: Path, tip: str | None = None) -> str:
         *([f"base = {quoted(stated['base'])}"] if isinstance(stated.get("base"), str) else []),
         *_arguments(stated.get(XACRO, {})),
         "",
+        "[presets]",
+        f"# The class of all drives; this line changes the whole arm: {names}",
+        f"{DRIVES} = {quoted(found.of.name)}",
+        "",
         "[payload]",
         'mass = "0 kg"                 # what the arm carries: it decides on sag and wind-up',
         'assumed = ["mass"]',
     ]
-    joints = _joints(arm, held, repairs)
-    for kind, example in _EXAMPLES.items():
-        if any(joint.type == kind for joint in arm.moving):
-            for table, part in example_parts(example).items():
-                if any(f'{_KEYS[table]} = "{example}_example"' in each for each in joints):
-                    lines += part
-    return "\n".join([*lines, *joints]) + "\n"
+    return "\n".join([*lines, *_joints(arm, found, repairs)]) + "\n"
 
 
 def _of_option(problem: Problem, *, asked: bool) -> Problem:
@@ -112,27 +106,19 @@ def _arguments(stated: dict[str, Any]) -> list[str]:
     return ["", f"[{XACRO}]", *lines] if lines else []
 
 
-def _joints(arm: Arm, held: Floats, repairs: dict[str, dict[str, Any]]) -> list[str]:
+def _joints(arm: Arm, found: DriveLoads, repairs: dict[str, dict[str, Any]]) -> list[str]:
     lines: list[str] = []
+    held = list(found.static.values())
     for k, joint in enumerate(arm.moving):
         turning = joint.type == "revolute"
-        example = f"{_EXAMPLES[joint.type]}_example"
-        lines += [
-            "",
-            f"[joints.{key_step(joint.name)}]",
-            *repair_lines(repairs.get(joint.name, {})),
-            f"# static load: {held[k] if held[k] > _NOTHING else 0:.3g} {joint.load_unit}",
-        ]
+        effort = found.efforts.get(joint.name)
+        limit = "" if effort is None else f"; effort limit: {load_text(effort, joint.load_unit)}"
+        lines += ["", f"[joints.{key_step(joint.name)}]", *repair_lines(repairs.get(joint.name, {}))]
+        lines.append(f"# static load: {held[k] if held[k] > _NOTHING else 0:.3g} {joint.load_unit}{limit}")
+        lines.append(f'{DRIVE} = {{ {LOAD_KEYS[joint.type]} = "{load_text(found.loads[joint.name], joint.load_unit)}" }}')
         needed = _MARGIN * max((held[i] for i in range(k, len(held)) if arm.moving[i].type == "revolute"), default=0.0)
-        found = _reducers(needed) if turning and needed > _NOTHING else []
-        if found:
-            first, *others = found
-            lines += [f"gearbox = {quoted(first[0])}   # rated {first[1]:.4g} N m, for {needed:.3g} N m"]
-            lines += [f"# gearbox = {quoted(name)}   # rated {rated:.4g} N m" for name, rated in others]
-        else:
-            lines.append(f'gearbox = "{example}"   # no reducer of the catalogue proposed: values of the class')
-        lines += [f'bearing = "{example}"', f'encoder = "{example}"', 'assumed = ["gearbox", "bearing", "encoder"]']
-        lines.append(f"# link = {_LINK}")
+        proposed = _reducers(needed) if turning and needed > _NOTHING else []
+        lines += [f"# gearbox = {quoted(name)}   # rated {rated:.4g} N m, for {needed:.3g} N m" for name, rated in proposed]
     return lines
 
 

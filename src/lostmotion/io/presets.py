@@ -10,6 +10,12 @@
     gearbox = { preset = "small planetary", ratio = 25 }
     link = { preset = "printed PLA", length = "120 mm" }
 
+    [presets]
+    drives = "small strain wave"     # the class of all drives: gearbox, bearing, encoder, mounting and link by the load of each joint
+
+    [joints.shoulder]
+    drive = { torque = "150 N m" }    # force on a sliding joint; `class` where it differs from that of the arm
+
 Presets replace nothing that is stated, and every value that they fill in counts as assumed, with the name of the preset.
 """
 
@@ -23,6 +29,7 @@ from pydantic import ValidationError
 from lostmotion.catalogue.gearboxes import REPLACES, source_in_words
 from lostmotion.catalogue.presets import PARTS, PresetRow, presets
 from lostmotion.errors import nearest, shown
+from lostmotion.io.drive_classes import drive_of, take_class
 from lostmotion.io.reducers import KEY as CATALOGUE
 from lostmotion.parts.gearbox.kinds import DEFAULT_KIND
 from lostmotion.parts.link import Link
@@ -51,6 +58,7 @@ _REPLACES: Final = {
 def place_presets(draft: Draft) -> None:
     """Fill in the values of presets where joints and parts name them; note what is wrong with a name, and which presets were used."""
     used: list[str] = []
+    of_arm = take_class(draft)
     defaults = _defaults(draft)
     shared = {table: draft.tree.get(table) for table in _SHARED}
     for table, part in _SHARED.items():
@@ -60,10 +68,11 @@ def place_presets(draft: Draft) -> None:
     for index, joint in draft.joints:
         path: Path = ("joints", index)
         kind = joint["type"] if joint.get("type") in _TYPES else ""
-        row = _named(draft, joint, "joint", kind, path) or defaults.get(kind)
+        row = _named(draft, joint, "joint", kind, path) or drive_of(draft, joint, kind, path, of_arm) or defaults.get(kind)
         for part in PARTS:
             own = _place(draft, used, joint.get(part), part, kind, (*path, part))
-            _fill_in_part(used, joint, part, row if not own else None)
+            # A preset that the file names for all links or mountings goes before the class of the drive.
+            _fill_in_part(used, joint, part, None if own or (row is not None and row.size and part in defaults) else row)
         if row is not None:
             _fill_in(used, joint, {key: value for key, value in row.values.items() if key not in PARTS}, row)
         if kind not in ("", "fixed") and "mounting" in defaults and "mounting" not in joint:
@@ -136,19 +145,21 @@ def _fill_in_part(used: list[str], joint: dict[str, Any], part: str, row: Preset
     stated = joint.get(part, {})
     if row is None or values is None or not isinstance(stated, dict) or CATALOGUE in stated or not _is_kind(stated, values, part):
         return
+    if part == "link" and not _reaches(stated):
+        return
     joint[part] = dict(stated)
-    _fill_in(used, joint[part], values, row)
+    _fill_in(used, joint[part], values, row, part)
 
 
-def _fill_in(used: list[str], holder: dict[str, Any], values: Any, row: PresetRow) -> None:  # noqa: ANN401 - a table of an arm file
-    """Add the values that a table does not state, and the name of the preset that they come from."""
+def _fill_in(used: list[str], holder: dict[str, Any], values: Any, row: PresetRow, part: str = "") -> None:  # noqa: ANN401 - a table of an arm file
+    """Add the values that a table does not state, and the name of the preset that they come from; `part` of a joint's preset."""
     replaced = {other for key in holder for other in _REPLACES.get(key, ())}
     if states_tolerance(holder.get("length")):
         replaced.add("process")
     added = {key: copy.deepcopy(value) for key, value in values.items() if key not in holder and key not in replaced}
     keys = [key for key in added if key not in NO_VALUES]
     if keys:
-        holder |= {**added, KEY: {"name": row.name, "keys": keys, "source": source_in_words(row.source)}}
+        holder |= {**added, KEY: {"name": row.name, "keys": keys, "source": source_in_words(row.sources.get(part, row.source)), **row.size}}
         used.append(row.name)
 
 

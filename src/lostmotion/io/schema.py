@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic.json_schema import GenerateJsonSchema
 
+from lostmotion.catalogue.drive_classes import LOADS, drive_classes
 from lostmotion.catalogue.gearboxes import CheckedRow
 from lostmotion.catalogue.presets import PARTS, presets
 from lostmotion.io.arm_builder import MATERIALS_OF_GEARBOXES, SHARED, SWEEP
 from lostmotion.io.clearances import ALSO as IN_BEARINGS
 from lostmotion.io.dh import DH_KEYS, Row
+from lostmotion.io.drive_classes import CLASS, DRIVE, DRIVES, LOAD_KEYS
 from lostmotion.io.own_reducers import FILE, ROWS
 from lostmotion.io.presets import DEFAULTS, TABLE
 from lostmotion.io.presets import KEY as PRESET_KEY
@@ -65,6 +67,8 @@ def json_schema() -> Schema:
         fits = {key: {"type": "string", "description": _FIT, "examples": [_value(text)]} for key, text in examples.items()}
         kinds[model.__name__]["properties"] |= fits
     _name_presets(kinds)
+    for joint, kind in zip(_JOINTS, LOAD_KEYS, strict=False):
+        kinds[joint]["properties"][DRIVE] = _drive(kind)
     stock = _take_parts_by_name(kinds)
     for joint in _JOINTS:
         kinds[joint]["properties"] |= {key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]} for key in DH_KEYS}
@@ -78,7 +82,10 @@ def json_schema() -> Schema:
     schema["properties"][TABLE] = {
         "type": "object",
         "description": "presets of all joints, axes and links that name none of their own",
-        "properties": {key: {"enum": _presets_of(part, key if part == "joint" else "")} for key, part in DEFAULTS.items()},
+        "properties": {
+            **{key: {"enum": _presets_of(part, key if part == "joint" else "")} for key, part in DEFAULTS.items()},
+            DRIVES: {"enum": list(drive_classes()), "description": "the class of all drives; each joint states the load of its own"},
+        },
         "additionalProperties": False,
     }
     schema["properties"][SWEEP] = {"type": "object", "description": _SWEEP, "examples": [{"gearboxes.wrist.backlash": ["0.5 arcmin", "1 arcmin"]}]}
@@ -98,6 +105,18 @@ _ROW: Final = {
     "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",
     "mdh": "instead of origin, axis and tip: a row of modified (Craig) values, Rx(alpha) Tx(a) Rz(theta + q) Tz(d)",
 }
+
+
+def _drive(kind: str) -> Schema:
+    """Return the schema of the drive of a joint of this type by its class."""
+    load = {"type": "string", "description": LOADS[kind].expected, "examples": [LOADS[kind].example]}
+    return {
+        "type": "object",
+        "description": "the largest load that the drive is to give: its class, or that of the arm, fills in what the joint does not state",
+        "properties": {LOAD_KEYS[kind]: load, CLASS: {"enum": list(drive_classes())}},
+        "required": [LOAD_KEYS[kind]],
+        "additionalProperties": False,
+    }
 
 
 def _value(assignment: str) -> str:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 # What a sidecar may say of a joint and of its link, with an example each; the rest is the URDF's.
 _OF_JOINT: Final = {
     "preset": 'preset = "hobby servo"',
+    "drive": 'drive = { torque = "150 N m" }',
     "gearbox": 'gearbox = "large"',
     "bearing": 'bearing = "large"',
     "guideway": 'guideway = { straightness = "20 µm", pitch = "20 arcsec" }',

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.io.sidecar import find_sidecar, sidecar_place
 from lostmotion.io.toml import key_step, quoted, read_toml
@@ -37,15 +37,6 @@ _EXAMPLES: Final[dict[str, dict[str, dict[str, str]]]] = {
 }
 _KEYS: Final = {"gearboxes": "gearbox", "bearings": "bearing", "encoders": "encoder"}
 _NO_VALUES: Final = ("kind", "side")
-
-
-def example_parts(kind: Literal["turning", "sliding"]) -> dict[str, list[str]]:
-    """Return by table the lines of an example part for joints of this kind, each value marked as assumed; its name is KIND_example.
-
-    An encoder states no ratio: it takes that of its joint's gearbox.
-    """
-    parts = {table: {key: value for key, value in keys.items() if (table, key) != ("encoders", "ratio")} for table, keys in _EXAMPLES[kind].items()}
-    return {table: _part(table, f"{kind}_example", keys) for table, keys in parts.items()}
 
 
 @dataclass(frozen=True, slots=True)

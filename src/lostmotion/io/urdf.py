@@ -113,6 +113,13 @@ def _naming(empty: list[str], problems: Iterable[Problem], sidecar: str) -> list
     return [replace(each, expected=each.expected + words) if empty and each.found in _MISSING else each for each in problems]
 
 
+def effort_limits(path: Path, sidecar: Path | None = None) -> dict[str, float]:
+    """Return the effort limits of a robot file by joint, N m or N, as stated; 0 where none is. Many files state placeholders."""
+    sidecar = sidecar or find_sidecar(path)
+    tree = tree_of(path, sidecar, {} if sidecar is None else read_toml(sidecar))
+    return {name: joint.effort for name, joint in tree.joints.items()}
+
+
 def self_contained(path: Path, text: str, content: dict[str, Any], sidecar: Path | None) -> tuple[str, str]:
     """Return the ending and the text of one file that describes the same arm: a URDF, or MJCF. `content` is that of the sidecar.
 

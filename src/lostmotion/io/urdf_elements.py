@@ -67,6 +67,15 @@ def _end(joint: etree._Element, end: str) -> str:
     return "" if found is None else found.get("link", "").strip(" ")
 
 
+def _effort(limit: etree._Element | None) -> float:
+    """Return the effort limit; 0 for none, and for what is no number: nothing that is read depends on it."""
+    try:
+        (value,) = numbers([("" if limit is None else limit.get("effort", "")).strip(_BLANK)])
+    except ValueError:
+        return 0.0
+    return value if 0 < value <= LARGEST else 0.0
+
+
 class _Reader:
     """Reads elements into a tree, noting every mistake."""
 
@@ -114,6 +123,7 @@ class _Reader:
         """Read what only a moving joint has; on others it has no meaning and is not read."""
         kept, self.tree.mistakes = self.tree.mistakes, joint.limit_mistakes
         joint.limits = self._limits(element, joint)
+        joint.effort = _effort(element.find("limit"))
         self.tree.mistakes = joint.other_mistakes
         if joint.limits != (0.0, 0.0) or not joint.locked:
             joint.axis = self._axis(element, joint.path)

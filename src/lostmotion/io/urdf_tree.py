@@ -37,6 +37,7 @@ class UrdfJoint:
     """A joint as the file states it: m, rad, axis of any length; `line` and `path` say where it stands.
 
     limits    lower and upper, rad or m; zeros for types without
+    effort    largest torque or force of its drive, N m or N, as stated: many files state a placeholder; 0 where none is
     leader    the joint that it follows (mimic), and `coupling` how; empty where it follows none
     limit_mistakes, other_mistakes  what is wrong with its limits, and with its type or axis: it counts only where the joint is on the chain
     root      what stands before its element in an XPath
@@ -52,6 +53,7 @@ class UrdfJoint:
     line: int
     axis: Three = (1.0, 0.0, 0.0)
     limits: tuple[float, float] = (0.0, 0.0)
+    effort: float = 0.0
     leader: str = ""
     coupling: str = ""
     limit_mistakes: list[Problem] = field(default_factory=list)

@@ -84,11 +84,18 @@ class Preset(Part):
     name    of the class, as in the catalogue
     keys    whose values are those of the class; they count as assumed
     source  where those values come from
+    load    of the drive that they suit (N m or N), where they follow from it by a class of drive
     """
 
     name: Annotated[Line, Field(max_length=80)]
     keys: Keys = ()
     source: Annotated[Line, Field(max_length=LONGEST_SOURCE)] = ""
+    load: float | None = None
+
+    @property
+    def reason(self) -> str:
+        """Return why a value of the class counts as assumed."""
+        return f"preset {self.name}" if self.load is None else f"class {self.name}"
 
 
 class OfClass(Sourced):
@@ -100,7 +107,7 @@ class OfClass(Sourced):
     def assumptions(self) -> dict[str, str]:
         """Return the values that are not stated as facts: key to reason, those of the preset with its name."""
         own = super().assumptions
-        return own if self.preset is None else {**own, **dict.fromkeys(self.preset.keys, f"preset {self.preset.name}")}
+        return own if self.preset is None else {**own, **dict.fromkeys(self.preset.keys, self.preset.reason)}
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Return a copy with other values; a value that is set here is no longer that of the preset."""

@@ -20,6 +20,7 @@ from lostmotion.reporting.sheet import several
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from lostmotion.analyses.accuracy.drive_classes import ClassFigures
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
@@ -40,7 +41,7 @@ class Answer:
     budget: error budget over all poses, by kind of error too; budgets: the same at stated poses and in zones.
     zones: the errors in zones that were asked about, over poses of their own. threads: how many there were, for questions still to come.
     bands: the same over values that are only known to lie in a range; None where all are known. target: largest acceptable error, m, where one was
-    stated.
+    stated. classes: figures by class of drive, where all drives are assumed from classes.
     """
 
     arm: Arm
@@ -64,6 +65,7 @@ class Answer:
     threads: int = 1
     bands: Bands | None = None
     target: float | None = None
+    classes: tuple[ClassFigures, ...] = ()
 
     @property
     def places(self) -> tuple[Budget, ...]:

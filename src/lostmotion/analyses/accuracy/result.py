@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     import xarray
 
+    from lostmotion.analyses.accuracy.drive_classes import ClassFigures
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.budget import Budget, Halving
     from lostmotion.error_model.poses import Poses
@@ -90,6 +91,7 @@ class AnalyticStudy(Attributed, Result):
     zones: tuple[FoundInZone, ...] = ()
     seed: int = 1
     threads: int = 1
+    classes: tuple[ClassFigures, ...] = ()
 
     @functools.cached_property
     def halving(self) -> Halving:
@@ -107,9 +109,11 @@ class AnalyticStudy(Attributed, Result):
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
         from lostmotion.analyses.accuracy.tables.analytic import analytic_sheet
+        from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
 
         blame = replace(self.budget, halving=self.halving)
-        return analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, blame, self.places, self.zones, approach=self.approach)
+        sheet = analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, blame, self.places, self.zones, approach=self.approach)
+        return with_classes(sheet, self.classes, self.states)
 
     @property
     def plots(self) -> Sequence[Plot]:

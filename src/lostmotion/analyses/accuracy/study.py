@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lostmotion.analyses.accuracy.answer import Answer, answer
+from lostmotion.analyses.accuracy.drive_classes import class_figures
 from lostmotion.analyses.accuracy.result import AnalyticStudy, Study
 from lostmotion.error_model.budget import budget
 from lostmotion.error_model.few_poses import many_poses
@@ -42,11 +43,23 @@ def carry_out(
     if found.sampled is not None:
         whole = answer(arm, found.poses, found.sampled, route.seed, approach=route.approach, threads=route.threads, progress=route.progress)
         besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": in_zones, "target": target}
-        study = Study(**{name: getattr(whole, name) for name in Answer.__dataclass_fields__} | besides)
+        kept = {name: getattr(whole, name) for name in Answer.__dataclass_fields__}
+        study = Study(**kept | besides | {"classes": class_figures(arm, route.seed)})
     elif found.analytic is not None and found.pooled is not None:
         poses, many = found.poses, many_poses(arm, found.poses)
         every = budget(arm, poses.q, f"over {several(len(poses), 'pose')}", approach=route.approach, replicates=poses.replicates, many=many)
-        study = AnalyticStudy(arm, poses, route.approach, found.analytic, found.pooled, every, zones=in_zones, seed=route.seed, threads=route.threads)
+        study = AnalyticStudy(
+            arm,
+            poses,
+            route.approach,
+            found.analytic,
+            found.pooled,
+            every,
+            zones=in_zones,
+            seed=route.seed,
+            threads=route.threads,
+            classes=class_figures(arm, route.seed),
+        )
     else:
         raise ValueError("a study by no route")
     for pose in at:

@@ -12,6 +12,7 @@ from lostmotion.error_model.provenance import states
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from lostmotion.analyses.accuracy.drive_classes import ClassFigures
     from lostmotion.analyses.accuracy.workspace import Workspace
     from lostmotion.error_model.poses import PoseLaw, Poses
     from lostmotion.error_model.provenance import States
@@ -29,6 +30,7 @@ class Undescribed(Result):
     workspace: Workspace
     worst_torques: list[HoldingTorque]
     lines: Lines | None = None
+    classes: tuple[ClassFigures, ...] = ()
 
     @property
     def states(self) -> States:
@@ -38,15 +40,22 @@ class Undescribed(Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
+        from lostmotion.analyses.accuracy.tables.drive_classes import with_first_answer
         from lostmotion.analyses.accuracy.tables.undescribed import undescribed_sheet
 
-        return undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines)
+        return with_first_answer(undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines), self.classes)
 
 
 def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file: Path | None = None, sidecar: Path | None = None) -> Undescribed:
-    """Return workspace and holding torques of an arm, with the lines that would describe it where it was read from a file."""
+    """Return workspace and holding torques of an arm, with the lines that would describe it where it was read from a file.
+
+    The figures by class of drive stand for the accuracy that the file cannot state: for drives by effort limits, else static loads, else the reach.
+    """
+    from lostmotion.analyses.accuracy.drive_classes import first_figures
     from lostmotion.analyses.accuracy.workspace import workspace
+    from lostmotion.io.drive_loads import drive_loads
     from lostmotion.io.skeleton import skeleton
+    from lostmotion.io.urdf import effort_limits
     from lostmotion.mechanism.holding_torques import holding_torques
     from lostmotion.reporting.sheet import Lines
 
@@ -54,7 +63,10 @@ def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file
     if file is not None:
         found = skeleton(arm, file, sidecar)
         begun = sidecar is not None or file.suffix.lower() == ".toml" or file.with_suffix(".toml").exists()
-        begin = "" if begun else f"; `lostmotion new --from {file}` writes such lines with a fitting reducer for each joint"
+        begin = "" if begun else f"; `lostmotion new --from {file}` writes a sidecar with the class and the load of every drive"
         lines = Lines(f"Lines for {found.file}, to start from{begin}:", found.text)
     visited = chosen_poses(arm, poses, pose_law, seed)
-    return Undescribed(arm, visited, workspace(arm, seed=seed), holding_torques(arm, visited.q)[1], lines)
+    efforts = {} if file is None or file.suffix.lower() == ".toml" else effort_limits(file, sidecar)
+    drives = drive_loads(arm, efforts)
+    classes = first_figures(arm, drives.of, drives.loads, seed)
+    return Undescribed(arm, visited, workspace(arm, seed=seed), holding_torques(arm, visited.q)[1], lines, classes)

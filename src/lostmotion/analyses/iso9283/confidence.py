@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.error_model.draws import key
+from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.intervals import Estimate, student
 
 if TYPE_CHECKING:

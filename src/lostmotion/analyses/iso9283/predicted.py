@@ -14,11 +14,11 @@ import numpy as np
 from lostmotion.analyses.iso9283 import characteristics as iso
 from lostmotion.analyses.iso9283.commanded_poses import MOST_POSES
 from lostmotion.analyses.iso9283.cube import NAMES
-from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from lostmotion.analyses.iso9283.frame_fit import residual_after_fit
 from lostmotion.analyses.iso9283.joint_motion import cycle_approach, path_approach, path_poses, side_approach
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES, path_figures
 from lostmotion.error_model.draws import key
+from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation import exact
@@ -228,13 +228,6 @@ def _errors(matrix: PoseMatrix, row: int, number: int, seed: int, robots: int, v
         readings = np.random.Generator(np.random.Philox(key=key(seed, f"iso9283.readings.{number}")))
         out[..., 3:] += instrument * readings.standard_normal((robots, visits, 3))
     return out
-
-
-def visit_covariance(matrix: PoseMatrix) -> Floats:
-    """Return the covariance of a robot's visits (pose, 3, 3), m^2, averaged over robots: exact sum over terms."""
-    errors = matrix.merged
-    shift = errors.tool[:, 3:][:, :, errors.columns("visit", "robot x visit")]
-    return np.asarray(shift @ np.swapaxes(shift, 1, 2))
 
 
 def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers

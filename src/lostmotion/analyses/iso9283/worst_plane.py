@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.confidence import LEVEL, MIN_VISITS, UNKNOWN, generator, shrunk_covariance, unbiased_square
-from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
+from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.intervals import Estimate
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ def new(
     urdf: Annotated[
         "str | Path | None",
         Argument(
-            "Write the sidecar of this URDF, xacro or MJCF file instead: every joint, its static load and fitting reducers.",
+            "Write the sidecar of this URDF, xacro or MJCF file instead: the class of its drives, the load of each, and fitting reducers.",
             path_of,
             metavar="URDF",
             aliases=("--from",),

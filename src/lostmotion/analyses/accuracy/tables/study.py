@@ -8,6 +8,7 @@ from lostmotion.analyses.accuracy.tables.bands import bands_clause, bands_facts,
 from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
 from lostmotion.analyses.accuracy.tables.brief import brief_of
 from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
+from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
 from lostmotion.analyses.accuracy.tables.error import error_section, few_poses, iso_section
 from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
 from lostmotion.analyses.accuracy.tables.joints import joints_section
@@ -89,7 +90,7 @@ def sheet(answer: Answer) -> Sheet:
         bars=_bars(answer),
         brief=brief_of(found, answer, known),
     )
-    return checked(whole, sampled.exact, _q95(answer), answer.arm)
+    return with_classes(checked(whole, sampled.exact, _q95(answer), answer.arm), answer.classes, known)
 
 
 def _bars(answer: Answer) -> tuple[Bars, ...]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.spatial import Floats
 
 _PAIR: Final = 2
@@ -23,6 +24,13 @@ _HIGHEST: Final = 8
 _STEP: Final = 0.5
 # Laplace variable. The integrands are analytic within pi of the real axis of its logarithm: the quadrature error falls as exp(-2 pi^2 / step).
 _NODES: Final = np.exp(np.arange(-60.0, 60.0 + _STEP, _STEP))
+
+
+def visit_covariance(matrix: PoseMatrix) -> Floats:
+    """Return the covariance of a robot's visits (pose, 3, 3), m^2, averaged over robots: exact sum over terms."""
+    errors = matrix.merged
+    shift = errors.tool[:, 3:][:, :, errors.columns("visit", "robot x visit")]
+    return np.asarray(shift @ np.swapaxes(shift, 1, 2))
 
 
 def expected_repeatability(covariance: Floats, visits: int | None = None) -> tuple[Floats, Floats]:

@@ -1,0 +1,116 @@
+"""The table of classes of drive, and the headline of an arm whose drives are all assumed from classes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.analyses.accuracy.drive_classes import ClassFigures
+from lostmotion.reporting.provenance import rests_on_sentences
+from lostmotion.reporting.sheet import Figure, Row, Section
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from lostmotion.error_model.provenance import States
+    from lostmotion.reporting.sheet import Sheet
+
+KEY: Final = "drive_classes"
+_HEADS: Final = ("95 % within", "RP, ISO cycle")
+_NOTE: Final = (
+    "the same arm with drives of its class and of the neighbouring ones, each joint's drive for its load; one digit, because every value is "
+    "assumed. RP: pose repeatability of ISO 9283, each joint arriving from one side"
+)
+# Cards of errors, which have more digits than a class supports.
+_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP")
+_SLACK: Final = 0.03
+_SMALLEST_MM: Final = 1e-4
+
+
+def rounded_length(value: float, way: float = 0.0) -> str:
+    """Return a length (m) with one significant digit; `way` -1 rounds down, 1 up, both but for 3 %, 0 to the nearest."""
+    if not (math.isfinite(value) and value > 0):
+        return "0 µm" if value == 0 else "?"
+    unit, factor = ("µm", 1e6) if value < _SMALLEST_MM / 10 else ("mm", 1e3)
+    place = math.floor(math.log10(value * factor))
+    number = value * factor / 10.0**place
+    digit = {-1.0: math.floor(number * (1 + _SLACK)), 1.0: math.ceil(number / (1 + _SLACK))}.get(way, round(number))
+    text = f"{digit * 10.0**place:.12f}"
+    return f"{text.rstrip('0').rstrip('.')} {unit}"
+
+
+def class_section(figures: Sequence[ClassFigures]) -> Section:
+    """Return the table of the classes, the arm's own marked."""
+    rows = [
+        Row(
+            f"as {each.name} arm",
+            (_figure(each.within), _figure(each.repeatability)),
+            "the class of this arm's drives" if each.default else "",
+            each.name.replace(" ", "_"),
+        )
+        for each in figures
+    ]
+    return Section(KEY, "By class of drive, assumed", _HEADS, tuple(rows), _NOTE)
+
+
+def class_sentence(figures: Sequence[ClassFigures]) -> str:
+    """Return the headline: the range of accuracy and of repeatability between the classes, and the figures of the arm's own class."""
+    own = next(each for each in figures if each.default)
+    within, repeats = (_range(*ClassFigures.ends(figures, key)) for key in ("within", "repeatability"))
+    first, last = figures[0].name, figures[-1].name
+    return (
+        f"Assumed by class of drive, {first} to {last}: expect 95 % of positions within {within}, repeatability RP (ISO cycle) of {repeats}; "
+        f"as {own.name} arm {rounded_length(own.within)} and {rounded_length(own.repeatability)}."
+    )
+
+
+def with_classes(sheet: Sheet, figures: Sequence[ClassFigures], known: States) -> Sheet:
+    """Return the sheet of a study with the table of the classes and their headline, without figures of more digits beside it."""
+    if not figures:
+        return sheet
+    return replace(
+        sheet,
+        verdict=" ".join([class_sentence(figures), *rests_on_sentences(known)]),
+        cards=tuple(card for card in sheet.cards if not card.title.startswith(_ERRORS)),
+        brief=(*class_brief(figures), *(each for each in sheet.brief if not each[0].startswith("RP"))),
+        sections=(class_section(figures), *sheet.sections),
+        facts={**sheet.facts, **class_facts(figures)},
+    )
+
+
+def with_first_answer(sheet: Sheet, figures: Sequence[ClassFigures]) -> Sheet:
+    """Return the sheet of an arm that describes no error source, with the figures by class of drive in place of a prediction."""
+    if not figures:
+        return sheet
+    return replace(
+        sheet,
+        verdict=f"{class_sentence(figures)} {sheet.verdict}",
+        sections=(class_section(figures), *sheet.sections),
+        facts={**sheet.facts, **class_facts(figures)},
+    )
+
+
+def class_brief(figures: Iterable[ClassFigures]) -> list[tuple[str, str]]:
+    """Return the statements of the first screen: one line for each class."""
+    return [("Class", _of_class(each)) for each in figures]
+
+
+def _of_class(each: ClassFigures) -> str:
+    own = " (this one)" if each.default else ""
+    return f"as {each.name} arm{own}: 95 % within {rounded_length(each.within)}, RP {rounded_length(each.repeatability)}"
+
+
+def class_facts(figures: Sequence[ClassFigures]) -> dict[str, Any]:
+    """Return what result.json holds of the classes, m."""
+    return {KEY: [{"class": each.name, "within_95": each.within, "rp_iso_cycle": each.repeatability, "default": each.default} for each in figures]}
+
+
+def _figure(value: float) -> Figure:
+    return Figure(value, "m", words=rounded_length(value))
+
+
+def _range(least: float, most: float) -> str:
+    """Return the range of lengths with one digit, rounded outward, in one unit where both ends have it."""
+    low, high = rounded_length(least, -1.0), rounded_length(most, 1.0)
+    return f"{low.removesuffix(' mm') if high.endswith(' mm') and low.endswith(' mm') else low} to {high}"

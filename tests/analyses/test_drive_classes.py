@@ -1,0 +1,149 @@
+"""The first answer: figures of an arm by class of drive, as long as every drive is assumed."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.analyses.accuracy.drive_classes import class_figures
+from lostmotion.analyses.accuracy.tables.drive_classes import rounded_length
+from lostmotion.analyses.iso9283.predicted import predict_robots
+from lostmotion.analyses.iso9283.sheet import cube_of
+from lostmotion.catalogue.drive_classes import drive_classes
+from lostmotion.io.drive_classes import class_of_arm, with_class
+from tests.io.conftest import EXAMPLES
+
+# A small printed arm with bus servos: 0.5 kg, all effort limits 10 N m, a placeholder.
+PRINTED = """<robot name="printed"><link name="base"/>
+<link name="l1"><inertial><origin xyz="0 0 0.02"/><mass value="0.1"/>INERTIA</inertial></link>
+<link name="l2"><inertial><origin xyz="0.06 0 0"/><mass value="0.11"/>INERTIA</inertial></link>
+<link name="l3"><inertial><origin xyz="0.07 0 0"/><mass value="0.09"/>INERTIA</inertial></link>
+<link name="l4"><inertial><origin xyz="0.03 0 0"/><mass value="0.2"/>INERTIA</inertial></link><link name="tool"/>
+<joint name="j1" type="revolute"><parent link="base"/><child link="l1"/><origin xyz="0 0 0.055"/><axis xyz="0 0 1"/>LIMIT</joint>
+<joint name="j2" type="revolute"><parent link="l1"/><child link="l2"/><origin xyz="0.03 0 0.054"/><axis xyz="0 -1 0"/>LIMIT</joint>
+<joint name="j3" type="revolute"><parent link="l2"/><child link="l3"/><origin xyz="0.116 0 0"/><axis xyz="0 -1 0"/>LIMIT</joint>
+<joint name="j4" type="revolute"><parent link="l3"/><child link="l4"/><origin xyz="0.135 0 0"/><axis xyz="0 -1 0"/>LIMIT</joint>
+<joint name="end" type="fixed"><parent link="l4"/><child link="tool"/><origin xyz="0.1 0 0"/></joint></robot>"""
+INERTIA = '<inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/>'
+LIMIT = '<limit lower="-1.9" upper="1.9" effort="10" velocity="10"/>'
+
+
+@pytest.fixture
+def ur5e(tmp_path):
+    """Copy the URDF of a UR5e and write its first sidecar."""
+    path = tmp_path / "robot.urdf"
+    shutil.copy(EXAMPLES / "ur5e.urdf", path)
+    lostmotion.new(urdf=path).report()
+    return path
+
+
+@pytest.fixture
+def printed(tmp_path):
+    """Write a small printed arm without a sidecar."""
+    path = tmp_path / "printed.urdf"
+    path.write_text(PRINTED.replace("INERTIA", INERTIA).replace("LIMIT", LIMIT), "utf-8")
+    return path
+
+
+def test_the_headline_is_a_range_of_one_digit_that_says_that_it_is_assumed(ur5e):
+    """In one sentence: assumed by class, the range of accuracy and repeatability, the arm's own class; no interval, and no number of more digits."""
+    study = lostmotion.study(ur5e, poses=64, robots=50, visits=10)
+    sentence = study.sheet.verdict.partition(". ")[0]
+    assert sentence.startswith("Assumed by class of drive, stepper to industrial: expect 95 % of positions within ")
+    assert "RP (ISO cycle)" in sentence
+    assert "as small strain wave arm" in sentence
+    assert "…" not in study.sheet.verdict
+    for number in re.findall(r"(?<![\d.])([\d.]+)(?= (?:mm|µm|to))", sentence):
+        assert len(number.replace(".", "").strip("0")) <= 1, number
+    assert not any(card.title.startswith(("95 %", "mean position", "accuracy AP", "repeatability")) for card in study.sheet.cards)
+
+
+def test_the_table_and_the_result_hold_the_class_and_its_neighbours(ur5e):
+    """Three classes side by side, in SI in result.json, the arm's own marked; better drives give smaller figures."""
+    study = lostmotion.study(ur5e, poses=64, method="analytic")
+    (section,) = (each for each in study.sheet.sections if each.key == "drive_classes")
+    assert [row.label for row in section.rows] == ["as stepper arm", "as small strain wave arm", "as industrial arm"]
+    facts = json.loads(json.dumps(study.sheet.facts["drive_classes"]))
+    assert [each["default"] for each in facts] == [False, True, False]
+    for key in ("within_95", "rp_iso_cycle"):
+        values = [each[key] for each in facts]
+        assert values == sorted(values, reverse=True)
+        assert all(0 < value < 0.1 for value in values)
+
+
+def test_a_stated_drive_ends_the_comparison_of_classes(ur5e):
+    """With one real gearbox the headline is that of any study, with its interval."""
+    sidecar = ur5e.with_suffix(".toml")
+    text = sidecar.read_text("utf-8")
+    sidecar.write_text(text.replace("[joints.elbow_joint]", '[joints.elbow_joint]\ngearbox = "CSG-25-100"', 1), "utf-8")
+    study = lostmotion.study(ur5e, poses=64, robots=50, visits=10)
+    assert study.classes == ()
+    assert study.sheet.verdict.startswith("Expect 95 % of positions within ")
+
+
+def test_a_bare_robot_file_has_a_first_answer_by_class(printed):
+    """Without a sidecar no accuracy is predicted; the table of classes stands in its place."""
+    with pytest.raises(lostmotion.InputError) as error:
+        lostmotion.study(printed, poses=64)
+    left = error.value.partial()
+    assert [each.name for each in left.classes] == ["hobby servo", "stepper"]
+    assert left.sheet.verdict.startswith("Assumed by class of drive, hobby servo to stepper")
+    assert left.sheet.facts["drive_classes"][0]["class"] == "hobby servo"
+
+
+def test_a_small_printed_arm_is_a_servo_arm_of_centimetres(printed):
+    """Its effort limits are placeholders; by its own presets of servo, print and mounting 95 % lie within a figure that the range contains."""
+    lostmotion.new(urdf=printed).report()
+    figures = class_figures(lostmotion.read(printed))
+    own = next(each for each in figures if each.default)
+    printed.with_suffix(".toml").write_text('presets = { revolute = "hobby servo", link = "printed PLA", mounting = "printed" }\n', "utf-8")
+    by_presets = lostmotion.study(printed, poses=64, method="analytic").pooled.quantiles
+    reference = max(each.value for each in by_presets[:3])
+    assert own.name == "hobby servo"
+    assert min(each.within for each in figures) < reference < 2 * max(each.within for each in figures)
+    assert own.within == pytest.approx(reference, rel=1.0)
+
+
+def test_the_repeatability_of_a_class_is_that_of_simulated_robots_in_the_iso_cycle(ur5e):
+    """By another method: robots drawn one by one follow the standard's cycle at its five poses; the sum over terms agrees within a factor of 1.5."""
+    arm = lostmotion.read(ur5e)
+    cube = cube_of(arm, 0.3, np.array([0.4, 0.0, 0.4]), None, 0.0, None, None)
+    simulated = predict_robots(arm, cube, robots=100, seed=1).loads[0].repeatability.mean()
+    own = next(each for each in class_figures(arm) if each.default)
+    assert own.repeatability / simulated == pytest.approx(1.0, rel=0.5)
+
+
+def test_figures_of_classes_are_the_same_for_the_same_file(ur5e):
+    """Bit for bit."""
+    assert class_figures(lostmotion.read(ur5e)) == class_figures(lostmotion.read(ur5e))
+
+
+def test_a_better_class_is_more_repeatable_on_any_arm(ur5e, printed):
+    """From hobby servos to industrial drives, one after the other."""
+    for path in (ur5e, printed):
+        lostmotion.new(urdf=path).report(force=True)
+        arm = lostmotion.read(path)
+        order = list(drive_classes().values())[:4]
+        repeats = [next(each for each in class_figures(with_class(arm, each_class)) if each.default).repeatability for each_class in order]
+        assert class_of_arm(arm) is not None
+        assert repeats == sorted(repeats, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("value", "near", "down", "up"),
+    [
+        (9.56e-4, "1 mm", "0.9 mm", "1 mm"),
+        (2.98e-3, "3 mm", "3 mm", "3 mm"),
+        (1.2e-3, "1 mm", "1 mm", "2 mm"),
+        (5.5e-6, "6 µm", "5 µm", "6 µm"),
+        (0, *["0 µm"] * 3),
+    ],
+)
+def test_a_length_has_one_digit(value, near, down, up):
+    """Rounded to the nearest, or outward but for three per cent."""
+    assert (rounded_length(value), rounded_length(value, -1.0), rounded_length(value, 1.0)) == (near, down, up)
