@@ -36,7 +36,7 @@ MACHINES = (
     # Makers print ±0.03 to ±0.1 mm for axes on racks and belts.
     ("gantry.toml", 54.0e-6, 94.5e-6, (30e-6, 100e-6)),
     # One servo with a spring repeats to ±0.3 mm at 100 mm (SO-ARM100, issue 134); 1° of open play is 7 mm at 400 mm.
-    ("printed-hobby-arm.toml", 4.24e-3, 14.8e-3, (0.3e-3, 10e-3)),
+    ("printed-hobby-arm.toml", 4.42e-3, 13.3e-3, (0.3e-3, 10e-3)),
     # The maker prints ±0.03 mm, from one side.
     ("ur5e.urdf", 44.6e-6, 0.909e-3, (30e-6, 100e-6)),
     # The paper prints none; cycloidal arms of this size are sold with hundredths of a millimetre.
