@@ -17,7 +17,8 @@ import typer
 from typer.core import TyperGroup
 
 from lostmotion import QUESTIONS
-from lostmotion.cli.generator import command_name, command_of, stopped
+from lostmotion.cli.generator import command_name, command_of, stopped, swallowed
+from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded
 from lostmotion.cli.terminal import LOST, flush, give_up, is_of_output, open_up, say
 from lostmotion.errors import InputError, LostmotionError, Problem, nearest, shown
 from lostmotion.version import __version__
@@ -94,6 +95,7 @@ def main() -> None:
     0 done; 1 done, and the answer is no: nothing fits, not reproduced, or the output could not be printed; 2 refused, nothing written; 130 stopped.
     """
     signal.signal(signal.SIGINT, _stop)
+    sys.unraisablehook = _note_memory
     gc.set_threshold(_COLLECTED_EVERY)
     atexit.register(gc.freeze)  # or Python searches all of them again at its end, for a tenth of a short command's time
     # JAX logs a driver that does not load over a dozen lines; the message of a missing GPU says how to see them.
@@ -123,8 +125,12 @@ def _carried_out() -> tuple[int, str]:
         return 2, str(error)
     except MemoryError:
         return 2, "not enough memory for that many poses, robots or visits; nothing was written"
-    except OSError as error:
-        return _of_system(error)
+    except (ImportError, OSError, RuntimeError) as error:
+        if is_of_loading(error) or (isinstance(error, RuntimeError) and is_of_memory(error)):
+            return 2, not_loaded(error)
+        if isinstance(error, OSError):
+            return _of_system(error)
+        raise
     return 0, ""
 
 
@@ -135,6 +141,14 @@ def _of_system(error: OSError) -> tuple[int, str]:
     if isinstance(error, FileNotFoundError) and error.filename is None:
         return 2, "the folder you stand in no longer exists\n  change to another one, for example: cd ~"
     return 2, f"{error.strerror or error}" + (f": {error.filename}" if error.filename else "")
+
+
+def _note_memory(ignored: sys.UnraisableHookArgs) -> None:
+    """Remember that memory ran out where the error could not be raised: SciPy for one then continues with tables that are not filled."""
+    if isinstance(ignored.exc_value, MemoryError):
+        swallowed.append(ignored.exc_value)
+    else:
+        sys.__unraisablehook__(ignored)
 
 
 def _stop(_signal: int, _frame: FrameType | None) -> None:

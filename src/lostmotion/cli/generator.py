@@ -26,6 +26,7 @@ _LINE: Final = 80
 _GAP: Final = "   "
 STOPPED: Final = 130  # the shell's own code for it
 stopped: list[bool] = []
+swallowed: list[MemoryError] = []  # where they could not be raised: what was computed since is not to be trusted
 # What every command has besides the arguments of its question.
 SHARED: Final = (
     Parameter("out", str, Argument("Folder for report.html, result.json and what else the command writes.", metavar="FOLDER"), None),
@@ -154,6 +155,8 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
         raise typer.Exit(STOPPED) from None
     if stopped:
         raise typer.Exit(STOPPED)
+    if swallowed:
+        raise swallowed[0]
     results = found if isinstance(found, list) else [found]
     copies = {name: common[name] for name in _COPIES if name in common}
     written = [each.report(None if own else out, force=force, **copies) for each in results if own or out is not None]

@@ -17,6 +17,8 @@ TableKind = Literal["csv", "latex"]
 FOLDER: Final = "tables"
 _SUFFIX: Final = {"csv": "csv", "latex": "tex"}
 _SPECIAL: Final = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"} | {each: f"\\{each}" for each in "&%$#_{}"}
+# Where a cell begins with the sign of a formula, in half or full width.
+_FORMULA: Final = re.compile(r"(?:^|(?<=[;\t\r\n]))(?=\s*[=+@＝＋－＠-])|^(?=[\t\r\n])")
 # Signs that a plain LaTeX document does not know as letters.
 _SIGNS: Final = {
     "−": "$-$",
@@ -59,14 +61,22 @@ def _csv(section: Section) -> str:
     head = ["name"]
     for name, interval in zip(section.columns, with_interval, strict=True):
         head += [name, f"{name}: unit", *([f"{name}: low", f"{name}: high"] if interval else [])]
-    rows.writerow([*head, "note"])
+    rows.writerow(map(_text, [*head, "note"]))
     for row in section.rows:
-        cells = [row.label]
+        cells = [_text(row.label)]
         for figure, interval in zip(row.figures, with_interval, strict=True):
-            cells += [figure.words or _number(figure.value), "" if figure.words or figure.unit == "1" else figure.unit]
+            cells += [_text(figure.words) or _number(figure.value), "" if figure.words or figure.unit == "1" else _text(figure.unit)]
             cells += [_number(figure.low), _number(figure.high)] if interval else []
-        rows.writerow([*cells, row.note])
+        rows.writerow([*cells, _text(row.note)])
     return text.getvalue()
+
+
+def _text(text: str) -> str:
+    """Return a text that a spreadsheet shows and does not compute: an apostrophe stands before the sign of a formula, as OWASP advises.
+
+    That is so behind a semicolon and a tabulator too, at which spreadsheets of other languages divide a line.
+    """
+    return _FORMULA.sub("'", text)
 
 
 def _number(value: float) -> str:

@@ -9,6 +9,7 @@ from lostmotion.controller_model.c_source import bytes_of, sizes_of, table_sourc
 from lostmotion.controller_model.remainder import remainder
 from lostmotion.controller_model.unrolled import evaluated, unrolled_source
 from lostmotion.error_model.provenance import states
+from lostmotion.errors import legible
 from lostmotion.reporting.provenance import assumed_count, ideal_joints_clause
 from lostmotion.reporting.sheet import several
 from lostmotion.reporting.warnings import arm_warnings
@@ -41,6 +42,7 @@ _LOOPED: Final = (
 _UNROLLED: Final = (
     "The prediction is written out for this arm in `src/lm_unrolled.h`. `-DLM_LOOPED` evaluates the tables in loops instead: slower, with less code."
 )
+_MARKS: Final = frozenset("\\`*[]<>|~!&#$")
 # Poses of the self test, and those at which the effect of compensation is measured.
 _VECTORS: Final = 10
 _POSES: Final = 512
@@ -85,6 +87,18 @@ def packaged(name: str) -> str:
 def _plain(text: str) -> str:
     """Return a text in ASCII that neither begins nor ends a comment."""
     return "".join(each if each.isascii() and each.isprintable() else "_" for each in text).replace("*/", "* /").replace("/*", "/ *")
+
+
+def _markdown(text: str, but: str = "") -> str:
+    """Return a text that Markdown shows as it stands on one line: no link, picture, HTML or cell of a table begins in it; `but` keeps its meaning."""
+    line = " ".join(legible(text).split())
+    shown = "".join(f"\\{each}" if each in _MARKS and each not in but else each for each in line)
+    # A colon before slashes makes an address; an underscore has no meaning within a word.
+    return "".join(f"\\{each}" if each == "_" and not _within_word(shown, k) else each for k, each in enumerate(shown)).replace("://", "\\://")
+
+
+def _within_word(text: str, at: int) -> bool:
+    return 0 < at < len(text) - 1 and text[at - 1].isalnum() and text[at + 1].isalnum()
 
 
 def _head(model: Controller, sha256: str) -> str:
@@ -143,17 +157,20 @@ def _header(model: Controller, head: str, *, single: bool, unroll: bool) -> str:
 def _readme(model: Controller, tables: str, remarks: Sequence[str], sha256: str, *, single: bool, unroll: bool) -> str:
     """Return the README of this model."""
     valid, limits = model.tables.valid, model.tables.limits
-    rows = [f"| {k} | {joint} | {low:.6g} | {high:.6g} |" for k, (joint, (low, high)) in enumerate(zip(model.tables.joints, limits, strict=True))]
+    rows = [
+        f"| {k} | {_markdown(joint)} | {low:.6g} | {high:.6g} |"
+        for k, (joint, (low, high)) in enumerate(zip(model.tables.joints, limits, strict=True))
+    ]
     size = 4 if single else 8
     taken, q = bytes_of(model.tables, size), tested_poses(model.tables, _POSES)
     found = [remainder(model, q, passes) for passes in (1, 2)]
     return packaged("README.md").format(
-        name=model.tables.name,
+        name=_markdown(model.tables.name),
         version=__version__,
         hash=sha256,
         precision="float" if single else "double",
         form=_UNROLLED if unroll else _LOOPED,
-        remarks="\n".join(f"- {each}" for each in remarks) or "- nothing",
+        remarks="\n".join(f"- {_markdown(each, but='`')}" for each in remarks) or "- nothing",
         joints="\n".join(rows),
         payload=f"{valid.payload:.4g}",
         reach=f"{valid.reach:.4g}",
