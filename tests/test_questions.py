@@ -13,7 +13,7 @@ import typer.main
 import lostmotion
 from lostmotion.analyses.signature import question_of
 from lostmotion.cli.app import app
-from lostmotion.cli.generator import command_of, shared_options
+from lostmotion.cli.generator import command_name, command_of, shared_options
 
 NAMES = tuple(lostmotion.QUESTIONS)
 
@@ -109,6 +109,17 @@ def test_public_functions_have_typed_arguments(name):
         assert each.annotation is not inspect.Parameter.empty
         assert each.kind is not inspect.Parameter.VAR_KEYWORD
         assert getattr(lostmotion, name).__doc__
+
+
+@pytest.mark.parametrize(
+    "words", ["", "run", *sorted({name for each in lostmotion.QUESTIONS for name in (command_name(each), command_name(each).partition(" ")[0])})]
+)
+def test_every_command_and_group_of_commands_has_help(words):
+    """`--help` prints the usage and ends with exit code 0: of the program, of each command, and of what several commands begin with."""
+    done = subprocess.run([sys.executable, "-m", "lostmotion", *words.split(), "--help"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.lstrip().startswith(f"Usage: {' '.join(['python -m lostmotion', *words.split()])} ")
+    assert all(name in done.stdout for name in ("c ", "fmu ") if words == "export")
 
 
 def test_help_loads_nothing_heavy():

@@ -50,7 +50,7 @@ class _Questions(TyperGroup):
         name = _ALIASES.get(cmd_name, cmd_name).replace(" ", "_")
         if name not in QUESTIONS:
             behind = {each.removeprefix(f"{name}_"): self.get_command(ctx, each) for each in QUESTIONS if each.startswith(f"{name}_")}
-            return TyperGroup(name=cmd_name, commands=behind) if behind and _completes(ctx) else None
+            return TyperGroup(name=cmd_name, commands=behind, help=f"Commands of {cmd_name}.", rich_markup_mode=None) if behind else None
         return command_of(getattr(importlib.import_module(QUESTIONS[name]), name))
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
@@ -60,6 +60,8 @@ class _Questions(TyperGroup):
         if " ".join(args[:2]) in map(command_name, QUESTIONS):  # `export c`
             args = [" ".join(args[:2]), *args[2:]]
         word = args[0]
+        if args[1:] == ["--help"] and any(command_name(name).startswith(f"{word} ") for name in QUESTIONS):  # `export --help`
+            return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
         if word not in {*map(command_name, QUESTIONS), *_ALIASES}:
             names = [command_name(name) for name in QUESTIONS]
             raise InputError([Problem("", "command", shown(word), "one of " + ", ".join(names), "lostmotion study arm.toml", nearest(word, names))])
