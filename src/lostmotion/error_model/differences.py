@@ -16,12 +16,12 @@ from lostmotion.error_model.intervals import (
     Estimate,
     quantile_drop,
     robots_quantile,
-    satterthwaite,
     shrunk_means,
     student,
     two_way,
     variance_of_mean,
 )
+from lostmotion.error_model.small_counts import satterthwaite
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

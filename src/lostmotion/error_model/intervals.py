@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.error_bins import bin_edges
+from lostmotion.error_model.small_counts import counting_floor, freedom_of_variance, order_statistics, satterthwaite
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -94,10 +95,12 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     group_hist, replicate_hist  (group of robots, bin), (set of poses, bin): counts of all samples by length
     largest                     largest sample, m; no quantile is above it
 
-    The share of samples below the quantile differs between groups of robots and between sets of poses. Its confidence interval is converted into
-    lengths (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635), so the interval is asymmetric where the distribution is. It is at least the bin of the
-    value. A quantile from 16 m is infinite and has no interval, because the histogram ends there. With one set of poses, given or on a grid, the
-    interval does not include the choice of poses. NaN ends for a single group of robots.
+    The share of samples below the quantile differs between groups of robots and between sets of poses. The interval is that of as many independent
+    samples as have the same variance of this share, by order statistics (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; E. Korn, B. Graubard,
+    Survey Methodology 24 (1998) 193). Where all of so few may lie below the quantile, as with 200 robots where the worst of them alone make the 99th
+    percentile, its upper end is the largest sample. The interval is at least the bin of the value. A quantile from 16 m is infinite and has no
+    interval, because the histogram ends there. With one set of poses, given or on a grid, the interval does not include the choice of poses. NaN
+    ends for a single group of robots.
     """
     hist = group_hist.sum(axis=0)
     value = quantile(hist, level)
@@ -109,9 +112,8 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     value = min(value, largest)
     at = int(np.searchsorted(_edges(), value, side="right"))
     bin_low, bin_high = (0.0, 0.0) if value == 0 else (float(_edges()[k]) for k in (max(at - 1, 0), min(at, len(hist))))
-    # The half-width is added to the log odds, so that both ends stay between 0 and 1.
-    odds, factor = level / (1 - level), math.exp(half / (level * (1 - level)))
-    ends = [quantile(hist, odds * by / (1 + odds * by)) for by in (1 / factor, factor)]
+    count = level * (1 - level) * (student(math.inf) / half) ** 2 if half > 0 else math.inf  # of independent samples with the same variance
+    ends = [quantile(hist, share) for share in order_statistics(level, count, _CONFIDENCE)]
     return Estimate(value, min(ends[0], bin_low, value), max(min(ends[1], largest), bin_high, value))
 
 
@@ -144,10 +146,12 @@ def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: floa
     """Return the uncertainty of the share of all samples below a value (m).
 
     The variance between groups of robots and that between sets of poses both contain the variance of single cells (group, set). So the interval is
-    never too narrow, and at most too wide by a factor of sqrt(2).
+    never too narrow, and at most too wide by a factor of sqrt(2). Where few robots have most of the samples above the value, their variance is itself
+    uncertain, which leaves fewer degrees of freedom.
     """
-    squares = [variance_of_mean(shares_below(hists, value)) for hists in (group_hist, replicate_hist)]
-    variance, freedom = satterthwaite(squares, [len(group_hist) - 1, len(replicate_hist) - 1])
+    members = [shares_below(hists, value) for hists in (group_hist, replicate_hist)]
+    squares = [variance_of_mean(each) for each in members]
+    variance, freedom = satterthwaite(squares, [freedom_of_variance(each) for each in members])
     return Spread(squares[0], squares[1], student(freedom) * math.sqrt(variance))
 
 
@@ -168,16 +172,31 @@ def pseudo_values(hists: np.ndarray, level: float) -> Floats:
     return np.array([count * quantile(whole, level) - (count - 1) * quantile(whole - one, level) for one in hists])
 
 
-def pooled_mean(robot_means: Floats) -> Estimate:
+def pooled_mean(robot_means: Floats, of_poses: Floats | None = None) -> Estimate:
     """Return the mean over robots and poses of these mean lengths (set of poses, robot), with its confidence interval; no end is below zero.
+
+    of_poses  (pose,) mean over the robots at each pose, set after set, for the floor of `counting_floor`; without it, errors that begin abruptly in
+              rare poses may leave the interval too narrow
 
     Robots and sets of poses are crossed random factors: each set is visited by all robots (see `two_way`). NaN ends for a single robot.
     """
     value = float(robot_means.mean())
     if robot_means.shape[1] < 2:  # noqa: PLR2004 - a single one shows no differences
         return Estimate(value, math.nan, math.nan)
-    half = two_way(robot_means).half
+    half = mean_spread(robot_means, of_poses).half
     return of_length(value, value - half, value + half)
+
+
+def mean_spread(robot_means: Floats, of_poses: Floats | None = None) -> Spread:
+    """Return the uncertainty of the mean of `pooled_mean`: that of `two_way`, with the share of the poses at least that of `counting_floor`."""
+    found = two_way(robot_means)
+    variance = found.of_robots + found.of_poses
+    least = 0.0 if of_poses is None else counting_floor(of_poses, len(robot_means), _CONFIDENCE)
+    factor = found.half / math.sqrt(variance) if variance > 0 else student(math.inf)
+    if not least > factor * math.sqrt(found.of_poses):
+        return found
+    chosen = (least / factor) ** 2
+    return Spread(found.of_robots, chosen, factor * math.sqrt(found.of_robots + chosen))
 
 
 def root_mean_square(of_sets: Floats) -> Estimate:
@@ -268,16 +287,19 @@ def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
     return out
 
 
-def pooled_robots_quantile(robot_means: Floats, level: float = 0.95) -> Estimate:
+def pooled_robots_quantile(robot_means: Floats, level: float = 0.95, of_poses: Floats | None = None) -> Estimate:
     """Return the quantile over robots of their mean over the poses, with its confidence interval, from means (set of poses, robot).
 
     The means are first shrunk towards their common mean by the variance due to few poses and visits, estimated from the sets. Without this the
     quantile would be biased upwards. The interval is that of `robots_quantile`, widened by the uncertainty due to the choice of poses
-    (`quantile_spread`).
+    (`quantile_spread`), at least by that of `counting_floor` with `of_poses` as for `pooled_mean`.
     """
+    sets = len(robot_means)
     value, low, high = (float(x) for x in robots_quantile(shrunk_means(robot_means), level))
-    of_poses = student(len(robot_means) - 1) * math.sqrt(quantile_spread(robot_means, level)) if len(robot_means) > 1 else 0.0
-    return of_length(value, value - math.hypot(value - low, of_poses), value + math.hypot(high - value, of_poses))
+    chosen = student(sets - 1) * math.sqrt(quantile_spread(robot_means, level)) if sets > 1 else 0.0
+    if of_poses is not None:
+        chosen = max(chosen, counting_floor(of_poses, sets, _CONFIDENCE))
+    return of_length(value, value - math.hypot(value - low, chosen), value + math.hypot(high - value, chosen))
 
 
 def shrunk_means(robot_means: Floats) -> Floats:
@@ -318,14 +340,6 @@ def _mean_square_of_cells(values: Floats) -> float:
         return 0.0
     rest = values - values.mean(axis=0) - values.mean(axis=1)[:, None] + values.mean()
     return float((rest**2).sum() / ((sets - 1) * (robots - 1)) / (sets * robots))
-
-
-def satterthwaite(squares: list[float], freedoms: list[int]) -> tuple[float, float]:
-    """Return the sum of variances and its degrees of freedom, by Satterthwaite's formula."""
-    total = sum(squares)
-    if not total > 0:
-        return 0.0, float(max(freedoms))
-    return total, total**2 / sum(square**2 / freedom for square, freedom in zip(squares, freedoms, strict=True) if freedom > 0)
 
 
 def student(freedom: float, level: float | None = None) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from lostmotion.error_model.error_bins import BINS
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantile, quantile, student
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
+from lostmotion.error_model.small_counts import counting_floor
 from lostmotion.propagation.analytic import BLOCK, MOST_UNCERTAIN, Analytic, Drawn, blocks_between, over_blocks
 from lostmotion.propagation.error_magnitude import BLOCKS, POINTS, POOLED_POINTS, TILE
 
@@ -85,7 +86,8 @@ class PooledHistogram:
 
     def figures(self, found: Analytic) -> Pooled:
         """Return the figures over all poses, once each block is added; `found` are the figures at each pose."""
-        mean = _estimate(float(found.mean.mean()), float(found.mean_uncertainty.mean()), found.mean.reshape(self._sets, -1).mean(axis=1))
+        of_sets, least = found.mean.reshape(self._sets, -1).mean(axis=1), counting_floor(found.mean, self._sets)
+        mean = _estimate(float(found.mean.mean()), float(found.mean_uncertainty.mean()), of_sets, least)
         largest = float(found.worst.max())
         quantiles = tuple(_quantile(self._by_block, self._by_set, level, largest) for level in found.levels)
         return Pooled(found.levels, mean, quantiles, _deviation(found, self._sets))
@@ -102,12 +104,16 @@ def _of_one(found: Analytic) -> Pooled:
     )
 
 
-def _estimate(value: float, uncertainty: float, of_sets: Floats) -> Estimate:
-    """Return a value with an interval for its uncertainty and for the choice of poses (from its values by set); NaN if the former exceeds 5 %."""
+def _estimate(value: float, uncertainty: float, of_sets: Floats, least: float = 0.0) -> Estimate:
+    """Return a value with an interval for its uncertainty and for the choice of poses (from its values by set); NaN if the former exceeds 5 %.
+
+    least  smallest half-width for the choice of poses
+    """
     if not uncertainty <= MOST_UNCERTAIN * value:
         return Estimate(math.nan, math.nan, math.nan)
     sets = len(of_sets)
-    half = math.hypot(uncertainty, student(sets - 1) * float(of_sets.std(ddof=1)) / math.sqrt(sets)) if sets > 1 else uncertainty
+    chosen = student(sets - 1) * float(of_sets.std(ddof=1)) / math.sqrt(sets) if sets > 1 else 0.0
+    half = math.hypot(uncertainty, max(chosen, least))
     return of_length(value, value - half, value + half)
 
 

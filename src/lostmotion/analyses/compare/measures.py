@@ -62,7 +62,7 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
             "mean",
             "mean position error",
             "m",
-            lambda each: pooled_mean(each.sampled.robot_means[:, :, 0]),
+            lambda each: pooled_mean(each.sampled.robot_means[:, :, 0], each.sampled.of_poses(0)),
             lambda one, other: mean_difference(one.sampled.robot_means[:, :, 0], other.sampled.robot_means[:, :, 0]),
             weights=ERROR,
         )
@@ -139,7 +139,7 @@ def _of_robots(key: str, column: int, weights: tuple[float, float, float]) -> Me
         f"{key}_p95",
         f"{key.upper()}, 95 % of robots within",
         "m",
-        lambda each: pooled_robots_quantile(each.sampled.robot_means[:, :, column]),
+        lambda each: pooled_robots_quantile(each.sampled.robot_means[:, :, column], of_poses=each.sampled.of_poses(column)),
         lambda one, other: robots_quantile_difference(one.sampled.robot_means[:, :, column], other.sampled.robot_means[:, :, column]),
         weights=weights,
     )

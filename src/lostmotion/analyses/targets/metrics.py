@@ -237,11 +237,11 @@ class RepeatabilityMetric:
         """Return the quantile of RP, m, for a factor on each term (term,)."""
         matrix = self.matrix.scaled(factors)
         each = len(self.rows) // self.replicates
-        means = np.empty((self.replicates, self.plan.robots))
+        means, at_poses = np.empty((self.replicates, self.plan.robots)), np.empty((self.replicates, each))
         for k in range(self.replicates):
             sample = sample_block(self.plan, matrix.stretch(k * each, (k + 1) * each), int(self.rows[k * each]))
-            means[k] = sample.ap_rp[:, 1].mean(axis=0)
-        return pooled_robots_quantile(means, self.share)
+            means[k], at_poses[k] = sample.ap_rp[:, 1].mean(axis=0), sample.ap_rp[:, 1].mean(axis=1)
+        return pooled_robots_quantile(means, self.share, at_poses.ravel())
 
 
 def by_montecarlo(plan: Plan, matrix: PoseMatrix, share: float) -> tuple[Estimate, Estimate]:
@@ -252,7 +252,7 @@ def by_montecarlo(plan: Plan, matrix: PoseMatrix, share: float) -> tuple[Estimat
     sets = plan.poses.replicates
     each = len(plan.poses) // sets
     of_groups, of_sets = (np.zeros((count, error_bins.BINS), np.int64) for count in (plan.groups, sets))
-    means = np.zeros((sets, plan.robots))
+    means, at_poses = np.zeros((sets, plan.robots)), []
     largest = 0.0
     for k in range(sets):
         for first, block in split_blocks(matrix.stretch(k * each, (k + 1) * each), plan.robots):
@@ -261,4 +261,5 @@ def by_montecarlo(plan: Plan, matrix: PoseMatrix, share: float) -> tuple[Estimat
             of_sets[k, sample.bins] += sample.hist
             largest = max(largest, float(sample.per_pose[:, kernel.LARGEST].max()))
             means[k] += sample.ap_rp[:, 1].sum(axis=0) / each if plan.visits > 1 else math.nan
-    return pooled_quantile(of_groups, of_sets, share, largest), pooled_robots_quantile(means, share)
+            at_poses.append(sample.ap_rp[:, 1].mean(axis=1) if plan.visits > 1 else np.full(len(sample.ap_rp), math.nan))
+    return pooled_quantile(of_groups, of_sets, share, largest), pooled_robots_quantile(means, share, np.concatenate(at_poses))

@@ -73,6 +73,10 @@ class Sampled:
     tally: Tally
     exact: exact.ExactCheck
 
+    def of_poses(self, column: int) -> Floats:
+        """Return the mean over robots at each pose (pose,), m, of the figure in this column of `robot_means`."""
+        return (self.per_pose[:, kernel.MEAN], self.accuracy[:, 0], self.repeatability[:, 0])[column]
+
 
 @dataclass(frozen=True)
 class _Block:

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from lostmotion.error_model.intervals import Spread, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_spread, share_spread, two_way
+from lostmotion.error_model.intervals import Spread, mean_spread, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_spread, share_spread
+from lostmotion.error_model.small_counts import counting_floor
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation.montecarlo.blocks import MOST_ROBOTS as ROBOTS_THERE_CAN_BE
 from lostmotion.propagation.montecarlo.montecarlo import run
@@ -288,17 +289,19 @@ def _doubled(count: int, most: int) -> Iterator[int]:
 
 def watched(found: Sampled) -> dict[str, Watched]:
     """Return the figures that the stopping rule tests: mean and 95th percentile of all errors; mean and 95th percentile over robots of AP and RP."""
-    out = {"mean": _watched(pooled_mean(found.robot_means[:, :, 0]), two_way(found.robot_means[:, :, 0]))}
+    means, at_poses = found.robot_means[:, :, 0], found.of_poses(0)
+    out = {"mean": _watched(pooled_mean(means, at_poses), mean_spread(means, at_poses))}
     q95 = pooled_quantile(found.group_hist, found.replicate_hist, 0.95)
     out["95th percentile"] = _watched(q95, share_spread(found.group_hist, found.replicate_hist, q95.value))
     if np.isfinite(found.robot_means[:, :, 1:]).all():
         for column, name in ((1, "AP"), (2, "RP")):
-            means = found.robot_means[:, :, column]
-            out[f"{name}, mean over poses and robots"] = _watched(pooled_mean(means), two_way(means))
-            highest = pooled_robots_quantile(means)
+            means, at_poses = found.robot_means[:, :, column], found.of_poses(column)
+            of_mean = mean_spread(means, at_poses)
+            out[f"{name}, mean over poses and robots"] = _watched(pooled_mean(means, at_poses), of_mean)
+            highest = pooled_robots_quantile(means, of_poses=at_poses)
             half = highest.half
             variance = (half / 1.96) ** 2
-            of_poses = quantile_spread(means)
+            of_poses = max(quantile_spread(means), counting_floor(at_poses, len(means)) ** 2 / 1.96**2)
             out[f"{name}, 95th percentile of robots"] = _watched(highest, Spread(max(variance - of_poses, 0.0), of_poses, half))
     return out
 

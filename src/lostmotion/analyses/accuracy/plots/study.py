@@ -107,7 +107,7 @@ def accuracy_over_robots(answer: Answer) -> Figure:
         histogram(on, edges * factor, counts, LIGHT["robot"] if name == "AP" else LIGHT["visit"])
         on.locator_params(axis="x", nbins=5)
         on.locator_params(axis="y", integer=True)
-        mark(on, pooled_robots_quantile(sampled.robot_means[:, :, column]), "95th percentile", unit)
+        mark(on, pooled_robots_quantile(sampled.robot_means[:, :, column], of_poses=sampled.of_poses(column)), "95th percentile", unit)
         label_axes(on, f"{name} [{unit}]", "robots [1]" if name == "AP" else "")
     return drawn
 

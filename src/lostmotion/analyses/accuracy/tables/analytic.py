@@ -237,7 +237,7 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
     """Compare every figure that is printed over all poses; 99.7 % here alone, since Monte Carlo keeps no such quantile at each pose."""
     largest = float(sampled.per_pose[:, kernel.LARGEST].max())
     by_samples = [
-        pooled_mean(sampled.robot_means[:, :, 0]),
+        pooled_mean(sampled.robot_means[:, :, 0], sampled.of_poses(0)),
         *(pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in whole.levels),
     ]
     square = float(sampled.per_pose[:, kernel.MEAN_SQUARE].mean())

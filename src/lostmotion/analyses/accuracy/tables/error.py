@@ -38,7 +38,7 @@ def error_section(answer: Answer, where: str = "") -> Section:
     sampled, poses = answer.sampled, answer.poses
     table = sampled.per_pose
     counted = f"{several(len(poses), 'pose')}{where} ({poses.law}) x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
-    mean = pooled_mean(sampled.robot_means[:, :, 0])
+    mean = pooled_mean(sampled.robot_means[:, :, 0], sampled.of_poses(0))
     spread = standard_deviation(sampled.group_hist, sampled.replicate_hist, mean.value, float(table[:, kernel.MEAN_SQUARE].mean()))
     largest = float(table[:, kernel.LARGEST].max())
     quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
@@ -112,8 +112,9 @@ def iso_section(answer: Answer, where: str = "") -> Section:
     rows = []
     tables = (("AP", 1, sampled.accuracy, ap_weights(sampled.visits)), ("RP", 2, sampled.repeatability, RP))
     for label, column, table, weights in tables:
-        of_robots = sampled.robot_means[:, :, column]
-        mean, highest = (answer.budget.known_ends(found, *weights) for found in (pooled_mean(of_robots), pooled_robots_quantile(of_robots)))
+        of_robots, of_poses = sampled.robot_means[:, :, column], sampled.of_poses(column)
+        found = pooled_mean(of_robots, of_poses), pooled_robots_quantile(of_robots, of_poses=of_poses)
+        mean, highest = (answer.budget.known_ends(each, *weights) for each in found)
         rows.append(Row(f"{label}, mean over poses and robots", (as_length(mean, counted),), key=f"{label}_mean"))
         rows.append(
             Row(

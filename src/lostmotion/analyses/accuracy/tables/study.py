@@ -127,7 +127,8 @@ def sections(answer: Answer) -> list[Section]:
 
 
 def _repeats(answer: Answer) -> Estimate | None:
-    return pooled_mean(answer.sampled.robot_means[:, :, 2]) if answer.sampled.visits > 1 else None
+    sampled = answer.sampled
+    return pooled_mean(sampled.robot_means[:, :, 2], sampled.of_poses(2)) if sampled.visits > 1 else None
 
 
 def workspace_section(space: Workspace) -> Section:
