@@ -49,6 +49,7 @@ class PoseValues:
     marked     the pose that is ringed, and through which sections go; `mark` names it
     reachable  (point, 3) m, what the tool reaches
     target     largest acceptable value, drawn as a contour, in the unit shown; None without one
+    turns      whether the values are the same at any angle of a first joint that turns about a vertical axis
     """
 
     arm: Arm
@@ -60,6 +61,7 @@ class PoseValues:
     mark: str
     reachable: Floats
     target: float | None = None
+    turns: bool = True
 
 
 def symmetry_axis(arm: Arm) -> Axis:
@@ -84,7 +86,7 @@ def sections(found: PoseValues) -> list[tuple[str, Figure]]:
 
 def _section(found: PoseValues, across: int, up: int, edge: float) -> Figure:
     """Draw the section spanned by two axes of the base in cells with this edge, m."""
-    axis, other = symmetry_axis(found.arm), 3 - across - up
+    axis, other = symmetry_axis(found.arm) if found.turns else None, 3 - across - up
     marked = found.tool[found.marked].copy()
     if axis is not None and other == 1:  # turned about the axis into the section
         marked[:2] = axis[0] + np.hypot(marked[0] - axis[0], marked[1] - axis[1]), axis[1]

@@ -11,6 +11,7 @@ import numpy as np
 from lostmotion.analyses.compare.compared_arm import GROUPINGS
 from lostmotion.analyses.compare.description import Difference, StateChange, state_changes, value_differences
 from lostmotion.analyses.compare.measures import Measure, measures
+from lostmotion.analyses.compare.tool_points import tool_distance
 from lostmotion.error_model.budget import NOTHING, budget_changes
 from lostmotion.error_model.differences import ZERO, root_mean_square_difference, share_of_difference
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
+    from lostmotion.analyses.compare.tool_points import ToolDistance
     from lostmotion.error_model.intervals import Estimate
 
 
@@ -48,12 +50,14 @@ class Change:
     figures  difference of every figure by the key of its `Measure`, after minus before
     by       differences by grouping, the largest share of the difference first: "parts", "members" (of parts that consist of several), "causes"
     same     whether every robot of both has the same errors, to the last bit
+    apart    distance between the tool points that both command at the same joint values; None where they stand at different ones
     """
 
     arm: ComparedArm
     figures: dict[str, Estimate]
     by: dict[Grouping, tuple[PartChange, ...]]
     same: bool
+    apart: ToolDistance | None = None
 
     def moving(self, grouping: Grouping) -> list[PartChange]:
         """Return the entries with a share that a table shows, the largest first: one far below the others is what couples it to them."""
@@ -105,7 +109,8 @@ def _change(before: ComparedArm, after: ComparedArm, figures: Sequence[Measure])
     found = {each.key: ZERO if same and not each.exact else each.change(before, after) for each in figures}
     contributions = _contributions(before, after)
     by = {grouping: _part_changes(before, after, grouping, contributions[grouping], same=same) for grouping in GROUPINGS}
-    return Change(after, found, by, same)
+    apart = tool_distance(before.arm, after.arm, before.poses) if _stand_at_the_same(before, after) else None
+    return Change(after, found, by, same, apart)
 
 
 def same_errors(before: ComparedArm, after: ComparedArm) -> bool:

@@ -10,10 +10,13 @@ import numpy as np
 from lostmotion.analyses.compare.tables.figures import measure_of
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.poses import reachable_points
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.mechanism.serial import vertical_axis
 from lostmotion.reporting.chart import PER_UNIT, grid, grouped, label, label_axes, legend, named_rows, one, stacked, zero_line
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.section import SECTION_TEXT, PoseValues, sections
 from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
@@ -41,8 +44,23 @@ def compare_plots(found: Comparison) -> list[Plot]:
             out.append(Plot(f"parts{end}", of_parts, budgets(found, change), "Bars of the r.m.s. error of each part by itself in both arms."))
         if change.moving("parts"):
             out.append(Plot(f"shares{end}", of_shares, shares(change), "Bars of the share of each part in the change of the r.m.s. error."))
+    for k, change in enumerate(found.changes, 2):
+        out += _apart(found, change, f"-{k}" if several else "")
     words = "Share of all positions whose error is below each value, a curve for each arm."
     return [*out, Plot("distribution", "changes", distribution(found), words)]
+
+
+def _apart(found: Comparison, change: Change, end: str) -> list[Plot]:
+    """Return the sections through the workspace of the first arm with the distance of the commanded tool points; none where it is zero."""
+    apart, first = change.apart, found.arms[0].arm
+    if apart is None or apart.is_zero:
+        return []
+    unit, axes = length(apart.largest).unit, [vertical_axis(arm) for arm in (first, change.arm.arm)]
+    turns = axes[0] is not None and axes[0] == axes[1]
+    what = f"distance of the commanded tool points, {label(change.arm.label)}"
+    values = apart.distances * PER_UNIT[unit]
+    shown = PoseValues(first, apart.tool, values, what, unit, apart.largest_at, "largest distance", reachable_points(first), turns=turns)
+    return [Plot(f"tool-points-{name}{end}", "tool_points", drawn, SECTION_TEXT[name]) for name, drawn in sections(shown)]
 
 
 def _relative(found: Comparison, change: Change) -> list[tuple[str, Estimate]]:

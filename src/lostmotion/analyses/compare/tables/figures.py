@@ -59,3 +59,8 @@ def counted(each: ComparedArm) -> str:
 def measure_of(found: Comparison, key: str) -> Measure | None:
     """Return the figure of this key; None where these arms do not have it."""
     return next((each for each in found.measures if each.key == key), None)
+
+
+def ends(found: Estimate) -> list[float | None]:
+    """Return a value and the ends of its interval as plain data; None for what is not known."""
+    return [each if math.isfinite(each) else None for each in (found.value, found.low, found.high)]

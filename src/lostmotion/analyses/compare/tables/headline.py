@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
 from lostmotion.analyses.compare.tables.figures import figure, is_decided, measure_of, with_interval
 from lostmotion.error_model.differences import ZERO
@@ -12,6 +14,7 @@ from lostmotion.error_model.few_poses import weights_of
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import FAILS, share_neglected
 from lostmotion.reporting.first_order import failure
+from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import assumed_count, at_least, ideal_joints_clause, repeats_bounded, upper_limit_sentences
 from lostmotion.reporting.sheet import Figure, as_stated, length, several
 from lostmotion.reporting.warnings import few_poses_warnings, overload_warnings
@@ -27,6 +30,8 @@ if TYPE_CHECKING:
 _NAMED: Final = 3
 # Share of the change of the r.m.s. error from which a part is named in the headline.
 _MOST_OF_IT: Final = 0.5
+# Distances that differ by less than this share are equal.
+_EQUAL: Final = 1e-6
 
 
 def verdict(found: Comparison) -> str:
@@ -37,7 +42,7 @@ def verdict(found: Comparison) -> str:
     if len(found.changes) > 1:
         return _of_many(found)
     change = found.changes[0]
-    return " ".join(text for text in (_answer(found, change), _due_to(change), _heavier(change), _rests(found)) if text)
+    return " ".join(text for text in (_answer(found, change), _apart(found), _due_to(change), _heavier(change), _rests(found)) if text)
 
 
 def failing(found: Comparison) -> list[ComparedArm]:
@@ -65,6 +70,21 @@ def _answer(found: Comparison, change: Change) -> str:
     apart = length(abs(size.value), *((-size.high, -size.low) if better else (size.low, size.high)))
     word = "more" if better else "less"
     return f"{other.label} is {with_interval(apart)} {word} accurate than {first.label}: 95 % of positions within {after} in place of {before}."
+
+
+def _apart(found: Comparison) -> str:
+    """Return the sentence on the distance between the tool points that the arms command at the same joint values; empty where it is zero."""
+    of = [(change.arm.label, change.apart) for change in found.changes if change.apart is not None and not change.apart.is_zero]
+    if not of:
+        return ""
+    first = found.arms[0].label
+    if len(found.changes) == 1:
+        apart = of[0][1]
+        mean, largest = (str(length(each)) for each in (apart.mean.value, apart.largest))
+        size = f"{mean} apart at every pose" if np.ptp(apart.distances) <= _EQUAL * apart.largest else f"{mean} apart on average, at most {largest}"
+        return f"At the same joint values their commanded tool points are {size}; each arm's error is the deviation from its own."
+    texts = ", ".join(f"{label} {length(apart.mean.value)}" for label, apart in of)
+    return f"At the same joint values the commanded tool points are apart from those of {first}, on average: {texts}."
 
 
 def _due_to(change: Change) -> str:
@@ -117,7 +137,7 @@ def _of_many(found: Comparison) -> str:
         answer = f"Of {len(found.arms)} arms {best.label} has the smallest error, 95 % of positions within {within}; no difference seen from {near}."
     else:
         answer = f"Of {len(found.arms)} arms {best.label} is the most accurate: 95 % of positions within {within}."
-    return " ".join([answer, f"Against {first.label}: {'; '.join(texts)}.", _rests(found)]).rstrip()
+    return " ".join(text for text in (answer, f"Against {first.label}: {'; '.join(texts)}.", _apart(found), _rests(found)) if text)
 
 
 def _not_distinguished(found: Comparison, best: ComparedArm) -> str:
@@ -130,6 +150,7 @@ def brief(found: Comparison) -> tuple[tuple[str, str], ...]:
     """Return the statements of the first screen, each a word and a sentence or two."""
     out = [
         ("Differs", _differs(found.values)),
+        ("Tool points", _tool_points(found)),
         ("Repeatability", _changed(found, "rp_p95", "95 % of the robots repeat within", repeats=True)),
         ("Sag", _changed(found, "sag", "Mean displacement along gravity")),
         ("Mass", _masses(found)),
@@ -151,6 +172,25 @@ def _differs(values: Sequence[Difference]) -> str:
     texts = [f"{each.name}{':' if each.key == WHOLE_JOINT else ''} {' → '.join(each.texts)}" for each in values[:_NAMED]]
     left = len(values) - _NAMED
     return "; ".join(texts) + (f"; and {several(left, 'more difference')}" if left > 0 else "") + "."
+
+
+def _tool_points(found: Comparison) -> str:
+    """Return how far the commanded tool points are apart at the same joint values, and where most."""
+    if all(change.apart is None for change in found.changes):
+        return ""
+    texts = []
+    for change in found.changes:
+        of = f"{change.arm.label}: " if len(found.changes) > 1 else ""
+        if change.apart is None:
+            texts.append(f"{of}not compared, because the joint values differ")
+        elif change.apart.is_zero:
+            texts.append(f"{of}equal")
+        else:
+            apart = change.apart
+            where = joint_values(found.arms[0].arm, found.arms[0].poses.q[apart.largest_at])
+            sizes = f"mean {length(apart.mean.value)}, 95th percentile {length(apart.p95.value)}, largest {length(apart.largest)}"
+            texts.append(f"{of}{sizes} at {where}")
+    return f"Distance of the commanded tool points at the same joint values: {'; '.join(texts)}."
 
 
 def _changed(found: Comparison, key: str, what: str, *, repeats: bool = False) -> str:

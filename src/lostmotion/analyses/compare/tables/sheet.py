@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
 from lostmotion.analyses.compare.tables.bars import bars
-from lostmotion.analyses.compare.tables.figures import counted, figure, measure_of, remark
+from lostmotion.analyses.compare.tables.figures import counted, ends, figure, measure_of, remark
 from lostmotion.analyses.compare.tables.headline import brief, failing, verdict, warnings, within_of
+from lostmotion.analyses.compare.tables.tool_points import commanded_tool_points, distance_facts
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
     from lostmotion.analyses.compare.comparison import Change, Comparison, PartChange
     from lostmotion.analyses.compare.measures import Group
-    from lostmotion.error_model.intervals import Estimate
 
 _EXACT: Final = "Exact sum over terms; the interval shows what the choice of poses leaves"
 _GROUPS: Final[dict[Group, tuple[str, str, str]]] = {
@@ -43,6 +43,7 @@ _WORDS: Final = (
         "the arm's figure less that of the first arm, from the same robots, visits and sets of poses: more precise than the two intervals suggest.",
     ),
     ("no difference seen", "the interval of the change contains zero: these poses and robots do not show whether there is a difference."),
+    ("commanded tool point", "where the nominal geometry of the arm puts the tool; errors are deviations from it."),
     ("equal", "the same to the last digit of the computation, or of the description."),
     ("share of the change", "contributions of the parts to the change of the r.m.s. error; they add to it."),
     ("sag", "displacement along gravity that all robots share, mean over the poses; a controller that knows the load can compensate it."),
@@ -63,6 +64,7 @@ def compare_sheet(found: Comparison) -> Sheet:
         cards=(),
         sections=(
             *(_changes(found, group) for group in _GROUPS),
+            *commanded_tool_points(found),
             _values(found),
             *(section for k, change in enumerate(found.changes) for section in _parts(found, change, k)),
             *_states(found),
@@ -257,6 +259,7 @@ def _facts(found: Comparison) -> dict[str, Any]:
         "same_joint_values": found.paired,
         "same_errors": [change.same for change in found.changes],
         "changes": [_plain(change) for change in found.changes],
+        "commanded_tool_points": [distance_facts(found, change) for change in found.changes],
         "differences": [
             {"parts": list(each.parts), "key": "" if each.key == WHOLE_JOINT else each.key, "values": list(each.texts)} for each in found.values
         ],
@@ -267,16 +270,12 @@ def _plain(change: Change) -> dict[str, Any]:
     """Return all changes of one arm as plain data, in SI; each as value and the ends of its interval."""
     return {
         "arm": change.arm.label,
-        "figures": {key: _ends(each) for key, each in change.figures.items()},
+        "figures": {key: ends(each) for key, each in change.figures.items()},
         **{
             grouping: [
-                {"name": each.part, "before_m": each.before, "after_m": each.after, "alone_m": _ends(each.alone), "share_m": _ends(each.share)}
+                {"name": each.part, "before_m": each.before, "after_m": each.after, "alone_m": ends(each.alone), "share_m": ends(each.share)}
                 for each in items
             ]
             for grouping, items in change.by.items()
         },
     }
-
-
-def _ends(found: Estimate) -> list[float | None]:
-    return [each if math.isfinite(each) else None for each in (found.value, found.low, found.high)]
