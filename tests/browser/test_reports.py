@@ -25,6 +25,7 @@ REPORTS = {
     "target": lambda _: lostmotion.target(EXAMPLES / "planar-2r.toml", error="1 mm", robots=60, visits=4, poses=64),
     "size": lambda _: lostmotion.size(Z_ARM, poses=64),
     "compare": lambda _: lostmotion.compare(Z_ARM, EXAMPLES / "gantry.toml", EXAMPLES / "scara.toml", poses=64, robots=60, visits=4),
+    "compare two": lambda _: lostmotion.compare(Z_ARM, EXAMPLES / "z-arm-drawn.toml", poses=64, robots=60, visits=4),
     "statics": lambda _: lostmotion.statics(Z_ARM, poses=64, tilt="10 deg"),
     "sweep": lambda folder: lostmotion.sweep(Z_ARM, folder / "sweep.toml", poses=64, robots=20, visits=4, out=folder / "run"),
 }
@@ -115,10 +116,18 @@ def test_every_picture_says_what_it_shows(page):
 
 def test_nothing_is_wider_than_the_screen(page):
     """From a phone to a large screen nobody scrolls sideways; a wide table scrolls by itself."""
-    for width in (390, 768, 1440, 2560):
+    for width in (360, 375, 390, 768, 1440, 2560):
         page.resize(width, 900)
         assert page.value("document.documentElement.scrollWidth <= innerWidth"), width
         assert page.value(STICKS_OUT) == [], width
+
+
+def test_notes_of_a_table_that_scrolls_are_read_without_scrolling(page):
+    """On a phone a note fills the width of the screen at most, also where its table is wider."""
+    page.resize(375, 812)
+    widths = page.value("[...document.querySelectorAll('tfoot div, tr.remark div')].map(each => each.getBoundingClientRect().right)")
+    assert widths
+    assert max(widths) <= 375
 
 
 def test_texts_of_charts_are_whole_and_apart(page):

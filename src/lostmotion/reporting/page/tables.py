@@ -49,12 +49,14 @@ def table(section: Section) -> str:
         cells = "".join(_cells(figure, samples, interval=interval, of_text=of_text) for figure, interval, of_text in shown)
         note = spaced(row.note)
         if note and columns > _REMARK_BESIDE:
-            body.append(f'<tr><th scope="row">{foldable(row.label)}</th>{cells}</tr><tr class="remark"><td colspan="{columns}">{note}</td></tr>')
+            body.append(
+                f'<tr><th scope="row">{foldable(row.label)}</th>{cells}</tr><tr class="remark"><td colspan="{columns}"><div>{note}</div></td></tr>'
+            )
         else:
             body.append(f'<tr><th scope="row">{foldable(row.label)}{f"<small>{note}</small>" if note else ""}</th>{cells}</tr>')
     quiet = [spaced(section.note)] if section.note else []
     quiet += [f"{f'<sup>{_mark(k)}</sup> ' if len(samples) > 1 else ''}from {spaced(text)}" for k, text in enumerate(samples)]
-    foot = f'<tfoot><tr><td colspan="{columns}">{"<br>".join(quiet)}</td></tr></tfoot>' if quiet else ""
+    foot = f'<tfoot><tr><td colspan="{columns}"><div>{"<br>".join(quiet)}</div></td></tr></tfoot>' if quiet else ""
     return f"<table><caption>{escaped(section.title)}</caption><thead><tr><td></td>{head}</tr></thead><tbody>{''.join(body)}</tbody>{foot}</table>"
 
 
