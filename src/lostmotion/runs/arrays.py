@@ -21,7 +21,8 @@ _ENDS = ("value", "low", "high")
 def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
     """Return the figures of every design over the keys swept; `end` is value, low or high end of the 95 % interval, in m.
 
-    A key's coordinate holds its values as numbers in the unit they are stated in where they are plain quantities, else as text.
+    Mass (kg) and price are as far as the arm file states them. A key's coordinate holds its values as numbers in the unit they are stated in
+    where they are plain quantities, else as text.
     """
     import xarray
 
@@ -42,6 +43,9 @@ def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
     data["q95_lower"][2]["long_name"] = "by how much the 95 % error lies below that of the first design"
     for name, values in (("rms", [each.rms for each in outcomes]), ("largest", [each.worst[0].error for each in outcomes])):
         data[name] = (dims, np.array(values).reshape(shape), {"units": "m"})
+    data["mass"] = (dims, np.array([each.mass for each in outcomes]).reshape(shape), {"units": "kg"})
+    if any(each.price is not None for each in outcomes):
+        data["price"] = (dims, np.array([np.nan if each.price is None else each.price for each in outcomes]).reshape(shape), {"units": "1"})
     coordinates: dict[str, Any] = {"end": list(_ENDS)}
     for axis in order.axes:
         quantities = axis.quantities

@@ -15,6 +15,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
@@ -57,8 +58,8 @@ class Store:
         self._order = digest(order.text())
 
     @classmethod
-    def begin(cls, folder: Path, order: Order) -> Self:
-        """Return the store of this order in this folder, new or as an earlier run left it.
+    def begin(cls, folder: Path, order: Order, *, force: bool = False) -> Self:
+        """Return the store of this order in this folder, new or as an earlier run left it; with `force` a run of another order is removed first.
 
         Raises OutputExistsError for a folder that holds anything else, or a run of another order; then nothing in it is touched.
         """
@@ -70,6 +71,9 @@ class Store:
             raise OutputExistsError(f"'{folder}' is no folder\n  name another one with --out")
         store = cls(folder, order)
         there = read_regular(folder / ORDER, _LARGEST_ORDER)
+        if force and there is not None and there != text:
+            store._remove_run(there)
+            there = None
         if there is not None:
             store._refuse_other_order(there)
         elif _strangers(folder):
@@ -86,6 +90,31 @@ class Store:
                     _put(folder / name, content)
         return store
 
+    def _remove_run(self, there: bytes) -> None:
+        """Remove the run of another order, its order last: killed in between, it is that run with blocks missing.
+
+        Raises OutputExistsError where the folder holds other files too, or an order that this package did not write; LostmotionError where a process
+        is at work in it.
+        """
+        try:
+            order_of(there)
+        except LostmotionError:
+            self._refuse_other_order(there)
+        with lock(self.folder, wait=_SECONDS_TO_LOOK):
+            self._refuse_links()
+            ours = {ORDER, LOCK, BLOCKS, LEDGER, *SUMMED_UP, *_COPIES}
+            others = sorted(each.name for each in self.folder.iterdir() if each.name not in ours and not _PARTIAL.search(each.name))
+            if others:
+                raise OutputExistsError(
+                    f"'{self.folder}' holds files that no run wrote: {', '.join(map(repr, others[:3]))}\n"
+                    "  it is left alone, even with --force; name another folder with --out"
+                )
+            for name in (*_COPIES, LEDGER, BLOCKS):
+                if (self.folder / name).is_dir() and not (self.folder / name).is_symlink():
+                    shutil.rmtree(self.folder / name)
+            for name in (*SUMMED_UP, ORDER):
+                (self.folder / name).unlink(missing_ok=True)
+
     def _refuse_other_order(self, there: bytes | None) -> None:
         """Refuse to go on where another order stands. Raises OutputExistsError, which names what differs."""
         if there == self.order.text():
@@ -96,7 +125,8 @@ class Store:
             lines = ["its order cannot be read"]
         differences = "\n".join(f"  {line}" for line in lines or ["written differently"])
         raise OutputExistsError(
-            f"'{self.folder}' holds another run, which this one cannot continue:\n{differences}\n  name another folder with --out, or remove that one"
+            f"'{self.folder}' holds another run, which this one cannot continue:\n{differences}\n"
+            "  replace it with --force, or name another folder with --out"
         )
 
     @classmethod

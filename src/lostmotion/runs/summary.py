@@ -76,6 +76,7 @@ class Outcome:
     overloads  drives that hold more than they are rated for, over the joint limits
     limits     makers' upper limits that count, at some of the poses
     mass       of the arm without its payload, kg, as far as it is stated; gearboxes_without_mass: models of gearboxes without a mass
+    price      of the arm as far as it is stated, in the currency of the file; None where none is. joints_without_price: names of joints without one
     spread     some errors (m), rising, and the share of all samples below each
     """
 
@@ -98,6 +99,8 @@ class Outcome:
     limits: tuple[LimitShare, ...]
     mass: float
     gearboxes_without_mass: tuple[str, ...]
+    price: float | None
+    joints_without_price: tuple[str, ...]
     spread: tuple[Floats, Floats]
 
 
@@ -205,6 +208,8 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         limit_shares(arm, _some_poses(order, design), float(order.approach)),
         arm.mass,
         arm.gearboxes_without_mass,
+        arm.price,
+        arm.joints_without_price,
         _spread(merged.sets.sum(axis=0)),
     )
 

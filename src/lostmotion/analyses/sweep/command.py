@@ -83,6 +83,7 @@ def sweep(
         "str | Path | None",
         Argument("Folder of the run; a run that was stopped continues there. Default: NAME-sweep.", path_of, metavar="FOLDER"),
     ] = None,
+    force: Annotated[bool, Argument("Replace an earlier run of another arm, values or counts; the same run is continued.")] = False,
     workers: Annotated[int | None, Argument("Number of threads; no byte depends on it. Default: one per processor.", least=1)] = None,
     dask: Annotated[
         str | None,
@@ -99,7 +100,7 @@ def sweep(
     InputError
         With every mistake in the arguments and the files, and where no scheduler answers. Then nothing is written.
     OutputExistsError
-        Where the folder holds anything but this run.
+        Where the folder holds anything but this run; with `force`, anything but a run.
 
     """
     asked = read_arguments(sweep, locals())
@@ -127,7 +128,7 @@ def sweep(
     )
     folder = asked.out or Path(f"{asked.arm.stem}-sweep")
     with nullcontext() if dask is None else cluster(dask) as connected:  # before anything is written
-        store = Store.begin(folder, job)
+        store = Store.begin(folder, job, force=asked.force)
         try:
             carry_out(store, threads, connected, progress)
         except KeyboardInterrupt as stop:

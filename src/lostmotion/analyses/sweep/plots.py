@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sweep.tables.sweep import LEVEL
+from lostmotion.analyses.sweep.tables.designs import LEVEL
 from lostmotion.reporting.chart import PER_UNIT, axes, cells, class_legend, class_of, figure, grid, label, label_axes, legend, one, text
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
@@ -60,6 +60,9 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
         out.append(
             Plot("designs", "designs", effects(order, outcomes), "For each key, the 95th percentile of every design and the mean of each value.")
         )
+    if len({each.mass for each in outcomes}) > 1 or len({each.price for each in outcomes}) > 1:
+        words = "Points: the 95th percentile of the error and RP of each design over its mass, and over its price where stated."
+        out.append(Plot("masses", "masses", against_mass(outcomes), words))
     if len(outcomes) <= _MOST_CURVES:
         out.append(Plot("spread", "levels" if order.axes else "designs", spread(order, outcomes), "Cumulative distribution of the error."))
     return out
@@ -179,6 +182,27 @@ def _overlap_smallest(estimates: Sequence[Estimate]) -> list[bool]:
     high = math.inf if math.isnan(best.high) else best.high
     overlapping = [math.isnan(each.low) or each.low <= high for each in estimates]
     return overlapping if sum(overlapping) > 1 else [False] * len(estimates)
+
+
+def against_mass(outcomes: Sequence[Outcome]) -> Figure:
+    """Plot the 95th percentile of the error and RP of each design, with intervals, over its mass and its price, as far as designs differ in them."""
+    along = [("mass of the arm [kg]", [each.mass for each in outcomes])] if len({each.mass for each in outcomes}) > 1 else []
+    prices = [math.nan if each.price is None else each.price for each in outcomes]
+    along += [("price of the arm", prices)] if len({each for each in prices if math.isfinite(each)}) > 1 else []
+    unit = _unit(max(each.quantiles[LEVEL].value for each in outcomes))
+    made = figure(22 + 62.0 * len(along))
+    for on, (name, x) in zip(axes(made, "Error over mass and price", rows=len(along))[:, 0], along, strict=True):
+        grid(on, "both")
+        curves = [("95th percentile", "robot", [each.quantiles[LEVEL] for each in outcomes])]
+        curves += [("RP, 95th percentile of robots", "warn", [each.rp[1] for each in outcomes if each.rp is not None])] if outcomes[0].rp else []
+        for what, colour, found in curves:
+            y, low, high = (np.array([getattr(each, end) for each in found]) * PER_UNIT[unit] for end in ("value", "low", "high"))
+            ends = np.nan_to_num([y - low, high - y], posinf=0.0)
+            on.errorbar(x, y, yerr=ends, fmt="o", color=LIGHT[colour], markersize=4, elinewidth=1.0, capsize=2, label=what)
+        on.set_ylim(bottom=0)
+        label_axes(on, name, f"error [{unit}]")
+    legend(made)
+    return made
 
 
 def effects(order: Order, outcomes: Sequence[Outcome]) -> Figure:

@@ -7,6 +7,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+from lostmotion.analyses.sweep.tables.designs import LEVEL, as_length, cards, masses
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
@@ -25,21 +26,19 @@ from lostmotion.reporting.provenance import (
     repeatability_sentence,
     upper_limit_sentences,
 )
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import overload_warnings
 from lostmotion.runs.design_names import design_name, short_labels
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
-    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.runs.job import Order
     from lostmotion.runs.summary import Outcome
 
-LEVEL: Final = 0.95
 # Longer tables are shortened; result.json has every design.
 _MOST_ROWS: Final = 60
 _MOST_EXTREMES: Final = 10
@@ -70,7 +69,7 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         chosen = ranked[: _MOST_ROWS // 2] + ranked[-_MOST_ROWS // 2 :]
     sections = [_designs(order, outcomes, chosen, counted), *_iso(order, chosen, counted)]
     if len(outcomes) > 1:
-        sections += [_differences(order, chosen, counted), _masses(order, chosen)]
+        sections += [_differences(order, chosen, counted), masses(order, chosen)]
     sections += [_parts(order, chosen), _levels(order, chosen), _extremes(order, outcomes, counted), _check(order, chosen)]
     known = states(arm)
     each = f"{several(len(outcomes), 'design')}, each of " if len(outcomes) > 1 else ""
@@ -78,7 +77,7 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         name=arm.name,
         subject="a sweep of designs" if len(outcomes) > 1 else "a large run",
         verdict=" ".join([*wrong, *([_verdict(order, sound, known)] if sound else [])]),
-        cards=bounded_cards(_cards(order, sound, outcomes), known, ("95th percentile",)),
+        cards=bounded_cards(cards(order, sound, outcomes), known, ("95th percentile", "RP")),
         sections=(*sections, *provenance_sections(known)),
         counts=each + counted,
         warnings=(*arm.warnings, *_overloaded(order, outcomes)),
@@ -108,13 +107,9 @@ def _overloaded(order: Order, outcomes: Sequence[Outcome]) -> tuple[str, ...]:
     )
 
 
-def _of(estimate: Estimate, samples: str) -> Figure:
-    return length(estimate.value, estimate.low, estimate.high, samples)
-
-
 def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str) -> Section:
     figures = [(each, (each.quantiles[LEVEL], each.mean, each.deviation)) for each in chosen]
-    rows = tuple(Row(design_name(order.axes, each.design), tuple(_of(one, counted) for one in three)) for each, three in figures)
+    rows = tuple(Row(design_name(order.axes, each.design), tuple(as_length(one, counted) for one in three)) for each, three in figures)
     keys = [axis.key if len(axis.values) > 1 else f"{axis.key} = {axis.labels[0]} in all" for axis in order.axes]
     swept = f"; swept: {', '.join(keys)}" if keys else ""
     omitted = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
@@ -125,7 +120,7 @@ def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome
 
 def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> list[Section]:
     rows = tuple(
-        Row(design_name(order.axes, each.design), tuple(_of(pair[1], counted) for pair in (each.ap, each.rp)))
+        Row(design_name(order.axes, each.design), tuple(as_length(pair[1], counted) for pair in (each.ap, each.rp)))
         for each in chosen
         if each.ap is not None and each.rp is not None
     )
@@ -145,18 +140,6 @@ def _differences(order: Order, chosen: Sequence[Outcome], counted: str) -> Secti
         rows.append(Row(design_name(order.axes, each.design), (difference,), "" if significant else "not significant: the interval contains zero"))
     note = f"against {design_name(order.axes, 0)}; negative: this design is more accurate. Same poses and draws"
     return Section("differences", "Difference from the first design", ("of the 95th percentile",), tuple(rows), note)
-
-
-def _masses(order: Order, chosen: Sequence[Outcome]) -> Section:
-    rows = tuple(
-        Row(
-            design_name(order.axes, each.design),
-            (Figure(each.mass, "kg"),),
-            f"mass of {', '.join(each.gearboxes_without_mass)} not stated: counted as zero" if each.gearboxes_without_mass else "",
-        )
-        for each in chosen
-    )
-    return Section("masses", "Mass of the arm", ("mass",), rows, "joints with their gearboxes, links and tool, where stated; without the payload")
 
 
 def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
@@ -244,9 +227,9 @@ def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
     other = [each for each in worst.limits if (each.joint, each.model, each.key) not in {(one.joint, one.model, one.key) for one in best.limits}]
     of_best, of_worst = (replace(known, limits=each.limits) for each in (best, worst))
     known = replace(known, limits=(*best.limits, *other))
-    best_figure, worst_figure = (_of(each.quantiles[LEVEL], "") for each in (best, worst))
+    best_figure, worst_figure = (as_length(each.quantiles[LEVEL], "") for each in (best, worst))
     if len(ranked) == 1:
-        repeats = f" {repeatability_sentence(str(_of(best.rp[1], '')), known)}" if best.rp is not None else ""
+        repeats = f" {repeatability_sentence(str(as_length(best.rp[1], '')), known)}" if best.rp is not None else ""
         within = f"{best_figure} ({best_figure.interval or 'no interval'})"
         return " ".join([error_sentence(within, known) + repeats, *upper_limit_sentences(known), *assumed_value_sentences(known)])
     text = (
@@ -255,20 +238,6 @@ def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
         f"The largest is {at_least(worst_figure, of_worst)}, with {design_name(order.axes, worst.design)}."
     )
     return " ".join([text, *caveats(known)])
-
-
-def _cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome]) -> list[Card]:
-    out = []
-    ends = zip(("95th percentile, best design", "95th percentile, worst design"), (*ranked[:1], *ranked[1:][-1:]), strict=False)
-    for title, each in ends:
-        figure = _of(each.quantiles[LEVEL], "")
-        out.append(Card(title if len(ranked) > 1 else "95th percentile of the error", str(figure), design_name(order.axes, each.design)))
-    largest = max((each.worst[0] for each in outcomes), key=lambda each: each.error)
-    out.append(Card("largest error", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}"))
-    samples = order.designs * order.poses * order.robots * order.visits
-    count = f"{samples / 1e6:.4g} million" if samples >= 1e6 else f"{samples:,}".replace(",", " ")  # noqa: PLR2004 - from here in words
-    out.append(Card("samples", count, f"in {several(order.designs * order.blocks, 'block')}"))
-    return out
 
 
 def _source(order: Order, counted: str) -> str:
@@ -306,6 +275,8 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
         "rms_m": outcome.rms,
         "mass_kg": outcome.mass,
         "mass_not_stated": list(outcome.gearboxes_without_mass),
+        "price": outcome.price,
+        "price_not_stated": list(outcome.joints_without_price),
         "parts": [{"part": cost.part, "alone_m": cost.alone, "share": cost.share} for cost in outcome.costs],
         "worst": [each.facts() for each in outcome.worst],
     }
@@ -315,10 +286,11 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def not_counted(outcomes: Iterable[Outcome]) -> str:
+def not_counted(outcomes: Sequence[Outcome]) -> str:
     """Return what a sweep of designs does not count."""
+    prices = "" if any(each.price is not None for each in outcomes) else ", prices (none is stated)"
     without = list(dict.fromkeys(model for each in outcomes for model in each.gearboxes_without_mass))
     return (
-        f"not counted: {NOT_COUNTED}, strength of parts, prices{without_mass(without)}; "
-        "each design is compared by its position error at rest and its mass"
+        f"not counted: {NOT_COUNTED}, strength of parts{prices}{without_mass(without)}; "
+        f"each design is compared by its position error at rest, its mass{'' if prices else ' and its price'}"
     )
