@@ -93,7 +93,7 @@ def body(name, joint, *rest):
     return f'<body name="{name}" pos="0.3 0 0.1">{INERTIAL.format(1)}{joint}{"".join(rest)}</body>'
 
 
-def test_mjcf_tells_jaws_from_arms_too(tmp_path):
+def test_jaws_and_arms_of_mjcf_are_distinguished_too(tmp_path):
     """Slides of a column, and bars that an equality couples to the joint before them."""
     path = tmp_path / "r.xml"
     upper = body("upper", HINGE.format("shoulder"), body("fore", HINGE.format("elbow")))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from lostmotion import new
 from lostmotion.io import project_root as rooms
 from lostmotion.io import read
 from lostmotion.io.project_root import is_safe, packages_below, project_root, within
@@ -53,6 +54,7 @@ def test_the_message_has_the_line_that_names_the_folder(robot):
     sidecar = robot.with_suffix(".toml")
     sidecar.write_text('root = ".."\ntip = "tcp"\n', encoding="utf-8")
     assert [each.name for each in read(robot).moving] == ["j1", "j2"]
+    assert 'root = ".."' in new(urdf=robot).text
     (robot.parents[1] / "parts" / "a.xml").write_text(
         f'<mujocoinclude><body name="a">{INERTIAL.format(1)}{HINGE.format("j1")}{TOOL}</body></mujocoinclude>', encoding="utf-8"
     )

@@ -181,7 +181,7 @@ def _by_chain(
 
 
 def _tolerate(draft: Draft, index: int, joint: dict[str, Any], row: Row, tolerances: tuple[Tolerances, Tolerances], convention: str) -> None:
-    """Give a joint and its link the tolerances of a table; note what states them a second time."""
+    """Put the tolerances of a table into a joint and its link; note what states them a second time."""
     seat, tip = tolerances
     given: list[tuple[dict[str, Any], tuple[str, ...], str, tuple[str, ...], dict[str, Any]]]
     given = [(joint, (), "mounting", ("mounting",), {**seat, "axes": ("0 rad", "0 rad", f"{0.0 - row.theta.nominal!r} rad")})]

@@ -13,6 +13,7 @@ from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.errors import InputError
 from lostmotion.io.drive_classes import DRIVE, DRIVES, LOAD_KEYS
 from lostmotion.io.drive_loads import drive_loads, load_text, remarks_of
+from lostmotion.io.project_root import KEY as ROOT
 from lostmotion.io.repairs import repair_lines, repairs_in, take_limits
 from lostmotion.io.sidecar import find_sidecar, sidecar_place
 from lostmotion.io.toml import key_step, quoted, read_toml
@@ -48,7 +49,7 @@ def first_sidecar(path: Path, tip: str | None = None) -> str:
     """
     beside = find_sidecar(path)
     whole = {} if beside is None else read_toml(beside)
-    stated = {key: value for key, value in whole.items() if key in ("tip", "base", XACRO)}
+    stated = {key: value for key, value in whole.items() if key in ("tip", "base", ROOT, XACRO)}
     repairs = repairs_in(whole)
     stated |= {"joints": repairs} if repairs else {}
     asked = tip is not None
@@ -76,6 +77,7 @@ def first_sidecar(path: Path, tip: str | None = None) -> str:
         *(f"# Warning: {warning}" for warning in arm.warnings),
         "",
         f"tip = {quoted(tip)}",
+        *([f"{ROOT} = {quoted(stated[ROOT])}"] if ROOT in stated else []),
         *([f"base = {quoted(stated['base'])}"] if isinstance(stated.get("base"), str) else []),
         *_arguments(stated.get(XACRO, {})),
         "",
