@@ -114,3 +114,10 @@ def test_the_laws_are_those_of_the_parts(file, some, none):
     assert len({row.label for row in section.rows}) == len(section.rows)
     assert all(any(each in source for source in sources) for each in some)
     assert not any(each in source for source in sources for each in none)
+
+
+def test_tolerances_by_direction_are_written_out():
+    """Of a mounting, one for each axis; a long list by its size."""
+    stated = (Toleranced(0.0, 2e-5), Toleranced(0.0), Toleranced(0.0, 5e-5, "uniform"))
+    assert value_text(stated, Quantity("m", "20 µm")) == "0 ± 20 µm, 0, 0 ± 50 µm (uniform)"
+    assert value_text(stated * 3, Quantity("m", "20 µm")) == "table of 9 rows"

@@ -184,7 +184,8 @@ def _tolerate(draft: Draft, index: int, joint: dict[str, Any], row: Row, toleran
     """Put the tolerances of a table into a joint and its link; note what states them a second time."""
     seat, tip = tolerances
     given: list[tuple[dict[str, Any], tuple[str, ...], str, tuple[str, ...], dict[str, Any]]]
-    given = [(joint, (), "mounting", ("mounting",), {**seat, "axes": ("0 rad", "0 rad", f"{0.0 - row.theta.nominal!r} rad")})]
+    axes = {"axes": ("0 rad", "0 rad", f"{-row.theta.nominal!r} rad")} if row.theta.nominal else {}
+    given = [(joint, (), "mounting", ("mounting",), {**seat, **axes})]
     if isinstance(joint["link"], dict):
         given.append((joint["link"], ("link",), "tip_tolerance", ("tip_tolerance", "length_tolerance"), dict(tip)))
     is_assumed = "origin" in joint.get("assumed", ())

@@ -109,6 +109,8 @@ def _listed(values: Sequence[Any], quantity: Quantity | None) -> str:
     """Return a short list of numbers in one unit, or of words; of a long one its size."""
     if all(isinstance(each, str) for each in values):
         return ", ".join(values)
+    if len(values) <= _WRITTEN_OUT and all(isinstance(each, Toleranced) for each in values):
+        return ", ".join(_toleranced(each, quantity) for each in values)
     if len(values) > _WRITTEN_OUT or not all(isinstance(each, int | float) for each in values):
         return f"table of {several(len(values), 'row')}"
     units = _units(max(abs(each) for each in values), quantity)
