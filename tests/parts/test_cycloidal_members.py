@@ -375,6 +375,32 @@ CRANKS: list[Change] = [
 ]
 
 
+def test_a_hole_may_differ_from_its_pin_within_their_tolerances():
+    """A hole of pin, twice the eccentricity and clearance is taken up to the tolerances of clearance and eccentricity, and refused beyond."""
+    pins = {"diameter": "5 mm", "free_length": "15 mm", "clearance": "0.1 mm ± 0.06 mm"}
+    changes = tuple((("output_pins", key), value) for key, value in pins.items())
+    fitting = 8e-3 + 2 * 1.2e-3 + 0.1e-3
+    tolerance = 0.06e-3 + 2 * gearbox().eccentricity.tolerance
+    for off, refused in ((0.9, False), (-0.9, False), (1.1, True), (-1.1, True)):
+        holes = ((("disc",), {"holes": {"diameter": f"{(fitting + off * tolerance) * 1e3:.6f} mm"}}),)
+        if refused:
+            with pytest.raises(ValidationError, match="twice the eccentricity and clearance"):
+                gearbox(*changes, *holes)
+        else:
+            assert gearbox(*changes, *holes).hole_diameter == pytest.approx(fitting + off * tolerance)
+
+
+@pytest.mark.parametrize("fit", ["bonded", "snug", "pressed", None])
+def test_a_cup_is_pressed_into_its_bore(fit):
+    """A drawn cup is computed as pressed in: another fit stated beside it is refused, no longer ignored."""
+    changes = ((("eccentric",), {"rollers": 18, "roller_length": "20 mm", "cup": "1.5 mm"}), (("disc", "bore_fit"), fit))
+    if fit in ("bonded", "snug"):
+        with pytest.raises(ValidationError, match="beside a cup"):
+            gearbox(*changes)
+    else:
+        assert gearbox(*changes).states["seat of the eccentric bearing"].kind == "computed"
+
+
 def test_the_holes_of_several_cranks():
     """Stated or as wide as bearings by their size they are computed; else they are assumed, and the disc is known to a factor of 0.6 to 1.7."""
     stated = gearbox(*CRANKS)

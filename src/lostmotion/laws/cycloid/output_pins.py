@@ -26,6 +26,8 @@ Held = Literal["one end", "ring", "both flanges"]
 
 # Half angle of the smallest contact in a hole that is solved for, rad; narrower ones follow Hertz's logarithm.
 _RESOLVED: Final = math.radians(6)
+# Gain of compliance by a floating ring below which its pins are stiff.
+_STIFF: Final = 1e-6
 # Outer radius of the material around a hole over the hole's radius: the difference of two pressures on the hole does not depend on it.
 _AROUND: Final = 5.0
 
@@ -103,15 +105,13 @@ class HeldPin:
                 clamps.append(Support(end, 0.0 if floating else math.inf, math.inf))
         return SupportedBeam((piece,), tuple(clamps), tuple(springs))
 
-    def compliance(self, loaded_share: float = 0.5) -> tuple[float, float]:
+    def compliance(self, discs: int = 2) -> tuple[float, float]:
         """Return the displacement per force (m/N) of a loaded pin at the discs: the part of the pin itself, and that of its seats.
 
-        loaded_share  share of all pins that carry load, of equal size: 0.5 with one disc, 1 with two or more
-
-        With a floating ring and a share s of loaded pins, the ring shifts by s times its shift if all were loaded: the compliance is linear in s,
-        from that of a pin with a fixed ring (s = 0) to that with a free one (s = 1).
+        With a floating ring that moves by a share s of its motion if all pins were loaded equally around the axis (`ring_share`), the compliance is
+        linear in s, from that of a pin with a fixed ring (s = 0) to that with one of its own (s = 1).
         """
-        return _compliance(self, loaded_share)
+        return _compliance(self, discs)
 
     def parts(self, *, floating: bool) -> Floats:
         """Return the displacement per force (part,), m/N, of a pin at the discs due to itself, then its seats, with a fixed or a floating ring."""
@@ -121,11 +121,37 @@ class HeldPin:
 
 
 @functools.lru_cache(maxsize=256)
-def _compliance(pin: HeldPin, loaded_share: float) -> tuple[float, float]:
+def _compliance(pin: HeldPin, discs: int) -> tuple[float, float]:
     parts = pin.parts(floating=False)
     if pin.held == "ring":
-        parts = (1 - loaded_share) * parts + loaded_share * pin.parts(floating=True)
+        floating = pin.parts(floating=True)
+        share = ring_share(discs, float(floating.sum() / parts.sum()) - 1)
+        parts = (1 - share) * parts + share * floating
     return float(parts[0]), float(parts[1:].sum())
+
+
+def ring_share(discs: int, gained: float) -> float:
+    """Return the motion of a floating ring at the loaded pins, over that if all pins pushed it around the axis with equal forces.
+
+    gained  compliance of a pin by its own free ring, over that with a fixed ring, minus one: a^2/(k A) for the share a of the force at the ring, the
+            stiffness k there, and the compliance A of the pin with a fixed ring
+
+    The ring is rigid, turns and shifts freely, and takes no torque. Each disc pushes the pins along its line of centres, in proportion to their
+    distance from it and on one half. Two opposite discs load all pins, without resultant: the ring only turns, by a half. Three or more load every
+    pin around the axis: one. One disc also shifts the ring along the line: 1/4 + 4/pi^2 of a ring on stiff pins. With softer ones fewer pins carry:
+    forces F ~ max(0, s - c) of pins at s = sin(psi), with the shift c = gained h0(c), h0 = [sqrt(1 - c^2) - c acos c]/pi, and the moment of the
+    forces h1 = [acos c - c sqrt(1 - c^2)]/(2 pi), so that the share is 1/4 + [1/(4 h1) - 1]/gained. As for pins all around the circle.
+    """
+    if discs > 1:
+        return 0.5 if discs == 2 else 1.0  # noqa: PLR2004 - a pair
+    if gained < _STIFF:
+        return 0.25 + 4 / math.pi**2
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        c = (low + high) / 2
+        low, high = (c, high) if gained * (math.sqrt(1 - c * c) - c * math.acos(c)) / math.pi > c else (low, c)
+    moment = (math.acos(low) - low * math.sqrt(1 - low * low)) / (2 * math.pi)
+    return 0.25 + (1 / (4 * moment) - 1) / gained
 
 
 def needle_compliance(force: float, rollers: int, length: float) -> float:

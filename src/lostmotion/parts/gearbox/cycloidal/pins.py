@@ -181,7 +181,7 @@ class OutputPins(Sourced):
     def compliance(self, discs: int, *, rigid: tuple[str, ...] = ()) -> tuple[float, float]:
         """Return the compliance (m/N) of one pin at the discs, and that of its known seats; zeros where it is not specified by its diameter.
 
-        With one of `discs`, half of the pins carry load; with more, all of them. `rigid` are members declared rigid.
+        A ring that ties the pins moves less with fewer `discs`. `rigid` are members declared rigid.
         """
         if self.diameter is None:
             return 0.0, 0.0
@@ -190,7 +190,7 @@ class OutputPins(Sourced):
         pin = laws.HeldPin(
             self.diameter, self.pin_material.standing_modulus, self.pin_material.poisson, self._free, self._load, flange, ring, self.held
         )
-        of_pin, of_seats = pin.compliance(min(discs, 2) / 2)
+        of_pin, of_seats = pin.compliance(discs)
         return (0.0 if PINS in rigid else of_pin), of_seats
 
 
