@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     Complexes = npt.NDArray[np.complex128]
 
 Bore = Literal["fixed", "sliding", "free"]
+# Thickness of a web, over the diameter of the holes, below which the series resolve no disc.
+LEAST_WEB: Final = 0.01
 # Thickness of a web, over the diameter of the holes, from which on the series resolve every disc.
 SAFE_WEB: Final = 0.1
 
@@ -41,6 +43,10 @@ _POINTS: Final = 3
 _RESIDUAL: Final = 0.02
 # Added to the diagonal of the normal equations per unknown, with columns of unit length.
 _RIDGE: Final = 1e-15
+
+
+class UnresolvedWebsError(DidNotConvergeError):
+    """The webs of a disc between its holes and edges are too thin for the series."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,11 +145,11 @@ def response(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, b
     towards  direction of the pins' push along the line of centres. A hole's centre is ahead of its pin's by the eccentricity, so under a positive
              torque the pin pushes against the line (-1), and the loaded holes are those on the side of the loaded rim; 1 is the reverse
 
-    Raises ValueError for holes that overlap or cut an edge, and for a sliding or free bore without holes of its kind; DidNotConvergeError where the
+    Raises ValueError for holes that overlap or cut an edge, and for a sliding or free bore without holes of its kind; UnresolvedWebsError where the
     series do not resolve the webs.
     """
     if holes is not None:
-        _check(disc, holes)
+        check_holes(disc, holes)
     if bore == "sliding" and (holes is None or holes.bearings):
         raise ValueError("a disc on a sliding bore needs holes with pins that take its torque")
     if bore == "free" and (holes is None or not holes.bearings):
@@ -164,7 +170,8 @@ def response(disc: Annulus, holes: Holes | None, rim: RimLoads, lines: Floats, b
         error = max(float(np.linalg.norm(matrix @ (answer @ each) - wanted @ each) / np.linalg.norm(wanted @ each)) for each in tried)
         if error < _RESIDUAL:
             return found
-    raise DidNotConvergeError(f"the webs of this disc are too thin for its series: boundary conditions are off by {100 * error:.1f} %")
+    around = "" if holes is None else f" around holes with a radius of {holes.radius * 1e3:.4g} mm"
+    raise UnresolvedWebsError(f"the webs of this disc{around} are too thin for its series: boundary conditions are off by {100 * error:.1f} %")
 
 
 def pin_forces(holes: Holes, torque: float, line: float, towards: Literal[-1, 1] = -1) -> Complexes:
@@ -190,7 +197,8 @@ def _ahead(holes: Holes, rim: RimLoads, lines: Floats, reach: float) -> Complexe
     return np.asarray(out / np.abs(out))
 
 
-def _check(disc: Annulus, holes: Holes) -> None:
+def check_holes(disc: Annulus, holes: Holes) -> None:
+    """Raise ValueError for holes that overlap or cut an edge, without a solution."""
     wrong = []
     if holes.circle - holes.radius <= disc.fixed:
         wrong.append("the holes cut the bore")

@@ -12,12 +12,14 @@ from lostmotion.analyses.gearbox.bands import GearBands, bands_of_figures
 from lostmotion.analyses.gearbox.cycloidal import Drawn, drawn
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, StatedCurve, readings
 from lostmotion.errors import DidNotConvergeError, refuse_argument
+from lostmotion.laws.perforated_disc import UnresolvedWebsError
 from lostmotion.parts.gearbox.cycloidal.model import LOST_MOTION
 from lostmotion.parts.gearbox.kinds import is_drawn, is_gearbox
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.readings import Curve, StiffnessDefinition
     from lostmotion.parts.error_source import ErrorSource
+    from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.kinds import AnyGearbox
     from lostmotion.spatial import Floats
 
@@ -133,16 +135,23 @@ def gear(
             None,
             bands_of_figures(gearbox, asked, seed),
         )
+    inside = _drawn(gearbox, asked, gearboxes, seed)
+    loop = _loop(inside.curve, float(inside.play.mean()), gearbox.friction_at_rest.load.nominal, inside.read)
+    return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside, inside.bands)
+
+
+def _drawn(gearbox: CycloidalGearbox, asked: Definitions, gearboxes: int, seed: int) -> Drawn:
+    """Return the results from the drawing. Raises DidNotConvergeError, with the torque where the contacts cannot carry it."""
     try:
-        inside = drawn(gearbox, asked, gearboxes, seed)
+        return drawn(gearbox, asked, gearboxes, seed)
+    except UnresolvedWebsError:
+        raise
     except DidNotConvergeError as error:
-        most = max(chosen, asked.slope[1] if asked.slope else 0.0, asked.small or 0.0)
+        most = max(asked.levels)
         raise DidNotConvergeError(
             f"{most:.4g} N m at the output is more than the contacts of the lobes can carry: take a smaller torque, larger lobes or a stiffer "
             f"material ({error})"
         ) from error
-    loop = _loop(inside.curve, float(inside.play.mean()), gearbox.friction_at_rest.load.nominal, inside.read)
-    return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside, inside.bands)
 
 
 def _definitions(

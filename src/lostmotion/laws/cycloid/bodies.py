@@ -38,7 +38,7 @@ from lostmotion.laws.annulus import flexibility as edge_flexibility
 from lostmotion.laws.cycloid.envelope import second_radius
 from lostmotion.laws.cycloid.geometry import contact_radius, flank, normals, pin_angles
 from lostmotion.laws.cycloid.lobed_wheel import contact_flexibility
-from lostmotion.laws.perforated_disc import RimLoads, response
+from lostmotion.laws.perforated_disc import RimLoads, check_holes, response
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.geometry import Part, Stage
@@ -70,6 +70,13 @@ class Body:
     nu: float
     holes: Holes | None = None
     plane: Plane = "strain"
+
+
+def check_body(stage: Stage, body: Body) -> None:
+    """Raise ValueError for a fixed edge that cuts the teeth or the seats of pins, and for holes that overlap or cut an edge, without a solution."""
+    whole = Annulus(_rim(stage, body.part), _fixed_radius(stage, body.part, body.edge), 1.0, 1.0, body.nu, body.plane)
+    if body.holes is not None:
+        check_holes(whole if stage.has_planet_pins else replace(whole, loaded=_rim_over_holes(stage, whole, body.holes)), body.holes)
 
 
 def flexibility(stage: Stage, body: Body, width: float, crank: Floats) -> Floats:
