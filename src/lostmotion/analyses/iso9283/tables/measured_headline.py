@@ -160,8 +160,9 @@ def not_compared_notes(found: MeasuredRobot, predicted: PredictedRobots | None, 
     if predicted is None:
         return tuple(out)
     if at_commands is not None:
-        text = "compared at the commanded poses of the file, which are not P1 to P5 of the test cube; of several configurations that reach a pose, the one found first is predicted"
-        out.append(text + (f"; {at_commands.left} more poses are not compared" if at_commands.left else ""))
+        text = "compared at the commanded poses of the file, which are not P1 to P5 of the test cube"
+        more = f"; {at_commands.left} more poses are not compared" if at_commands.left else ""
+        out.append(f"{text}; of several configurations that reach a pose, the one found first is predicted{more}")
     at = at_commands or predicted.cube
     different = {name: None for load in found.loads for name in different_orientations(at, load)}
     if different:
