@@ -87,7 +87,8 @@ def test_masses_and_centres_of_the_sidecar_are_those_of_a_urdf_that_states_them(
 def test_a_first_sidecar_keeps_the_repairs(written):
     """`new --from --force` would otherwise write a file that no longer reads."""
     sidecar = '[joints.j1]\nlimits = ["-30 deg", "60 deg"]\nlink = { mass = "2 kg", centre_of_mass = ["10 mm", "0 mm", "5 mm"] }\n'
-    path = written(link("base"), NO_LIMITS, link("link1"), sidecar=sidecar)
+    tool = (link("tool0", 0), joint("mount", "link1 tool0", "fixed", ""))
+    path = written(link("base"), NO_LIMITS, link("link1"), *tool, sidecar=sidecar)
     before = read(path)
     lostmotion.new(urdf=path, force=True).report()
     after = read(path)
