@@ -36,6 +36,25 @@ def test_a_check_shows_ranges_masses_and_loads_of_each_joint():
     assert rows["A"].figures[3].value == pytest.approx(9.80665 * (sum(levers) + tip), rel=0.02)  # no pose is exactly horizontal
 
 
+@pytest.mark.parametrize(("centre", "flange", "point", "moment"), [(("40 mm", "0 mm", "0 mm"), 40, -60, 0.44), (None, 100, 0, 0.5)])
+def test_a_check_shows_the_centre_of_a_tool_from_flange_and_tool_point(tmp_path, centre, flange, point, moment):
+    """A gripper of 2 kg on a bar of 400 mm, its centre 40 mm beyond the flange and the tool point at 100 mm: the drive holds 2 g (0.4 + 0.04) N m."""
+    file = tmp_path / "arm.toml"
+    stated = f"centre_of_mass = {list(centre)}\n" if centre else ""
+    file.write_text(
+        'name = "bar"\n[tool]\nmass = "2 kg"\nframe = { xyz = ["100 mm", "0 mm", "0 mm"] }\n' + stated + "[[joints]]\n"
+        'name = "A"\ntype = "revolute"\naxis = "y"\nlimits = ["-90 deg", "90 deg"]\nlink = { length = "400 mm", rigid = true }\n',
+        "utf-8",
+    )
+    checked = lostmotion.check(file)
+    ((name, row),) = _rows(checked, "centres").items()
+    assert [str(figure) for figure in row.figures] == [f"({flange}, 0, 0) mm", f"({point}, 0, 0) mm"]
+    assert ("not stated" in name) is (centre is None)
+    (line,) = (text for title, text in checked.sheet.brief if title == "tool")
+    assert f"at ({flange}, 0, 0) mm from the flange, ({point}, 0, 0) mm from the tool point" in line
+    assert _rows(checked, "joints")["A"].figures[3].value == pytest.approx(2 * 9.80665 * moment, rel=2e-3)
+
+
 def test_the_poses_of_a_check_include_the_limits():
     """Every joint at either end, and no pose twice."""
     for file in (ARM, EXAMPLES / "ur5e.urdf", EXAMPLES / "planar-2r.toml"):
