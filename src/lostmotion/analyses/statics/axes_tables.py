@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 AXES: Final = "xyz"
 # Below this share of the largest compliance a direction is rigid: rounding.
 _RIGID: Final = 1e-9
+# m/N; arms that are softer along an axis, below 0.01 N/µm, are stated in N/mm.
+_SOFT: Final = 1e-4
 
 
 def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
@@ -28,7 +30,7 @@ def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
     for k, axis in enumerate(AXES):
         own = values[:, k]
         worst, best = int(own.argmax()), int(own.argmin())
-        figures = tuple(stiffness(float(each), counted) for each in (own[worst], np.median(own), own[best]))
+        figures = tuple(_stiffness(survey, float(each), counted) for each in (own[worst], np.median(own), own[best]))
         note = f"worst at {_at(survey, worst)}; best at pose {best}" if np.ptp(own) > _RIGID * own.max() else ""
         rows.append(Row(f"along {axis}", figures, note))
     note = (
@@ -36,7 +38,10 @@ def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
         "own load, clearances closed"
     )
     parts = tuple(
-        Row(short_name(name), tuple(stiffness(float(each), f"pose {survey.axis_worst[k]}") for k, each in enumerate(survey.axis_parts[:, part])))
+        Row(
+            short_name(name),
+            tuple(_stiffness(survey, float(each), f"pose {survey.axis_worst[k]}") for k, each in enumerate(survey.axis_parts[:, part])),
+        )
         for part, name in enumerate(survey.parts)
     )
     alone = "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. ∞: this part does not yield"
@@ -48,7 +53,7 @@ def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
 
 def axes_sentence(survey: Survey, known: States) -> str:
     """Return the sentence of the headline on the stiffness along x, y and z at the worst poses."""
-    texts = [str(stiffness(float(each))) for each in _compliance(survey).max(axis=0)]
+    texts = [str(_stiffness(survey, float(each))) for each in _compliance(survey).max(axis=0)]
     most = "at most " if known.ideal_joints else ""
     return f"Along x, y, z the tool's stiffness is {most}{', '.join(texts)}, each at its worst pose."
 
@@ -59,15 +64,18 @@ def axes_cards(survey: Survey, known: States) -> list[Card]:
     values = _compliance(survey)
     return [
         Card(
-            f"stiffness along {axis}", f"{sign}{stiffness(float(own.max()))}", f"worst pose {own.argmax()}; median {stiffness(float(np.median(own)))}"
+            f"stiffness along {axis}",
+            f"{sign}{_stiffness(survey, float(own.max()))}",
+            f"worst pose {own.argmax()}; median {_stiffness(survey, float(np.median(own)))}",
         )
         for axis, own in zip(AXES, values.T, strict=True)
     ]
 
 
-def stiffness(compliance: float, samples: str = "") -> Figure:
-    """Return the stiffness, N/µm, for a compliance in m/N; infinite for a rigid direction."""
-    return Figure(1e-6 / compliance if compliance else math.inf, "N/µm", samples=samples)
+def _stiffness(survey: Survey, compliance: float, samples: str = "") -> Figure:
+    """Return the stiffness for a compliance in m/N, in N/µm, for a soft arm all in N/mm; infinite for a rigid direction."""
+    unit, size = ("N/mm", 1e-3) if survey.axis_compliance.max() > _SOFT else ("N/µm", 1e-6)
+    return Figure(size / compliance if compliance else math.inf, unit, samples=samples)
 
 
 def _compliance(survey: Survey) -> Floats:

@@ -24,6 +24,8 @@ from lostmotion.spatial import cross
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -57,8 +59,8 @@ class PayloadLimit:
     q: Floats
     tool: Floats
     values: Floats
-    empty: Floats
-    joints: Floats
+    empty: NDArray[np.bool_]
+    joints: NDArray[np.int64]
     limit: float | None = None
 
     @property
@@ -123,7 +125,7 @@ def _by_drives(arm: Arm, q: Floats, tilt: float | None) -> tuple[PayloadLimit, t
     of_payload = np.abs(held(alone + MOST)).max(axis=0) > _ROUNDING * MOST
     unrated = tuple(joint.name for joint, loads, limit in zip(arm.moving, of_payload, rated, strict=True) if loads and np.isnan(limit))
     values = _bisected(held, np.where(np.isnan(rated), math.inf, rated), alone.shape)
-    over = held(alone) > rated * (1 + _ROUNDING)
+    over = np.asarray(held(alone) > rated * (1 + _ROUNDING))
     values[over] = 0.0
     return PayloadLimit("drives", q, _points(arm, q), values.min(axis=1), over.any(axis=1), values.argmin(axis=1)), unrated
 

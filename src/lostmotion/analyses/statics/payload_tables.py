@@ -58,7 +58,7 @@ def payload_section(arm: Arm, found: MaxPayload | None, known: States) -> tuple[
     base = "as the base stands" if found.tilt is None else f"base tilted by up to {math.degrees(found.tilt):.3g}°"
     note = (
         f"static, without acceleration; payload with its stated centre of mass; {base} for the drives. Every pose: the smallest of the sampled "
-        "poses, between which an arm may hold a little less. Each criterion by itself. Sag: by the weights of arm and payload, first order. "
+        "poses, between which an arm may hold a little less. Each criterion by itself. Sag: by the weights of arm and payload, first order, without play. "
         "Accuracy: error that 95 % of the positions at a pose stay within"
     )
     if found.unrated:

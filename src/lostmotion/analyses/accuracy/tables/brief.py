@@ -115,7 +115,8 @@ def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
     named = [each for each in known if each[0] >= _LEAST_SHARE][:_MOST_DRIVES] or known[:1]
     texts = [f"{_held(each, first=k == 0)}, {Figure(100 * share, '%')}{'' if k else ' of rated'}" for k, (share, each) in enumerate(named)]
     rest = [(share, each.joint) for share, each in known if (share, each) not in named]
-    unrated = sorted((each for share, each in held if math.isnan(share) and abs(each.worst) > 0), key=lambda each: -abs(each.worst))
+    least = _ROUNDING * max((abs(each.worst) for each in worst), default=0.0)
+    unrated = sorted((each for share, each in held if math.isnan(share) and abs(each.worst) > least), key=lambda each: -abs(each.worst))
     if texts and rest:
         most = max(share for share, _ in rest)
         others = rest[0][1] if len(rest) == 1 else "the other rated drives" if unrated else "the others"

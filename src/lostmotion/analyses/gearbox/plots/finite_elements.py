@@ -183,8 +183,8 @@ def _picture(on: Axes, values: Floats, left: float, low: float, right: float, to
 
 def _mark(on: Axes, place: complex, words: str, sign: str = "o") -> None:
     """Mark a place (m), named in the legend."""
-    look = {"markerfacecolor": "none"} if sign == "o" else {}
-    on.plot(place.real * _MM, place.imag * _MM, sign, color=LIGHT["warn"], markersize=9, markeredgewidth=1.8, linestyle="none", label=words, **look)
+    at = place.real * _MM, place.imag * _MM
+    on.plot(*at, sign, color=LIGHT["warn"], markerfacecolor="none", markersize=9, markeredgewidth=1.8, linestyle="none", label=words)
 
 
 def _square(on: Axes) -> None:
