@@ -64,7 +64,17 @@ def test_suitable_reducers_are_rated_for_the_torque(found):
         enough = sum(torque >= abs(node.required.value) for torque in rated)
         assert row.note.startswith(f"{enough} in the catalogue for the ratio 121;")
         assert row.figures[0].value == abs(node.within_tilt.value)
-    assert f"{sum(math.isnan(torque) for torque in rated)} rows without a rated torque are excluded" in section.note
+    missing = sum(math.isnan(torque) for torque in rated)
+    assert (f"{missing} rows without a rated torque are excluded" in section.note) == (missing > 0)
+
+
+def test_the_headline_says_what_the_base_as_it_stands_asks_for_first():
+    """A level SCARA's drives hold nothing and a palletiser's shoulder more than its turn: the worst tilt is named second, as such."""
+    examples = Z_ARM.parent
+    level = statics_sheet(survey(arm := lostmotion.read(examples / "scara.toml"), lostmotion.sample_poses(arm, 256))).verdict
+    assert level.startswith("No joint holds a torque as the base stands; shoulder has 51.3 N m at any tilt of the base.")
+    heavy = statics_sheet(survey(arm := lostmotion.read(examples / "palletiser.toml"), lostmotion.sample_poses(arm, 256))).verdict
+    assert heavy.startswith("Joint shoulder has the largest holding torque: 4020 N m as the base stands, 5320 N m at turn at any tilt of the base.")
 
 
 def test_a_reducer_below_the_holding_torque_is_reported():

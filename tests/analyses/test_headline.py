@@ -124,7 +124,7 @@ name = "elbow"
 type = "revolute"
 axis = "y"
 limits = ["-90 deg", "90 deg"]
-gearbox = "CSG-25-100"
+gearbox = { stiffness = "10 N m/arcmin", backlash = "1 arcmin" }
 link = { length = "300 mm", rigid = true }
 """
 
@@ -136,9 +136,15 @@ def test_a_drive_without_a_rating_holds_a_load_all_the_same(tmp_path):
     drives = dict(small(path, poses=1024).sheet.brief)["Drives"]
     assert "waist holds no load" in drives
     assert re.search(r"elbow holds 14[.]\d N m, no rated torque stated", drives)
-    path.write_text(UNRATED.replace("RV-40E-121", "CSG-25-100"), encoding="utf-8")
+    path.write_text(UNRATED.replace('"RV-40E-121"', '{ stiffness = "10 N m/arcmin", backlash = "1 arcmin" }'), encoding="utf-8")
     drives = dict(small(path).sheet.brief)["Drives"]
     assert re.fullmatch(r"At the poses studied shoulder holds [\d.]+ N m, elbow [\d.]+ N m, no rated torque stated[.]", drives)
+
+
+def test_upright_drives_hold_no_load():
+    """On a level base no drive of a SCARA but its lift is loaded: no zero is printed as a share of a rating."""
+    drives = dict(small(EXAMPLES / "scara.toml").sheet.brief)["Drives"]
+    assert drives == "At the poses studied the rated drives hold no load; lift holds 19.6 N, no rated torque stated."
 
 
 def test_one_pose_and_few_robots_promise_no_more_than_they_know():

@@ -157,7 +157,7 @@ def test_drives_without_a_rating_set_no_payload_and_are_named(tmp_path):
     assert [figure.words for figure in find_row(sheet.sections, "payload", "drives, rated torque").figures] == ["not rated"] * 3
     one = lostmotion.statics(arm_of(tmp_path, PLANAR.replace('rated_torque = "100 N m", ', "")), poses=64, max_payload=True)
     assert "is at most " in one.sheet.verdict
-    assert "No rated torque is stated for shoulder: their load is not counted" in one.sheet.verdict
+    assert "No rated torque is stated for shoulder: its load is not counted" in one.sheet.verdict
     assert find_row(one.sheet.sections, "payload", "drives, rated torque").figures[0].bound == "upper"
     assert one.result()["max_payload"]["not_rated"] == ["shoulder"]
 

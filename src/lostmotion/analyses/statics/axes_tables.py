@@ -37,14 +37,14 @@ def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
         "force on the tool point along an axis of the base over its displacement along the same axis, tool free to rotate; linearised at the arm's "
         "own load, clearances closed"
     )
+    at = [f"pose {index}" for index in survey.axis_worst]
     parts = tuple(
-        Row(
-            short_name(name),
-            tuple(_stiffness(survey, float(each), f"pose {survey.axis_worst[k]}") for k, each in enumerate(survey.axis_parts[:, part])),
-        )
-        for part, name in enumerate(survey.parts)
+        Row(short_name(name), tuple(_stiffness(survey, float(each), here) for each, here in zip(own, at, strict=True)))
+        for name, own in zip(survey.parts, survey.axis_parts.T, strict=True)
     )
-    alone = "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. ∞: this part does not yield"
+    alone = (
+        "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. rigid: this part does not yield"
+    )
     return (
         Section("axes", "Stiffness of the tool along x, y, z", ("worst pose", "median pose", "best pose"), tuple(rows), note),
         Section("axes-parts", "Stiffness along x, y, z by part", tuple(f"along {axis}" for axis in AXES), parts, alone),
@@ -75,7 +75,7 @@ def axes_cards(survey: Survey, known: States) -> list[Card]:
 def _stiffness(survey: Survey, compliance: float, samples: str = "") -> Figure:
     """Return the stiffness for a compliance in m/N, in N/µm, for a soft arm all in N/mm; infinite for a rigid direction."""
     unit, size = ("N/mm", 1e-3) if survey.axis_compliance.max() > _SOFT else ("N/µm", 1e-6)
-    return Figure(size / compliance if compliance else math.inf, unit, samples=samples)
+    return Figure(size / compliance, unit, samples=samples) if compliance else Figure(math.inf, unit, samples=samples, words="rigid")
 
 
 def _compliance(survey: Survey) -> Floats:

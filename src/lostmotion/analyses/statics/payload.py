@@ -127,7 +127,7 @@ def _by_drives(arm: Arm, q: Floats, tilt: float | None) -> tuple[PayloadLimit, t
     values = _bisected(held, np.where(np.isnan(rated), math.inf, rated), alone.shape)
     over = np.asarray(held(alone) > rated * (1 + _ROUNDING))
     values[over] = 0.0
-    return PayloadLimit("drives", q, _points(arm, q), values.min(axis=1), over.any(axis=1), values.argmin(axis=1)), unrated
+    return PayloadLimit("drives", q, _points(arm, q), values.min(axis=1), np.asarray(over.any(axis=1)), values.argmin(axis=1)), unrated
 
 
 def _loads_of_drives(arm: Arm, q: Floats, tilt: float | None) -> Callable[[Floats], Floats]:

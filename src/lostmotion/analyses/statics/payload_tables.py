@@ -31,10 +31,11 @@ def payload_sentences(arm: Arm, found: MaxPayload | None, known: States) -> list
         out.append(
             f"No payload is held at every pose: without any, {_exceeded(arm, governing)} at {count} of {several(len(governing.values), 'pose')}."
         )
-    if _nothing_rated(arm, found):
+    if _nothing_rated(found):
         out.append("No drive that the payload loads has a rated torque, so the drives set no limit: that is missing data, not strength.")
     elif found.unrated:
-        out.append(f"No rated torque is stated for {', '.join(found.unrated)}: their load is not counted.")
+        whose = "its load is" if len(found.unrated) == 1 else "their loads are"
+        out.append(f"No rated torque is stated for {', '.join(found.unrated)}: {whose} not counted.")
     elif governing is None:
         out.append("None of these criteria limits the payload.")
     return out
@@ -46,7 +47,7 @@ def payload_cards(arm: Arm, found: MaxPayload | None, known: States) -> list[Car
         return []
     governing = found.governing
     if governing is None:
-        return [Card("largest payload, every pose", "not known" if found.unrated else _NO_LIMIT, _counted_by(arm, found))]
+        return [Card("largest payload, every pose", "not known" if found.unrated else _NO_LIMIT, _counted_by(found))]
     return [Card("largest payload, every pose", _bounded(governing, found, known), f"{_cause(arm, governing)} governs, pose {governing.worst}")]
 
 
@@ -58,8 +59,8 @@ def payload_section(arm: Arm, found: MaxPayload | None, known: States) -> tuple[
     base = "as the base stands" if found.tilt is None else f"base tilted by up to {math.degrees(found.tilt):.3g}°"
     note = (
         f"static, without acceleration; payload with its stated centre of mass; {base} for the drives. Every pose: the smallest of the sampled "
-        "poses, between which an arm may hold a little less. Each criterion by itself. Sag: by the weights of arm and payload, first order, without play. "
-        "Accuracy: error that 95 % of the positions at a pose stay within"
+        "poses, between which an arm may hold a little less. Each criterion by itself. Sag: by the weights of arm and payload, first order, without "
+        "play. Accuracy: error that 95 % of the positions at a pose stay within"
     )
     if found.unrated:
         note += f". Not rated, so not counted: {', '.join(found.unrated)}"
@@ -95,7 +96,7 @@ def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
 
 def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
     counted = several(len(each.values), "pose")
-    unknown = each.criterion == "drives" and _nothing_rated(arm, found)
+    unknown = each.criterion == "drives" and _nothing_rated(found)
     bound = bool(found.unrated if each.criterion == "drives" else known.ideal_joints)
     figures = tuple(
         in_words("not rated" if unknown else _NO_LIMIT) if math.isinf(value) else Figure(value, "kg", samples=counted, bound="upper" if bound else "")
@@ -129,15 +130,13 @@ def _bounded(each: PayloadLimit, found: MaxPayload, known: States) -> str:
     return f"at most {text}" if found.unrated else share_within_bounded(text, known) if each.criterion != "drives" else text
 
 
-def _nothing_rated(arm: Arm, found: MaxPayload) -> bool:
-    """Return whether no drive limits the payload for want of any rated torque."""
-    return bool(found.unrated) and all(
-        joint.name in found.unrated or joint.gearbox is None or joint.gearbox.rated_torque is None for joint in arm.moving
-    )
+def _nothing_rated(found: MaxPayload) -> bool:
+    """Return whether the drives limit no payload because none that it loads has a rated torque."""
+    return bool(found.unrated) and all(math.isinf(each.everywhere) for each in found.limits if each.criterion == "drives")
 
 
-def _counted_by(arm: Arm, found: MaxPayload) -> str:
-    return "no drive has a rated torque" if _nothing_rated(arm, found) else f"by {', '.join(each.criterion for each in found.limits)}"
+def _counted_by(found: MaxPayload) -> str:
+    return "no drive that it loads has a rated torque" if _nothing_rated(found) else f"by {', '.join(each.criterion for each in found.limits)}"
 
 
 def _plain(value: float) -> float | None:

@@ -138,9 +138,17 @@ def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     turning = [node for node in survey.joint_loads if node.unit == "N m"]
     sentences = payload_sentences(survey.arm, payload, known)
     if turning:
-        largest = max(turning, key=lambda node: abs(node.required.value))
+        level, tilted = (max(turning, key=lambda node: abs(load(node).value)) for load in (lambda node: node.nominal, lambda node: node.required))
         tilt = "at any tilt of the base" if survey.tilt is None else f"with the base tilted by up to {_degrees(survey.tilt)}"
-        sentences.append(f"Joint {largest.joint} has the largest holding torque: {Figure(abs(largest.required.value), 'N m')} {tilt}.")
+        at = "" if tilted is level else f"at {tilted.joint} "
+        standing, most = (Figure(abs(load.value), "N m") for load in (level.nominal, tilted.required))
+        same = str(standing) == str(most)
+        both = f"{standing}, as the base stands and {tilt}" if same else f"{standing} as the base stands, {most} {at}{tilt}"
+        sentences.append(
+            f"Joint {level.joint} has the largest holding torque: {both}."
+            if standing.value > _NOTHING
+            else f"No joint holds a torque as the base stands; {tilted.joint} has {most} {tilt}."
+        )
     if survey.parts:
         part = short_name(survey.parts[int(survey.softest_shares.argmax())])
         sentences.append(

@@ -112,15 +112,17 @@ def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
     """Return what the most heavily loaded drives hold, and the share of their rated torque where it is stated."""
     held = [(abs(each.worst) / rated if rated else math.nan, each) for each, rated in zip(worst, _ratings(arm), strict=True)]
     known = sorted((each for each in held if math.isfinite(each[0])), key=lambda each: -each[0])
-    named = [each for each in known if each[0] >= _LEAST_SHARE][:_MOST_DRIVES] or known[:1]
+    loaded = [each for each in known if each[0] > _ROUNDING]
+    named = [each for each in loaded if each[0] >= _LEAST_SHARE][:_MOST_DRIVES] or loaded[:1]
     texts = [f"{_held(each, first=k == 0)}, {Figure(100 * share, '%')}{'' if k else ' of rated'}" for k, (share, each) in enumerate(named)]
     rest = [(share, each.joint) for share, each in known if (share, each) not in named]
     least = _ROUNDING * max((abs(each.worst) for each in worst), default=0.0)
     unrated = sorted((each for share, each in held if math.isnan(share) and abs(each.worst) > least), key=lambda each: -abs(each.worst))
-    if texts and rest:
+    if rest and (texts or unrated):
         most = max(share for share, _ in rest)
-        others = rest[0][1] if len(rest) == 1 else "the other rated drives" if unrated else "the others"
-        texts.append(f"{others} ≤ {Figure(100 * most, '%')}" if most > _ROUNDING else f"{others} hold{'s' if len(rest) == 1 else ''} no load")
+        others = rest[0][1] if len(rest) == 1 else ("other rated drives" if texts else "rated drives") if unrated else "others"
+        none = f"{others} holds no load" if len(rest) == 1 else f"the {others} hold no load"
+        texts.append(f"{others} ≤ {Figure(100 * most, '%')}" if most > _ROUNDING else none)
     if not (texts or unrated):
         return "No drive holds a static load."
     if unrated:
