@@ -63,4 +63,4 @@ def counting_floor(of_poses: Floats, sets: int, confidence: float = 0.95) -> flo
     if sets < 2:  # noqa: PLR2004 - a single set
         return 0.0
     unseen = 1 - ((1 - confidence) / 2) ** (1 / sets)
-    return unseen * sets / len(of_poses) * float(np.linalg.norm(np.diff(np.sort(of_poses))))
+    return float(unseen * sets / len(of_poses) * np.linalg.norm(np.diff(np.sort(of_poses))))
