@@ -42,6 +42,9 @@ _CHECKED_ROBOTS: Final = 16
 _CHECKED_VISITS: Final = 4
 _LARGEST, _ROBOT, _VISIT = (COLUMNS.index(name) for name in ("largest", "largest_robot", "largest_visit"))
 _MEAN_SQUARE: Final = COLUMNS.index("mean_square")
+_AT_POSES: Final = [COLUMNS.index(name) for name in ("mean", "ap_mean", "rp_mean")]
+# Up to this number of poses their figures are kept for the floor by counting of the intervals, which is negligible with more.
+_MOST_KEPT: Final = 65_536
 _SQUARES: Final = slice(COLUMNS.index("bias_square"), COLUMNS.index("visit_square") + 1)
 
 
@@ -114,6 +117,7 @@ class _Merged:
     parts: Floats
     levels: Floats
     worst: list[Worst]
+    at_poses: list[Floats]
     square: float = 0.0
 
     def add(self, order: Order, design: int, block: int, record: Record) -> None:
@@ -125,6 +129,8 @@ class _Merged:
         self.sets[of_set] += record.histogram.sum(axis=0)
         self.parts += record.parts
         self.levels[of_set] += record.poses[: last - first, _SQUARES].sum(axis=0)
+        if order.poses <= _MOST_KEPT:
+            self.at_poses.append(record.poses[: last - first, _AT_POSES])
         self.square += float(record.poses[: last - first, _MEAN_SQUARE].sum())
         self.worst = worst_of(self.worst, order, design, block, record)
 
@@ -169,6 +175,7 @@ def _merged(store: Store, design: int, progress: Callable[[str, int, int], None]
                 np.zeros_like(record.parts),
                 np.zeros((order.sets, 3)),
                 [],
+                [],
             )
         merged.add(order, design, block, record)
         if progress is not None:
@@ -182,8 +189,11 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     order = store.order
     arm = design_of(order, design).arm
     robots = merged.robots * (order.sets / order.poses)
-    largest, mean = merged.worst[0].error, pooled_mean(robots[:, :, 0])
-    spread = [(pooled_mean(robots[:, :, k]), pooled_robots_quantile(robots[:, :, k])) for k in (1, 2)] if order.visits > 1 else [None, None]
+    at = list(np.concatenate(merged.at_poses).T) if merged.at_poses else [None] * robots.shape[2]
+    largest, mean = merged.worst[0].error, pooled_mean(robots[:, :, 0], at[0])
+    spread = [
+        None if order.visits == 1 else (pooled_mean(robots[:, :, k], at[k]), pooled_robots_quantile(robots[:, :, k], of_poses=at[k])) for k in (1, 2)
+    ]
     levels = merged.levels.sum(axis=0)
     total = float(levels.sum())
     own, *shared = merged.parts[: len(order.parts)].T
