@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 
-import numpy as np
 import pytest
 
 import lostmotion
@@ -63,11 +62,13 @@ def test_a_sweep_states_mass_price_and_repeatability_of_each_design(arm, tmp_pat
     cards = {card.title: (card.number, card.quiet) for card in found.sheet.cards}
     assert cards["mass, lightest design"] == ("6.00 kg", "A gearbox small, B gearbox small")
     assert cards["price, cheapest design"] == ("600", "A gearbox small, B gearbox small")
-    assert cards["RP, best design"][1] == "A gearbox big, B gearbox big"
+    assert cards["RP, best design"][1].startswith("A gearbox big, ")
     arrays = found.arrays()
     assert arrays["price"].values.tolist() == [[600, 1000], [1000, 1400]]
     assert arrays["mass"].values.tolist() == [[6, 8], [8, 10]]
-    assert np.isfinite(arrays["rp_q95"].values).all()
+    repeats = arrays["rp_q95"].values[..., 0]  # what B carries closes its backlash: it does not repeat better with the other gearbox
+    assert repeats[:, 0] == pytest.approx(repeats[:, 1], rel=1e-9)
+    assert repeats[1, 0] < 0.6 * repeats[0, 0]
     assert [each["price"] for each in found.result()["designs"]] == [600, 1000, 1000, 1400]
     assert [plot.section for plot in found.plots].count("masses") == 1
     assert "prices" not in found.sheet.facts["not_counted"]
