@@ -54,16 +54,18 @@ def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file
     from lostmotion.analyses.accuracy.drive_classes import first_figures
     from lostmotion.analyses.accuracy.workspace import workspace
     from lostmotion.io.drive_loads import drive_loads
-    from lostmotion.io.skeleton import skeleton
+    from lostmotion.io.first_sidecar import first_sidecar
+    from lostmotion.io.sidecar import sidecar_place
+    from lostmotion.io.skeleton import Skeleton, skeleton
     from lostmotion.io.urdf import effort_limits
     from lostmotion.mechanism.holding_torques import holding_torques
     from lostmotion.reporting.sheet import Lines
 
     lines = None
     if file is not None:
-        found = skeleton(arm, file, sidecar)
-        begun = sidecar is not None or file.suffix.lower() == ".toml" or file.with_suffix(".toml").exists()
-        begin = "" if begun else f"; `lostmotion new --from {file}` writes a sidecar with the class and the load of every drive"
+        begun = sidecar is not None or file.suffix.lower() == ".toml" or sidecar_place(file).exists()
+        found = skeleton(arm, file, sidecar) if begun else Skeleton(sidecar_place(file).name, first_sidecar(file))
+        begin = "" if begun else f"; `lostmotion new --from {file}` writes them"
         lines = Lines(f"Lines for {found.file}, to start from{begin}:", found.text)
     visited = chosen_poses(arm, poses, pose_law, seed)
     efforts = {} if file is None or file.suffix.lower() == ".toml" else effort_limits(file, sidecar)
