@@ -55,6 +55,26 @@ def test_a_gantry_holds_a_cube_of_its_shortest_range():
     assert (cube.corners.max(axis=0) <= [1.1 + 1e-9, 0.2 + 1e-9, 0.8 + 1e-9]).all()
 
 
+def rail(folder, travel):
+    """Read three sliding axes, the first far longer than the others, whose workspace is a beam of 350 mm by 350 mm."""
+    ranges = {"x": (0, travel), "y": (0.3, 0.65), "z": (0.2, 0.55)}
+    joints = [
+        f'[[joints]]\nname = "{axis}"\ntype = "prismatic"\naxis = "{axis}"\nlimits = ["{low} m", "{high} m"]\n'
+        for axis, (low, high) in ranges.items()
+    ]
+    path = folder / "rail.toml"
+    path.write_text('name = "rail"\n' + "".join(joints), encoding="utf-8")
+    return lostmotion.read(path)
+
+
+@pytest.mark.parametrize("travel", [1, 8, 30])
+def test_a_long_rail_has_the_cube_of_its_section(tmp_path, travel):
+    """However long the first axis, a workspace of 350 mm by 350 mm holds a cube of that side, beside the rail too."""
+    found = largest_cube(rail(tmp_path, travel))
+    assert found.side == pytest.approx(0.35, rel=0.02)
+    assert found.side <= 0.35
+
+
 def test_the_floor_bounds_the_cube():
     """With the floor at 500 mm only 300 mm of height remain."""
     cube = largest_cube(gantry(), floor=0.5)

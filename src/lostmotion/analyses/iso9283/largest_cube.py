@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 # Grid cells along the longest side of the workspace.
 CELLS: Final = 20
+# Fewest grid cells along the shortest side, and largest number of grid points for it.
+_ACROSS: Final = 8
+_MOST_POINTS: Final = 40_000
 # Number of configurations for which the grid is filled.
 _CONFIGURATIONS: Final = 2
 # Number of cubes that are enlarged; the range (in grid steps) behind the farthest one; the share of the largest side that counts as equal.
@@ -68,13 +71,13 @@ def largest_cube(
 
     rotation  (3, 3) of the tool; None: downward, forward, and that in the middle of the joint ranges are tried, and the largest cube is taken
     floor     lowest height of the cube in the base frame, m; None: no floor
-    cells     grid cells along the longest side of the workspace, which set the resolution
+    cells     grid cells along the longest side of the workspace, which set the resolution; along the shortest side there are at least eight
 
     From sampled poses, grid points over the workspace are reached from their neighbours by inverse kinematics, so that the cube is reached without a
     change of configuration. The largest cubes of reached points are moved and enlarged by a compass search, and the chosen one is reduced until all
     its check points are reached. Among cubes within 5 % of the largest, the one farthest along the base's x axis is taken, which points to the middle
     of the workspace by ISO 9787. Constraints: joint limits, the floor, and a clearance of a tenth of the reach from the line base - first joint -
-    second joint; no obstacles, no self-collision. Raises InputError where there is no cube.
+    second joint, unless the first one slides; no obstacles, no self-collision. Raises InputError where there is no cube.
     """
     refuse_planar(arm)
     cloud = sample_poses(arm, SAMPLES).q
@@ -182,7 +185,9 @@ def _grid(tools: Floats, floor: float | None, cells: int) -> tuple[Floats, float
         low[2] = max(low[2], floor)
     if (high <= low).any():
         raise refuse_argument("cube", "no part of the workspace above the floor", "a floor below the workspace", floor="-500 mm")
-    step = float((high - low).max()) / cells
+    # A cube is no larger than the shortest side: a long rail or a flat workspace needs cells of its own size, as many as the memory takes.
+    extents = np.sort(high - low)
+    step = float(max(min(extents[-1] / cells, extents[0] / _ACROSS), (extents.prod() / _MOST_POINTS) ** (1 / 3)))
     axes = [np.arange(a, b + 1e-9, step) + ((b - a) % step) / 2 for a, b in zip(low, high, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1), step
 
@@ -250,7 +255,12 @@ def _largest_at(reached: np.ndarray) -> np.ndarray:
 
 
 def _column(arm: Arm) -> Floats:
-    """Return points (point, 3) along the line base - first moving joint - second one, with all joints in the middle of their ranges."""
+    """Return points (point, 3) along the line base - first moving joint - second one, with all joints in the middle of their ranges.
+
+    None where the first of them slides: then the column moves out of the way.
+    """
+    if arm.moving[arm.tree.tool_joints[0]].type == "prismatic":
+        return np.empty((0, SPACE))
     at = frames(arm, arm.limits.mean(axis=1)[None])
     moved = [arm.tree.moved[drive] for drive in arm.tree.tool_joints[:2]]
     line = np.vstack([np.zeros(3), at[[arm.tree.places[place].parent for place in moved], 0, :3, 3]])
@@ -262,4 +272,5 @@ def _off_column(arm: Arm, grid: Floats, clearance: float) -> np.ndarray:
     """Return which points (..., 3) are farther than this from the arm's column."""
     from scipy.spatial import KDTree
 
-    return np.asarray(KDTree(_column(arm)).query(grid)[0] > clearance)
+    column = _column(arm)
+    return np.asarray(KDTree(column).query(grid)[0] > clearance) if len(column) else np.ones(grid.shape[:-1], dtype=bool)
