@@ -8,7 +8,8 @@ import pytest
 
 import lostmotion
 from lostmotion.band import Band
-from lostmotion.error_model.provenance import given_in_part, states
+from lostmotion.error_model.given_values import given_in_part
+from lostmotion.error_model.provenance import states
 from lostmotion.parts.error_source import Friction
 from lostmotion.reporting.inputs import _quantities, inputs_section, value_text
 from lostmotion.reporting.laws_used import laws_section

@@ -79,12 +79,14 @@ def test_the_headline_of_a_study_names_the_limit_and_bounds_nothing_where_kinds_
 
 
 def test_a_joint_taken_as_perfect_beside_a_limit_leaves_no_bound(tmp_path):
-    """'At least' stays, the sentence says that what rests on limits may also be less, and the card carries no sign."""
+    """The headline is no bound: it names the joint, the sentence says that what rests on limits may also be less, and the card carries no sign."""
     extra = '[[joints]]\nname = "D"\ntype = "revolute"\nlimits = ["-90 deg", "90 deg"]\n'
     path = tmp_path / "arm.toml"
     path.write_text(text_of("limit").replace("[[reducers]]", extra + "[[reducers]]", 1), encoding="utf-8")
     sheet = lostmotion.study(lostmotion.read(path), poses=16, robots=32, visits=4).sheet
-    assert sheet.verdict.startswith("At least")
+    assert sheet.verdict.startswith("Expect 95 % of positions within 0.")
+    assert ", though nothing is described for D (taken as perfect)" in sheet.verdict
+    assert sheet.facts["states"]["bound"] == "neither"
     assert "neither side" not in sheet.verdict
     assert "parts of these figures rest on them, so the true error may also be less" in first_screen(sheet)
     assert sheet.cards[0].number[0].isdigit()
@@ -141,7 +143,7 @@ def test_shares_of_limits_are_those_of_the_budget(tmp_path):
 
 
 def test_a_sweep_compares_masses_and_says_what_it_does_not_count(tmp_path):
-    """A heavier reducer shows its mass, one of unknown mass is named, and the design at its limits is at most."""
+    """A heavier reducer shows its mass, one of unknown mass is named, and the errors that rest on limits may be less."""
     path = tmp_path / "arm.toml"
     path.write_text(text_of("limit", extra='[sweep]\n"joints.B.gearbox" = ["X-10-100", "Y-10"]\n').replace("ratio = 100\n", ""), encoding="utf-8")
     sheet = lostmotion.sweep(path, poses=16, robots=8, visits=4, out=tmp_path / "out", workers=1).sheet
@@ -150,7 +152,8 @@ def test_a_sweep_compares_masses_and_says_what_it_does_not_count(tmp_path):
     assert [row.note for row in masses.rows] == ["", "mass of Y-10 not stated: counted as zero"]
     assert sheet.notes[0].startswith("not counted: motion")
     assert "mass of Y-10 (not stated: counted as zero)" in sheet.notes[0]
-    assert "at most" in sheet.verdict
+    assert "so the true error may also be less" in sheet.verdict
+    assert {each["bound"] for each in sheet.facts["designs"]} == {"neither"}
     assert [each["mass_kg"] for each in sheet.facts["designs"]] == pytest.approx([15.0, 12.0])
 
 

@@ -100,12 +100,12 @@ def test_the_table_has_a_line_for_every_moving_joint(file):
 
 
 def test_a_described_arm_is_no_lower_bound():
-    """Where every joint has an error source, nothing but the number of assumed values is added to the headline."""
+    """Where every kind that a real joint must have is described, nothing but the number of assumed values is added to the headline."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     verdict = lostmotion.study(arm, 32, 8, 3).sheet.verdict
     assert verdict.startswith("Expect 95 % of positions within ")
     assert "least" not in verdict
-    assert f"This rests on {len(states(arm).assumed)} assumed values" in verdict
+    assert f"This rests on {states(arm).assumed_count} assumed values" in verdict
 
 
 def test_a_described_arm_without_assumed_values_has_none_counted():

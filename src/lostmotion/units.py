@@ -172,6 +172,17 @@ def states_tolerance(value: object) -> bool:
     return isinstance(value, Toleranced) or (match is not None and match["tolerance"] is not None)
 
 
+def states_zero_tolerance(value: object, si: str) -> bool:
+    """Return whether a text, or the `value` of a table with a distribution, states a tolerance of zero: "400 mm ± 0 mm"."""
+    text = value.get("value") if isinstance(value, dict) else value
+    if not isinstance(text, str) or not states_tolerance(text):
+        return False
+    try:
+        return read_quantity(text, si).tolerance == 0
+    except UnitError:
+        return False  # the field reports what is wrong with it
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Marks a field of a part: which SI unit it holds, which values pass, and an example that does.

@@ -11,7 +11,8 @@ import pytest
 import lostmotion
 from lostmotion.analyses.sizing.arm_writer import sized_text
 from lostmotion.catalogue import materials
-from lostmotion.error_model.provenance import AssumedValue, states
+from lostmotion.error_model.given_values import AssumedValue
+from lostmotion.error_model.provenance import states
 from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.io.sweep_designs import read_design
@@ -136,7 +137,7 @@ def test_a_sidecar_keeps_what_it_says_of_its_values(tmp_path):
     found = states(read(urdf))
     assert AssumedValue("joints.elbow_joint", "gearbox", "assumed", "a guess") in found.assumed
     assert found.joints[2].states["stiffness"] == "assumed"
-    assert found.joints[2].states["backlash"] == "ideal"
+    assert found.joints[2].states["axis mounting"] == "ideal"
 
 
 def test_a_value_set_by_a_sweep_is_not_assumed_any_more(tmp_path):

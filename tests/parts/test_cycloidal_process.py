@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.error_model.provenance import assumed_in_part
+from lostmotion.error_model.given_values import assumed_in_part
 from lostmotion.laws.process_tolerance import Process, process_tolerance
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.model import wind_up

@@ -33,7 +33,8 @@ FROM_CATALOGUE: Final = " is taken from the catalogue"
 _MOST_MAKERS: Final = 4
 
 # A stated field replaces the row's fields that express the same figure.
-REPLACES: Final = {"backlash": {"lost_motion", "lost_motion_torque"}, "lost_motion": {"backlash"}, "stiffness": {"zone_torques"}}
+_ELASTIC: Final = {"stiffness", "zone_torques", "stiffness_scatter"}
+REPLACES: Final = {"backlash": {"lost_motion", "lost_motion_torque"}, "lost_motion": {"backlash"}, "stiffness": {"zone_torques"}, "rigid": _ELASTIC}
 _SOUGHT: Final = ("lost_motion", "backlash", "hysteresis", "transmission_error", "stiffness_scatter")
 _RATIO: Final = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
 _BY_RATIO: Final = {

@@ -51,7 +51,8 @@ _TYPES: Final = ("revolute", "prismatic", "fixed")
 _REPLACES: Final = {
     **REPLACES,
     "length_tolerance": {"process"},
-    **{key: {"section", "material"} for key in ("compliance", "measured", "rigid")},
+    **{key: {"section", "material"} for key in ("compliance", "measured")},
+    "rigid": {"section", "material", *REPLACES["rigid"]},
 }
 
 

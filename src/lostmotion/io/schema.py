@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _JOINTS: Final = ("RevoluteJoint", "PrismaticJoint", "FixedJoint")
 _TURNING_GEARBOX: Final = "GearboxOfRevoluteJoint"
-_DEFAULT_GEARBOXES: Final = (_TURNING_GEARBOX, "GearboxOfPrismaticJoint")
+_WITHOUT_KIND: Final = (_TURNING_GEARBOX, "GearboxOfPrismaticJoint", "RigidBearing")
 _DESCRIPTION: Final = (
     "An arm for lostmotion: joints from base to tool with their gearboxes, bearings, encoders and links. Quantities are text with a unit, "
     '"400 mm ± 50 µm"; parts that joints share stand in tables and are named where they are used.'
@@ -139,14 +139,14 @@ def _name_readably(kinds: dict[str, Schema], joint: str, schema: Any) -> None:  
 
 
 def _require_tags(schema: Schema) -> None:
-    """Require the key that chooses among kinds: the reader does, and without it several kinds would match. One kind of gearbox may go without."""
+    """Require the key that chooses among kinds: the reader does, and without it several would match. One gearbox and a rigid bearing go without."""
     waiting: list[Any] = [schema]
     while waiting:
         piece = waiting.pop()
         if isinstance(piece, dict):
             for reference in piece.get("discriminator", {}).get("mapping", {}).values():
                 kind = schema["$defs"][reference.removeprefix("#/$defs/")]
-                if kind["title"] in _DEFAULT_GEARBOXES:
+                if kind["title"] in _WITHOUT_KIND:
                     continue
                 kind["required"] = sorted({*kind.get("required", ()), piece["discriminator"]["propertyName"]})
             waiting += piece.values()

@@ -7,13 +7,14 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Generic, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
+from lostmotion.parts.bearing.rigid import RigidBearing, of_rigid_kind
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.encoder import Encoder
@@ -35,7 +36,11 @@ if TYPE_CHECKING:
     from lostmotion.units import Toleranced
 
 GearboxT = TypeVar("GearboxT", bound=TurningGearbox | SlidingDrive)
-Bearing = Annotated[RollingPair | CrossedRoller | BallPair | RollerPair | CrossedRollerBearing, Field(discriminator="kind")]
+Bearing = Annotated[
+    RollingPair | CrossedRoller | BallPair | RollerPair | CrossedRollerBearing | RigidBearing,
+    Field(discriminator="kind"),
+    BeforeValidator(of_rigid_kind),
+]
 
 
 # Fields of a bearing for turning joints only; along a slide the drive carries the load.

@@ -16,7 +16,7 @@ from lostmotion.parts.error_source import ErrorSource, Expansion, LengthAmount, 
 from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
-from lostmotion.parts.mounting import TipTolerance
+from lostmotion.parts.mounting import TipTolerance, with_zero_tolerance
 from lostmotion.parts.profile import Section, beam_of, section_error
 from lostmotion.parts.provenance import DEFAULT, OfClass
 from lostmotion.parts.section import Rod, refuse_section
@@ -42,7 +42,7 @@ class Link(OfClass):
     section, material   a uniform section, or one that changes along the link (stepped, tapered); composite sections state their own materials
     compliance          instead of a section: matrix (6, 6) at the tip and in its axes
     measured            instead of a section: a force on the tip and the measured deflection
-    rigid               true: the link is declared rigid. None of these four: the stiffness is not specified, and the link is assumed rigid
+    rigid               true: the link is declared rigid. None of these four: the stiffness is missing, and figures are lower bounds
     mass                default: that of section and material; zero with a compliance or a measurement
     price               of the link, data for comparisons
     centre_of_mass      in the joint's frame; default: that of the sections, or the middle. Stated: the mass is spread uniformly on both sides
@@ -70,6 +70,8 @@ class Link(OfClass):
     up: Direction | None = None
     expansion: Expansion | None = None
     temperature_difference: TemperatureDifference = Toleranced(0.0)
+
+    _zero_tolerance = model_validator(mode="before")(with_zero_tolerance)
 
     @field_validator("length")
     @classmethod

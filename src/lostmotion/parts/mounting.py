@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 import numpy as np
 from pydantic import ValidatorFunctionWrapHandler, WrapValidator
@@ -15,7 +15,7 @@ from lostmotion.parts.forms import Constant
 from lostmotion.parts.provenance import OfClass
 from lostmotion.parts.standard_terms import limit_terms, parameter
 from lostmotion.spatial import across, pose_of
-from lostmotion.units import Quantity, Toleranced
+from lostmotion.units import Quantity, Toleranced, states_zero_tolerance
 
 if TYPE_CHECKING:
     from lostmotion.parts.term import Motion, Term
@@ -96,3 +96,10 @@ def _terms(name: str, stated: tuple[Toleranced, ...], twists: Floats) -> list[Te
         if value.tolerance:
             out += limit_terms(f"{name} {letter}", Constant(twist), value.tolerance, of_tolerance(value.law), parameter(name, None, ""), cause=name)
     return out
+
+
+def with_zero_tolerance(stated: Any) -> Any:  # noqa: ANN401 - whatever a file holds
+    """Return the keys of a link with "400 mm ± 0 mm" as a stated length_tolerance of zero, which the length alone does not remember."""
+    if not isinstance(stated, dict) or not states_zero_tolerance(stated.get("length"), "m"):
+        return stated
+    return {"length_tolerance": "0 mm", **stated}

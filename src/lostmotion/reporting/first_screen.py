@@ -44,7 +44,7 @@ def print_first_screen(sheet: Sheet, console: Console | None = None) -> None:
         _print_paragraph(screen, f"warning: {warning}", width, "bold red")
     _print_paragraph(screen, sheet.verdict, width, "bold")
     stated = " ".join([sheet.verdict, *(text for _, text in sheet.brief)]) if sheet.bars else ""
-    _print_cards(screen, tuple(card for card in sheet.cards if not re.search(rf"{re.escape(card.number)}(?!\w)", stated)), width)
+    _print_cards(screen, tuple(card for card in sheet.cards if not _is_in(card, stated)), width)
     for block in sheet.bars:
         screen.print()
         _print_bars(screen, block, width)
@@ -52,6 +52,11 @@ def print_first_screen(sheet: Sheet, console: Console | None = None) -> None:
         _print_main_table(screen, sheet)
     _print_brief(screen, sheet, width)
     print_lines(sheet, screen)
+
+
+def _is_in(card: Card, text: str) -> bool:
+    """Return whether a text has the number of a card, which says in words of what it is a bound."""
+    return re.search(rf"{re.escape(card.number.lstrip('≥≤ '))}(?!\w)", text) is not None
 
 
 def _print_brief(screen: Console, sheet: Sheet, width: int) -> None:

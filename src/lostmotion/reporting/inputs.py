@@ -17,7 +17,8 @@ from lostmotion.units import Quantity, Toleranced
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from lostmotion.error_model.provenance import GivenValue, States
+    from lostmotion.error_model.given_values import GivenValue
+    from lostmotion.error_model.provenance import States
     from lostmotion.parts.error_source import Part
 
 # Units by that of SI, the largest first: name, its size in SI, and the smallest value that is written in it.

@@ -12,7 +12,7 @@ from lostmotion.reporting.sheet import Row, Section, in_words, several
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from lostmotion.error_model.provenance import GivenValue
+    from lostmotion.error_model.given_values import GivenValue
 
 _LAWS: Final = "lostmotion.laws."
 _PARTS: Final = "lostmotion.parts."

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-from lostmotion.error_model.provenance import KINDS, assumed_in_part, given_in_part
+from lostmotion.error_model.given_values import assumed_count, assumed_in_part, bounded_members, given_in_part
+from lostmotion.error_model.provenance import KINDS
 from lostmotion.error_model.upper_limits import in_error, in_repeats
-from lostmotion.parts.provenance import DEFAULT_SCATTER
 from lostmotion.reporting.inputs import inputs_section
 from lostmotion.reporting.laws_used import laws_section
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, in_words, several
+from lostmotion.reporting.sheet import PER_METRE, Card, Figure, Row, Section, in_words, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from lostmotion.error_model.provenance import AssumedValue, JointStates, States
-    from lostmotion.reporting.sheet import Sheet
+    from lostmotion.error_model.given_values import AssumedValue
+    from lostmotion.error_model.provenance import JointStates, States
+    from lostmotion.reporting.sheet import Bars, Sheet
 
 # Columns in a word or two, so that the table fits on a screen.
 _HEADS: Final = {"transmission error": "transm. error", "axis mounting": "axis"}
 # Titles of cards that show scatter between visits alone.
 _REPEATS: Final = ("repeatability", "RP")
 _MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"
+# Kinds of error that a real arm may be without, so that an arm that does not describe them is no lower bound.
+OPTIONAL: Final = ("transmission error", "axis mounting")
 BASE_TILT: Final = "base tilt"
 # Joints, and kinds of error, that a headline names; of more it says how many.
 _NAMED_JOINTS: Final = 2
@@ -39,6 +43,8 @@ def provenance_facts(known: States) -> dict[str, Any]:
     return {
         "states": {
             "described": known.described,
+            "bound": bound(known),
+            "missing": {joint: list(kinds) for joint, kinds in known.missing.items()},
             "ideal_joints": list(known.ideal_joints),
             "joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.joints],
             "fixed_joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.fixed],
@@ -47,6 +53,7 @@ def provenance_facts(known: States) -> dict[str, Any]:
                 {"joint": each.joint, "model": each.model, "key": each.key, "share": each.of_error, "share_between_visits": each.of_repeat}
                 for each in known.limits
             ],
+            "assumed_count": known.assumed_count,
             "assumed": _assumed_facts(known.assumed),
         }
     }
@@ -55,41 +62,58 @@ def provenance_facts(known: States) -> dict[str, Any]:
 def with_inputs(sheet: Sheet, part: object, owner: str) -> Sheet:
     """Return the sheet of one part with what went in: as a table, what is assumed counted in the headline, and listed in what result.json holds."""
     given, assumed = given_in_part(part, owner), assumed_in_part(part, owner)
-    facts = {**sheet.facts, "states": {"assumed": _assumed_facts(assumed)}}
-    verdict = " ".join([sheet.verdict, *_rests_on(assumed)])
+    count = assumed_count(assumed, bounded_members(part))
+    facts = {**sheet.facts, "states": {"assumed_count": count, "assumed": _assumed_facts(assumed)}}
+    verdict = " ".join([sheet.verdict, *_rests_on(count)])
     return replace(sheet, verdict=verdict, sections=(*sheet.sections, *inputs_section(given), *laws_section(given)), facts=facts)
 
 
+def bound(known: States) -> str:
+    """Return what the figures of an arm bound: "lower", "upper", "neither" where both would, "none" where every required kind has a value."""
+    if known.lower_bound:
+        return "neither" if known.limits else "lower"
+    return "upper" if known.limits and not known.ideal_kinds else "none"
+
+
 def at_least(text: object, known: States) -> str:
-    """Return a figure of the headline, as a lower bound where some joints are taken as perfect, or an upper one where makers' limits count."""
-    if known.ideal_joints:
-        return f"at least {text}"
-    return _at_most(text, known) if in_error(known) else str(text)
+    """Return an error as a lower bound where kinds of error are missing, or an upper one where makers' limits count in it; neither with both."""
+    return _with_bound(text, known, limited=in_error(known))
 
 
 def error_sentence(within: str, known: States) -> str:
     """Return the first sentence of a headline: the error that 95 % of positions stay within, as a bound where its values are such."""
-    ideal = ideal_joints_clause(known)
-    return f"At least {within} for 95 % of positions: {ideal}." if ideal else f"Expect 95 % of positions within {at_least(within, known)}."
+    missing = missing_clause(known)
+    if missing and not in_error(known):
+        return f"At least {within} for 95 % of positions: {missing}."
+    return f"Expect 95 % of positions within {at_least(within, known)}{f', though {missing}' if missing else ''}."
 
 
 def repeatability_sentence(repeats: str, known: States) -> str:
     """Return the sentence about repeatability, as a lower or an upper bound where its values are such."""
-    if known.ideal_joints:
+    if known.lower_bound and not in_repeats(known):
         return f"RP is at least {repeats} for 95 % of the robots."
     return f"95 % of the robots repeat within {repeats_bounded(repeats, known)}."
 
 
 def repeats_bounded(repeats: object, known: States) -> str:
-    """Return a repeatability as a lower bound where some joints are taken as perfect, or an upper one where makers' limits count in it."""
-    if known.ideal_joints:
-        return f"at least {repeats}"
-    return _at_most(repeats, known) if in_repeats(known) else str(repeats)
+    """Return a repeatability as a lower bound where kinds of error are missing, or an upper one where makers' limits count; neither with both."""
+    return _with_bound(repeats, known, limited=in_repeats(known))
 
 
 def share_within_bounded(share: object, known: States) -> str:
-    """Return the share of robots within a target as an upper bound where some joints are taken as perfect, since their errors are missing from it."""
-    return f"at most {share}" if known.ideal_joints else str(share)
+    """Return the share of robots or positions within a target as an upper bound where kinds of error are missing, since they would reduce it."""
+    return f"at most {share}" if known.lower_bound and not in_error(known) else str(share)
+
+
+def by_what_is_described(known: States, *, met: bool = True) -> str:
+    """Return what follows "the target is met" where kinds of error are missing: it is met by what is described alone."""
+    return " by what is described" if known.lower_bound and met else ""
+
+
+def _with_bound(text: object, known: States, *, limited: bool) -> str:
+    if known.lower_bound:
+        return str(text) if limited else f"at least {text}"
+    return _at_most(text, known) if limited else str(text)
 
 
 def _at_most(text: object, known: States) -> str:
@@ -113,61 +137,91 @@ def upper_limit_sentences(known: States) -> list[str]:
     elif repeat.of_repeat:
         sizes += f"; between visits {repeat.key.replace('_', ' ')} at {repeat.joint}, {Figure(100 * repeat.of_repeat, '%')}"
     ends = ": errors that rest on them are at most these"
-    if known.ideal_joints:
+    if known.lower_bound:
         ends = "; parts of these figures rest on them, so the true error may also be less"
     return [f"Makers' upper limits stand for {named}{ends}. The largest of them is {first.key.replace('_', ' ')} at {first.joint}: {sizes}."]
 
 
-def ideal_joints_clause(known: States) -> str:
-    """Return the clause that names the joints that are taken as perfect; empty where there are none."""
-    return f"nothing is described for {', '.join(known.ideal_joints)} (taken as perfect)" if known.ideal_joints else ""
+def missing_clause(known: States) -> str:
+    """Return the clause that names what is missing of what a real arm must have: joints without any error source, then kinds; empty if nothing is."""
+    lines = (*known.joints, *known.fixed)
+    bare = [each.joint for each in lines if each.ideal and each.missing]
+    kinds = _not_described([(each.joint, each.required, each.missing) for each in lines if not each.ideal])
+    clauses = [f"nothing is described for {', '.join(bare)} (taken as perfect)"] if bare else []
+    named = _listed(kinds[:-1]) + f" and {kinds[-1]}" if len(kinds) > 1 and headline_names(kinds) else _listed(kinds)
+    clauses += [f"{named} {'is' if len(kinds) == 1 else 'are'} not described"] if kinds else []
+    return "; ".join(clauses)
 
 
 def zero_error_sentence(known: States) -> str:
-    """Return the headline of an arm of which every described error is zero: that is no prediction, and the joints without any are named."""
-    ideal = ideal_joints_clause(known)
-    return f"Every error that is described is zero{f', and {ideal}' if ideal else ''}: no accuracy is predicted."
+    """Return the headline of an arm of which every described error is zero: that is no prediction, and what is missing is named."""
+    missing = missing_clause(known)
+    return f"Every error that is described is zero{f', and {missing}' if missing else ''}: no accuracy is predicted."
 
 
 def caveats(known: States, *, missing: bool = True) -> list[str]:
-    """Return what a headline says of the values behind it, in a sentence each: ideal joints, makers' limits, assumed values.
+    """Return what a headline says of the values behind it, in a sentence each: missing kinds of error, makers' limits, assumed values.
 
-    missing  whether kinds of error that nothing describes are named too: they matter to an error of the tool, not to loads and compliance
+    missing  whether kinds that a real arm may be without are named too: they matter to an error of the tool, not to loads and compliance
     """
-    ideal = ideal_joints_clause(known)
     rest = rests_on_sentences(known) if missing else assumed_value_sentences(known)
+    return [*missing_sentences(known), *upper_limit_sentences(known), *rest]
+
+
+def missing_sentences(known: States) -> list[str]:
+    """Return the sentence that names what is missing of what a real arm must have; none where nothing is."""
+    missing = missing_clause(known)
     ends = ", so the true error may be larger" if known.limits else ": errors are at least these"
-    return [*([f"{ideal[0].upper()}{ideal[1:]}{ends}."] if ideal else []), *upper_limit_sentences(known), *rest]
+    return [f"{missing[0].upper()}{missing[1:]}{ends}."] if missing else []
 
 
 def assumed_value_sentences(known: States) -> list[str]:
     """Return the sentence of the headline that counts the assumed values; none where there are none."""
-    return _rests_on(known.assumed)
+    return _rests_on(known.assumed_count)
 
 
 def rests_on_sentences(known: States) -> list[str]:
-    """Return the sentence on what is assumed, and on the kinds of error that are missing because nothing describes them; none without either."""
-    count, missing = assumed_count(known.assumed), missing_kinds(known)
-    named = "not described, so taken as perfect: " + _listed(missing) if missing else ""
+    """Return the sentence on what is assumed, and on undescribed kinds of error that a real arm may be without; none without either."""
+    count, optional = known.assumed_count, optional_kinds(known)
+    so = "also not described: " if known.lower_bound else "not described, so taken as perfect: "
+    named = so + _listed(optional) if optional else ""
     if count:
         return [f"This rests on {several(count, 'assumed value')}{f'; {named}' if named else ''}."]
     return [f"{named[0].upper()}{named[1:]}."] if named else []
 
 
 def missing_kinds(known: States) -> list[str]:
-    """Return the kinds of error that nothing describes, with the joints where others describe them.
+    """Return the kinds of error that nothing describes, with the joints where others describe them: those that a real arm must have, then the rest.
 
-    Joints without any error source are named elsewhere, and a lumped error stands for every kind: neither is listed.
+    Joints without any error source are named elsewhere.
     """
-    joints = [each for each in known.joints if not each.ideal and each.states.get("lumped", "ideal") == "ideal"]
+    lines = [each for each in (*known.joints, *known.fixed) if not each.ideal]
+    return [*_not_described([(each.joint, each.required, each.missing) for each in lines]), *optional_kinds(known)]
+
+
+def optional_kinds(known: States) -> list[str]:
+    """Return the kinds of error that nothing describes and that a real arm may be without, with the joints where others describe them.
+
+    Joints without any error source are named elsewhere, and a lumped error stands for every kind of its joint: neither is listed.
+    """
+    lines = []
+    for each in known.joints:
+        if not each.ideal and each.states.get("lumped", "ideal") == "ideal":
+            having = [kind for kind in each.states if kind in OPTIONAL]
+            lines.append((each.joint, having, [kind for kind in having if each.states[kind] == "ideal"]))
+    return [*_not_described(lines), *([BASE_TILT] if known.base.get("tilt") == "ideal" else [])]
+
+
+def _not_described(lines: Sequence[tuple[str, Sequence[str], Sequence[str]]]) -> list[str]:
+    """Return kinds with the joints that lack them, unless all do; each line: joint, kinds that it may have, those that it lacks."""
     out = []
     for kind in KINDS:
-        having = [each for each in joints if kind in each.states]
-        ideal = [each.joint for each in having if each.states[kind] == "ideal"]
-        if kind != "lumped" and ideal:
-            where = "" if len(ideal) == len(having) else " of " + (", ".join(ideal) if len(ideal) <= _NAMED_JOINTS else several(len(ideal), "joint"))
-            out.append(kind + where)
-    return [*out, *([BASE_TILT] if known.base.get("tilt") == "ideal" else [])]
+        without = [joint for joint, _, lacks in lines if kind in lacks]
+        if without:
+            everywhere = len(without) == sum(kind in having for _, having, _ in lines)
+            where = ", ".join(without) if len(without) <= _NAMED_JOINTS else several(len(without), "joint")
+            out.append(kind if everywhere else f"{kind} ({where})")
+    return out
 
 
 def _listed(kinds: Sequence[str]) -> str:
@@ -182,13 +236,13 @@ def headline_names(kinds: Sequence[str]) -> bool:
     return len(kinds) <= _NAMED_KINDS + 1
 
 
-def assumed_count(assumed: Sequence[AssumedValue]) -> int:
-    """Return the number of assumed values. A scatter is no value of its own: it is listed in the table, and not counted."""
-    return sum(each.reason != DEFAULT_SCATTER for each in assumed)
+def headline_names_all(known: States) -> bool:
+    """Return whether a headline names every kind of error that nothing describes."""
+    optional = optional_kinds(known)
+    return headline_names(optional) and headline_names(missing_kinds(known)[: -len(optional) or None])
 
 
-def _rests_on(assumed: Sequence[AssumedValue]) -> list[str]:
-    count = assumed_count(assumed)
+def _rests_on(count: int) -> list[str]:
     return [f"This rests on {several(count, 'assumed value')}."] if count else []
 
 
@@ -197,12 +251,43 @@ def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) 
     return tuple(replace(card, number=_bounded(card, known)) if card.title.startswith(tuple(bounded)) else card for card in cards)
 
 
+def bounded_bars(blocks: Iterable[Bars], known: States, keys: Sequence[str]) -> tuple[Bars, ...]:
+    """Return blocks of bars, those of these keys with the sign of a lower bound at each figure where kinds of error are missing."""
+    sign = sign_of(known)
+    return tuple(_bounded_block(block, sign) if block.key in keys else block for block in blocks)
+
+
+def _bounded_block(block: Bars, sign: Literal["", "lower"]) -> Bars:
+    return replace(block, bars=tuple(replace(bar, figure=replace(bar.figure, bound=sign)) for bar in block.bars))
+
+
+def bounded_sections(sections: Iterable[Section], known: States, keys: Sequence[str]) -> tuple[Section, ...]:
+    """Return sections, as bounds where kinds of error are missing those whose keys begin with one of `keys`: lengths lower, shares upper ones."""
+    sign = sign_of(known)
+    return tuple(_bounded_section(section) if sign and section.key.startswith(tuple(keys)) else section for section in sections)
+
+
+def _bounded_section(section: Section) -> Section:
+    def bounded(figure: Figure) -> Figure:
+        if figure.words or figure.stated or not math.isfinite(figure.value):
+            return figure
+        return replace(figure, bound="lower") if figure.unit in PER_METRE else replace(figure, bound="upper") if figure.unit == "%" else figure
+
+    rows = tuple(replace(row, figures=tuple(map(bounded, row.figures))) for row in section.rows)
+    return replace(section, rows=rows)
+
+
+def sign_of(known: States) -> Literal["", "lower"]:
+    """Return the bound of an error of this arm by what is missing, as a figure has it."""
+    return "lower" if known.lower_bound and not in_error(known) else ""
+
+
 def _bounded(card: Card, known: States) -> str:
     number = card.number.removeprefix("≥ ").removeprefix("≤ ")
     if not number[:1].isdigit():
         return card.number
     counts = in_repeats(known) if card.title.startswith(_REPEATS) else in_error(known)
-    if known.ideal_joints:
+    if known.lower_bound:
         return number if counts else f"≥ {number}"
     if counts:
         return number if known.ideal_kinds else f"≤ {number}"

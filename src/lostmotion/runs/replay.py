@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.provenance import states
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation import exact
 from lostmotion.runs.blocks import COLUMNS, compute, design_of, matrix_of
@@ -16,6 +17,7 @@ from lostmotion.runs.summary import Worst, with_pose, worst_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from lostmotion.error_model.provenance import States
     from lostmotion.runs.store import Store
     from lostmotion.spatial import Floats
 
@@ -51,6 +53,7 @@ class Replay:
     kernel    m, the length as the block gives it when computed again: the same bits as stored, with the same versions on the same kind of processor
     others    versions that differ from those that made the store
     terms     the largest contribution first
+    known     states of the kinds of error of its design
     """
 
     found: Worst
@@ -61,6 +64,7 @@ class Replay:
     kernel: float
     others: tuple[str, ...]
     terms: tuple[Drawn, ...]
+    known: States
 
     @property
     def length(self) -> float:
@@ -129,13 +133,15 @@ def _replay(store: Store, found: Worst) -> Replay:
         if info.closing is None and shift.any():
             terms.append(Drawn(info.name, info.owner, info.level, float(draws[k, 0]), shift, float(error @ shift) / size if size else 0.0))
     theirs, mine = order.made_with, made_with()
+    arm = design_of(order, found.design).arm
     return Replay(
         found,
-        tuple((joint.name, joint.type) for joint in design_of(order, found.design).arm.moving),
+        tuple((joint.name, joint.type) for joint in arm.moving),
         matrix.at[-1, row],
         error,
         exact.compose(matrix, np.array([row]), draws[None])[0, 0],
         float(compute(order, found.design, found.block).poses[row, _LARGEST]),
         tuple(f"{name} {theirs.get(name)} there, {mine[name]} here" for name in mine if theirs.get(name) != mine[name]),
         tuple(sorted(terms, key=lambda term: -abs(term.along))),
+        states(arm),
     )

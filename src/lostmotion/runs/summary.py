@@ -20,6 +20,7 @@ from lostmotion.error_model.intervals import (
 )
 from lostmotion.error_model.overload import Overload, overloads
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import limit_shares
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
@@ -28,7 +29,7 @@ from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.error_model.provenance import LimitShare
+    from lostmotion.error_model.provenance import LimitShare, States
     from lostmotion.runs.job import Order
     from lostmotion.runs.store import Store
     from lostmotion.spatial import Floats
@@ -81,6 +82,7 @@ class Outcome:
     mass       of the arm without its payload, kg, as far as it is stated; gearboxes_without_mass: models of gearboxes without a mass
     price      of the arm as far as it is stated, in the currency of the file; None where none is. joints_without_price: names of joints without one
     spread     some errors (m), rising, and the share of all samples below each
+    known      states of its kinds of error, without the limits
     """
 
     design: int
@@ -105,6 +107,7 @@ class Outcome:
     price: float | None
     joints_without_price: tuple[str, ...]
     spread: tuple[Floats, Floats]
+    known: States
 
 
 @dataclass
@@ -221,6 +224,7 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         arm.price,
         arm.joints_without_price,
         _spread(merged.sets.sum(axis=0)),
+        states(arm),
     )
 
 

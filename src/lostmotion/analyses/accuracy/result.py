@@ -62,7 +62,7 @@ class Study(Answer, Attributed, Result):
     def __repr__(self) -> str:
         """Return the main figures, one a line."""
         from lostmotion.analyses.accuracy.tables.study import sections
-        from lostmotion.reporting.provenance import ideal_joints_clause
+        from lostmotion.reporting.provenance import missing_clause
 
         wanted = {"error": 4, "iso9283": 4, "budget": 3}
         lines = [
@@ -73,8 +73,8 @@ class Study(Answer, Attributed, Result):
                 interval = f"  ({row.figures[0].interval})" if row.figures[0].interval else ""
                 share = f", {row.figures[1]} of the mean square" if section.key == "budget" else ""
                 lines.append(f"  {row.label:32} {row.figures[0]}{interval}{share}")
-        ideal = ideal_joints_clause(self.states)
-        return "\n".join([*lines, *([f"  at least: {ideal}"] if ideal else [])]) + ">"
+        missing = missing_clause(self.states)
+        return "\n".join([*lines, *([f"  at least: {missing}"] if missing else [])]) + ">"
 
 
 @dataclass(frozen=True, repr=False)

@@ -13,7 +13,7 @@ from lostmotion.io.repairs import REPAIRED
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.serial import frames, joint_torques, tool_points
 from lostmotion.reporting.arm_summary import about_arm
-from lostmotion.reporting.provenance import assumed_count, caveats, provenance_facts, provenance_sections, with_inputs
+from lostmotion.reporting.provenance import caveats, provenance_facts, provenance_sections, with_inputs
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, in_words, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
@@ -41,7 +41,7 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
             Card("moving joints", str(len(arm.moving))),
             Card("mass", str(Figure(arm.mass, "kg"))),
             Card("reach from the base", str(length(reach)), f"largest of {several(len(q), 'pose')}"),
-            Card("assumed values", str(assumed_count(known.assumed))),
+            Card("assumed values", str(known.assumed_count)),
         ),
         sections=(_joints(arm, held, len(q)), *_centres(arm), *provenance_sections(known)),
         brief=_brief(arm),

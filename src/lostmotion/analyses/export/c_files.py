@@ -10,7 +10,7 @@ from lostmotion.controller_model.remainder import remainder
 from lostmotion.controller_model.unrolled import evaluated, unrolled_source
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import legible
-from lostmotion.reporting.provenance import assumed_count, ideal_joints_clause
+from lostmotion.reporting.provenance import missing_clause
 from lostmotion.reporting.sheet import several
 from lostmotion.reporting.warnings import arm_warnings
 from lostmotion.version import __version__
@@ -53,11 +53,11 @@ _LEAST_SHARE: Final = 1e-5
 def remarks_on(arm: Arm, calibration: Calibration | None) -> list[str]:
     """Return what a user must know: for which robot it is, overloaded drives, doubtful data, joints taken as perfect, assumed values."""
     known = states(arm)
-    ideal, count = ideal_joints_clause(known), assumed_count(known.assumed)
+    missing, count = missing_clause(known), known.assumed_count
     assumed = f"this rests on {several(count, 'assumed value')}; `lostmotion study` lists them" if count else ""
     estimates = 0 if calibration is None else len(calibration.streams)
     own = f"this is the model of one calibrated robot, with {several(estimates, 'estimate')} of its errors: not for another one" if estimates else ""
-    return [each for each in (own, *arm_warnings(arm), f"{ideal}: errors are at least these" if ideal else "", assumed) if each]
+    return [each for each in (own, *arm_warnings(arm), f"{missing}: errors are at least these" if missing else "", assumed) if each]
 
 
 def c_files(model: Controller, remarks: Sequence[str], sha256: str, *, single: bool, unroll: bool = False) -> dict[str, str]:

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.provenance import at_least, missing_sentences, provenance_facts
 from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, digits, length, several
 from lostmotion.runs.design_names import design_name
 
@@ -42,7 +43,7 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
     return Sheet(
         name=name,
         subject="one of the largest errors, replayed",
-        verdict=f"An error of {length(at.error)}: {where}.{_largest(found)}" if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
+        verdict=_verdict(found, where) if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
         cards=(),
         sections=(
             Section("length", "Magnitude of the error", ("value",), lengths),
@@ -61,8 +62,14 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
             "replayed_m": found.length,
             "same_bits": found.kernel == at.error,
             "reproduced": found.reproduced,
+            **provenance_facts(found.known),
         },
     )
+
+
+def _verdict(found: Replay, where: str) -> str:
+    error = at_least(length(found.found.error), found.known)
+    return " ".join([f"An error of {error}: {where}.{_largest(found)}", *missing_sentences(found.known)])
 
 
 def _largest(found: Replay) -> str:

@@ -54,13 +54,13 @@ def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
 def axes_sentence(survey: Survey, known: States) -> str:
     """Return the sentence of the headline on the stiffness along x, y and z at the worst poses."""
     texts = [str(_stiffness(survey, float(each))) for each in _compliance(survey).max(axis=0)]
-    most = "at most " if known.ideal_joints else ""
+    most = "at most " if known.lower_bound else ""
     return f"Along x, y, z the tool's stiffness is {most}{', '.join(texts)}, each at its worst pose."
 
 
 def axes_cards(survey: Survey, known: States) -> list[Card]:
     """Return a card for each axis, with the stiffness at the worst pose."""
-    sign = "≤ " if known.ideal_joints else ""
+    sign = "≤ " if known.lower_bound else ""
     values = _compliance(survey)
     return [
         Card(

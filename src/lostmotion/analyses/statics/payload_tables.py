@@ -97,7 +97,7 @@ def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
 def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
     counted = several(len(each.values), "pose")
     unknown = each.criterion == "drives" and _nothing_rated(found)
-    bound = bool(found.unrated if each.criterion == "drives" else known.ideal_joints)
+    bound = bool(found.unrated if each.criterion == "drives" else known.lower_bound)
     figures = tuple(
         in_words("not rated" if unknown else _NO_LIMIT) if math.isinf(value) else Figure(value, "kg", samples=counted, bound="upper" if bound else "")
         for value in (each.everywhere, float(np.median(each.values)), float(each.values.max()))

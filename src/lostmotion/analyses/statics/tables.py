@@ -11,7 +11,7 @@ from lostmotion.analyses.statics.axes_tables import axes_cards, axes_sections, a
 from lostmotion.analyses.statics.payload_tables import payload_cards, payload_facts, payload_section, payload_sentences
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
-from lostmotion.error_model.provenance import NOT_DESCRIBED, states
+from lostmotion.error_model.provenance import NOT_DESCRIBED, of_compliance, states
 from lostmotion.mechanism.elastostatics import elastic_terms
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.mechanism.placed_terms import short_name
@@ -50,6 +50,7 @@ def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = (), payload: MaxPa
     """Return the sheet of an arm at rest; `own` are the user's reducers, which are searched besides the catalogue."""
     counted = f"{several(len(survey.poses), 'pose')}, {survey.poses.law}"
     known = states(survey.arm)
+    elastic = of_compliance(known)
     sections = [*payload_section(survey.arm, payload, known), _torques(survey, counted), _causes(survey, counted)]
     sections += [_reducers(survey, own), _bearings(survey, counted)]
     if survey.parts:
@@ -58,7 +59,7 @@ def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = (), payload: MaxPa
         name=survey.arm.name,
         subject="statics and compliance",
         verdict=_verdict(survey, payload, known),
-        cards=bounded_cards(_cards(survey, payload, known), known, ("largest compliance", "deflection by the payload")),
+        cards=bounded_cards(_cards(survey, payload, known), elastic, ("largest compliance", "deflection by the payload")),
         sections=(*sections, *provenance_sections(known)),
         counts=counted + ("" if survey.tilt is None else f", base tilt up to {_degrees(survey.tilt)}"),
         warnings=arm_warnings(survey.arm, survey.poses),
@@ -136,6 +137,7 @@ def _stiffness(value: float, samples: str = "") -> Figure:
 
 def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     turning = [node for node in survey.joint_loads if node.unit == "N m"]
+    elastic = of_compliance(known)
     sentences = payload_sentences(survey.arm, payload, known)
     if turning:
         level, tilted = (max(turning, key=lambda node: abs(load(node).value)) for load in (lambda node: node.nominal, lambda node: node.required))
@@ -152,14 +154,15 @@ def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     if survey.parts:
         part = short_name(survey.parts[int(survey.softest_shares.argmax())])
         sentences.append(
-            f"The largest compliance is {at_least(_micro_per_newton(float(survey.max_compliance[survey.softest_pose])), known)}; "
+            f"The largest compliance is {at_least(_micro_per_newton(float(survey.max_compliance[survey.softest_pose])), elastic)}; "
             f"{part} contributes {100 * survey.softest_shares.max():.0f} % at that pose, mean over directions."
         )
     if survey.parts:
-        sentences.append(axes_sentence(survey, known))
+        sentences.append(axes_sentence(survey, elastic))
     if survey.payload_deflection is not None and survey.parts:
-        sentences.append(f"The payload's weight deflects the tool by up to {at_least(length(float(survey.payload_deflection.max())), known)}.")
-    return " ".join([*sentences, *(caveats(known, missing=False) if known.described else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."])])
+        sentences.append(f"The payload's weight deflects the tool by up to {at_least(length(float(survey.payload_deflection.max())), elastic)}.")
+    behind = elastic if payload is None else known
+    return " ".join([*sentences, *(caveats(behind, missing=False) if known.described else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."])])
 
 
 def _cards(survey: Survey, payload: MaxPayload | None, known: States) -> list[Card]:
@@ -178,7 +181,7 @@ def _cards(survey: Survey, payload: MaxPayload | None, known: States) -> list[Ca
         out += [
             Card("largest compliance", str(_micro_per_newton(largest)), f"pose {survey.softest_pose}"),
             Card("stiffness there", str(_stiffness(largest)), "tool free to rotate"),
-            *axes_cards(survey, known),
+            *axes_cards(survey, of_compliance(known)),
         ]
     if survey.payload_deflection is not None and survey.parts:
         out.append(Card("deflection by the payload", str(length(float(survey.payload_deflection.max()))), f"largest, {survey.arm.payload.mass:g} kg"))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.analyses.view import panel
 from lostmotion.analyses.view.choices import AS_IN_FILE, gearbox_names, section_names
 from lostmotion.analyses.view.guard import is_number
+from lostmotion.error_model.provenance import states
 from lostmotion.reporting.palette import round_number
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.view.classes import Classes
     from lostmotion.analyses.view.live import Figures, Workspace
     from lostmotion.analyses.view.session import Session
+    from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
     from lostmotion.spatial import Floats
@@ -38,6 +40,7 @@ class Controls:
         self._gui, self._session, self._redraw, self._announce = gui, session, redraw, announce
         self.checks: dict[str, Callable[[object], bool]] = {}
         self._refit = False
+        self._stated: tuple[Arm, States] | None = None
         arm = session.arm
         self._headline, self._legend, self._warning = gui.add_html(""), gui.add_html(""), gui.add_html("")
         with gui.add_folder("Pose"):
@@ -73,14 +76,21 @@ class Controls:
 
     def show(self, found: Figures, over_all: Workspace | None, factor: float | None, count: int, milliseconds: float) -> None:
         """Show the figures at a pose."""
-        self._headline.content = panel.headline(found, over_all, factor)
+        self._headline.content = panel.headline(found, over_all, factor, self._known())
         self._budget.content = panel.budget_bars(found.costs)
         self._torques.content = panel.torque_bars(self._session.arm, found)
         self._status.content = panel.status(count, milliseconds)
 
+    def _known(self) -> States:
+        """Return the states of the kinds of error of the arm as it is chosen, computed once per choice."""
+        arm = self._session.arm
+        if self._stated is None or self._stated[0] is not arm:
+            self._stated = arm, states(arm)
+        return self._stated[1]
+
     def show_legend(self, classes: Classes) -> None:
         """Show the colour classes."""
-        self._legend.content = panel.legend(classes)
+        self._legend.content = panel.legend(classes, lower_bound=self._known().lower_bound)
 
     def warn(self, text: str) -> None:
         """Show why something could not be computed."""

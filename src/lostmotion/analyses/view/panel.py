@@ -12,6 +12,7 @@ from lostmotion.analyses.view.classes import COLOURS
 from lostmotion.errors import legible
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.palette import DARK
+from lostmotion.reporting.provenance import missing_clause
 from lostmotion.reporting.sheet import digits, length
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.view.classes import Classes
     from lostmotion.analyses.view.live import Figures, Workspace
     from lostmotion.error_model.budget import Cost
+    from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -31,16 +33,24 @@ _ROW: Final = "display:grid;gap:.5em;align-items:center;font-size:12px;line-heig
 _PER_LETTER, _WIDEST_NAME = 0.58, 14.0
 
 
-def headline(found: Figures, over_all: Workspace | None, factor: float | None) -> str:
-    """Return the error at the pose and over the workspace; `factor`: how much larger the picture shows it, None where it is not known yet."""
+def headline(found: Figures, over_all: Workspace | None, factor: float | None, known: States | None = None) -> str:
+    """Return the error at the pose and over the workspace, as a bound where kinds of error are missing, which are named.
+
+    factor  how much larger the picture shows the error, None where it is not known yet
+    known   states of the kinds of error of the arm; None: what is missing is not shown
+    """
     about = "" if found.is_precise else "about "
-    whole = "…" if over_all is None else _size(over_all.whole.value)
+    least = "" if known is None or not known.lower_bound else "at least "
+    missing = "" if known is None else missing_clause(known)
+    named = f'<div id="lm-missing" style="{_QUIET}">{html.escape(legible(missing))}</div>' if missing else ""
+    whole = "…" if over_all is None else f"{least}{_size(over_all.whole.value)}"
     size = "" if factor is None else f"{factor:,.0f} × larger" if factor >= 1 else f"at {factor:g} of their size"
     drawn = "…" if factor is None else f"arrow: mean error, ellipsoid: 95 % of errors; both {size}"
     return _block(
         f'<div style="{_QUIET}">95 % of positions at this pose within</div>'
-        f'<div id="lm-q95" style="font-size:28px;font-weight:650;line-height:1.15">{about}{_size(found.q95)}</div>'
-        f'<div style="{_QUIET}">mean {_size(float(found.error.mean[0]))}; over the workspace <b id="lm-all">{whole}</b></div>'
+        f'<div id="lm-q95" style="font-size:28px;font-weight:650;line-height:1.15">{least}{about}{_size(found.q95)}</div>'
+        f"{named}"
+        f'<div style="{_QUIET}">mean {least}{_size(float(found.error.mean[0]))}; over the workspace <b id="lm-all">{whole}</b></div>'
         f'<div style="{_QUIET}">{drawn}</div>'
     )
 
@@ -69,8 +79,8 @@ def torque_bars(arm: Arm, found: Figures) -> str:
     return _block(_title(title) + _bars(rows, _BLUE, full=1.0 if rated else None))
 
 
-def legend(classes: Classes) -> str:
-    """Return the colour classes with their limits, each between the classes that it separates."""
+def legend(classes: Classes, *, lower_bound: bool = False) -> str:
+    """Return the colour classes with their limits, each between the classes that it separates; whether the errors are lower bounds."""
     unit = length(classes.limits[-1]).unit
     factor = {"µm": 1e6, "mm": 1e3, "m": 1.0}[unit]
     limits = [f"{limit * factor:.10g}" for limit in classes.limits]
@@ -79,7 +89,7 @@ def legend(classes: Classes) -> str:
         f'<span style="display:block;text-align:center;transform:translateX(50%)">{text}</span></span>'
         for colour, text in zip(COLOURS, [*limits, ""], strict=True)
     )
-    title = f'<div style="{_QUIET}">points: 95 % of positions there within, {unit}</div>'
+    title = f'<div style="{_QUIET}">points: 95 % of positions there within{" at least" * lower_bound}, {unit}</div>'
     return _block(f'{title}<div style="display:flex;font-size:11px;padding:.2em 0 .4em">{cells}</div>')
 
 

@@ -47,9 +47,9 @@ class AccuracyMap(WorkspaceMap, Result):
     @property
     def failure(self) -> str:
         """Return that no placement of the box is within reach, where that is so; else nothing."""
-        from lostmotion.analyses.workspace_map.tables.placement import placement_sentence
+        from lostmotion.analyses.workspace_map.tables.placement import no_placement_sentence
 
-        return placement_sentence(self.placements, self) if self.placements is not None and not self.placements.best else ""
+        return no_placement_sentence(self.placements) if self.placements is not None and not self.placements.best else ""
 
     def arrays(self) -> xarray.Dataset:
         """Return the map cell by cell with names, units and coordinates."""

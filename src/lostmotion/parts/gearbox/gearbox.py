@@ -99,6 +99,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     lost_motion       instead of backlash: the maker's reading between + and - `lost_motion_torque` (share of rated torque)
     stiffness         one value, or one per zone with `zone_torques` between them (K1/K2/K3)
     stiffness_scatter ± scatter of the wind-up over gearboxes, as a share
+    rigid             true: declared rigid. Without it and without a stiffness, the stiffness is missing, and figures are lower bounds
     hysteresis        full width of the friction loop at zero load; its side follows the last motion, with or without load
     hysteresis_scatter ± share by which the friction, and with it that width, differs from visit to visit, three standard deviations. Where no
                       hysteresis is stated, the loop is that of the stated friction_torque behind the stiffness
@@ -115,12 +116,15 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
 
     # Keys of a kind, besides those of any gearbox, that describe its "stiffness" or its "backlash".
     described_by: ClassVar[dict[str, tuple[str, ...]]] = {}
+    # Kinds of error that a gearbox of this kind does not have, by its principle.
+    absent: ClassVar[tuple[str, ...]] = ()
     kind: str
     model: Annotated[Line, Field(max_length=80)] = ""
     rated_torque: LoadT | None = None
     stiffness: StiffnessT | Annotated[list[StiffnessT], Field(min_length=1, max_length=8)] | None = None
     zone_torques: Annotated[list[LoadT], Field(max_length=7)] = Field(default=[])
     stiffness_scatter: Share = 0.0
+    rigid: bool = False
     backlash: PlayT | None = None
     lost_motion: AmountT | None = None
     lost_motion_torque: Annotated[float, Quantity("", "3 %", above=0, high=1)] = 0.03
@@ -156,6 +160,9 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
+        elastic = [name for name in ("stiffness", *self.described_by.get("stiffness", ())) if getattr(self, name) is not None]
+        if self.rigid and elastic:
+            raise refuse(f"rigid beside {elastic[0]}", "one of the two", "rigid = true")
         limits = [float(limit) for limit in self.zone_torques]
         if len(limits) != max(len(self.zones) - 1, 0) or any(b <= a for a, b in pairwise([0.0, *limits])):
             raise PydanticCustomError(
@@ -245,7 +252,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
             out += spring_terms(motion.twist, curve, self.stiffness_scatter, sized, "stiffness scatter", "stiffness", self._travel(motion))
         out += backlash_terms(motion, self.play, self._friction_in(motion.holding).load)
         width = self.loop_width
-        if width is not None:
+        if width:
             sized = parameter("hysteresis", self.hysteresis, motion.unit)
             out += loop_terms(Constant(motion.twist), width / 2, sized, self.hysteresis_scatter)
         own = [(*each, each[0]) for each in self._own_harmonics()]

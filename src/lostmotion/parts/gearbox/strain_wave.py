@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import model_validator
 
@@ -24,6 +24,7 @@ class StrainWaveGearbox(TurningFigures):
     Its teeth are preloaded: it has no play unless backlash or lost motion is stated. Stiffness zones describe its lower stiffness at small torque.
     """
 
+    absent: ClassVar[tuple[str, ...]] = ("backlash",)
     kind: Literal["strain wave"] = "strain wave"
     flexspline_teeth: Annotated[int, teeth("200")]
     circular_spline_teeth: Annotated[int, teeth("202")]

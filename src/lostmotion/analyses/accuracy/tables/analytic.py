@@ -24,7 +24,16 @@ from lostmotion.propagation.analytic import MOST_UNCERTAIN
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.provenance import at_least, bounded_cards, provenance_facts, provenance_sections, rests_on_sentences
+from lostmotion.reporting.provenance import (
+    at_least,
+    bounded_bars,
+    bounded_cards,
+    bounded_sections,
+    missing_sentences,
+    provenance_facts,
+    provenance_sections,
+    rests_on_sentences,
+)
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
@@ -88,8 +97,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
         verdict=_verdict(found_in[""], blame, known, arm, overloaded),
         cards=bounded_cards(_cards(section, found_in, largest), known, ("95 % of", "mean", "root", "worst")),
         sections=(
-            section,
-            *in_zones,
+            *bounded_sections((section, *in_zones), known, ("analytic", "zone_")),
             levels_section(blame),
             *by_level_sections(blame),
             *halved,
@@ -113,7 +121,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
                 {} if blame.halving is None else blame.halving.gains,
                 f"exact sum over terms, {several(len(poses), 'pose')}",
             ),
-            *rms_bars(blame),
+            *bounded_bars(rms_bars(blame), known, ("levels",)),
         ),
         about=about_arm(arm),
         brief=_brief(arm, poses, found, found_in, known),
@@ -122,12 +130,12 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
 
 def _verdict(figure: Figure, blame: Budget, known: States, arm: Arm, overloaded: Sequence[Overload]) -> str:
     """Return the headline: the error over all poses, what compensation leaves of it, and what is assumed or missing."""
-    remedy = rms_remedy_sentence(blame, temperature=arm.has_temperatures)
+    remedy = rms_remedy_sentence(blame, known, temperature=arm.has_temperatures)
     if math.isfinite(figure.value):
         return headline(figure, "", remedy, known, overloaded)
     uncertain = f"Without sampling the 95 % error is uncertain by more than 5 %; {_REMEDY}."
     rms = on_condition(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.", overloaded)
-    return " ".join(each for each in (uncertain, rms, remedy, *rests_on_sentences(known)) if each)
+    return " ".join(each for each in (uncertain, rms, remedy, *missing_sentences(known), *rests_on_sentences(known)) if each)
 
 
 def _brief(arm: Arm, poses: Poses, found: Analytic, found_in: dict[str, Figure], known: States) -> tuple[tuple[str, str], ...]:
@@ -138,7 +146,7 @@ def _brief(arm: Arm, poses: Poses, found: Analytic, found_in: dict[str, Figure],
             out.append(("Zone", zone_sentence(zone, figure, known)))
         elif zone:
             out.append(("Zone", f"Without sampling the 95 % error in the zone {zone} is uncertain by more than 5 %; {_REMEDY}."))
-    out += [("Where", where(arm, poses.q, found.mean)), *trust(known)]
+    out += [("Where", where(arm, poses.q, found.mean, known)), *trust(known)]
     return tuple((word, text) for word, text in out if text)
 
 

@@ -12,9 +12,8 @@ from lostmotion.analyses.accuracy.tables.stopping import outcome
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.provenance import (
-    assumed_count,
     at_least,
-    headline_names,
+    headline_names_all,
     missing_kinds,
     repeatability_sentence,
     share_within_bounded,
@@ -47,7 +46,7 @@ def brief_of(found: Sequence[Section], answer: Answer, known: States) -> tuple[t
         row = find_row(found, f"zone_{k}", "95th percentile")
         out += [("Zone", zone_sentence(zone.name, row.figures[0], known))] if row is not None else []
     out += [
-        ("Where", where(answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN])),
+        ("Where", where(answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN], known)),
         ("Drives", drives(answer.arm, answer.worst_torques)),
     ]
     stopped = [] if answer.stopping is None else [f"{outcome(answer.stopping, WHOLE if answer.zones else '')}."]
@@ -82,12 +81,12 @@ def zone_sentence(name: str, inside: Figure, known: States) -> str:
     return f"In the zone {name} expect 95 % within {at_least(within, known)}."
 
 
-def where(arm: Arm, q: Floats, mean: Floats) -> str:
+def where(arm: Arm, q: Floats, mean: Floats, known: States) -> str:
     """Return the mean error (m) at the best and at the worst of the poses q (pose, joint), rad and m; empty where all are equal."""
     if not np.ptp(mean) > 0:
         return ""
     best, worst = int(mean.argmin()), int(mean.argmax())
-    at_best, at_worst = (f"{length(float(mean[k]))} at {_joints(arm, q[k])}" for k in (best, worst))
+    at_best, at_worst = (f"{at_least(length(float(mean[k])), known)} at {_joints(arm, q[k])}" for k in (best, worst))
     in_order = "" if _named(arm) else " (joints in order)"
     return f"Best pose: mean {at_best}; worst: {at_worst}{in_order}."
 
@@ -142,11 +141,10 @@ def _ratings(arm: Arm) -> Iterable[float | None]:
 
 def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, str]]:
     """Return what is stated, assumed and ideal, the makers' limits, and the error (largest of a sample) of adding errors to first order."""
-    stated, assumed = sum(each.state == "stated" for each in known.given), assumed_count(known.assumed)
-    missing = missing_kinds(known)
+    stated, assumed = sum(each.state == "stated" for each in known.given), known.assumed_count
     text = f"{several(stated, 'value')} stated, {assumed} assumed{'; intervals cover sampling, not what is assumed' if assumed else ''}."
-    if not headline_names(missing):
-        text += f" Taken as perfect: {', '.join(missing)}."
+    if not headline_names_all(known):
+        text += f" Taken as perfect: {', '.join(missing_kinds(known))}."
     if first_order is not None:
         text += f" First order: exact to {first_order}."
     return [("Trust", text), ("Limits", " ".join(upper_limit_sentences(known)))]

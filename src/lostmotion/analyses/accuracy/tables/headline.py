@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.provenance import error_sentence, rests_on_sentences, zero_error_sentence
+from lostmotion.reporting.provenance import at_least, error_sentence, rests_on_sentences, zero_error_sentence
 from lostmotion.reporting.sheet import Figure, length
 
 if TYPE_CHECKING:
@@ -50,22 +50,22 @@ def on_condition(sentence: str, overloaded: Sequence[Overload]) -> str:
     return f"If the overloaded {drives}, {sentence[0].lower()}{sentence[1:]}"
 
 
-def remedy_sentence(blame: Budget, found: Waterfall, *, temperature: bool) -> str:
+def remedy_sentence(blame: Budget, found: Waterfall, known: States, *, temperature: bool) -> str:
     """Return where most of the mean square comes from, the largest contributor, and what the best remedy leaves of the 95 % error."""
     stages = {stage.name: stage for stage in found.stages}
     if not stages["as manufactured"].q95.value > 0:
         return ""
-    return f"{_origin(blame, temperature=temperature)}; {_remedy(stages, _compensation(blame, temperature=temperature))}."
+    return f"{_origin(blame, temperature=temperature)}; {_remedy(stages, _compensation(blame, temperature=temperature), known)}."
 
 
-def rms_remedy_sentence(blame: Budget, *, temperature: bool) -> str:
+def rms_remedy_sentence(blame: Budget, known: States, *, temperature: bool) -> str:
     """Return the same without sampling: what compensation leaves of the root mean square."""
     if not blame.rms > 0:
         return ""
     left = blame.rms_interval(1, 2).value
     if left > (1 - _FURTHER) * blame.rms:
         return f"{_origin(blame, temperature=temperature)}; compensation of load and pose does not reduce it."
-    of = f"{length(left)} r.m.s. of {length(blame.rms)}" if left > 0 else "nothing"
+    of = f"{at_least(length(left), known)} r.m.s. of {length(blame.rms)}" if left > 0 else "nothing"
     return f"{_origin(blame, temperature=temperature)}; {_compensation(blame, temperature=temperature)} leaves {of}."
 
 
@@ -93,22 +93,22 @@ def _largest(parts: Sequence[Cost]) -> str:
     return f"{short_name(part.part)}, {Figure(100 * part.share, '%')}"
 
 
-def _remedy(stages: dict[str, Stage], compensation: str) -> str:
+def _remedy(stages: dict[str, Stage], compensation: str, known: States) -> str:
     """Return the clause on the remedies: the better one of calibration and compensation, and what each further one removes."""
     single = {"load compensated": compensation, "calibrated": "calibration of each robot"}
     other = {"load compensated": "calibration", "calibrated": "compensation of the load"}
     best = min(single, key=lambda name: stages[name].q95.value)
     both, mapped = stages["both"], stages["both, and each robot mapped"]
     if _taken(stages, stages[best]) >= _WORTHWHILE:
-        text = f"{single[best]} leaves {_left(stages[best])}"
+        text = f"{single[best]} leaves {_left(stages[best], known)}"
         further = [(other[best], both)] if _gained(stages, stages[best], both) else []
         last = both if further else min(stages[best], both, key=lambda stage: stage.q95.value)
         further += [("a map of each robot", mapped)] if _gained(stages, last, mapped) else []
-        return ", ".join([text, *(f"with {name} as well {_left(stage) if stage.q95.value > 0 else 'no error'}" for name, stage in further)])
+        return ", ".join([text, *(f"with {name} as well {_left(stage, known) if stage.q95.value > 0 else 'no error'}" for name, stage in further)])
     if _taken(stages, both) >= _WORTHWHILE:
-        return f"only calibration and {compensation} together help: they leave {_left(both)}"
+        return f"only calibration and {compensation} together help: they leave {_left(both, known)}"
     if _taken(stages, mapped) >= _WORTHWHILE:
-        return f"only a map of each robot helps: with {compensation} it leaves {_left(mapped)}"
+        return f"only a map of each robot helps: with {compensation} it leaves {_left(mapped, known)}"
     most = max(_taken(stages, stage) for stage in stages.values())
     return f"no calibration or compensation removes more than {Figure(100 * most, '%')} of the 95 % error" if most > 0 else "no remedy reduces it"
 
@@ -124,7 +124,7 @@ def _gained(stages: dict[str, Stage], before: Stage, after: Stage) -> bool:
     return before.q95.value - after.q95.value >= _FURTHER * stages["as manufactured"].q95.value
 
 
-def _left(stage: Stage) -> str:
-    """Return what a stage leaves, in three digits: its interval is in the table."""
+def _left(stage: Stage, known: States) -> str:
+    """Return what a stage leaves, in three digits, as a bound where kinds of error are missing: its interval is in the table."""
     value = stage.q95.value
-    return str(length(value)) if value > 0 and math.isfinite(value) else "nothing"
+    return at_least(length(value), known) if value > 0 and math.isfinite(value) else "nothing"

@@ -24,7 +24,7 @@ from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.exact import share_neglected
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
-from lostmotion.reporting.provenance import bounded_cards, provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import bounded_bars, bounded_cards, bounded_sections, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
@@ -54,6 +54,8 @@ _WORDS: Final = (
 )
 # Cards that are lower bounds where joints are taken as perfect.
 _ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP")
+# Sections of which every length is an error.
+_BOUNDED: Final = ("error", "iso9283", "zone_", "analytic")
 
 
 def sheet(answer: Answer) -> Sheet:
@@ -68,7 +70,7 @@ def sheet(answer: Answer) -> Sheet:
         counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
         verdict=_verdict(found, answer, known, overloaded),
         cards=bounded_cards([with_band(card, answer.bands, found) for card in _cards(found, answer)], known, _ERRORS),
-        sections=(*found, *provenance_sections(known)),
+        sections=(*bounded_sections(found, known, _BOUNDED), *provenance_sections(known)),
         warnings=(*answer.arm.warnings, *overload_warnings(overloaded), *few_poses(answer.budget, sampled.visits)),
         notes=answer.arm.remarks,
         words=_WORDS,
@@ -87,7 +89,7 @@ def sheet(answer: Answer) -> Sheet:
             **provenance_facts(known),
         },
         about=about_arm(answer.arm),
-        bars=_bars(answer),
+        bars=bounded_bars(_bars(answer), known, ("waterfall",)),
         brief=brief_of(found, answer, known),
     )
     return with_classes(checked(whole, sampled.exact, _q95(answer), answer.arm), answer.classes, known)
@@ -201,7 +203,7 @@ def _verdict(found: Sequence[Section], answer: Answer, known: States, overloaded
     error = find_row(found, "error", "95th percentile")
     if error is None:
         return ""
-    remedy = remedy_sentence(answer.budget, answer.waterfall, temperature=answer.arm.has_temperatures)
+    remedy = remedy_sentence(answer.budget, answer.waterfall, known, temperature=answer.arm.has_temperatures)
     return headline(error.figures[0], bands_clause(answer.bands, found), remedy, known, overloaded)
 
 

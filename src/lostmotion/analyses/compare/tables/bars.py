@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.compare.description import ABSENT
 from lostmotion.analyses.compare.tables.figures import figure, measure_of
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.provenance import sign_of
 from lostmotion.reporting.sheet import Bar, Bars, Figure, digits, in_words, length
 
 if TYPE_CHECKING:
@@ -30,7 +32,10 @@ def _of_arms(found: Comparison) -> list[Bars]:
         return []
     sizes = [within.value(each) for each in found.arms]
     effects: list[Figure | None] = [None, *(figure(change.figures["p95"], "m") for change in found.changes)]
-    drawn = tuple(Bar(each.label, length(size.value), size.value, effect) for each, size, effect in zip(found.arms, sizes, effects, strict=True))
+    drawn = tuple(
+        Bar(each.label, replace(length(size.value), bound=sign_of(each.known)), size.value, effect)
+        for each, size, effect in zip(found.arms, sizes, effects, strict=True)
+    )
     return [Bars("changes", "Position error", within.name, drawn, "change")]
 
 

@@ -15,7 +15,7 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import FAILS, share_neglected
 from lostmotion.reporting.first_order import failure
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.provenance import assumed_count, at_least, ideal_joints_clause, repeats_bounded, upper_limit_sentences
+from lostmotion.reporting.provenance import at_least, missing_sentences, repeats_bounded, upper_limit_sentences
 from lostmotion.reporting.sheet import Figure, as_stated, length, several
 from lostmotion.reporting.warnings import few_poses_warnings, overload_warnings
 
@@ -112,7 +112,7 @@ def _heavier(change: Change) -> str:
 
 
 def _rests(found: Comparison) -> str:
-    counts = [assumed_count(each.known.assumed) for each in found.arms]
+    counts = [each.known.assumed_count for each in found.arms]
     if not any(counts):
         return ""
     texts = [str(count) for count in counts]
@@ -265,8 +265,7 @@ def _trust(arms: Sequence[ComparedArm]) -> str:
     """Return what is taken as perfect, and the makers' limits, once where it is the same for all arms."""
     texts: dict[str, list[str]] = {}
     for each in arms:
-        ideal = ideal_joints_clause(each.known)
-        text = " ".join([*([f"{ideal[0].upper()}{ideal[1:]}."] if ideal else []), *upper_limit_sentences(each.known)])
+        text = " ".join([*missing_sentences(each.known), *upper_limit_sentences(each.known)])
         if text:
             texts.setdefault(text, []).append(each.label)
     return " ".join(text if len(labels) == len(arms) else f"{', '.join(labels)}: {text}" for text, labels in texts.items())

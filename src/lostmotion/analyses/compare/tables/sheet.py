@@ -19,8 +19,8 @@ from lostmotion.reporting.chance_levels import REMEDIES
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import provenance_facts
-from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, in_words, length, several
+from lostmotion.reporting.provenance import provenance_facts, sign_of
+from lostmotion.reporting.sheet import PER_METRE, Figure, Row, Section, Sheet, in_words, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
@@ -102,9 +102,10 @@ def _changes(found: Comparison, group: Group) -> Section:
     rows = []
     for measure in (each for each in found.measures if each.group == group):
         before = measure.value(first)
-        figures = [figure(before, measure.unit)] if measure.exact else [_alone(figure(before, measure.unit, counted(first)))]
+        figures = [figure(before, measure.unit)] if measure.exact else [_alone(figure(before, measure.unit, counted(first)), first)]
         if two:
-            figures.append(_alone(figure(measure.value(others[0]), measure.unit, counted(others[0]))))
+            other = figure(measure.value(others[0]), measure.unit, counted(others[0]))
+            figures.append(_alone(other, None if measure.exact else others[0]))
         estimates = [change.figures[measure.key] for change in found.changes]
         figures += [figure(each, measure.unit, counted(change.arm)) for each, change in zip(estimates, found.changes, strict=True)]
         remarks = [remark(each, exact=measure.exact) for each in estimates]
@@ -115,9 +116,10 @@ def _changes(found: Comparison, group: Group) -> Section:
     return Section(key, title, columns, tuple(rows), note)
 
 
-def _alone(found: Figure) -> Figure:
-    """Return a figure without its interval, which stands in another table."""
-    return Figure(found.value, found.unit, samples=found.samples)
+def _alone(found: Figure, of: ComparedArm | None) -> Figure:
+    """Return a figure without its interval, which stands in another table; an error of an arm that misses kinds of error as a bound."""
+    sign = sign_of(of.known) if of is not None and found.unit in PER_METRE else ""
+    return Figure(found.value, found.unit, samples=found.samples, bound=sign)
 
 
 def _values(found: Comparison) -> Section:

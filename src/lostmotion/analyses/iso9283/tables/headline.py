@@ -36,26 +36,26 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
             f"what is described. Where joints arrive from either side: {from_either}."
         )
     elif not one.words:
-        within = _repeats(f"{repeats_bounded(one, known)}{_interval(one)}", "one", worst, known)
+        within = _repeats(f"{repeats_bounded(one, known)}{_interval(one)}", "one", worst)
         text = f"{within}. Where joints arrive from either side: {from_either}."
     elif not either.words:
         text = (
-            f"{_repeats(from_either, 'either', worst, either_known)}. "
+            f"{_repeats(from_either, 'either', worst)}. "
             "From one side no described error varies from visit to visit, so no repeatability is predicted."
         )
     else:
         text = "No described error varies from visit to visit, from either side of approach, so no repeatability is predicted."
     bound = at_least(accurate, known)
-    place = f"{bound}{_interval(accurate)} from" if known.ideal_joints else f"within {bound}{_interval(accurate)} of"
+    place = f"{bound}{_interval(accurate)} from" if bound.startswith("at least") else f"within {bound}{_interval(accurate)} of"
     text += (
         f" AP_p of 95 % of arms is {place} the commanded point at its worst pose, {at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
     )
     return " ".join([text, *caveats(known)])
 
 
-def _repeats(bound: str, side: str, worst: str, known: States) -> str:
+def _repeats(bound: str, side: str, worst: str) -> str:
     """Return the clause on RP_l of arms that arrive from one side or from either, by its bound with interval."""
-    if known.ideal_joints:
+    if bound.startswith("at least"):
         return f"RP_l of 95 % of arms from {side} side is {bound}, {worst}"
     return f"95 % of arms repeat within {bound}: RP_l from {side} side, {worst}"
 

@@ -9,7 +9,7 @@ from lostmotion.analyses.iso9283.tables.labels import NO_SCATTER
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.first_order import checked, failure
-from lostmotion.reporting.provenance import provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import bounded_sections, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import Section, Sheet, several
 from lostmotion.reporting.warnings import arm_warnings
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.warm_up import Drift
     from lostmotion.reporting.sheet import Card
 
+# Sections of which every length is an error of the predicted robots.
+_BOUNDED: Final = ("ap", "fitted", "rp", "either", "axes", "vap", "distance", "path")
 # With fewer robots than this, fewer than three lie above the 95th percentile.
 _FEW: Final = 60
 _WORDS: Final = (
@@ -100,10 +102,10 @@ def iso_sheet(
     doubts: tuple[str, ...] = ()
     name = "Measured robot"
     if predicted is not None:
-        sections += predicted_sections(predicted, drifted)
         known = with_limits(states(predicted.arm), predicted.arm, predicted.cube.q, predicted.approach)
         # More limits count in the scatter from either side than in that from one side.
         either_known = with_limits(states(predicted.arm), predicted.arm, predicted.cube.q)
+        sections += bounded_sections(predicted_sections(predicted, drifted), known, _BOUNDED)
         cards += predicted_cards(predicted, known, either_known)
         verdict.append(predicted_verdict(predicted, known, either_known))
         facts |= {**_facts(predicted), **provenance_facts(known)}

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import (
+    at_least,
+    bounded_cards,
+    bounded_sections,
+    by_what_is_described,
+    caveats,
+    provenance_facts,
+    provenance_sections,
+)
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
@@ -39,7 +47,10 @@ def selection_sheet(result: PartSelection, notes: tuple[str, ...] = ()) -> Sheet
         subject="parts selected for a target on the tool",
         verdict=" ".join([_verdict(result, known), *caveats(known)]),
         cards=bounded_cards(_cards(result), known, ("95 % error", "as stated")),
-        sections=(*(section for section in _sections(result, counted, small) if section.rows), *provenance_sections(known)),
+        sections=(
+            *bounded_sections([section for section in _sections(result, counted, small) if section.rows], known, ("error",)),
+            *provenance_sections(known),
+        ),
         counts=f"search at {result.search_poses} poses; full study: {counted}",
         warnings=arm_warnings(result.sized),
         notes=(not_counted(result), *result.arm.remarks, *_remarks(result), *notes),
@@ -103,7 +114,9 @@ def _verdict(result: PartSelection, known: States) -> str:
         elif gain is not None:
             text += f" Largest effect: {gain[0]}; halving its errors reduces the 95 % error by {_estimate(gain[1])}."
         return text
-    text = f"The 95 % error is {error} ({_interval(result.error)}), within the target of {target}; as stated it is {_estimate(result.error_before)}."
+    before = at_least(_estimate(result.error_before), known)
+    met = f"within the target of {target}{by_what_is_described(known)}"
+    text = f"The 95 % error is {error} ({_interval(result.error)}), {met}; as stated it is {before}."
     text += f" The mass of the selected parts is {_kg(result.mass)}, as stated {_kg(result.mass_before)}"
     if has_prices(result):
         text += f", their price {_price(result.price)}" + (f", as stated {_price(result.price_before)}" if math.isfinite(result.price_before) else "")

@@ -47,7 +47,7 @@ def sizing_sheet(result: Sizing, notes: tuple[str, ...] = ()) -> Sheet:
         name=result.arm.name,
         subject="sections of its links",
         verdict=_verdict(result, known),
-        cards=bounded_cards(_cards(result), known, ("r.m.s. tool error",)),
+        cards=bounded_cards(_cards(result, known), known, ("r.m.s. tool error",)),
         sections=(_sections(result), _bending(result, counted), _loads(result), _trade_off(result), _validation(result), *provenance_sections(known)),
         counts=counted + ("" if result.tilt is None else f", base tilt up to {math.degrees(result.tilt):.3g}°"),
         warnings=arm_warnings(result.sized),
@@ -113,14 +113,14 @@ def _verdict(result: Sizing, known: States) -> str:
     return " ".join([text, *caveats(known, missing=False)])
 
 
-def _cards(result: Sizing) -> list[Card]:
+def _cards(result: Sizing, known: States) -> list[Card]:
     before, after = _masses(result)
     noun = "link" if len(result.links) == 1 else "links"
     critical = max(result.links, key=lambda link: max(link.utilisation))
     return [
         Card(f"{noun} as stated", str(_kg(before))),
         Card(f"{noun} sized", str(_kg(after)), "limits met" if result.meets_limits else "limits not met"),
-        Card("r.m.s. tool error", str(length(result.rms_error)), f"as stated {length(result.rms_error_before)}"),
+        Card("r.m.s. tool error", str(length(result.rms_error)), f"as stated {at_least(length(result.rms_error_before), known)}"),
         Card(f"highest utilisation, {critical.joint}", f"{100 * max(critical.utilisation):.3g} %", f"of its {_GOVERNING[critical.governing]}"),
     ]
 

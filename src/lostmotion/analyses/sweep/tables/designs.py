@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.reporting.provenance import bounded_cards, sign_of
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated, in_words, length, several
 from lostmotion.runs.design_names import design_name
 
@@ -11,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from lostmotion.error_model.intervals import Estimate
+    from lostmotion.error_model.provenance import States
     from lostmotion.runs.job import Order
     from lostmotion.runs.summary import Outcome
 
@@ -20,6 +23,21 @@ LEVEL: Final = 0.95
 def as_length(estimate: Estimate, samples: str) -> Figure:
     """Return an estimate (m) in the unit that suits its size."""
     return length(estimate.value, estimate.low, estimate.high, samples)
+
+
+def known_of(each: Outcome) -> States:
+    """Return the states of the kinds of error of a design, with the makers' limits that count in it."""
+    return replace(each.known, limits=each.limits)
+
+
+def as_error(each: Outcome, estimate: Estimate, samples: str) -> Figure:
+    """Return an error of a design, as a lower bound where kinds of error are missing."""
+    return replace(as_length(estimate, samples), bound=sign_of(known_of(each)))
+
+
+def _bounded(each: Outcome, card: Card) -> Card:
+    """Return a card of a design's error with the sign of a bound where it is one."""
+    return bounded_cards([card], known_of(each), (card.title,))[0]
 
 
 def masses(order: Order, chosen: Sequence[Outcome]) -> Section:
@@ -42,7 +60,8 @@ def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[
     repeats = {each.design: each.rp[1] for each in ranked if each.rp is not None}
     if len({each.value for each in repeats.values()}) > 1:
         best = min(repeats, key=lambda design: repeats[design].value)
-        yield Card("RP, best design", str(as_length(repeats[best], "")), design_name(order.axes, best))
+        of = next(each for each in ranked if each.design == best)
+        yield _bounded(of, Card("RP, best design", str(as_length(repeats[best], "")), design_name(order.axes, best)))
     if len({each.mass for each in ranked}) > 1:
         lightest = min(ranked, key=lambda each: each.mass)
         yield Card("mass, lightest design", str(Figure(lightest.mass, "kg")), design_name(order.axes, lightest.design))
@@ -58,11 +77,12 @@ def cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome]) 
     ends = zip(("95th percentile, best design", "95th percentile, worst design"), (*ranked[:1], *ranked[1:][-1:]), strict=False)
     for title, each in ends:
         figure = as_length(each.quantiles[LEVEL], "")
-        out.append(Card(title if len(ranked) > 1 else "95th percentile of the error", str(figure), design_name(order.axes, each.design)))
+        named = title if len(ranked) > 1 else "95th percentile of the error"
+        out.append(_bounded(each, Card(named, str(figure), design_name(order.axes, each.design))))
     if len(ranked) > 1:
         out += _best_of_other_figures(order, ranked)
-    largest = max((each.worst[0] for each in outcomes), key=lambda each: each.error)
-    out.append(Card("largest error", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}"))
+    largest, of = max(((each.worst[0], each) for each in outcomes), key=lambda pair: pair[0].error)
+    out.append(_bounded(of, Card("largest error", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}")))
     samples = order.designs * order.poses * order.robots * order.visits
     count = f"{samples / 1e6:.4g} million" if samples >= 1e6 else f"{samples:,}".replace(",", " ")  # noqa: PLR2004 - from here in words
     out.append(Card("samples", count, f"in {several(order.designs * order.blocks, 'block')}"))

@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.sweep.tables.designs import LEVEL, as_length, cards, masses
+from lostmotion.analyses.sweep.tables.designs import LEVEL, as_error, as_length, cards, known_of, masses
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
@@ -18,12 +18,13 @@ from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import (
     assumed_value_sentences,
     at_least,
-    bounded_cards,
+    bound,
     caveats,
     error_sentence,
     provenance_facts,
     provenance_sections,
     repeatability_sentence,
+    sign_of,
     upper_limit_sentences,
 )
 from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, length, several
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.error_model.overload import Overload
-    from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.runs.job import Order
     from lostmotion.runs.summary import Outcome
@@ -76,8 +76,8 @@ def sweep_sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
     return Sheet(
         name=arm.name,
         subject="a sweep of designs" if len(outcomes) > 1 else "a large run",
-        verdict=" ".join([*wrong, *([_verdict(order, sound, known)] if sound else [])]),
-        cards=bounded_cards(cards(order, sound, outcomes), known, ("95th percentile", "RP")),
+        verdict=" ".join([*wrong, *([_verdict(order, sound)] if sound else [])]),
+        cards=tuple(cards(order, sound, outcomes)),
         sections=(*sections, *provenance_sections(known)),
         counts=each + counted,
         warnings=(*arm.warnings, *_overloaded(order, outcomes)),
@@ -109,7 +109,7 @@ def _overloaded(order: Order, outcomes: Sequence[Outcome]) -> tuple[str, ...]:
 
 def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str) -> Section:
     figures = [(each, (each.quantiles[LEVEL], each.mean, each.deviation)) for each in chosen]
-    rows = tuple(Row(design_name(order.axes, each.design), tuple(as_length(one, counted) for one in three)) for each, three in figures)
+    rows = tuple(Row(design_name(order.axes, each.design), tuple(as_error(each, one, counted) for one in three)) for each, three in figures)
     keys = [axis.key if len(axis.values) > 1 else f"{axis.key} = {axis.labels[0]} in all" for axis in order.axes]
     swept = f"; swept: {', '.join(keys)}" if keys else ""
     omitted = "" if len(chosen) == len(outcomes) else f"; the {len(chosen) // 2} best and worst of {len(outcomes)}, all of them in result.json"
@@ -120,7 +120,7 @@ def _designs(order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome
 
 def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> list[Section]:
     rows = tuple(
-        Row(design_name(order.axes, each.design), tuple(as_length(pair[1], counted) for pair in (each.ap, each.rp)))
+        Row(design_name(order.axes, each.design), tuple(as_error(each, pair[1], counted) for pair in (each.ap, each.rp)))
         for each in chosen
         if each.ap is not None and each.rp is not None
     )
@@ -189,7 +189,7 @@ def _extremes(order: Order, outcomes: Sequence[Outcome], counted: str) -> Sectio
     rows = tuple(
         Row(
             (f"{design_name(order.axes, each.design)}, " if order.axes else "") + f"pose {each.pose}",
-            (length(each.error, samples=f"{counted} each" if order.axes else counted),),
+            (replace(length(each.error, samples=f"{counted} each" if order.axes else counted), bound=sign_of(known_of(outcomes[each.design]))),),
             f"robot {each.robot}, visit {each.visit}: {_joints(outcomes[each.design].joints, each.q)}"
             + (f"; --design {each.design}" if order.axes else ""),
         )
@@ -222,11 +222,11 @@ def _approach(order: Order) -> str:
     )
 
 
-def _verdict(order: Order, ranked: Sequence[Outcome], known: States) -> str:
+def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
     best, worst = ranked[0], ranked[-1]
     other = [each for each in worst.limits if (each.joint, each.model, each.key) not in {(one.joint, one.model, one.key) for one in best.limits}]
-    of_best, of_worst = (replace(known, limits=each.limits) for each in (best, worst))
-    known = replace(known, limits=(*best.limits, *other))
+    of_best, of_worst = (known_of(each) for each in (best, worst))
+    known = replace(of_best if of_best.lower_bound or not of_worst.lower_bound else of_worst, limits=(*best.limits, *other))
     best_figure, worst_figure = (as_length(each.quantiles[LEVEL], "") for each in (best, worst))
     if len(ranked) == 1:
         repeats = f" {repeatability_sentence(str(as_length(best.rp[1], '')), known)}" if best.rp is not None else ""
@@ -273,6 +273,8 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
         "stated": outcome.stated,
         **{name: [_finite(each.value), _finite(each.low), _finite(each.high)] for name, each in estimates.items()},
         "rms_m": outcome.rms,
+        "bound": bound(known_of(outcome)),
+        "missing": {joint: list(kinds) for joint, kinds in outcome.known.missing.items()},
         "mass_kg": outcome.mass,
         "mass_not_stated": list(outcome.gearboxes_without_mass),
         "price": outcome.price,

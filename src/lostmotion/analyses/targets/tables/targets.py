@@ -16,6 +16,8 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.provenance import (
     at_least,
     bounded_cards,
+    bounded_sections,
+    by_what_is_described,
     caveats,
     provenance_facts,
     provenance_sections,
@@ -61,8 +63,8 @@ def targets_sheet(result: Targets) -> Sheet:
         f"{several(result.robots, 'robot')} x {several(result.visits, 'visit')} x {several(len(result.poses), 'pose')}{where}, seed {result.seed}"
     )
     yields = (yield_section(result, _target(result)), *allocated_section(result, _target(result)))
-    sections = [_whole(result), *item_sections(result), *yields]
     known = with_limits(states(result.arm), result.arm, result.poses.q, result.approach)
+    sections = bounded_sections([_whole(result, known), *item_sections(result), *yields], known, ("target",))
     return Sheet(
         name=result.arm.name,
         subject="allowances of its parts for a target",
@@ -91,9 +93,10 @@ def _quantity(result: Targets) -> str:
     return f"error, {share} of positions{where}" if result.kind == "error" else f"RP, {share} of robots{where}"
 
 
-def _whole(result: Targets) -> Section:
+def _whole(result: Targets, known: States) -> Section:
+    met = f"met {'by what is described' if known.lower_bound else 'as stated'}" if is_met(result) else "not met as stated"
     rows = [
-        Row("target", (_target(result),), f"{_quantity(result)}; {'met' if is_met(result) else 'not met'} as stated"),
+        Row("target", (_target(result),), f"{_quantity(result)}; {met}"),
         Row("as stated", (figure_of(result.current, verification_samples(result)),), "by Monte Carlo"),
         Row("as stated, by the solver", (figure_of(result.current_by_solver, solver_samples(result)),), "independent estimate, for comparison"),
     ]
@@ -115,8 +118,9 @@ def _verdict(result: Targets, known: States) -> str:
         if result.kind == "error"
         else f"{100 * result.share:g} % of robots repeat within {repeats_bounded(current, known)}"
     )
-    by_what = " by what is described" if known.ideal_joints and is_met(result) else ""
-    text += f": the target of {_target(result)} is {'met' if is_met(result) else 'not met'}{by_what}."
+    text += f": the target of {_target(result)} is {'met' if is_met(result) else 'not met'}{by_what_is_described(known, met=is_met(result))}."
+    if known.lower_bound:
+        text += " The sizes below leave no room for what is missing."
     if result.equal_factor is not None:
         factor = float(np.nanmax(result.equal_factor.factors))
         text += f" All errors {'may grow' if factor > 1 else 'must shrink'} together to {factor:.3g} of their present size."

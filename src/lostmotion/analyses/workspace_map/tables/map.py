@@ -26,7 +26,15 @@ from lostmotion.analyses.workspace_map.tables.placement import placement_facts, 
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import (
+    at_least,
+    bounded_cards,
+    bounded_sections,
+    caveats,
+    provenance_facts,
+    provenance_sections,
+    share_within_bounded,
+)
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
@@ -62,10 +70,15 @@ def map_sheet(found: WorkspaceMap, at: Floats | None = None) -> Sheet:
         name=found.arm.name,
         subject="accuracy map",
         verdict=_verdict(found, known),
-        cards=bounded_cards(_cards(found), known, (percentile_label(found), "most accurate", "best placement")),
+        cards=bounded_cards(_cards(found, known), known, (percentile_label(found), "most accurate", "best placement")),
         sections=tuple(
             section
-            for section in (_map(found), _within(found), placement_section(found), _budget(found), _reach(found), *provenance_sections(known))
+            for section in (
+                *bounded_sections(_tables(found), known, ("map", "within", "places")),
+                _budget(found),
+                _reach(found),
+                *provenance_sections(known),
+            )
             if section is not None
         ),
         counts=f"{several(int(np.isfinite(found.selected).sum()), 'cell')} of {edge_label(found)}, {configurations_label(found)}",
@@ -78,6 +91,12 @@ def map_sheet(found: WorkspaceMap, at: Floats | None = None) -> Sheet:
         seed=found.seed,
         facts={**_facts(found), **provenance_facts(known)},
     )
+
+
+def _tables(found: WorkspaceMap) -> list[Section]:
+    """Return the tables of which every length is an error."""
+    placed = placement_section(found)
+    return [_map(found), _within(found), *([] if placed is None else [placed])]
 
 
 def _points_label(found: WorkspaceMap) -> str:
@@ -95,9 +114,9 @@ def _verdict(found: WorkspaceMap, known: States) -> str:
     else:
         text += f"{at_least(middle, known)} in the median cell, {least} in the most accurate and {most} in the least accurate one."
     if found.within_target is not None:
-        text += f" {_share_sentence(found, found.within_target.target)}"
+        text += f" {_share_sentence(found, found.within_target.target, known)}"
     if found.placements is not None:
-        text += " " + placement_sentence(found.placements, found)
+        text += " " + placement_sentence(found.placements, found, known)
     return " ".join([text, *caveats(known)])
 
 
@@ -105,23 +124,24 @@ def _over_shown(found: WorkspaceMap, what: Callable[[Floats], float]) -> Figure:
     return figure_over_cells(found, QUANTILE, CONFIGURATIONS.index(found.by), what)
 
 
-def _share_sentence(found: WorkspaceMap, target: float) -> str:
+def _share_sentence(found: WorkspaceMap, target: float, known: States) -> str:
     share, _ = share_within(found, target)
-    return f"{share.value:.3g} % ({share.low:.3g} … {share.high:.3g}) of the workspace is within {length(target, stated=True)}."
+    text = share_within_bounded(f"{share.value:.3g} % ({share.low:.3g} … {share.high:.3g}) of the workspace", known)
+    return f"{text[0].upper()}{text[1:]} is within {length(target, stated=True)}."
 
 
-def _cards(found: WorkspaceMap) -> list[Card]:
+def _cards(found: WorkspaceMap, known: States) -> list[Card]:
     least, middle, most = (_over_shown(found, what) for what in (np.min, np.median, np.max))
     out = [
         Card(f"{percentile_label(found)}, median cell", str(middle), configuration_label(found)),
-        Card("most accurate cell", str(least), f"least accurate {most}"),
+        Card("most accurate cell", str(least), f"least accurate {at_least(most, known)}"),
     ]
     if found.within_target is not None:
         share, _ = share_within(found, found.within_target.target)
         out.append(
             Card(
                 f"within {length(found.within_target.target, stated=True)}",
-                f"{share.value:.3g} %",
+                share_within_bounded(f"{share.value:.3g} %", known),
                 f"of the workspace, {share.low:.3g} … {share.high:.3g} %",
             )
         )

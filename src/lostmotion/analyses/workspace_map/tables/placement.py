@@ -8,21 +8,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lostmotion.analyses.workspace_map.tables.map_labels import configuration_label, percentile_label, placement_label, size_label
+from lostmotion.reporting.provenance import at_least
 from lostmotion.reporting.sheet import Row, Section, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.map import WorkspaceMap
     from lostmotion.analyses.workspace_map.placement import Placement, Placements
+    from lostmotion.error_model.provenance import States
 
 
-def placement_sentence(placements: Placements, found: WorkspaceMap) -> str:
+def placement_sentence(placements: Placements, found: WorkspaceMap, known: States) -> str:
     """Return the best placement in words, or that there is none and the largest box that fits."""
     if placements.best:
         box = placements.best[0]
+        worst, validated = (at_least(length(error), known) for error in (box.worst, box.validated_worst))
         return (
             f"The best placement of a task of {size_label(placements.size)} is centred at {placement_label(box)}: {percentile_label(found)} "
-            f"{length(box.worst)} in its worst cell of {len(box.cells)}, {length(box.validated_worst)} at its worst validation point."
+            f"{worst} in its worst cell of {len(box.cells)}, {validated} at its worst validation point."
         )
+    return no_placement_sentence(placements)
+
+
+def no_placement_sentence(placements: Placements) -> str:
+    """Return that no placement is within reach, and the largest box that fits."""
     if placements.largest is None:
         return f"No box of the proportions {size_label(placements.size)} fits into the workspace on this grid, however small."
     largest = size_label(placements.largest)
@@ -36,7 +44,7 @@ def placement_section(found: WorkspaceMap) -> Section | None:
         return None
     title = f"Best placement for a task of {size_label(placements.size)}"
     if not placements.best:
-        return Section("places", title, ("value",), (), placement_sentence(placements, found))
+        return Section("places", title, ("value",), (), no_placement_sentence(placements))
     rows, places = [], []
     for number, box in enumerate(placements.best, start=1):
         cells = f"{several(len(box.cells), 'cell')} of the map"

@@ -1,0 +1,35 @@
+"""A bearing that is declared rigid and free of clearance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from lostmotion.parts.error_source import ErrorSource, PartFigure
+from lostmotion.parts.provenance import Sourced
+
+if TYPE_CHECKING:
+    from lostmotion.parts.term import Motion, Term
+
+
+class RigidBearing(Sourced, ErrorSource):
+    """A bearing or guide that is declared ideal: rigid, without clearance and runout. In a file `rigid = true` suffices.
+
+    rigid  true
+    """
+
+    kind: Literal["rigid"] = "rigid"
+    rigid: Literal[True]
+
+    @property
+    def stated_figures(self) -> list[PartFigure]:
+        """Return no figures."""
+        return []
+
+    def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - an ideal bearing has no error on any joint
+        """Return no terms."""
+        return []
+
+
+def of_rigid_kind(stated: Any) -> Any:  # noqa: ANN401 - whatever a file holds
+    """Return a stated bearing with the kind of a rigid one where it states `rigid` and no kind."""
+    return {"kind": "rigid", **stated} if isinstance(stated, dict) and "rigid" in stated else stated
