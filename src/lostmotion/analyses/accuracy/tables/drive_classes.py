@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.accuracy.drive_classes import ClassFigures
-from lostmotion.reporting.provenance import rests_on_sentences
+from lostmotion.reporting.provenance import missing_sentences, rests_on_sentences
 from lostmotion.reporting.sheet import Figure, Row, Section
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def with_classes(sheet: Sheet, figures: Sequence[ClassFigures], known: States) -
         return sheet
     return replace(
         sheet,
-        verdict=" ".join([class_sentence(figures), *rests_on_sentences(known)]),
+        verdict=" ".join([class_sentence(figures), *missing_sentences(known), *rests_on_sentences(known)]),
         cards=tuple(card for card in sheet.cards if not card.title.startswith(_ERRORS)),
         brief=(*class_brief(figures), *(each for each in sheet.brief if not each[0].startswith("RP"))),
         sections=(class_section(figures), *sheet.sections),
