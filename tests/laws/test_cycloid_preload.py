@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
+from lostmotion.laws.cycloid import tolerances
 from lostmotion.laws.cycloid.bodies import Body
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, Eccentric, rest_angle, wind_up_by_member
@@ -89,6 +90,47 @@ def test_the_pair_is_at_the_minimum_of_its_energy(seed, torque):
     rest, turned = preloaded_discs(CASE, np.array([asked]), CRANK, gap, effects)
     found = float(turned[0, 0, 0]) if torque else float(rest[1, 0, 0])
     assert found == pytest.approx(float(best.x[0]) * 1e-6 / lever, abs=2e-3 * abs(float(turned[0, 0, 0] - rest[1, 0, 0])) + 2e-9)
+
+
+def balanced(gap, torque, crank):
+    """Return the angle of the output of a pair with linear contacts, by Newton's method on all five balances."""
+    lever = CASE.stage.planet_pitch_radius
+    rows, room = [], []
+    for disc in range(2):
+        theta = pin_angles(CASE.stage, np.array([crank + math.pi * disc]))[0]
+        across, arm = normals(CASE.stage, theta)[:, 0], arms(CASE.stage, theta) / lever
+        of_disc = np.zeros((40, 5))
+        of_disc[:, 0], of_disc[:, 1 + 2 * disc], of_disc[:, 2 + 2 * disc] = arm, across, arm
+        rows.append(of_disc)
+        room.append(gap[disc, 0, 0])
+    matrix, apart = np.concatenate(rows), np.concatenate(room)
+    springs, load = np.diag([0.0, 3e8, 3e8, 3e8, 3e8]), np.array([torque / lever, 0.0, 0.0, 0.0, 0.0])
+    moved = np.zeros(5)
+    for _ in range(100):
+        touching = matrix @ moved > apart
+        stiff = springs + 2e8 * matrix[touching].T @ matrix[touching]
+        found = np.linalg.solve(stiff, load + 2e8 * matrix[touching].T @ apart[touching])
+        if np.abs(found - moved).max() < 1e-18:
+            break
+        moved = found
+    return moved[0] / lever
+
+
+@pytest.mark.parametrize(("relief", "single", "mean"), [(-2e-6, 1e-3, 1e-4), (0.0, 4e-3, 1e-3), (0.5e-6, 1.5e-2, 1e-3), (1e-6, 2e-2, 3e-3)])
+def test_a_small_torque_winds_each_pair_up_as_its_balance_says(relief, single, mean, monkeypatch):
+    """Under 0.3 % of the rated torque, for pairs with preload and pairs that barely touch: each sample, and their mean, by all five balances."""
+    pairs = []
+    monkeypatch.setattr(tolerances, "preloaded_discs", lambda *given, **more: (pairs.append(given), preloaded_discs(*given, **more))[1])
+    simulate(replace(CASE, relief=Modification(roller=relief)), Scatter(flank_form=3e-6), np.array([2.0]), np.array([0.3, 2.0]), 12, 3)
+    drive, torque, crank, gap, effects = pairs[0]
+    rest, turned = preloaded_discs(drive, torque, crank, gap, effects)
+    errors = []
+    for c, angle in enumerate(crank):
+        for k in range(gap.shape[2]):
+            exact = balanced(gap[:, c : c + 1, k : k + 1], 2.0, angle) - balanced(gap[:, c : c + 1, k : k + 1], 0.0, angle)
+            errors.append(float(turned[0, c, k] - rest[1, c, k]) / exact - 1)
+    assert np.abs(errors).max() < single
+    assert abs(np.mean(errors)) < mean
 
 
 @settings(max_examples=25, deadline=None)
