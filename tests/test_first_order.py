@@ -18,6 +18,7 @@ from lostmotion.reporting.first_order import failure
 from lostmotion.reporting.sheet import find_row, length
 from tests.runs.conftest import ARM, SWEEP
 
+VALIDATES = (("droop of a soft arm", "torques over stiffness of two springs, stretched out", "1 %", "mechanism/droop.py"),)
 # Figures that the sum of errors makes, and their sections.
 OF_ERRORS = ("error", "iso9283", "levels", "budget")
 

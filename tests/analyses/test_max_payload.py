@@ -11,6 +11,20 @@ from lostmotion.error_model.poses import Poses
 from lostmotion.mechanism.serial import joint_torques, worst_torques_over_tilts
 from lostmotion.reporting.sheet import find_row
 
+VALIDATES = (
+    (
+        "largest payload by drives, sag and accuracy",
+        "closed forms of a planar arm's torques and springs; the worst torque within a tilt; Monte Carlo at the worst pose",
+        "1e-7; 1e-6; 1e-6; 2 %",
+        "analyses/statics/payload.py",
+    ),
+    (
+        "stiffness of the tool along x, y, z",
+        "two slides of a mill as springs in series; bending, shear and stretching of a cantilever",
+        "1e-6; 0.3 %",
+        "mechanism/elastostatics.py",
+    ),
+)
 G = 9.80665
 UPPER, FORE = 0.4, 0.3
 ARCMIN = math.pi / 10800

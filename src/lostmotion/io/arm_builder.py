@@ -67,7 +67,7 @@ def build_arm(draft: Draft) -> Arm:
 
 
 def _name_shared_parts(draft: Draft, arm: Arm) -> None:
-    """Give the shared parts the keys under which the file describes them."""
+    """Name the shared parts by the keys under which the file describes them."""
     for path, key in draft.written.items():
         if key.partition(".")[0] not in SHARED.keys() - {"materials"}:  # materials have names of their own
             continue

@@ -140,7 +140,7 @@ def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     elastic = of_compliance(known)
     sentences = payload_sentences(survey.arm, payload, known)
     if turning:
-        level, tilted = (max(turning, key=lambda node: abs(load(node).value)) for load in (lambda node: node.nominal, lambda node: node.required))
+        level, tilted = max(turning, key=lambda node: abs(node.nominal.value)), max(turning, key=lambda node: abs(node.required.value))
         tilt = "at any tilt of the base" if survey.tilt is None else f"with the base tilted by up to {_degrees(survey.tilt)}"
         at = "" if tilted is level else f"at {tilted.joint} "
         standing, most = (Figure(abs(load.value), "N m") for load in (level.nominal, tilted.required))
