@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 import lostmotion
 from lostmotion.cli.app import app
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
+from lostmotion.io.drive_loads import drive_loads
 from lostmotion.io.skeleton import skeleton
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
@@ -113,7 +115,8 @@ def test_the_skeleton_is_a_sidecar_that_is_read(tmp_path):
     """Written beside the URDF as it is printed, it describes every joint; all its values show as assumed."""
     path = tmp_path / "arm.urdf"
     path.write_text(urdf(), encoding="utf-8")
-    lines = skeleton(lostmotion.read(path), path)
+    arm = lostmotion.read(path)
+    lines = skeleton(arm, path, drive_loads(arm))
     (tmp_path / lines.file).write_text(lines.text, encoding="utf-8")
     known = states(lostmotion.read(path))
     assert not known.ideal_joints
@@ -126,34 +129,34 @@ def test_the_skeleton_is_a_sidecar_that_is_read(tmp_path):
 def test_names_of_joints_are_quoted_where_they_must_be(tmp_path, name):
     """Whatever a joint is called, its table in the skeleton carries that name."""
     joint = RevoluteJoint.model_construct(**{**dict(RevoluteJoint(name="A", limits=(-1.0, 1.0))), "name": name})
-    text = skeleton(
-        Arm.model_construct(**{**dict(Arm(name="x", joints=(RevoluteJoint(name="A", limits=(-1.0, 1.0)),))), "joints": (joint,)}),
-        tmp_path / "arm.urdf",
-    ).text
+    plain = Arm(name="x", joints=(RevoluteJoint(name="A", limits=(-1.0, 1.0)),))
+    odd = Arm.model_construct(**{**dict(plain), "joints": (joint,)})
+    loads = drive_loads(plain)
+    text = skeleton(odd, tmp_path / "arm.urdf", dataclasses.replace(loads, loads={name: loads.loads["A"]})).text
     import tomllib
 
     assert list(tomllib.loads(text)["joints"]) == [name]
 
 
 def test_the_skeleton_adds_to_the_sidecar_that_is_there(tmp_path):
-    """Tables that the sidecar has already are not written twice, and names of parts that it uses are not taken."""
+    """Tables that the sidecar has already are not written twice: what belongs in them is a comment."""
     path, sidecar = tmp_path / "arm.urdf", tmp_path / "arm.toml"
     path.write_text(urdf(3), encoding="utf-8")
-    sidecar.write_text(
-        '[payload]\nmass = "1 kg"\n[gearboxes.turning_example]\nratio = 50\n[joints.joint_1]\ngearbox = "turning_example"\n', encoding="utf-8"
-    )
-    lines = skeleton(lostmotion.read(path), path)
+    sidecar.write_text('[payload]\nmass = "1 kg"\n[gearboxes.large]\nratio = 50\n[joints.joint_1]\ngearbox = "large"\n', encoding="utf-8")
+    arm = lostmotion.read(path)
+    lines = skeleton(arm, path, drive_loads(arm))
     assert lines.file == "arm.toml"
     sidecar.write_text(sidecar.read_text(encoding="utf-8") + lines.text, encoding="utf-8")
     assert states(lostmotion.read(path)).ideal_joints == ("joint_1",)  # its lines are a comment: its table is there already
-    assert '# bearing = "turning_example"' in lines.text
+    assert "# drive = { torque = " in lines.text
 
 
 def test_the_skeleton_of_a_toml_says_where_each_line_goes(tmp_path):
     """The tables of parts go to the end; each joint's lines, without their #, go into its own table."""
     path = tmp_path / "arm.toml"
     path.write_text(NATIVE, encoding="utf-8")
-    text = skeleton(lostmotion.read(path), path).text
+    arm = lostmotion.read(path)
+    text = skeleton(arm, path, drive_loads(arm)).text
     head, *joints = re.split(r"^# In \[\[joints\]\] with name = ", text, flags=re.MULTILINE)
     whole = NATIVE
     for each in joints:

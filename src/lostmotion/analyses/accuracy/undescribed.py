@@ -61,14 +61,14 @@ def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file
     from lostmotion.mechanism.holding_torques import holding_torques
     from lostmotion.reporting.sheet import Lines
 
+    efforts = {} if file is None or file.suffix.lower() == ".toml" else effort_limits(file, sidecar)
+    drives = drive_loads(arm, efforts)
     lines = None
     if file is not None:
         begun = sidecar is not None or file.suffix.lower() == ".toml" or sidecar_place(file).exists()
-        found = skeleton(arm, file, sidecar) if begun else Skeleton(sidecar_place(file).name, first_sidecar(file))
+        found = skeleton(arm, file, drives, sidecar) if begun else Skeleton(sidecar_place(file).name, first_sidecar(file))
         begin = "" if begun else f"; `lostmotion new --from {file}` writes them"
         lines = Lines(f"Lines for {found.file}, to start from{begin}:", found.text)
     visited = chosen_poses(arm, poses, pose_law, seed)
-    efforts = {} if file is None or file.suffix.lower() == ".toml" else effort_limits(file, sidecar)
-    drives = drive_loads(arm, efforts)
     classes = first_figures(arm, drives.of, drives.loads, seed)
     return Undescribed(arm, visited, workspace(arm, seed=seed), holding_torques(arm, visited.q)[1], lines, classes)

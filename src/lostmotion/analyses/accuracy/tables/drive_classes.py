@@ -23,7 +23,7 @@ _NOTE: Final = (
     "assumed. RP: pose repeatability of ISO 9283, each joint arriving from one side"
 )
 # Cards of errors, which have more digits than a class supports.
-_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP")
+_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP", "RP, ")
 _SLACK: Final = 0.03
 _SMALLEST_MM: Final = 1e-4
 
