@@ -111,7 +111,7 @@ def test_a_floating_ring_moves_as_its_pins_push_it(gained, discs):
 
 
 def test_one_disc_shifts_its_ring():
-    """Before the load is distributed anew 1/4 + 4/pi^2 of the motion, 0.57 to 0.63 with usual pins; two opposite discs only turn it, by a half."""
+    """With stiff pins 1/4 + 4/pi^2 of the motion, 0.57 to 0.63 with usual pins; two opposite discs only turn it, by a half."""
     assert ring_share(1, 1e-9) == pytest.approx(0.655, abs=5e-4)
     assert ring_share(1, 0.01) == pytest.approx(0.655, abs=2e-3)
     assert 0.55 < ring_share(1, 10.0) < ring_share(1, 3.0) < 0.64

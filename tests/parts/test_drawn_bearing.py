@@ -134,7 +134,7 @@ def test_simulated_bearings_stay_within_the_limits():
 
 
 def test_a_warm_aluminium_housing_leaves_the_mean_of_its_bearings():
-    """A 209 in aluminium, N7 and 30 K warmer: most outer rings are loose there, so that their mean lies 4.5 µm above the middle of the limits."""
+    """A 209 in aluminium, N7, at a temperature rise of 30 K: most outer rings are loose, their mean 4.5 µm above the middle of the limits."""
     fits = {"clearance": "15 µm", "shaft_interference": "13 µm ± 11 µm", "housing_interference": "17.5 µm ± 21.5 µm"}
     pair = BallPair(**OF_209, **fits, housing_expansion="23e-6 1/K", temperature_rise="30 K")
     spread, made = pair.spreads["working"], pair.sample(20_000, 1)["working"]

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 Bore = Literal["fixed", "sliding", "free"]
 # Thickness of a web, over the diameter of the holes, below which the series resolve no disc.
 LEAST_WEB: Final = 0.01
-# Thickness of a web, over the diameter of the holes, from which on the series resolve every disc.
-SAFE_WEB: Final = 0.1
 
 # Attempts: terms about each hole and at least about the bore, terms about the bore per length of its edge over those about a hole, and harmonics of
 # the load on the rim times its half arc (rad). The later ones are for thin webs.
