@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import lostmotion
 from lostmotion import check
 from lostmotion.io import read
 from tests.io.conftest import mistakes
@@ -89,3 +90,15 @@ def test_a_model_of_two_folders_needs_its_project(layout):
 def test_a_package_is_found_by_its_name(layout):
     """Its folder is called otherwise."""
     assert names(read(layout / "ws" / "arm_config" / "robot.urdf.xacro")) == ["j1"]
+
+
+@pytest.mark.parametrize("file", ["pair.urdf", "mobile.urdf", "placeholders.urdf", "nolimit.urdf"])
+def test_a_first_sidecar_is_read_as_it_is(layout, file):
+    """Also of an arm whose turning axes all stand upright: its drives accelerate what they carry, here 3 kg at 0.8 m by 5 m/s^2."""
+    path = layout / file
+    lostmotion.new(urdf=path, force=True).report()
+    assert names(read(path))
+    if file == "pair.urdf":
+        text = path.with_suffix(".toml").read_text("utf-8")
+        assert "No turning axis holds a static load" in text
+        assert 'drive = { torque = "12 N m" }' in text

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.catalogue.drive_classes import class_of, drive_classes
 from lostmotion.mechanism.even_poses import even_poses
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.serial import frames, joint_torques
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -34,9 +34,11 @@ _MOST_EQUAL_EFFORT: Final = 6.0
 _LEAST_SHARE: Final = 1 / 7
 # A load below this share of the largest is none: the axis stands upright, or passes through the centre of mass.
 _NO_LOAD: Final = 0.02
+# N m; less is rounding.
+_NOTHING: Final = 1e-9
 _SEVERAL: Final = 3
 _EQUAL: Final = 1e-6
-# Acceleration of a sliding axis that lifts nothing, m/s^2 [M 50].
+# Acceleration of an axis that lifts nothing, m/s^2 [M 50].
 _ACCELERATION: Final = 5.0
 
 
@@ -76,6 +78,9 @@ def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLo
         remarks.append(f"{why}: static loads by the reach of {lever[turns].max(initial=0.0):.2g} m, {BY_REACH:g} N m x (reach / 1 m)^4")
     stated = np.array([(efforts or {}).get(joint.name, 0.0) for joint in arm.moving])
     need = np.where(turns, _with_neighbours(static, turns), _forces(arm, static, turns))
+    if turns.any() and need[turns].max() <= _NOTHING:
+        need = _upright(arm, q, need, turns)
+        remarks.append(f"no turning axis holds a static load: loads by an acceleration of {_ACCELERATION:g} m/s^2 of all behind it, at the reach")
     used, reason = _credible(stated, need, turns)
     remarks += [reason] if reason else []
     loads = np.where(used, stated, MARGIN * need)
@@ -111,7 +116,7 @@ def _placeholder_masses(arm: Arm, held: Floats, by_reach: Floats, turns: np.ndar
     if len(masses) >= _SEVERAL and max(masses) - min(masses) <= _EQUAL * max(masses):
         return f"every link weighs {masses[0]:.3g} kg, a placeholder"
     heaviest, usual = float(held[turns].max(initial=0.0)), float(by_reach.max(initial=0.0))
-    if usual and not usual / _PLAUSIBLE <= heaviest <= usual * _PLAUSIBLE:
+    if usual > _NOTHING and not usual / _PLAUSIBLE <= heaviest <= usual * _PLAUSIBLE:
         return f"a static load of {_torque(heaviest)} where about {_torque(usual)} are usual, so that masses are placeholders"
     return ""
 
@@ -127,15 +132,28 @@ def _with_neighbours(static: Floats, turns: np.ndarray) -> Floats:
     return out
 
 
+def _upright(arm: Arm, q: Floats, need: Floats, turns: np.ndarray) -> Floats:
+    """Return the loads of an arm whose turning axes all stand upright: the torques that accelerate what they carry, at the distance of the tool."""
+    at, usual = frames(arm, q), drive_classes()["small strain wave"].reference("revolute")
+    out = need.copy()
+    for k in np.flatnonzero(turns):
+        reach = float(np.linalg.norm(at[-1, :, :3, 3] - at[arm.tree.moved[k], :, :3, 3], axis=-1).max())
+        out[k] = (_ACCELERATION * _moved(arm, k) * reach or BY_REACH * reach**4 or usual) / MARGIN
+    return out
+
+
+def _moved(arm: Arm, k: int) -> float:
+    """Return the mass (kg) behind a moving joint, with the payload."""
+    behind = arm.joints[arm.joints.index(arm.moving[k]) :]
+    return sum(each.link.total_mass for each in behind) + sum(each.total_mass for each in behind[1:]) + arm.payload.mass
+
+
 def _forces(arm: Arm, static: Floats, turns: np.ndarray) -> Floats:
     """Return the force of sliding drives, N: what they lift, at least what moves all behind them."""
     usual = drive_classes()["small strain wave"].reference("prismatic")
     out = static.copy()
     for k in np.flatnonzero(~turns):
-        joint = arm.moving[k]
-        behind = arm.joints[arm.joints.index(joint) :]
-        moved = sum(each.link.total_mass for each in behind) + sum(each.total_mass for each in behind[1:]) + arm.payload.mass
-        out[k] = max(static[k], _ACCELERATION * moved / MARGIN) or usual / MARGIN
+        out[k] = max(static[k], _ACCELERATION * _moved(arm, k) / MARGIN) or usual / MARGIN
     return out
 
 
