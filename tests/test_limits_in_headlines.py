@@ -71,7 +71,7 @@ def test_the_headline_of_a_study_names_the_limit_and_bounds_nothing_where_kinds_
     assert not any("≤" in card.number for card in limit.cards)
     assert {each["key"] for each in limit.facts["states"]["upper_limits"]} == {"hysteresis"}
     if method == "montecarlo":
-        assert "95 % of the robots repeat within" in first_screen(limit)
+        assert "RP, ISO cycle" in first_screen(limit)
     typical = lostmotion.study(arm_of(tmp_path, "typical"), poses=64, robots=32, visits=4, method=method).sheet
     assert "at most" not in first_screen(typical)
     assert "upper limit" not in first_screen(typical)
@@ -118,7 +118,7 @@ def test_a_limit_bounds_an_error_only_where_every_kind_is_described(tmp_path, le
 def test_the_sheet_of_iso_9283_names_the_limits(tmp_path):
     """Loops at their makers' limits are named; they bound no figure, since kinds of error are not described."""
     sheet = lostmotion.iso9283(arm_of(tmp_path, "limit"), robots=50, visits=4).sheet
-    assert re.search(r"95 % of arms repeat within [^a:]*: RP_l from either side", sheet.verdict)
+    assert re.search(r"95 % of arms repeat within [^a:]*: RP_l, any approach", sheet.verdict)
     assert re.search(r"is within [^a:]* of the commanded point", sheet.verdict)
     assert re.search(r", [\d.]+ .?m( \([^)]*\))* with best-fit frames", sheet.verdict)
     assert "Makers' upper limits stand for hysteresis of X-10" in sheet.verdict

@@ -47,7 +47,7 @@ def test_a_half_described_arm_errs_by_at_least_so_much(half):
     sheet = lostmotion.study(half, 32, 8, 3).sheet
     assert sheet.verdict.startswith("At least ")
     assert f"nothing is described for {FIVE} (taken as perfect)" in sheet.verdict
-    assert "RP is at least" in first_screen(sheet)
+    assert "RP, any approach at least" in first_screen(sheet)
     assert [card.number[0] for card in sheet.cards if card.title.startswith("95 % of")] == ["≥"]
     assert json.loads(json.dumps(plain(sheet, "0")))["states"]["ideal_joints"] == FIVE.split(", ")
 

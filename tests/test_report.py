@@ -153,7 +153,7 @@ def test_verdict_speaks_of_what_was_asked(page):
     assert found
     assert re.match(r"Expect 95\u202f% of positions within <em>[\d.]+\u202f[mµ]m</em>", found[1])
     assert "argest contributor: O." in found[1] + found[2]
-    assert "of the robots repeat within" in found[2]
+    assert "RP, ISO cycle" in found[2]
     assert not re.search(r"\d (%|mm|µm)", found[1]), "a number and its unit could be torn apart"
 
 

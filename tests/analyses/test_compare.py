@@ -93,7 +93,7 @@ def test_a_change_is_the_difference_of_two_studies(files, found):
     for file, label in zip(files, ("one", "other"), strict=True):
         figures = lostmotion.study(file, 64, 80, 4, threads=1).result()["figures"]
         alone = {**{key: figures["error"][key] for key in ("p95", "p99", "mean", "rotation_rms")}, **figures["levels"]}
-        alone |= {"ap_p95": figures["iso9283"]["AP_p95"], "rp_p95": figures["iso9283"]["RP_p95"]}
+        alone |= {"ap_p95": figures["iso9283"]["AP_p95"], "rp_any_p95": figures["iso9283"]["RP_any_p95"]}
         for key, name in (*((each, each) for each in alone if each in result["figures"]), *OF_LEVELS.items()):
             one, other = result["figures"][key][label], alone[name]["r_m_s_error"] if key in OF_LEVELS else alone[name]
             ends = [[each[end] for end in ("value", "low", "high")] for each in (one, other)]

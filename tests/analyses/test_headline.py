@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import lostmotion
+from lostmotion.error_model.remedies import SIDE_KNOWN
 from lostmotion.reporting.sheet import Figure, find_row, length
 from tests.first_screen import first_screen
 
@@ -61,11 +62,20 @@ def test_an_arm_led_by_gravity_is_compensated():
     assert len(re.findall(r"[.](?: |$)", verdict)) == 3
 
 
-def test_play_that_nothing_holds_has_no_remedy(tmp_path):
-    """In a level plane play is crossed from visit to visit: no remedy is promised."""
+def test_play_that_nothing_holds_needs_a_known_side(tmp_path):
+    """In a level plane play is crossed from visit to visit: no calibration or compensation helps, and a known side does."""
     verdict, left = check_figures(small(arm_of(tmp_path, PLAY, PLAY)))
     assert left["both, and each robot mapped"] > 0.97 * left["as manufactured"]
     assert "of the mean square differs from visit to visit" in verdict
+    assert left[SIDE_KNOWN] < 0.01 * left["as manufactured"]
+    assert f"a controller that knows the side of arrival leaves {length(left[SIDE_KNOWN])}" in verdict
+
+
+def test_noise_of_an_encoder_has_no_remedy(tmp_path):
+    """It differs from visit to visit whatever the side: the sentence names every remedy that was tried."""
+    verdict, left = check_figures(small(arm_of(tmp_path, 'encoder = { noise = "3 arcmin" }')))
+    assert min(left.values()) > 0.97 * left["as manufactured"]
+    assert "no remedy (calibration, compensation, a known side, output encoders)" in verdict
     assert " leaves " not in verdict
 
 

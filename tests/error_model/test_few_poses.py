@@ -177,15 +177,15 @@ def test_a_study_says_that_its_poses_miss_rare_errors(files):
     assert warning.startswith("64 poses are too few: over 2048 poses the root mean square is ")
     visited, many = study.budget.beside_many(*RP)
     assert (visited.value, many.value) == pytest.approx((0.02754e-6, 31.8e-6), rel=2e-3)
-    assert re.search(r"31\.8 µm in place of 0\.0275\d? µm \(RP, between visits\)", warning)
+    assert re.search(r"31\.8 µm in place of 0\.0275\d? µm \(RP, any approach, between visits\)", warning)
     assert warning in json.dumps(study.result(), ensure_ascii=False)
-    repeats = row(study, "RP_mean")
+    repeats = row(study, "RP_any_mean")
     assert repeats.high is None or math.isnan(repeats.high)
     assert repeats.interval.endswith("?")
     for poses, seed in ((MANY, ALL_CLOSED), (64, SOME_OPEN)):
         known = lostmotion.study(files[0], poses, seed=seed, **SMALL)
         assert not known.sheet.warnings
-        found = row(known, "RP_mean")
+        found = row(known, "RP_any_mean")
         assert found.low <= 6.60 <= found.high  # of 16 384 poses x 4 000 robots
 
 
@@ -197,7 +197,7 @@ def row(study, key):
 def test_a_study_without_sampling_says_so_too(files):
     """Between visits the upper end of the r.m.s. error is unknown, and a warning names it."""
     study = lostmotion.study(files[0], 64, seed=ALL_CLOSED, method="analytic", threads=1)
-    assert any("(RP, between visits)" in warning for warning in study.sheet.warnings)
+    assert any("(RP, any approach, between visits)" in warning for warning in study.sheet.warnings)
     assert math.isnan(study.budget.rms_interval(2).high)
 
 
@@ -207,11 +207,11 @@ def test_a_comparison_says_that_its_poses_miss_rare_errors(files):
     assert any(warning.startswith("rare: 64 poses are too few") for warning in found.sheet.warnings)
     change = found.changes[0]
     assert not change.same
-    for key in ("rp_p95", "rms_visit"):
+    for key in ("rp_any_p95", "rms_visit"):
         assert change.figures[key].low < 0
         assert math.isnan(change.figures[key].high)
     notes = {each.key: each.note for section in found.sheet.sections if section.key == "changes" for each in section.rows}
-    assert notes["rp_p95"] == "one end of the interval is not known: too few poses"
+    assert notes["rp_any_p95"] == "one end of the interval is not known: too few poses"
     assert math.isfinite(change.figures["rotation_rms"].high)
 
 
@@ -220,7 +220,7 @@ def test_arms_that_differ_in_rare_poses_alone_are_not_called_equal(files):
     found = lostmotion.compare(files[0], files[0].parent / "rarest.toml", poses=64, seed=ALL_CLOSED, **SMALL)
     assert not found.changes[0].same
     assert "No difference:" not in found.sheet.verdict
-    assert math.isnan(found.changes[0].figures["rp_p95"].low)
+    assert math.isnan(found.changes[0].figures["rp_any_p95"].low)
 
 
 @pytest.mark.slow

@@ -301,7 +301,7 @@ def test_a_study_has_the_interface_that_the_readme_states(arm, capsys):
     assert study.arrays()["error_mean"].attrs["units"] == "m"
     keys = [section["key"] for section in study.result()["sections"]]
     by_level = ["budget_levels", "causes_levels"]
-    first = ["workspace", "error", "iso9283", "levels", "waterfall", "budget", "causes"]
+    first = ["workspace", "error", "iso9283", "levels", "rp_made_of", "waterfall", "budget", "causes"]
     assert keys == [*first, *by_level, "bending", "torques", "exact_check", "states", "inputs", "laws"]
 
 

@@ -11,6 +11,8 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.arrival import rp_name
+
 if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
@@ -30,9 +32,9 @@ def ap_weights(visits: int) -> tuple[float, float, float]:
     return 1.0, 1.0, 1 / visits
 
 
-def weights_of(visits: int) -> dict[str, tuple[float, float, float]]:
-    """Return the weights of every figure that is checked, by its name; AP needs two visits."""
-    return {"position error": ERROR} | ({"AP": ap_weights(visits)} if visits > 1 else {}) | {"RP, between visits": RP}
+def weights_of(visits: int, approach: float = 0.0) -> dict[str, tuple[float, float, float]]:
+    """Return the weights of every figure that is checked, by its name; AP needs two visits. `approach` of the joints names RP."""
+    return {"position error": ERROR} | ({"AP": ap_weights(visits)} if visits > 1 else {}) | {f"{rp_name(approach)}, between visits": RP}
 
 
 def many_poses(arm: Arm, poses: Poses) -> Poses | None:

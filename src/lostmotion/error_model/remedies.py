@@ -5,8 +5,17 @@ Calibrated          removes every error drawn per robot that is a constant screw
                     eccentricity, runout), which require a table per joint, nor errors that depend on the load (scatter of stiffness, size of a play
                     that a load closes). Errors that are the same in every robot are removed by compensation, also constant ones.
 Load compensated    removes every design term: the controller knows pose, load, nominal stiffness and nominal play exactly.
-Mapped              removes every error drawn per robot, including harmonics and errors that depend on the load. The remaining errors differ from
-                    visit to visit, including the size of a free play. No remedy removes them.
+Mapped              removes every error drawn per robot, including harmonics and errors that depend on the load.
+Arriving from one   every joint arrives from the same side at every visit, as in the cycle of ISO 9283. Nothing is removed: the side of backlash that
+side                no load closes, and of hysteresis, becomes a constant, which repeats.
+Side known          the controller knows the side from which each joint arrives (or always arrives from one), and compensates the nominal backlash and
+                    hysteresis of that side. Their scatter over robots remains, and so does the scatter of friction.
+Output encoders     remove every error of the drives: backlash, wind-up, hysteresis, transmission and lead error. The encoder on each output is as
+                    accurate there as the present one is, and the control has no dead band: one leaves backlash that no load closes, up to its size.
+Torque sensors      know the load of each drive: they remove its nominal wind-up and the side of backlash that the load closes, a part of what load
+                    compensation removes. They do not measure bending, the stiffness of a robot, or the last motion.
+
+What all of them together leave scatters from visit to visit: encoder, servo, friction, open clearances. Only other parts reduce it.
 
 Each remedy is ideal, so the remaining error is a lower limit for a real one.
 """
@@ -27,17 +36,42 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 STAGES: Final = ("as manufactured", "calibrated", "load compensated", "both", "both, and each robot mapped")
+ONE_SIDE: Final = "arriving from one side"
+SIDE_KNOWN: Final = "side known"
+SIDE_AND_LOAD: Final = "side known, load compensated"
+ALL_KNOWN: Final = "side known, both, and each robot mapped"
+OUTPUT_ENCODERS: Final = "output encoders"
+TORQUE_SENSORS: Final = "torque sensors"
+# Remedies besides those that follow each other in `STAGES`.
+OTHERS: Final = (ONE_SIDE, SIDE_KNOWN, SIDE_AND_LOAD, ALL_KNOWN, OUTPUT_ENCODERS, TORQUE_SENSORS)
+EVERY_STAGE: Final = (*STAGES, *OTHERS)
+_FROM_ONE_SIDE: Final = frozenset({ONE_SIDE, SIDE_KNOWN, SIDE_AND_LOAD, ALL_KNOWN})
+_DRIVE: Final = "gearbox"
 
 
 def remaining(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
-    """Return 1 for each column that remains at a stage of `STAGES`, else 0 (column,); `geometry`: names of terms that ideal calibration finds."""
+    """Return 1 for each column that remains at a stage of `EVERY_STAGE`, else 0 (column,); `geometry`: names of terms that ideal calibration finds.
+
+    The columns are those of joints that arrive as the stage requires (`approach_at_stage`).
+    """
     calibrated = stage in {"calibrated", "both"}
-    compensated = stage in {"load compensated", "both", "both, and each robot mapped"}
-    mapped = stage == "both, and each robot mapped"
+    compensated = stage in {"load compensated", "both", "both, and each robot mapped", SIDE_AND_LOAD, ALL_KNOWN}
+    mapped = stage in {"both, and each robot mapped", ALL_KNOWN}
     removed = [
-        (calibrated and info.name in geometry) or (compensated and info.level == "design") or (mapped and info.level == "robot") for info in infos
+        (calibrated and info.name in geometry)
+        or (compensated and info.level == "design")
+        or (mapped and info.level == "robot")
+        or (stage == SIDE_KNOWN and info.level == "design" and info.of.term.sided)
+        or (stage == OUTPUT_ENCODERS and info.of.kind == _DRIVE)
+        or (stage == TORQUE_SENSORS and info.of.kind == _DRIVE and info.level == "design" and not info.of.term.sided)
+        for info in infos
     ]
     return 1.0 - np.array(removed, dtype=float)
+
+
+def approach_at_stage(stage: str, approach: float) -> float:
+    """Return the sign of the joints' last motion at a stage of `EVERY_STAGE`: fixed where a remedy fixes or knows the side, else `approach`."""
+    return approach or (1.0 if stage in _FROM_ONE_SIDE else 0.0)
 
 
 def geometry_of(arm: Arm) -> frozenset[str]:
@@ -46,6 +80,6 @@ def geometry_of(arm: Arm) -> frozenset[str]:
 
 
 def screws_at_stage(arm: Arm, q: Floats, stage: str, *, approach: float = 0.0) -> PoseMatrix:
-    """Return the pose matrix of the errors that remain at a stage of `STAGES`; other arguments and errors as for `screws`."""
-    matrix = screws(arm, q, approach=approach)
+    """Return the pose matrix of the errors that remain at a stage of `EVERY_STAGE`; other arguments and errors as for `screws`."""
+    matrix = screws(arm, q, approach=approach_at_stage(stage, approach))
     return matrix if stage == STAGES[0] else matrix.scaled(remaining(matrix.infos, stage, geometry_of(arm)))

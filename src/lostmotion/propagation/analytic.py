@@ -107,7 +107,7 @@ def analytic(
     poses     `Poses`, or q (pose, joint) in rad or m
     approach  sign of the joints' last motion, 0 where it is drawn at every visit
     levels    shares of the quantiles, from 0.25 to 0.9995
-    stage     which remedies are applied, one of `remedies.STAGES`
+    stage     which remedies are applied, one of `remedies.EVERY_STAGE`
     threads   number of threads; it changes no bit of the result
     progress  called with the name of the step, the number of poses done, and the number of all poses
 

@@ -88,11 +88,11 @@ def error_sentence(within: str, known: States) -> str:
     return f"Expect 95 % of positions within {at_least(within, known)}{f', though {missing}' if missing else ''}."
 
 
-def repeatability_sentence(repeats: str, known: States) -> str:
-    """Return the sentence about repeatability, as a lower or an upper bound where its values are such."""
+def repeatability_sentence(name: str, repeats: str, known: States) -> str:
+    """Return the sentence about repeatability ("RP, ISO cycle"), as a lower or an upper bound where its values are such."""
     if known.lower_bound and not in_repeats(known):
-        return f"RP is at least {repeats} for 95 % of the robots."
-    return f"95 % of the robots repeat within {repeats_bounded(repeats, known)}."
+        return f"{name}, is at least {repeats} for 95 % of the robots."
+    return f"{name}: 95 % of the robots repeat within {repeats_bounded(repeats, known)}."
 
 
 def repeats_bounded(repeats: object, known: States) -> str:

@@ -13,6 +13,7 @@ from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
 from lostmotion.mechanism.load_causes import LinkBending, bending
 from lostmotion.mechanism.serial import tool_points
 from lostmotion.propagation.montecarlo.bands import bands
+from lostmotion.propagation.montecarlo.repeatability import both_repeatabilities
 from lostmotion.propagation.montecarlo.sensitivity import halving
 from lostmotion.propagation.montecarlo.waterfall import Waterfall, waterfall
 from lostmotion.reporting.sheet import several
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.montecarlo.bands import Bands
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
+    from lostmotion.propagation.montecarlo.repeatability import Repeatability
     from lostmotion.propagation.montecarlo.stopping import Stopping
     from lostmotion.propagation.pooled import Pooled
     from lostmotion.spatial import Floats
@@ -40,6 +42,7 @@ class Answer:
     sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
     budget: error budget over all poses, by kind of error too; budgets: the same at stated poses and in zones.
     zones: the errors in zones that were asked about, over poses of their own. threads: how many there were, for questions still to come.
+    repeats: RP of joints that arrive in the standard's cycle, then of joints that arrive from either side; empty for a single visit.
     bands: the same over values that are only known to lie in a range; None where all are known. target: largest acceptable error, m, where one was
     stated. classes: figures by class of drive, where all drives are assumed from classes.
     """
@@ -57,6 +60,7 @@ class Answer:
     halving: Halving
     waterfall: Waterfall
     budget: Budget
+    repeats: tuple[Repeatability, ...] = ()
     analytic: Analytic | None = None
     pooled: Pooled | None = None
     stopping: Stopping | None = None
@@ -94,9 +98,13 @@ def answer(
     gains = halving(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
     open_to = bands(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
-    blame = budget(arm, poses.q, f"over {several(len(poses), 'pose')}", approach=approach, replicates=poses.replicates, many=many_poses(arm, poses))
+    many = many_poses(arm, poses)
+    blame = budget(arm, poses.q, f"over {several(len(poses), 'pose')}", approach=approach, replicates=poses.replicates, many=many)
+    repeats = both_repeatabilities(arm, poses, sampled, blame, seed, approach=approach, many=many, threads=threads, progress=progress)
     if progress is not None:
         progress("exploring the workspace", 0, 1)
     space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
     tool = tool_points(arm, poses.q)
-    return Answer(arm, poses, seed, approach, sampled, tool, torques, worst, bent, space, gains, remedies, blame, threads=threads, bands=open_to)
+    return Answer(
+        arm, poses, seed, approach, sampled, tool, torques, worst, bent, space, gains, remedies, blame, repeats, threads=threads, bands=open_to
+    )

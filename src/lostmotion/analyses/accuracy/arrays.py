@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lostmotion.analyses.accuracy.tables.zone import seen_in
+from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.mechanism.holding_torques import holding_torques
 from lostmotion.mechanism.serial import tool_points
 from lostmotion.propagation.montecarlo import kernel
@@ -62,17 +63,20 @@ def dataset(answer: Answer) -> xarray.Dataset:
         text = f"{end} end of the 95 % interval of error_quantile, counting robots"
         data[f"error_quantile_{end}"] = (("pose", "level"), quantiles[:, :, k], {"units": "m", "long_name": text})
     if sampled.visits > 1:
-        for name, text, values, column in (
-            ("AP", "pose accuracy AP", sampled.accuracy, 1),
-            ("RP", "pose repeatability RP", sampled.repeatability, 2),
-        ):
+        spread = [("AP", "pose accuracy AP", sampled.accuracy, sampled.robot_means[:, :, 1])]
+        spread += [
+            (rp_key(each.approach), f"pose repeatability {rp_name(each.approach)}", each.per_pose, each.robot_means)
+            for each in answer.repeats  # one of them may be of a part of the poses and robots
+            if len(each.poses) == len(answer.poses) and each.robots == sampled.robots
+        ]
+        for name, text, values, of_robots in spread:
             data[f"{name}_mean"] = ("pose", values[:, 0], {"units": "m", "long_name": f"{text}, mean over robots"})
             data[f"{name}_95"] = ("pose", values[:, 1], {"units": "m", "long_name": f"{text}, 95th percentile of robots"})
             data[f"{name}_95_low"] = ("pose", values[:, 2], {"units": "m", "long_name": f"low end of the 95 % interval of {name}_95"})
             data[f"{name}_95_high"] = ("pose", values[:, 3], {"units": "m", "long_name": f"high end of the 95 % interval of {name}_95"})
             data[f"robot_{name}"] = (
                 "robot",
-                sampled.robot_means[:, :, column].mean(axis=0),
+                of_robots.mean(axis=0),
                 {"units": "m", "long_name": f"{text} of each robot, average over poses"},
             )
     data["robot_error_mean"] = (

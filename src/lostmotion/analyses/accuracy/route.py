@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.error_model.budget import Budget, budget
 from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.propagation.montecarlo.repeatability import both_repeatabilities
 from lostmotion.propagation.montecarlo.sensitivity import halving_at
 from lostmotion.propagation.montecarlo.stopping import run_until
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.montecarlo.blocks import Device
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
+    from lostmotion.propagation.montecarlo.repeatability import Repeatability
     from lostmotion.propagation.montecarlo.stopping import Stopping, Tolerance
     from lostmotion.propagation.pooled import Pooled
 
@@ -37,11 +39,12 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class FoundInZone(Found):
-    """The same in a zone, with its error budget. name: its name; tried: number of poses among which those in it were found."""
+    """The same in a zone, with its error budget. name: its name; tried: number of poses among which those in it were found; repeats as `Answer`."""
 
     name: str
     tried: int
     budget: Budget
+    repeats: tuple[Repeatability, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -114,4 +117,7 @@ class Route:
         where = f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}"
         blame = budget(arm, found.poses.q, where, approach=self.approach, replicates=found.poses.replicates)
         gains = halving_at(arm, found.poses, self.seed, approach=self.approach, threads=self.threads)
-        return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=replace(blame, halving=gains))
+        repeats: tuple[Repeatability, ...] = ()
+        if found.sampled is not None:
+            repeats = both_repeatabilities(arm, found.poses, found.sampled, blame, self.seed, approach=self.approach, threads=self.threads)
+        return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=replace(blame, halving=gains), repeats=repeats)

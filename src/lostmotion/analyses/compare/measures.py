@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
+from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.error_model.differences import (
     mean_difference,
     quantile_difference,
@@ -68,7 +69,10 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
         )
     )
     if arms[0].sampled.visits > 1:
-        out += [_of_robots("ap", 1, ap_weights(arms[0].sampled.visits)), _of_robots("rp", 2, RP)]
+        out += [
+            _of_robots("ap", 1, ap_weights(arms[0].sampled.visits), "AP"),
+            _of_robots(rp_key(arms[0].approach).lower(), 2, RP, rp_name(arms[0].approach)),
+        ]
     out += [
         _rms("rms", "r.m.s. error", _ALL_LEVELS),
         _rms("rms_design", "r.m.s., follows load and pose", (0,)),
@@ -133,11 +137,11 @@ def _quantile(level: float) -> Measure:
     return Measure(f"p{100 * level:.0f}", f"{100 * level:.0f} % of positions within", "m", value, changed, weights=ERROR)
 
 
-def _of_robots(key: str, column: int, weights: tuple[float, float, float]) -> Measure:
+def _of_robots(key: str, column: int, weights: tuple[float, float, float], name: str) -> Measure:
     """Return the 95th percentile over robots of AP or RP, which is in this column of the robots' means."""
     return Measure(
         f"{key}_p95",
-        f"{key.upper()}, 95 % of robots within",
+        f"{name}, 95 % of robots within",
         "m",
         lambda each: pooled_robots_quantile(each.sampled.robot_means[:, :, column], of_poses=each.sampled.of_poses(column)),
         lambda one, other: robots_quantile_difference(one.sampled.robot_means[:, :, column], other.sampled.robot_means[:, :, column]),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.sweep.tables.designs import LEVEL
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.reporting.chart import PER_UNIT, axes, cells, class_legend, class_of, figure, grid, label, label_axes, legend, one, text
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
@@ -55,7 +56,14 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
         )
         if outcomes[0].rp is not None:
             estimates = [each.rp[1] for each in outcomes if each.rp is not None]
-            out.append(Plot("iso9283", "iso9283", over_two(order, estimates, "RP, 95th percentile of robots"), "Map of RP over the two swept keys."))
+            out.append(
+                Plot(
+                    "iso9283",
+                    "iso9283",
+                    over_two(order, estimates, f"{rp_name(order.approach)}, 95th percentile of robots"),
+                    "Map of RP over the two swept keys.",
+                )
+            )
     elif order.axes:
         out.append(
             Plot("designs", "designs", effects(order, outcomes), "For each key, the 95th percentile of every design and the mean of each value.")
@@ -135,7 +143,7 @@ def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot AP and RP over one key, with 95 % confidence intervals."""
     curves = (
         ("AP, 95th percentile of robots", LIGHT["visit"], lambda each: each.ap and each.ap[1]),
-        ("RP, 95th percentile of robots", LIGHT["warn"], lambda each: each.rp and each.rp[1]),
+        (f"{rp_name(order.approach)}, 95th percentile of robots", LIGHT["warn"], lambda each: each.rp and each.rp[1]),
     )
     return _curves(order, outcomes, curves, "Accuracy and repeatability, with 95 % confidence intervals")
 

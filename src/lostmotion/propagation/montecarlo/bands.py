@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile
 from lostmotion.parts.bands import band, draws, influence, latin_hypercube, unknown_values
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.spatial import Floats
 
-FIGURES: Final = ("mean", "95th percentile", "AP, 95th percentile of robots", "RP, 95th percentile of robots")
 DRAWS: Final = 32
 _POSES: Final = 256
 _ROBOTS: Final = 128
@@ -39,7 +39,8 @@ class Bands:
 
     unknown  the ranges
     shares   (draw, value) at which each range was taken
-    ratios   (figure, draw) of each of `FIGURES` to the one with the middle of every range; NaN for a figure that is zero there
+    ratios   (figure, draw) of each of `figures` to the one with the middle of every range; NaN for a figure that is zero there
+    approach sign of the joints' last motion, 0 where it is drawn
     """
 
     unknown: tuple[UnknownValue, ...]
@@ -48,15 +49,21 @@ class Bands:
     poses: int
     robots: int
     visits: int
+    approach: float = 0.0
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Return the names of the figures that have a band."""
+        return "mean", "95th percentile", "AP, 95th percentile of robots", f"{rp_name(self.approach)}, 95th percentile of robots"
 
     def band(self, figure: str, value: float) -> tuple[float, float]:
-        """Return the 5th and 95th percentile of a figure of `FIGURES` that has this value with the middle of every range."""
-        low, high = band(self.ratios[FIGURES.index(figure)])
+        """Return the 5th and 95th percentile of a figure of `figures` that has this value with the middle of every range."""
+        low, high = band(self.ratios[self.figures.index(figure)])
         return low * value, high * value
 
     def influence(self, figure: str) -> dict[str, float]:
         """Return the share of a figure's variance over the draws that each range explains alone: its name to the share, largest first."""
-        shares = influence(self.shares, self.ratios[FIGURES.index(figure)])
+        shares = influence(self.shares, self.ratios[self.figures.index(figure)])
         each = {unknown.name: float(share) for unknown, share in zip(self.unknown, shares, strict=True)}
         return dict(sorted(each.items(), key=lambda item: -item[1]))
 
@@ -92,11 +99,11 @@ def bands(  # noqa: PLR0913 - a study is these numbers
             progress("drawing what is unknown", k, DRAWS)
         found.append(figures(known))
     ratios = np.array(found).T / np.where(middle > 0, middle, np.nan)[:, None]
-    return Bands(unknown, shares, ratios, len(chosen), robots, visits)
+    return Bands(unknown, shares, ratios, len(chosen), robots, visits, approach)
 
 
 def _figures(sampled: Sampled) -> Floats:
-    """Return `FIGURES` of a run, m; those of ISO 9283 are zero where there is one visit alone."""
+    """Return the figures of `Bands` of a run, m; those of ISO 9283 are zero where there is one visit alone."""
     means = sampled.robot_means
     error = [pooled_mean(means[:, :, 0]).value, pooled_quantile(sampled.group_hist, sampled.replicate_hist, _LEVEL).value]
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two

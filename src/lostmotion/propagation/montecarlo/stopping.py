@@ -13,10 +13,12 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.intervals import Spread, mean_spread, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_spread, share_spread
 from lostmotion.error_model.small_counts import counting_floor
 from lostmotion.errors import refuse_argument
@@ -197,7 +199,9 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
         return run(arm, visited[count], robots, visits, seed, approach=approach, threads=threads, tile=tile, device=device, progress=staged)
 
     most_poses = len(poses) if more is None else max(most_poses or MOST_POSES, len(poses))
-    found, stopping = settle(sample, watched, len(poses), robots, tolerance, most_poses=most_poses, most_robots=most_robots)
+    found, stopping = settle(
+        sample, partial(watched, approach=approach), len(poses), robots, tolerance, most_poses=most_poses, most_robots=most_robots
+    )
     return visited[stopping.stages[-1].poses], found, stopping
 
 
@@ -287,14 +291,17 @@ def _doubled(count: int, most: int) -> Iterator[int]:
         yield count
 
 
-def watched(found: Sampled) -> dict[str, Watched]:
-    """Return the figures that the stopping rule tests: mean and 95th percentile of all errors; mean and 95th percentile over robots of AP and RP."""
+def watched(found: Sampled, approach: float = 0.0) -> dict[str, Watched]:
+    """Return the figures that the stopping rule tests: mean and 95th percentile of all errors; mean and 95th percentile over robots of AP and RP.
+
+    `approach` of the joints names RP.
+    """
     means, at_poses = found.robot_means[:, :, 0], found.of_poses(0)
     out = {"mean": _watched(pooled_mean(means, at_poses), mean_spread(means, at_poses))}
     q95 = pooled_quantile(found.group_hist, found.replicate_hist, 0.95)
     out["95th percentile"] = _watched(q95, share_spread(found.group_hist, found.replicate_hist, q95.value))
     if np.isfinite(found.robot_means[:, :, 1:]).all():
-        for column, name in ((1, "AP"), (2, "RP")):
+        for column, name in ((1, "AP"), (2, rp_name(approach))):
             means, at_poses = found.robot_means[:, :, column], found.of_poses(column)
             of_mean = mean_spread(means, at_poses)
             out[f"{name}, mean over poses and robots"] = _watched(pooled_mean(means, at_poses), of_mean)

@@ -1,4 +1,4 @@
-"""Effect of calibration and compensation on the 95th percentile: the same robots and visits, without the errors that each remedy removes.
+"""Effect of remedies on the 95th percentile: the same robots and visits, without the errors that each remedy removes.
 
 The remedies are those of `error_model.remedies`, each of them ideal.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.intervals import Estimate, pooled_mean, pooled_quantile, quantile_drop
-from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
+from lostmotion.error_model.remedies import EVERY_STAGE, approach_at_stage, geometry_of, remaining
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired, Sample, thinned
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Waterfall:
-    """The remaining position error at each stage, in the order of `STAGES`, from a run of `poses` x `robots` x `visits`.
+    """The remaining position error at each stage, in the order of `EVERY_STAGE`, from a run of `poses` x `robots` x `visits`.
 
     constant  names of the terms that an ideal calibration of the geometry finds, sorted
     """
@@ -59,23 +59,29 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Waterfall:
-    """Return the position error as manufactured, calibrated, load compensated, both, and with each robot mapped as well.
+    """Return the position error as manufactured, and with each of the remedies of `error_model.remedies`.
 
     Monte Carlo on at most 512 of the poses, 512 robots and 4 visits, the same ones at every stage. Intervals count robots and sets of poses.
     Arguments and errors as for `montecarlo.run`.
     """
     chosen = thinned(poses, _POSES)
-    paired = Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, approach)
+    sides = {approach_at_stage(name, approach) for name in EVERY_STAGE}
+    arriving = {side: Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, side) for side in sides}
     geometry = geometry_of(arm)
-    factors = [remaining(paired.matrices[0].infos, name, geometry) for name in STAGES]
+
+    def sample_at(name: str) -> Sample:
+        paired = arriving[approach_at_stage(name, approach)]
+        return paired.run(remaining(paired.matrices[0].infos, name, geometry))
+
     samples: list[Sample] = []
     with ThreadPoolExecutor(threads) as pool:
-        for sample in pool.map(paired.run, factors):
+        for sample in pool.map(sample_at, EVERY_STAGE):
             samples.append(sample)
             if progress is not None:
-                progress("calibrating and compensating", len(samples), len(STAGES))
-    stages = [_stage(name, sample, samples[0]) for name, sample in zip(STAGES, samples, strict=True)]
-    return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), paired.plan.robots, paired.plan.visits)
+                progress("calibrating and compensating", len(samples), len(EVERY_STAGE))
+    stages = [_stage(name, sample, samples[0]) for name, sample in zip(EVERY_STAGE, samples, strict=True)]
+    plan = arriving[approach].plan
+    return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), plan.robots, plan.visits)
 
 
 def _stage(name: str, sample: Sample, first: Sample) -> Stage:

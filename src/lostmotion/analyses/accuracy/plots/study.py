@@ -12,6 +12,7 @@ from lostmotion.analyses.accuracy.plots.budget import CAUSES_TEXT, LEVELS_TEXT, 
 from lostmotion.analyses.accuracy.plots.waterfall import waterfall
 from lostmotion.analyses.accuracy.plots.zone import errors_in_zone
 from lostmotion.analyses.accuracy.tables.zone import seen_in
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.intervals import pooled_quantile, pooled_robots_quantile
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.histogram import binned, linear_bins
@@ -99,15 +100,17 @@ def accuracy_over_robots(answer: Answer) -> Figure:
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise ValueError(f"{sampled.visits} visit to each pose; AP and RP over robots need at least 2")
     drawn = figure(70)
-    for on, column, name in zip(axes(drawn, "AP and RP of simulated robots", columns=2)[0], (1, 2), ("AP", "RP"), strict=True):
-        values = sampled.robot_means[:, :, column].mean(axis=0)
+    shown = [("AP", sampled.robot_means[:, :, 1], sampled.of_poses(1))]
+    shown += [(rp_name(each.approach), each.robot_means, each.per_pose[:, 0]) for each in answer.repeats if not each.none]
+    for on, (name, of_robots, at_poses) in zip(axes(drawn, "AP and RP of simulated robots", columns=len(shown))[0], shown, strict=True):
+        values = of_robots.mean(axis=0)
         unit = length(float(values.max())).unit
         factor = PER_UNIT[unit]
         edges, counts = binned(values, about=max(min(30, round(2 * len(values) ** (1 / 3))), 5))
         histogram(on, edges * factor, counts, LIGHT["robot"] if name == "AP" else LIGHT["visit"])
         on.locator_params(axis="x", nbins=5)
         on.locator_params(axis="y", integer=True)
-        mark(on, pooled_robots_quantile(sampled.robot_means[:, :, column], of_poses=sampled.of_poses(column)), "95th percentile", unit)
+        mark(on, pooled_robots_quantile(of_robots, of_poses=at_poses), "95th percentile", unit)
         label_axes(on, f"{name} [{unit}]", "robots [1]" if name == "AP" else "")
     return drawn
 

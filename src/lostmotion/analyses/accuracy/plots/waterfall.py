@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from lostmotion.propagation.montecarlo.waterfall import Waterfall
 
-# The stages of `propagation.montecarlo.waterfall.STAGES` that follow each other, and what is done from one to the next.
+# The stages of `error_model.remedies.STAGES` that follow each other, and what is done from one to the next.
 _STEPS = (
     ("as manufactured", "as\nmanufactured"),
     ("calibrated", "geometry\ncalibrated"),

@@ -104,7 +104,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
             *requested_sections(places),
             *provenance_sections(known),
         ),
-        warnings=(*arm.warnings, *overload_warnings(overloaded), *few_poses(blame, 1)),
+        warnings=(*arm.warnings, *overload_warnings(overloaded), *few_poses(blame, 1, approach)),
         notes=arm.remarks,
         words=_WORDS,
         source=f"{several(len(poses), 'pose')} ({poses.law}); only the poses were drawn, and samples for the effect of halving",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.propagation.montecarlo.bands import FIGURES
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, find_row, length, several
 
 if TYPE_CHECKING:
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from lostmotion.propagation.montecarlo.bands import Bands
 
 COLUMNS: Final = ("5th percentile", "middle", "95th percentile")
-# Titles of the cards of the figures, in their order.
-_CARDS: Final = ("mean position error", "95 % of positions within", "accuracy AP, 95 % of robots within", "repeatability RP, 95 % of robots within")
+# Titles of the cards of the figures, in their order; that of RP names the approach.
+_CARDS: Final = ("mean position error", "95 % of positions within", "accuracy AP, 95 % of robots within")
 _METRES: Final = {"µm": 1e-6, "mm": 1e-3, "m": 1.0}
 _MOST_NAMES: Final = 3
 # Share of a range in the variance of a figure from which it is named with the figure.
@@ -28,7 +28,7 @@ def bands_sections(found: Bands | None, sections: Sequence[Section]) -> tuple[Se
         return ()
     drawn = f"{several(len(found.shares), 'draw')} of {several(len(found.unknown), 'range')}"
     rows = []
-    for name, value in _values(sections).items():
+    for name, value in _values(found, sections).items():
         low, high = found.band(name, value)
         rows.append(Row(name, tuple(length(each, samples=drawn) for each in (low, value, high))))
     note = (
@@ -46,7 +46,7 @@ def bands_sections(found: Bands | None, sections: Sequence[Section]) -> tuple[Se
 
 def bands_clause(found: Bands | None, sections: Sequence[Section]) -> str:
     """Return the clause of the headline on how far the 95 % error depends on ranges; empty where it does not."""
-    value = _values(sections).get("95th percentile", 0.0)
+    value = 0.0 if found is None else _values(found, sections).get("95th percentile", 0.0)
     if found is None or not value:
         return ""
     causes = [key for key, share in found.influence("95th percentile").items() if share > _NAMED][:_MOST_NAMES]
@@ -56,11 +56,13 @@ def bands_clause(found: Bands | None, sections: Sequence[Section]) -> str:
 
 def with_band(card: Card, found: Bands | None, sections: Sequence[Section]) -> Card:
     """Return the card of a figure with its band beside the interval."""
-    figures = dict(zip(_CARDS, FIGURES, strict=True))
-    if found is None or card.title not in figures:
+    if found is None:
+        return card
+    figures = dict(zip((*_CARDS, f"{rp_name(found.approach)}, 95 % of robots within"), found.figures, strict=True))
+    if card.title not in figures:
         return card
     name = figures[card.title]
-    value = _values(sections).get(name, 0.0)
+    value = _values(found, sections).get(name, 0.0)
     return Card(card.title, card.number, f"{card.quiet}; ranges {_text(found, name, value)}" if card.quiet else "") if value else card
 
 
@@ -76,8 +78,8 @@ def _text(found: Bands, name: str, value: float) -> str:
     return f"{low} .. {high}"
 
 
-def _values(sections: Sequence[Section]) -> dict[str, float]:
+def _values(found: Bands, sections: Sequence[Section]) -> dict[str, float]:
     """Return the figures that have a band, m."""
-    rows = ((name, find_row(sections, key, name)) for name, key in zip(FIGURES, ("error", "error", "iso9283", "iso9283"), strict=True))
+    rows = ((name, find_row(sections, key, name)) for name, key in zip(found.figures, ("error", "error", "iso9283", "iso9283"), strict=True))
     figures = {name: row.figures[0] for name, row in rows if row is not None}
     return {name: each.value * _METRES[each.unit] for name, each in figures.items() if each.value and math.isfinite(each.value)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.remedies import OUTPUT_ENCODERS, SIDE_AND_LOAD, SIDE_KNOWN, STAGES
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.palette import LEVEL_NAMES
 from lostmotion.reporting.sheet import Bar, Bars, Figure, in_one_unit, length, several
@@ -14,15 +15,17 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.budget import Budget, Cost
     from lostmotion.error_model.intervals import Estimate
-    from lostmotion.propagation.montecarlo.waterfall import Waterfall
+    from lostmotion.propagation.montecarlo.waterfall import Stage, Waterfall
 
 # Parts with a bar of their own; the others share one.
-_MOST_BARS: Final = 7
+_MOST_BARS: Final = 5
 _HALVING: Final = "reduction if halved"
 # Real remedies leave more.
 _IDEAL: Final = "ideal remedies"
-# Each stage of the waterfall as a bar names it, in the waterfall's order.
-_STAGES: Final = ("as manufactured", "calibrated", "load compensated", "both", "and each robot mapped")
+# Each stage of the waterfall as a bar names it, in the waterfall's order; then those that have one only where they help.
+_STAGES: Final = dict(zip(STAGES, ("as manufactured", "calibrated", "load compensated", "both", "and each robot mapped"), strict=True))
+_WHERE_THEY_HELP: Final = {SIDE_KNOWN: "side of arrival known", SIDE_AND_LOAD: "side and load known", OUTPUT_ENCODERS: "output encoders"}
+_HELPS: Final = 0.05
 
 
 def blame_bars(found: Sequence[Cost], gains: Mapping[str, Estimate], counted: str) -> tuple[Bars, ...]:
@@ -50,14 +53,23 @@ def blame_bars(found: Sequence[Cost], gains: Mapping[str, Estimate], counted: st
 
 
 def remedy_bars(found: Waterfall) -> tuple[Bars, ...]:
-    """Return the bars of what calibration, compensation and a map of each robot leave of the 95th percentile; none where nothing errs."""
+    """Return the bars of what calibration, compensation and a map of each robot leave of the 95th percentile, and other remedies where they help."""
     if not found.stages[0].q95.value > 0:
         return ()
     counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}"
-    left = in_one_unit([length(stage.q95.value, stage.q95.low, stage.q95.high, counted) for stage in found.stages])
-    bars = tuple(Bar(label, figure, figure.value) for label, figure in zip(_STAGES, left, strict=True))
+    stages = {stage.name: stage for stage in found.stages}
+    names = {**_STAGES, **{name: text for name, text in _WHERE_THEY_HELP.items() if _helps(stages, name)}}
+    shown = [stages[name].q95 for name in names]
+    left = in_one_unit([length(each.value, each.low, each.high, counted) for each in shown])
+    bars = tuple(Bar(label, figure, figure.value) for label, figure in zip(names.values(), left, strict=True))
     note = f"{_IDEAL}, {several(found.poses, 'pose')}"  # a part of the study's, so the first bar may differ from the answer
     return (Bars("waterfall", "What can be done about it", "95 % of positions within", bars, note=note),)
+
+
+def _helps(stages: Mapping[str, Stage], name: str) -> bool:
+    """Return whether a remedy leaves a twentieth less of the error than those that it adds to, or would replace, do."""
+    instead = {SIDE_KNOWN: STAGES[:1], SIDE_AND_LOAD: ("load compensated", SIDE_KNOWN), OUTPUT_ENCODERS: STAGES[:-1]}[name]
+    return min(stages[each].q95.value for each in instead) - stages[name].q95.value >= _HELPS * stages[STAGES[0]].q95.value
 
 
 def rms_bars(found: Budget) -> tuple[Bars, ...]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.accuracy.tables.error import WITHIN_TARGET
+from lostmotion.analyses.accuracy.tables.repeatability import repeatability_statement
 from lostmotion.analyses.accuracy.tables.stopping import outcome
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in
 from lostmotion.propagation.montecarlo import kernel
@@ -15,7 +16,6 @@ from lostmotion.reporting.provenance import (
     at_least,
     headline_names_all,
     missing_kinds,
-    repeatability_sentence,
     share_within_bounded,
     upper_limit_sentences,
 )
@@ -41,7 +41,7 @@ _ROUNDING: Final = 1e-9
 
 def brief_of(found: Sequence[Section], answer: Answer, known: States) -> tuple[tuple[str, str], ...]:
     """Return the statements of a study by Monte Carlo, each a word and a sentence or two."""
-    out = [("RP", _repeatability(found, known)), ("Target", _within_target(found, answer, known))]
+    out = [("RP", repeatability_statement(found, answer.repeats, answer.arm, known)), ("Target", _within_target(found, answer, known))]
     for k, zone in enumerate(answer.zones, 1):
         row = find_row(found, f"zone_{k}", "95th percentile")
         out += [("Zone", zone_sentence(zone.name, row.figures[0], known))] if row is not None else []
@@ -53,15 +53,6 @@ def brief_of(found: Sequence[Section], answer: Answer, known: States) -> tuple[t
     out.append(("Precision", " ".join([*stopped, *(f"{sentence}." for sentence in stopped_in(answer.zones))])))
     checked = answer.sampled.exact
     return tuple((word, text) for word, text in (*out, *trust(known, length(checked.largest) if checked.samples else None)) if text)
-
-
-def _repeatability(found: Sequence[Section], known: States) -> str:
-    repeats, error = find_row(found, "iso9283", "RP, 95th percentile of robots"), find_row(found, "error", "95th percentile")
-    if repeats is not None and repeats.figures[0].value:
-        return repeatability_sentence(str(repeats.figures[0]), known)
-    if repeats is not None and (error is None or error.figures[0].value):
-        return "No described error differs between visits, so no repeatability is predicted."
-    return ""
 
 
 def _within_target(found: Sequence[Section], answer: Answer, known: States) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.arrival import ISO_CYCLE, rp_key, rp_name
 from lostmotion.error_model.few_poses import ERROR, RP, ap_weights, weights_of
 from lostmotion.error_model.intervals import (
     Estimate,
@@ -25,7 +26,9 @@ from lostmotion.reporting.warnings import few_poses_warnings
 if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.error_model.budget import Budget
+    from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
 
 # Label of the share of positions within the target.
 WITHIN_TARGET: Final = "within the target"
@@ -108,51 +111,71 @@ def iso_section(answer: Answer, where: str = "") -> Section:
     sampled = answer.sampled
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
-    counted = f"{several(sampled.robots, 'robot')}, {several(sampled.visits, 'visit')} to each of {several(len(answer.poses), 'pose')}{where}"
-    rows = []
-    tables = (("AP", 1, sampled.accuracy, ap_weights(sampled.visits)), ("RP", 2, sampled.repeatability, RP))
-    for label, column, table, weights in tables:
-        of_robots, of_poses = sampled.robot_means[:, :, column], sampled.of_poses(column)
-        found = pooled_mean(of_robots, of_poses), pooled_robots_quantile(of_robots, of_poses=of_poses)
-        mean, highest = (answer.budget.known_ends(each, *weights) for each in found)
-        rows.append(Row(f"{label}, mean over poses and robots", (as_length(mean, counted),), key=f"{label}_mean"))
-        rows.append(
-            Row(
-                f"{label}, 95th percentile of robots",
-                (as_length(highest, counted),),
-                "each robot's average over the poses",
-                f"{label}_p95",
-            )
-        )
-        at = int(table[:, 1].argmax())
-        rows.append(
-            Row(
-                f"{label} at its worst pose, 95th percentile of robots",
-                (as_length(Estimate(*(float(x) for x in table[at, 1:])), counted),),
-                described_pose(answer, at),
-                f"{label}_worst_pose_p95",
-            )
-        )
-    arriving = (
-        "each joint arrives from either side at random"
-        if answer.approach == 0
-        else f"every joint arrives moving {'up' if answer.approach > 0 else 'down'}"
+    rows = _rows(
+        "AP",
+        "AP",
+        answer.arm,
+        answer.poses,
+        sampled.robot_means[:, :, 1],
+        sampled.accuracy,
+        answer.budget,
+        ap_weights(sampled.visits),
+        where,
+        sampled.visits,
     )
+    for each in answer.repeats:
+        name, key = rp_name(each.approach), rp_key(each.approach)
+        rows += _rows(name, key, answer.arm, each.poses, each.robot_means, each.per_pose, each.budget, RP, where, each.visits)
+    arriving = "from either side at random" if answer.approach == 0 else f"moving {'up' if answer.approach > 0 else 'down'}"
     return Section(
         "iso9283",
         "ISO 9283, predicted",
         ("value",),
         tuple(rows),
-        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}; {arriving}. A worst pose is the worst visited one, "
-        "chosen by the same samples: its interval is valid for a pose chosen beforehand",
+        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}. {ISO_CYCLE}: every joint arrives from the same side at "
+        f"every visit, as in the standard, so makers' figures compare with it; any approach: from either side at random. "
+        f"AP: joints arrive {arriving}. "
+        "A worst pose is the worst visited one, chosen by the same samples: its interval is valid for a pose chosen beforehand",
     )
 
 
-def few_poses(blame: Budget, visits: int) -> tuple[str, ...]:
+def _rows(  # noqa: PLR0913, PLR0917 - one figure's numbers
+    name: str,
+    key: str,
+    arm: Arm,
+    poses: Poses,
+    of_robots: Floats,
+    per_pose: Floats,
+    blame: Budget,
+    weights: tuple[float, float, float],
+    where: str,
+    visits: int,
+) -> list[Row]:
+    """Return mean, 95th percentile of robots and worst pose of AP or RP; of_robots (set, robot) and per_pose (pose, 4) in m."""
+    counted = f"{several(of_robots.shape[1], 'robot')}, {several(visits, 'visit')} to each of {several(len(poses), 'pose')}{where}"
+    mean, highest = (
+        blame.known_ends(found, *weights)
+        for found in (pooled_mean(of_robots, per_pose[:, 0]), pooled_robots_quantile(of_robots, of_poses=per_pose[:, 0]))
+    )
+    at = int(per_pose[:, 1].argmax())
+    worst = as_length(Estimate(*(float(x) for x in per_pose[at, 1:])), counted)
+    return [
+        Row(f"{name}, mean over poses and robots", (as_length(mean, counted),), key=f"{key}_mean"),
+        Row(f"{name}, 95th percentile of robots", (as_length(highest, counted),), "each robot's average over the poses", f"{key}_p95"),
+        Row(
+            f"{name}, at its worst pose, 95th percentile of robots",
+            (worst,),
+            f"pose {at}: {joint_values(arm, poses.q[at])}",
+            f"{key}_worst_pose_p95",
+        ),
+    ]
+
+
+def few_poses(blame: Budget, visits: int, approach: float) -> tuple[str, ...]:
     """Return the sentence that the poses are too few for position error, AP or RP; nothing where they are enough, or not checked."""
     if not blame.of_many:
         return ()
-    return few_poses_warnings(blame.poses, {name: blame.beside_many(*weights) for name, weights in weights_of(visits).items()})
+    return few_poses_warnings(blame.poses, {name: blame.beside_many(*weights) for name, weights in weights_of(visits, approach).items()})
 
 
 def described_pose(answer: Answer, index: int) -> str:

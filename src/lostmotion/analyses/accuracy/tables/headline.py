@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.remedies import ALL_KNOWN, OUTPUT_ENCODERS, SIDE_AND_LOAD, SIDE_KNOWN
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.provenance import at_least, error_sentence, rests_on_sentences, zero_error_sentence
 from lostmotion.reporting.sheet import Figure, length
@@ -94,23 +95,53 @@ def _largest(parts: Sequence[Cost]) -> str:
 
 
 def _remedy(stages: dict[str, Stage], compensation: str, known: States) -> str:
-    """Return the clause on the remedies: the better one of calibration and compensation, and what each further one removes."""
-    single = {"load compensated": compensation, "calibrated": "calibration of each robot"}
-    other = {"load compensated": "calibration", "calibrated": "compensation of the load"}
+    """Return the clause on the remedies: the best one of a controller or a calibration, what each further one removes, or else other parts."""
+    single = {
+        "load compensated": compensation,
+        "calibrated": "calibration of each robot",
+        SIDE_KNOWN: "a controller that knows the side of arrival",
+    }
     best = min(single, key=lambda name: stages[name].q95.value)
-    both, mapped = stages["both"], stages["both, and each robot mapped"]
     if _taken(stages, stages[best]) >= _WORTHWHILE:
-        text = f"{single[best]} leaves {_left(stages[best], known)}"
-        further = [(other[best], both)] if _gained(stages, stages[best], both) else []
-        last = both if further else min(stages[best], both, key=lambda stage: stage.q95.value)
-        further += [("a map of each robot", mapped)] if _gained(stages, last, mapped) else []
-        return ", ".join([text, *(f"with {name} as well {_left(stage, known) if stage.q95.value > 0 else 'no error'}" for name, stage in further)])
-    if _taken(stages, both) >= _WORTHWHILE:
-        return f"only calibration and {compensation} together help: they leave {_left(both, known)}"
-    if _taken(stages, mapped) >= _WORTHWHILE:
-        return f"only a map of each robot helps: with {compensation} it leaves {_left(mapped, known)}"
+        return ", ".join([f"{single[best]} leaves {_left(stages[best], known)}", *_further(stages, best, known)])
+    together = (
+        ("both", f"calibration and {compensation} together help: they leave"),
+        (SIDE_AND_LOAD, f"{compensation}, and the side of arrival, helps: it leaves"),
+        ("both, and each robot mapped", f"a map of each robot helps: with {compensation} it leaves"),
+        (OUTPUT_ENCODERS, "encoders on the outputs help: they leave"),
+        (ALL_KNOWN, f"a map of each robot helps: with {compensation}, and the side of arrival, it leaves"),
+    )
+    for name, helps in together:
+        if _taken(stages, stages[name]) >= _WORTHWHILE:
+            return f"only {helps} {_left(stages[name], known)}"
     most = max(_taken(stages, stage) for stage in stages.values())
-    return f"no calibration or compensation removes more than {Figure(100 * most, '%')} of the 95 % error" if most > 0 else "no remedy reduces it"
+    if most > 0:
+        return f"no remedy (calibration, compensation, a known side, output encoders) removes more than {Figure(100 * most, '%')} of the 95 % error"
+    return "no remedy (calibration, compensation, a known side, output encoders) reduces it"
+
+
+def _further(stages: dict[str, Stage], best: str, known: States) -> list[str]:
+    """Return the clauses on remedies that remove more after the best one."""
+    side = ("the side of arrival", SIDE_AND_LOAD)
+    first = {
+        "load compensated": (("calibration", "both"), side),
+        "calibrated": (("compensation of the load", "both"),),
+        SIDE_KNOWN: (("load and pose", SIDE_AND_LOAD),),
+    }[best]
+    what, name = min(first, key=lambda each: stages[each[1]].q95.value)
+    last, out = best, []
+    if _gained(stages, stages[last], stages[name]):
+        out.append((what, stages[name]))
+        last = name
+    mapped = stages[ALL_KNOWN if last in {SIDE_KNOWN, SIDE_AND_LOAD} else "both, and each robot mapped"]
+    before = stages[last] if last in {SIDE_KNOWN, SIDE_AND_LOAD} else min(stages[last], stages["both"], key=_q95)
+    if _gained(stages, before, mapped):
+        out.append(("a map of each robot", mapped))
+    return [f"with {what} as well {_left(stage, known) if stage.q95.value > 0 else 'no error'}" for what, stage in out]
+
+
+def _q95(stage: Stage) -> float:
+    return stage.q95.value
 
 
 def _taken(stages: dict[str, Stage], stage: Stage) -> float:

@@ -34,7 +34,7 @@ def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
     last = found.stages[-1]
     where = where and f" {where}"
     if found.reached:
-        watched = ", ".join(dict.fromkeys(name.split(",")[0] for name in last.figures))
+        watched = ", ".join(dict.fromkeys(name.rpartition(", ")[0] or name for name in last.figures))
         return f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after {several(last.robots, 'robot')} and {several(last.poses, 'pose')}"
     name = found.missed[0]
     figure = last.figures[name]

@@ -12,11 +12,13 @@ from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
 from lostmotion.analyses.accuracy.tables.error import error_section, few_poses, iso_section
 from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
 from lostmotion.analyses.accuracy.tables.joints import joints_section
+from lostmotion.analyses.accuracy.tables.repeatability import made_of_sections
 from lostmotion.analyses.accuracy.tables.stopping import stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.budget import costs
-from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
+from lostmotion.error_model.intervals import pooled_quantile
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
@@ -34,7 +36,6 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.analyses.accuracy.workspace import Workspace
-    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.provenance import States
     from lostmotion.reporting.sheet import Bars
@@ -48,12 +49,13 @@ _WORDS: Final = (
     ),
     ("AP", "pose accuracy of ISO 9283: distance of the mean of a robot's visits from the commanded point. Predicted here, not certified."),
     ("RP", "pose repeatability of ISO 9283: scatter of the visits about their mean, mean distance plus three standard deviations."),
+    ("ISO cycle, any approach", "side from which joints arrive at a pose: the same at every visit, as in the standard; or either side at random."),
     ("interval", "95 % confidence interval. It counts robots and independent sets of poses, not samples. A question mark: too few of them."),
     ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others."),
     ("first order", "small errors are added. An exact composition of a sample shows what is neglected."),
 )
 # Cards that are lower bounds where joints are taken as perfect.
-_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP")
+_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "RP,")
 # Sections of which every length is an error.
 _BOUNDED: Final = ("error", "iso9283", "zone_", "analytic")
 
@@ -71,7 +73,7 @@ def sheet(answer: Answer) -> Sheet:
         verdict=_verdict(found, answer, known, overloaded),
         cards=bounded_cards([with_band(card, answer.bands, found) for card in _cards(found, answer)], known, _ERRORS),
         sections=(*bounded_sections(found, known, _BOUNDED), *provenance_sections(known)),
-        warnings=(*answer.arm.warnings, *overload_warnings(overloaded), *few_poses(answer.budget, sampled.visits)),
+        warnings=(*answer.arm.warnings, *overload_warnings(overloaded), *few_poses(answer.budget, sampled.visits, answer.approach)),
         notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),
@@ -109,7 +111,8 @@ def sections(answer: Answer) -> list[Section]:
         *bands_sections(answer.bands, errors),
         *zone_sections(answer),
         levels_section(answer.budget),
-        waterfall_section(answer.waterfall, _repeats(answer)),
+        *made_of_sections(answer.repeats),
+        waterfall_section(answer.waterfall, answer.repeats),
         *(section for section in (budget_section(answer), causes_section(answer)) if section.rows),  # none where nothing errs
         *by_level_sections(answer.budget),
         *requested_sections(answer.places),
@@ -126,11 +129,6 @@ def sections(answer: Answer) -> list[Section]:
         whole = analytic_section(answer.arm, answer.poses, answer.analytic, answer.pooled, answer.budget)
         found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.arm, answer.zones, whole)]
     return found
-
-
-def _repeats(answer: Answer) -> Estimate | None:
-    sampled = answer.sampled
-    return pooled_mean(sampled.robot_means[:, :, 2], sampled.of_poses(2)) if sampled.visits > 1 else None
 
 
 def workspace_section(space: Workspace) -> Section:
@@ -222,12 +220,12 @@ def _zone_facts(answer: Answer) -> dict[str, Any]:
 
 
 def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
-    """Return the six main figures and the 95th percentile of each zone, each with its interval."""
+    """Return the main figures and the 95th percentile of each zone, each with its interval."""
     wanted = (
         ("95 % of positions within", "error", "95th percentile"),
         ("mean position error", "error", "mean"),
         ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95th percentile of robots"),
-        ("repeatability RP, 95 % of robots within", "iso9283", "RP, 95th percentile of robots"),
+        *((f"{name}, 95 % of robots within", "iso9283", f"{name}, 95th percentile of robots") for name in map(rp_name, (1.0, 0.0))),
         ("reach from the base", "workspace", "reach from the base"),
     )
     rows = [(title, find_row(found, section, label)) for title, section, label in wanted]

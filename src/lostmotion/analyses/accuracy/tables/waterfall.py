@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.arrival import rp_name
+from lostmotion.error_model.intervals import pooled_mean
 from lostmotion.reporting.sheet import Figure, Row, Section, in_one_unit, length, several
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.error_model.intervals import Estimate
+    from lostmotion.propagation.montecarlo.repeatability import Repeatability
     from lostmotion.propagation.montecarlo.waterfall import Waterfall
 
 # Each stage in words, in the order of the waterfall.
@@ -18,10 +22,16 @@ STAGES: Final = (
     "load, pose, stated temperature, nominal stiffness and play known",
     "constant errors identified, load compensated",
     "harmonics and stiffness of each robot mapped as well",
+    "every joint from the same side at every visit: backlash and hysteresis become a constant, which repeats",
+    "nominal backlash and hysteresis of the side of arrival compensated",
+    "the same, with load, pose, stated temperature and nominal stiffness known",
+    "the same, with constant errors, harmonics and stiffness of each robot known: encoder, servo, friction and open clearances remain",
+    "an encoder on each output, as accurate there as the present one, and no dead band: no error of a drive remains",
+    "the load of each drive is measured: its nominal wind-up, and the side of backlash that the load closes",
 )
 
 
-def waterfall_section(found: Waterfall, repeatability: Estimate | None) -> Section:
+def waterfall_section(found: Waterfall, repeats: Sequence[Repeatability]) -> Section:
     """Return the effect of calibration and compensation."""
     counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}, the same at every stage"
     rows = []
@@ -30,9 +40,8 @@ def waterfall_section(found: Waterfall, repeatability: Estimate | None) -> Secti
         off = _of(stage.reduction, counted)
         effect = f"; reduces the 95th percentile by {off} ({off.interval})" if stage is not found.stages[0] and off.interval else ""
         rows.append(Row(stage.name, (mean, q95), "" if text == stage.name else text + effect))
-    stays = ""
-    if repeatability is not None and math.isfinite(repeatability.value):
-        stays = f" RP stays at {_of(repeatability, '')} on average, since none of this changes between visits."
+    each = (f"{rp_name(each.approach)}, {_of(pooled_mean(each.robot_means, each.per_pose[:, 0]), '')}" for each in repeats)
+    stays = f" No calibration or compensation of the load changes RP ({'; '.join(each)} on average)." if repeats else ""
     note = (
         "by Monte Carlo on a part of the poses and robots, so the first row differs from the figures above. Every remedy is ideal, "
         f"a real one leaves more. Calibration removes a robot's errors that are constant in their own frame, {several(len(found.constant), 'error')} "

@@ -62,7 +62,9 @@ def seen_in(answer: Answer, zone: FoundInZone) -> Answer:
     """Return the study as if it had visited the zone's poses alone. Raises ValueError for a zone that was not sampled."""
     if zone.sampled is None:
         raise ValueError(f"no samples in the zone {zone.name}")
-    return replace(answer, poses=zone.poses, sampled=zone.sampled, analytic=zone.analytic, pooled=zone.pooled, budget=zone.budget, zones=())
+    return replace(
+        answer, poses=zone.poses, sampled=zone.sampled, analytic=zone.analytic, pooled=zone.pooled, budget=zone.budget, repeats=zone.repeats, zones=()
+    )
 
 
 def sampling_note(zone: FoundInZone) -> str:

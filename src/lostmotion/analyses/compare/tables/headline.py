@@ -9,6 +9,7 @@ import numpy as np
 
 from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
 from lostmotion.analyses.compare.tables.figures import figure, is_decided, measure_of, with_interval
+from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.error_model.differences import ZERO
 from lostmotion.error_model.few_poses import weights_of
 from lostmotion.mechanism.placed_terms import short_name
@@ -151,7 +152,10 @@ def brief(found: Comparison) -> tuple[tuple[str, str], ...]:
     out = [
         ("Differs", _differs(found.values)),
         ("Tool points", _tool_points(found)),
-        ("Repeatability", _changed(found, "rp_p95", "95 % of the robots repeat within", repeats=True)),
+        (
+            "Repeatability",
+            _changed(found, f"{rp_key(found.approach).lower()}_p95", f"{rp_name(found.approach)}: 95 % of the robots repeat within", repeats=True),
+        ),
         ("Sag", _changed(found, "sag", "Mean displacement along gravity")),
         ("Mass", _masses(found)),
         ("Price", _prices(found.arms)),
@@ -278,7 +282,7 @@ def warnings(found: Comparison) -> tuple[str, ...]:
     if unequal:
         out.append(f"{_described_unequally(unequal)}: part of the difference is one of the descriptions, not of the arms")
     for each in found.arms:
-        weights = weights_of(each.sampled.visits) if each.many else {}
+        weights = weights_of(each.sampled.visits, each.approach) if each.many else {}
         few = few_poses_warnings(len(each.poses), {name: each.beside_many(of) for name, of in weights.items()})
         out += [f"{each.label}: {text}" for text in (*each.arm.warnings, *overload_warnings(each.overloads), *few)]
     return tuple(out)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.iso9283.comparison import over_robots
 from lostmotion.analyses.iso9283.tables.labels import estimate_figure, scatter_figure
+from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, repeats_bounded
 from lostmotion.reporting.sheet import Card, Figure
 
@@ -32,16 +33,16 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
     worst = "worst of five poses, full payload"
     if not one.words and describes_little_scatter(found):
         text = (
-            f"RP_l of 95 % of arms from one side is at least {one}{_interval(one)}, {worst}: friction, control and temperature add to "
-            f"what is described. Where joints arrive from either side: {from_either}."
+            f"RP_l, {ISO_CYCLE}, of 95 % of arms is at least {one}{_interval(one)}, {worst}: friction, control and temperature add to "
+            f"what is described. RP_l, {ANY_APPROACH}: {from_either}."
         )
     elif not one.words:
-        within = _repeats(f"{repeats_bounded(one, known)}{_interval(one)}", "one", worst)
-        text = f"{within}. Where joints arrive from either side: {from_either}."
+        within = _repeats(f"{repeats_bounded(one, known)}{_interval(one)}", ISO_CYCLE, worst)
+        text = f"{within}. RP_l, {ANY_APPROACH}: {from_either}."
     elif not either.words:
         text = (
-            f"{_repeats(from_either, 'either', worst)}. "
-            "From one side no described error varies from visit to visit, so no repeatability is predicted."
+            f"{_repeats(from_either, ANY_APPROACH, worst)}. "
+            "In the ISO cycle no described error varies from visit to visit, so no repeatability is predicted."
         )
     else:
         text = "No described error varies from visit to visit, from either side of approach, so no repeatability is predicted."
@@ -53,11 +54,11 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
     return " ".join([text, *caveats(known)])
 
 
-def _repeats(bound: str, side: str, worst: str) -> str:
-    """Return the clause on RP_l of arms that arrive from one side or from either, by its bound with interval."""
+def _repeats(bound: str, arriving: str, worst: str) -> str:
+    """Return the clause on RP_l of arms that arrive this way, by its bound with interval."""
     if bound.startswith("at least"):
-        return f"RP_l of 95 % of arms from {side} side is {bound}, {worst}"
-    return f"95 % of arms repeat within {bound}: RP_l from {side} side, {worst}"
+        return f"RP_l, {arriving}, of 95 % of arms is {bound}, {worst}"
+    return f"95 % of arms repeat within {bound}: RP_l, {arriving}, {worst}"
 
 
 def describes_little_scatter(found: PredictedRobots) -> bool:
@@ -69,8 +70,8 @@ def describes_little_scatter(found: PredictedRobots) -> bool:
 def predicted_cards(found: PredictedRobots, known: States, either_known: States) -> tuple[Card, ...]:
     """Return the first cards; arguments as for `predicted_verdict`. A repeatability with a number comes first."""
     sheet = found.loads[0]
-    one = Card("RP_l, 95 % of arms", str(_worst_scatter(sheet.repeatability)), "worst of five poses, one side")
-    either = Card("RP_l, from either side", str(_worst_scatter(sheet.random_approach)), "95 % of arms, worst pose")
+    one = Card(f"RP_l, {ISO_CYCLE}", str(_worst_scatter(sheet.repeatability)), "95 % of arms, worst of five poses")
+    either = Card(f"RP_l, {ANY_APPROACH}", str(_worst_scatter(sheet.random_approach)), "95 % of arms, worst pose")
     repeats = (*bounded_cards([one], known, ("RP_l",)), *bounded_cards([either], either_known, ("RP_l",)))
     if describes_little_scatter(found):
         repeats = (replace(repeats[0], number=_at_least(repeats[0].number)), repeats[1])

@@ -12,6 +12,7 @@ from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 from lostmotion.analyses.iso9283.tables.labels import NO_SCATTER, estimate_figure, load_label, scatter_figure
+from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.reporting.first_order import judged
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import Figure, Row, Section, length, several
@@ -123,7 +124,7 @@ def _repeatability(found: PredictedRobots, sheet: LoadSheet) -> Section:
             f". Expected for normal scatter of the same covariance: {_each(sheet.expected)} at P1 to P5 with {found.cycles} visits, "
             f"{_each(sheet.limit)} with many visits"
         )
-    title = f"RP_l, {_percent(sheet.load)}"
+    title = f"RP_l, {ISO_CYCLE}, {_percent(sheet.load)}"
     return Section(f"rp{100 * sheet.load:.0f}", title, (_MEAN, _P95), _rows(sheet.repeatability, _counted(found), scatter_figure), note)
 
 
@@ -134,7 +135,7 @@ def _each(values: Floats) -> str:
 def _either_side(found: PredictedRobots) -> Section:
     columns, rows = _both_loads(found, tuple(sheet.random_approach for sheet in found.loads), scatter_figure)
     note = "not the standard's cycle: joints arrive from either side at random, so all backlash that no load closes counts"
-    return Section("either", "RP_l from either side", columns, rows, note)
+    return Section("either", f"RP_l, {ANY_APPROACH}", columns, rows, note)
 
 
 def _by_axis(found: PredictedRobots) -> list[Section]:
@@ -152,7 +153,7 @@ def _by_axis(found: PredictedRobots) -> list[Section]:
     note = "signed mean; 95th percentile of the magnitude"
     return [
         Section("axes", "AP by axis", (_MEAN, _P95), tuple(accurate), f"AP_x, AP_y, AP_z, AP_a, AP_b, AP_c: {note}"),
-        Section("turns", "RP of the orientation", (_MEAN, _P95), tuple(repeats), "RP_a, RP_b, RP_c: ± 3 s"),
+        Section("turns", f"RP of the orientation, {ISO_CYCLE}", (_MEAN, _P95), tuple(repeats), "RP_a, RP_b, RP_c: ± 3 s"),
     ]
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.sweep.tables.designs import LEVEL, as_error, as_length, cards, known_of, masses
+from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
@@ -127,7 +128,7 @@ def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> list[Section]
     if not rows:
         return [Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")]
     note = f"95th percentile over robots of each robot's mean over the poses; n = {order.visits} visits; {_approach(order)}"
-    return [Section("iso9283", "ISO 9283, predicted", ("AP", "RP"), rows, note)]
+    return [Section("iso9283", "ISO 9283, predicted", ("AP", rp_name(order.approach)), rows, note)]
 
 
 def _differences(order: Order, chosen: Sequence[Outcome], counted: str) -> Section:
@@ -229,7 +230,7 @@ def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
     known = replace(of_best if of_best.lower_bound or not of_worst.lower_bound else of_worst, limits=(*best.limits, *other))
     best_figure, worst_figure = (as_length(each.quantiles[LEVEL], "") for each in (best, worst))
     if len(ranked) == 1:
-        repeats = f" {repeatability_sentence(str(as_length(best.rp[1], '')), known)}" if best.rp is not None else ""
+        repeats = f" {repeatability_sentence(rp_name(order.approach), str(as_length(best.rp[1], '')), known)}" if best.rp is not None else ""
         within = f"{best_figure} ({best_figure.interval or 'no interval'})"
         return " ".join([error_sentence(within, known) + repeats, *upper_limit_sentences(known), *assumed_value_sentences(known)])
     text = (
@@ -257,13 +258,13 @@ def _facts(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> dict[str, Any
         "robots": order.robots,
         "visits": order.visits,
         "axes": [{"key": axis.key, "values": list(axis.values)} for axis in order.axes],
-        "designs": [{"name": design_name(order.axes, each.design), **_plain(each)} for each in outcomes],
+        "designs": [{"name": design_name(order.axes, each.design), **_plain(each, order.approach)} for each in outcomes],
     }
 
 
-def _plain(outcome: Outcome) -> dict[str, Any]:
-    """Return a design as plain data, in m."""
-    spread = {name: pair for name, pair in (("ap", outcome.ap), ("rp", outcome.rp)) if pair is not None}
+def _plain(outcome: Outcome, approach: float) -> dict[str, Any]:
+    """Return a design as plain data, in m; `approach` of the joints names its repeatability."""
+    spread = {name: pair for name, pair in (("ap", outcome.ap), (rp_key(approach).lower(), outcome.rp)) if pair is not None}
     of_robots = {f"{name}{level}_m": estimate for name, pair in spread.items() for level, estimate in zip(("", "95"), pair, strict=True)}
     lower = {} if outcome.lower is None else {"q95_lower_than_first_m": outcome.lower}
     overall = {"mean_m": outcome.mean, "standard_deviation_m": outcome.deviation}

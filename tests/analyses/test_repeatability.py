@@ -1,0 +1,232 @@
+"""Repeatability by how joints arrive, and the remedies against play: one meaning on every surface, and no sentence that forgets one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.analyses.iso9283.cube import Cube
+from lostmotion.analyses.iso9283.predicted import predict_robots, visit_covariance
+from lostmotion.analyses.sizing.candidates import Candidate, Objective, Slot
+from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
+from lostmotion.analyses.sizing.target_study import StudySize, select_parts
+from lostmotion.error_model import remedies
+from lostmotion.error_model.arrival import rp_name
+from lostmotion.error_model.intervals import pooled_robots_quantile
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.poses import Poses, sample_poses
+from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.serial import frames
+from lostmotion.propagation.analytic import analytic
+from lostmotion.propagation.montecarlo.montecarlo import run
+
+# A row of docs/validation.md each: quantity, compared with, agreement, other files.
+VALIDATES = (
+    ("RP of a study in the ISO cycle", "`iso9283` at its five poses", "1e-7", "propagation/montecarlo/repeatability.py"),
+    ("remedies: output encoders, known side", "arms with these encoders; Monte Carlo with fixed sides", "1e-9; 1e-12", "error_model/remedies.py"),
+)
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parents[1] / "examples"
+MILL = HERE / "worn-mill.toml"
+
+
+def scattering_arm() -> Arm:
+    """Return an arm of three joints with everything that scatters from one side, and backlash and hysteresis besides."""
+    joints = [
+        {
+            "name": name,
+            "type": "revolute",
+            "axis": axis,
+            "limits": (-2.0, 2.0),
+            "gearbox": {"ratio": 50.0, "backlash": 4e-4, "hysteresis": 2e-4, "hysteresis_scatter": 0.3, "stiffness": 2e4, "rated_torque": 20.0},
+            "encoder": {"side": "motor", "resolution": 1e-3},
+            "servo": {"dead_band": 5e-3},
+            "link": {"length": 0.3, "mass": 1.0, "rigid": True},
+        }
+        for name, axis in (("A", "z"), ("B", "y"), ("C", "y"))
+    ]
+    return Arm.model_validate({"name": "three joints", "joints": joints})
+
+
+def test_the_study_has_the_rp_of_the_iso_command_at_its_poses():
+    """At the five poses of a cube every robot has the RP of the standard's cycle and of any approach that `iso9283` computes from the same draws."""
+    arm = scattering_arm()
+    q = np.array([[0.1, -0.4, 0.9], [0.3, -0.2, 0.7], [0.3, -0.6, 1.2], [-0.2, -0.5, 1.1], [-0.3, -0.3, 0.8]])
+    cube = Cube(np.zeros(3), 0.1, None, q, frames(arm, q)[-1], 0, np.nan, "given")
+    iso = predict_robots(arm, cube, cycles=30, robots=40, loads=(1.0,)).loads[0]
+    study = lostmotion.study(arm, Poses(q, "given"), robots=40, visits=30)
+    cycle, either = study.repeats
+    np.testing.assert_allclose(cycle.per_pose[:, 0], iso.repeatability.mean(axis=1), rtol=1e-7)
+    np.testing.assert_allclose(either.per_pose[:, 0], iso.random_approach.mean(axis=1), rtol=1e-7)
+    assert (cycle.per_pose[:, 0] < either.per_pose[:, 0]).all()
+
+
+def test_it_does_not_matter_which_run_the_study_makes_first():
+    """A study of joints that arrive moving up has the same two repeatabilities as one of joints that arrive from either side."""
+    studies = [lostmotion.study(scattering_arm(), 64, robots=30, visits=10, approach=way) for way in ("random", "up")]
+    for one, other in zip(*(study.repeats for study in studies), strict=True):
+        assert one.approach == other.approach
+        np.testing.assert_allclose(one.per_pose, other.per_pose, rtol=1e-7)
+    assert [rp_name(each.approach) for each in studies[0].repeats] == ["RP, ISO cycle", "RP, any approach"]
+
+
+def test_shares_of_what_rp_is_made_of_are_those_of_the_variances():
+    """From one side: uniform dead band and count, cut normal friction; the same of every joint, so that any pose has these shares."""
+    study = lostmotion.study(scattering_arm(), 64, robots=20, visits=4)
+    cut = 0.97334  # of the variance of a normal distribution, cut at three standard deviations
+    band, friction, count = (5e-3 / 50) ** 2 / 3, (0.3 * 1e-4 / 3) ** 2 * cut, (1e-3 / 50) ** 2 / 12
+    whole = band + friction + count
+    expected = {"servo dead band": band / whole, "gearbox hysteresis scatter": friction / whole, "encoder resolution": count / whole}
+    assert dict(study.repeats[0].causes) == pytest.approx(expected, rel=1e-4)
+    assert sum(share for _, share in study.repeats[1].causes) == pytest.approx(1.0)
+
+
+def test_a_mill_with_worn_screws_is_cured_by_a_known_side():
+    """Play of 0.2 mm: no compensation or calibration helps, a known side leaves less than a tenth, and the answer says so."""
+    study = lostmotion.study(MILL, 256, robots=200, visits=10)
+    left = {stage.name: stage.q95.value for stage in study.waterfall.stages}
+    assert left["as manufactured"] == pytest.approx(0.1e-3, rel=0.05)
+    assert left["both, and each robot mapped"] == left["as manufactured"]
+    assert left[remedies.ONE_SIDE] == pytest.approx(left["as manufactured"], rel=0.05)
+    # y scatters by half of its ±25 µm: 95 % of |normal cut at three standard deviations|
+    assert left[remedies.SIDE_KNOWN] == pytest.approx(12.5e-6 / 3 * 1.95, rel=0.06)
+    assert left[remedies.OUTPUT_ENCODERS] == 0
+    assert "a controller that knows the side of arrival leaves" in study.sheet.verdict
+    assert "no remedy" not in study.sheet.verdict.lower()
+
+
+def test_a_known_side_leaves_what_fixed_sides_leave_but_for_their_mean():
+    """Arriving from one side is a run with fixed sides; a known side takes off what changes its sign with the side, and nothing else."""
+    arm, poses = scattering_arm(), Poses(np.random.default_rng(1).uniform(-1, 1, (16, 3)), "given")
+    up, down = (run(arm, poses, 50, 4, 1, approach=side).bias[:, 3:] for side in (1.0, -1.0))
+    one_side, known = (analytic(arm, poses, stage=stage) for stage in (remedies.ONE_SIDE, remedies.SIDE_KNOWN))
+    np.testing.assert_allclose(one_side.bias, up, rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(one_side.covariance, known.covariance, rtol=1e-12)
+    # what the side adds changes its sign with the side, so that the middle of both is free of it
+    np.testing.assert_allclose(known.bias, (up + down) / 2, rtol=1e-12, atol=1e-16)
+    assert np.abs(up - down).max() > 1e-5
+
+
+def test_output_encoders_leave_what_an_arm_with_them_has():
+    """The same arm with an encoder on every output, as accurate there, and no dead band of its control: mean and covariance are equal."""
+    arm, poses = scattering_arm(), Poses(np.random.default_rng(2).uniform(-1, 1, (16, 3)), "given")
+
+    def measured(joint):
+        encoder = joint.encoder.model_copy(update={"side": "output", "resolution": joint.encoder.resolution / 50, "dead_band": None})
+        return joint.model_copy(update={"encoder": encoder, "servo": joint.servo.model_copy(update={"dead_band": 5e-3 / 50})})
+
+    found = analytic(arm, poses, stage=remedies.OUTPUT_ENCODERS)
+    other = analytic(arm.model_copy(update={"joints": tuple(map(measured, arm.joints))}), poses)
+    np.testing.assert_allclose(found.bias, other.bias, atol=1e-15)
+    np.testing.assert_allclose(found.covariance, other.covariance, rtol=1e-9, atol=1e-24)
+    assert np.abs(analytic(arm, poses).bias).max() > 1e-5
+
+
+def test_torque_sensors_take_a_part_of_what_load_compensation_takes():
+    """The nominal wind-up of drives goes; hysteresis and what differs from robot to robot or visit to visit stays."""
+    arm, poses = scattering_arm(), Poses(np.random.default_rng(3).uniform(-1, 1, (16, 3)), "given")
+    plain, sensed, compensated = (analytic(arm, poses, stage=stage) for stage in ("as manufactured", remedies.TORQUE_SENSORS, "load compensated"))
+    np.testing.assert_allclose(sensed.covariance, plain.covariance, rtol=1e-12)
+    # links are rigid here, so that the drives are all that a load deflects
+    np.testing.assert_allclose(sensed.bias, compensated.bias, atol=1e-15)
+
+
+NAMED = re.compile(r"\bRP(?:_l)?\b(?!, (?:ISO cycle|any approach))")
+
+
+def _asked():
+    arm = scattering_arm()
+    few = {"robots": 20, "visits": 3}
+    yield "study", lostmotion.study(arm, 16, **few)
+    yield "study from above", lostmotion.study(arm, 16, **few, approach="up")
+    yield "study in a zone", lostmotion.study(arm, 64, **few, zone="z -1..1 m")
+    yield "study until", lostmotion.study(arm, 16, **few, until="50 %", most_robots=40)
+    yield "compare", lostmotion.compare(arm, arm.model_copy(update={"name": "other"}), poses=16, **few)
+    yield "compare from below", lostmotion.compare(arm, arm.model_copy(update={"name": "other"}), poses=16, **few, approach="down")
+    for key in ("rp_iso", "rp_any"):
+        yield f"target {key}", lostmotion.target(arm, **{key: "0.5 mm"}, poses=16, **few)
+
+
+@pytest.mark.parametrize("name", ["study", "study from above", "study in a zone", "study until", "compare", "compare from below"])
+def test_rp_is_never_shown_without_the_approach(results, name):
+    """Card titles, row labels, columns, answers and statements name the approach wherever they name RP."""
+    sheet = results[name].sheet
+    texts = [card.title for card in sheet.cards] + [sheet.verdict] + [text for word, text in sheet.brief if word != "RP"]
+    texts += [f"RP, {text.split('RP, ', 1)[1]}" for word, text in sheet.brief if word == "RP" and "RP, " in text]
+    for section in sheet.sections:
+        texts += [*section.columns, *(row.label for row in section.rows)] if section.key != "inputs" else []
+    assert [text for text in texts if NAMED.search(text)] == []
+    assert any("ISO cycle" in text or "any approach" in text for text in texts)
+
+
+def test_both_repeatabilities_are_on_the_first_screen(results):
+    """As cards and in the statement on RP, with the largest causes of each."""
+    sheet = results["study"].sheet
+    titles = [card.title for card in sheet.cards]
+    assert {"RP, ISO cycle, 95 % of robots within", "RP, any approach, 95 % of robots within"} <= set(titles)
+    (text,) = [text for word, text in sheet.brief if word == "RP"]
+    assert re.search(r"RP, ISO cycle \S+ \S+ \(servo dead band .*RP, any approach \S+ \S+ \(gearbox", text)
+
+
+@pytest.mark.parametrize(("key", "other"), [("rp_iso", "rp_any"), ("rp_any", "rp_iso")])
+def test_a_target_on_rp_is_one_of_two(results, key, other):
+    """Each has its own figure as stated, by the same definition as the study's, and names it."""
+    own = results[f"target {key}"]
+    named = {"rp_iso": "RP, ISO cycle", "rp_any": "RP, any approach"}
+    assert named[key] in own.sheet.verdict + str(own.sheet.sections)
+    assert named[other] not in own.sheet.verdict
+    assert own.approach == (key == "rp_iso")
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Return the result of every command that shows RP, by name."""
+    return dict(_asked())
+
+
+def test_the_old_target_on_repeatability_asks_which_one_is_meant():
+    """Without a side it is ambiguous; with one it is that of the ISO cycle, as before."""
+    with pytest.raises(lostmotion.InputError, match="rp_iso"):
+        lostmotion.target(scattering_arm(), repeatability="0.5 mm", poses=16, robots=20, visits=3)
+    old = lostmotion.target(scattering_arm(), repeatability="0.5 mm", approach="up", poses=16, robots=20, visits=3)
+    new = lostmotion.target(scattering_arm(), rp_iso="0.5 mm", poses=16, robots=20, visits=3)
+    assert (old.current.value, old.current.low, old.approach) == (new.current.value, new.current.low, new.approach)
+
+
+@pytest.mark.parametrize(("of", "approach"), [("rp_iso", 1.0), ("rp_any", 0.0)])
+def test_a_sizing_for_rp_sums_what_differs_between_visits(of, approach):
+    """Its covariance at every pose is that of a robot's visits, and no mean counts."""
+    arm, q = scattering_arm(), np.random.default_rng(4).uniform(-1, 1, (8, 3))
+    sums = ErrorCache(arm, q, of).of(arm)
+    covariance = visit_covariance(screws(arm, q, approach=approach))
+    assert not sums[BIAS].any()
+    np.testing.assert_allclose(sums[COVARIANCE], [covariance[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))], atol=1e-20)
+
+
+def test_parts_are_selected_for_rp_in_the_iso_cycle():
+    """A heavier drive with less scatter of friction is taken only where the target needs it, and the figure is the study's own."""
+    arm = scattering_arm()
+
+    def offered(joint):
+        quiet = joint.gearbox.model_copy(update={"hysteresis_scatter": 0.03})
+        stated = Candidate("as stated", None, 1.0)
+        return Slot(joint.name, "gearbox", (stated, Candidate("quiet", quiet, 2.0)), stated, mass_in_joint=1.0)
+
+    slots = tuple(map(offered, arm.joints))
+    poses = sample_poses(arm, 64)
+    size = StudySize(50, 10)
+    found = {
+        target: select_parts(arm, slots, Objective(), target, sample_poses(arm, 16), poses, study_size=size, of="rp_iso") for target in (1.0, 1e-9)
+    }
+    loose, strict = found[1.0], found[1e-9]
+    assert [part.selected.name for part in loose.parts] == ["as stated"] * 3
+    assert [part.selected.name for part in strict.parts] == ["quiet"] * 3
+    assert not strict.meets_target
+    assert loose.quantity == "RP, ISO cycle, of 95 % of robots"
+    means = lostmotion.study(loose.sized, poses, robots=50, visits=10).repeats[0].robot_means
+    assert loose.error.value == pytest.approx(pooled_robots_quantile(means).value, rel=1e-12)
