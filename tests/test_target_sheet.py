@@ -37,7 +37,7 @@ def ran(*words, cwd):
 @pytest.fixture(scope="module", params=["not met", "met", "repeatability"])
 def asked(request):
     """Return a target that is not met, one that is met, and one for repeatability, from few samples."""
-    wanted = {"not met": {"error": "2 mm"}, "met": {"error": "6 mm"}, "repeatability": {"repeatability": "3 mm"}}
+    wanted = {"not met": {"error": "2 mm"}, "met": {"error": "6 mm"}, "repeatability": {"rp_any": "3 mm"}}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(metrics, "_SAMPLES", 1 << 14)
         return lostmotion.target(lostmotion.read(ARM), **wanted[request.param], **QUICK)
@@ -194,7 +194,7 @@ def test_the_same_input_gives_the_same_bytes(folder):
 @pytest.mark.parametrize(
     ("wanted", "keys"),
     [
-        ({}, ["error, repeatability"]),
+        ({}, ["error, rp_iso, rp_any"]),
         ({"error": "0.5"}, ["error"]),
         ({"error": "-0.5 mm"}, ["error"]),
         ({"error": "0 mm"}, ["error"]),
@@ -203,8 +203,11 @@ def test_the_same_input_gives_the_same_bytes(folder):
         ({"error": "1e400 mm"}, ["error"]),
         ({"error": math.nan}, ["error"]),
         ({"repeatability": "500 m"}, ["repeatability"]),
-        ({"error": "0.5 mm", "repeatability": "0.1 mm"}, ["error, repeatability"]),
-        ({"error": "0.5", "repeatability": "0.1 kg"}, ["error, repeatability", "error", "repeatability"]),
+        ({"error": "0.5 mm", "repeatability": "0.1 mm"}, ["error, rp_iso, rp_any"]),
+        ({"error": "0.5", "rp_iso": "0.1 kg"}, ["error, rp_iso, rp_any", "error", "rp_iso"]),
+        ({"rp_iso": "0.5 mm", "rp_any": "0.5 mm"}, ["error, rp_iso, rp_any"]),
+        ({"repeatability": "0.5 mm"}, ["repeatability"]),
+        ({"rp_any": "0.5 mm", "approach": "up"}, ["approach"]),
         ({"error": "0.5 mm", "share": 2.0}, ["share"]),
         ({"error": "0.5 mm", "robots": 5}, ["robots"]),
         ({"error": "0.5 mm", "visits": 1}, ["visits"]),
@@ -225,7 +228,7 @@ def test_what_cannot_be_asked_is_refused(wanted, keys):
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(["--error", "0.5", "--repeatability", "0.1 mm"], "--error, --repeatability"), (["--error", "1 mm", "--zone", "w 0..1 m"], "--zone")],
+    [(["--error", "0.5", "--rp-any", "0.1 mm"], "--error, --rp-iso, --rp-any"), (["--error", "1 mm", "--zone", "w 0..1 m"], "--zone")],
 )
 def test_the_command_refuses_with_code_2_and_writes_nothing(tmp_path, words, said):
     """A mistake is a message on standard error, and no folder."""

@@ -56,6 +56,10 @@ def size(
         Amount | None,
         Argument("Largest 95 % error of the tool over the workspace, '0.5 mm', for which links, and what `by` offers, are chosen.", metavar="LENGTH"),
     ] = None,
+    target_of: Annotated[
+        Literal["error", "rp_iso", "rp_any"] | None,
+        Argument("What the target limits: the 95 % error; rp_iso, RP of 95 % of robots in the ISO cycle; rp_any, of any approach. Default: error."),
+    ] = None,
     minimise: Annotated[
         str | None, Argument("What is minimised with a target: 'mass', 'price', 'price + 20 * mass'. Default: mass.", metavar="COST")
     ] = None,
@@ -110,7 +114,7 @@ def size(
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.propagation.first_order import refuse_large_errors
 
-    keys = {"target": target, "minimise": minimise, "slope": slope, "deflection": deflection, "tilt": tilt, "step": step}
+    keys = {"target": target, "target_of": target_of, "minimise": minimise, "slope": slope, "deflection": deflection, "tilt": tilt, "step": step}
     tube = {"kind": family, "outer": outer, "wall": wall}
     stated = {key: value for key, value in keys.items() if value is not None}
     if any(value is not None for value in tube.values()):
@@ -144,6 +148,7 @@ def size(
         sample_poses(asked.arm, DEFAULT_POSES, seed=asked.seed),
         constraints=request.constraints,
         study_size=StudySize(DEFAULT_ROBOTS, DEFAULT_VISITS, asked.seed, asked.threads or os.cpu_count() or 1),
+        of=request.plan.target_of,
         progress=progress,
     )
     return Selection(**vars(selection), notes=request.notes, source=source, sidecar=asked.sidecar)

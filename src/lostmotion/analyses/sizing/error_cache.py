@@ -20,6 +20,7 @@ from lostmotion.propagation.error_magnitude import rays_of, share_below
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
+    from lostmotion.analyses.sizing.target_quantity import TargetOf
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.placed_terms import PlacedPart
     from lostmotion.parts.error_source import ErrorSource
@@ -41,9 +42,9 @@ _FURTHEST: Final = 200
 class ErrorCache:
     """Contributions of parts to the error of arms with one geometry at some poses."""
 
-    def __init__(self, arm: Arm, q: Floats) -> None:
-        """Compute the frames, which do not depend on the parts."""
-        self.q = q
+    def __init__(self, arm: Arm, q: Floats, of: TargetOf = "error") -> None:
+        """Compute the frames, which do not depend on the parts. `of`: for a repeatability only what differs between visits counts."""
+        self.q, self._of = q, of
         self._at = frames(arm, q)
         self._tree = arm.tree
         self._known: OrderedDict[tuple[Hashable, ...], tuple[ErrorSource, Floats, dict[Draw, Floats]]] = OrderedDict()
@@ -96,7 +97,11 @@ class ErrorCache:
             for closing, moved in columns.items():
                 draws = term.robot, term.visit, closing
                 groups[draws] = groups[draws] + moved if draws in groups else moved
-        out[BIAS] = groups.pop((None, None, None), 0.0)
+        bias = groups.pop((None, None, None), 0.0)
+        if self._of == "error":
+            out[BIAS] = bias
+        else:
+            groups = {draws: moved for draws, moved in groups.items() if self._differs_between_visits(draws[1])}
         # The sign of the last motion is one draw for all parts of a joint, the temperature and a batch of material for all of the arm: what depends
         # on such a draw alone adds up over the parts before it is squared.
         common: dict[Draw, Floats] = {}
@@ -107,6 +112,10 @@ class ErrorCache:
             else:
                 _add_square(out, drawn)
         return out, common
+
+    def _differs_between_visits(self, visit: Draw | None) -> bool:
+        """Return whether an error with this draw per visit counts in RP: in the ISO cycle the side of the last motion is the same at every visit."""
+        return visit is not None and not (visit == LAST_MOTION and self._of == "rp_iso")
 
 
 def _add_square(sums: Floats, drawn: Floats) -> None:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.sizing.candidates import Candidate, Objective, Slot
     from lostmotion.analyses.sizing.lightest import Limits
+    from lostmotion.analyses.sizing.target_quantity import TargetOf
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint
     from lostmotion.spatial import Floats
@@ -68,10 +69,11 @@ class Evaluator:
         q: Floats,
         constraints: Constraints,
         on_evaluation: Callable[[], None] = lambda: None,
+        of: TargetOf = "error",
     ) -> None:
         """Begin without evaluations; `slots` may be extended by candidates later. `on_evaluation` is called at every new evaluation."""
         self.arm, self.slots, self.objective, self.constraints, self.on_evaluation = arm, slots, objective, constraints, on_evaluation
-        self.cache = ErrorCache(arm, q)
+        self.cache = ErrorCache(arm, q, of)
         self.load_q = np.vstack([q, corners(arm, _MOST_CORNERS)])
         self.evaluations: dict[Choice, Evaluation] = {}
         self._errors: dict[Choice, float] = {}
@@ -113,7 +115,7 @@ class Evaluator:
         return known
 
     def error(self, choice: Choice) -> float:
-        """Return the 95 % error (m) of a selection."""
+        """Return the 95 % error (m) of a selection, for a target on a repeatability that of its scatter between visits."""
         if choice not in self._errors:
             rms = self.evaluate(choice).rms
             self._errors[choice] = error_at(self.cache.of(self.arm_with(choice)), LEVEL) if math.isfinite(rms) else math.inf

@@ -19,7 +19,7 @@
 A link that is not named is sized among sections like its own, for a target from half to twice as large. `material` states a link's new material.
 
 With `target = "0.5 mm"` the links are sized for the error of the tool, with the gearboxes and clearances of `selection_options`; slope and deflection
-are then constraints where they are stated.
+are then constraints where they are stated. `target_of = "rp_iso"` or "rp_any": the target limits RP, ISO cycle, or RP, any approach.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ from lostmotion.analyses.sizing.lightest import Limits
 from lostmotion.analyses.sizing.option_tables import OptionTables
 from lostmotion.analyses.sizing.selection_options import OBJECTIVE_EXAMPLE, OPTION_TABLES, parse_objective, selection_slots
 from lostmotion.analyses.sizing.sizing import PAPER, LinkOptions
+from lostmotion.analyses.sizing.target_quantity import TargetOf
 from lostmotion.catalogue import materials
 from lostmotion.errors import Problem, shown
 from lostmotion.io.draft import plain
@@ -95,6 +96,7 @@ class Plan(LinkChoice):
     tilt: Annotated[float, Quantity("rad", "10 deg", low=0, high=math.pi)] | None = None
     step: Annotated[float, Quantity("m", "0.1 mm", low=0, high=0.1)] | None = None
     target: Annotated[float, Quantity("m", "0.5 mm", above=0, high=10)] | None = None
+    target_of: TargetOf = "error"
     minimise: Annotated[str, Field(max_length=80)] = "mass"
     price_per_kg: Annotated[float, Quantity("", "12", low=0)] | None = None
 
@@ -189,7 +191,7 @@ def read_request(by: Path | Mapping[str, Any] | None, options: Mapping[str, Any]
 
 def _with_objective(merged: dict[str, Any], offers: OptionTables, key_of: Callable[[KeyPath], str]) -> OptionTables:
     """Return the tables with their objective; mistakes are an objective that cannot be read, and options without a target."""
-    alone = [*offers.tables, *(name for name in ("minimise", "price_per_kg") if name in merged)]
+    alone = [*offers.tables, *(name for name in ("minimise", "price_per_kg", "target_of") if name in merged)]
     if alone and "target" not in merged:
         expected = "a target on the tool as well; without one, links are sized by limits"
         offers.mistakes.append(Problem(offers.file, f"{TABLE}.{alone[0]}", "no target", expected, 'target = "0.5 mm"'))

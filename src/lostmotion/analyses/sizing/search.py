@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.analyses.sizing.candidates import Objective, Slot
+    from lostmotion.analyses.sizing.target_quantity import TargetOf
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -50,9 +51,10 @@ class Search:
         q: Floats,
         constraints: Constraints,
         on_evaluation: Callable[[], None] = lambda: None,
+        of: TargetOf = "error",
     ) -> None:
         """Begin with the candidates of the slots; `refine` adds others. `on_evaluation` is called at every new evaluation."""
-        self.evaluator = Evaluator(arm, slots, objective, q, constraints, on_evaluation)
+        self.evaluator = Evaluator(arm, slots, objective, q, constraints, on_evaluation, of)
         self.evaluate, self.error, self.meets = self.evaluator.evaluate, self.evaluator.error, self.evaluator.meets
         self.predicted = 0
 

@@ -1,20 +1,22 @@
 """Selection of an arm's parts for a target on the tool: a search at a few poses, verified by a full study.
 
-The search uses mean and covariance of the error under the normal assumption, at fewer poses than the study. The ratio of the two results corrects the
+The search uses mean and covariance of the error under the normal assumption, at fewer poses than the study; for a target on RP, of what differs
+between visits. The ratio of the two results corrects the
 target of the next search, until the upper end of the study's confidence interval is within the target.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.analyses.sizing.evaluation import LEVEL, Choice, Constraints
 from lostmotion.analyses.sizing.search import Search
-from lostmotion.error_model.intervals import Estimate, pooled_quantile
+from lostmotion.analyses.sizing.target_quantity import TARGETS, TargetOf, approach_for
+from lostmotion.error_model.intervals import Estimate, pooled_quantile, pooled_robots_quantile
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.montecarlo import run
@@ -42,12 +44,13 @@ _VISITS: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class StudySize:
-    """Size of a study: robots, visits of each robot to each pose, seed and threads."""
+    """Size of a study: robots, visits of each robot to each pose, seed and threads; `of`: the figure that it computes."""
 
     robots: int = 1000
     visits: int = 30
     seed: int = 1
     threads: int = 1
+    of: TargetOf = "error"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +82,7 @@ class PartSelection:
 
     arm, sized        as stated, and with the selected parts
     poses             of the study; `search_poses` is the number of those of the search
-    error_before, error  95 % error, m, by full studies of both arms
+    error_before, error  `quantity` (95 % error, or RP), m, by full studies of both arms
     search_targets    targets of the successive searches, m, corrected by the ratio of study to search
     is_feasible       all constraints are met
     proven            all cheaper selections were evaluated; else no exchange of one or two parts is cheaper
@@ -117,6 +120,11 @@ class PartSelection:
     small_study: tuple[int, int, int]
 
     @property
+    def quantity(self) -> str:
+        """Return the name of the figure that the target limits."""
+        return TARGETS[self.study_size.of]
+
+    @property
     def meets_target(self) -> bool:
         """Return whether all constraints are met and the upper end of the error's interval is within the target."""
         return self.is_feasible and self.error.high <= self.target
@@ -132,13 +140,14 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
     *,
     constraints: Constraints | None = None,
     study_size: StudySize | None = None,
+    of: TargetOf = "error",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> PartSelection:
-    """Return the selection of least cost whose 95 % error over all `poses`, robots and visits meets the target (m).
+    """Return the selection of least cost whose 95 % error, or RP, over all `poses`, robots and visits meets the target (m).
 
     `search_poses` are those of the search. Where no selection meets the target, the most accurate one is returned (`PartSelection.meets_target`).
     """
-    size, constraints = study_size or StudySize(), constraints or Constraints()
+    size, constraints = replace(study_size or StudySize(), of=of), constraints or Constraints()
     stages = _MOST_STUDIES + len(SCALES) + 3
     stage = 0
 
@@ -146,7 +155,7 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
         if progress is not None:
             progress(f"selecting parts, {len(evaluator.evaluations)} evaluated", stage, stages)
 
-    search = Search(arm, slots, objective, search_poses.q, constraints, report)
+    search = Search(arm, slots, objective, search_poses.q, constraints, report, of)
     evaluator = search.evaluator
     before = _studied(arm, poses, size)
     choice, proven, inner, tried = search.solve(target, pairs=False), False, target, list[float]()
@@ -206,7 +215,7 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
             for joint, torque in zip(sized.moving, evaluator.torques(sized), strict=True)
             if any(slot.joint == joint.name and slot.kind == "gearbox" for slot in slots)
         },
-        small_study=(len(some), min(size.robots, _ROBOTS), min(size.visits, _VISITS)),
+        small_study=(len(some), min(size.robots, _ROBOTS), _few_visits(size)),
     )
 
 
@@ -224,15 +233,22 @@ def _selected(search: Search, inner: float, starts: tuple[Choice, ...]) -> tuple
 
 
 def _studied(arm: Arm, poses: Poses, size: StudySize) -> Estimate:
-    """Return the 95 % error of an arm by a full study."""
-    sampled = run(arm, poses, size.robots, size.visits, size.seed, threads=size.threads)
+    """Return the 95 % error of an arm by a full study, or the RP of 95 % of robots."""
+    sampled = run(arm, poses, size.robots, size.visits, size.seed, approach=approach_for(size.of), threads=size.threads)
+    if size.of != "error":
+        return pooled_robots_quantile(sampled.robot_means[:, :, 2], LEVEL)
     largest = float(sampled.per_pose[:, kernel.LARGEST].max())
     return pooled_quantile(sampled.group_hist, sampled.replicate_hist, LEVEL, largest)
 
 
+def _few_visits(size: StudySize) -> int:
+    """Return the number of visits of a smaller study; RP of fewer visits would be another figure."""
+    return min(size.visits, _VISITS) if size.of == "error" else size.visits
+
+
 def _small_study(search: Search, choice: Choice, poses: Poses, size: StudySize) -> Estimate:
     """Return the 95 % error of a selection by a smaller study."""
-    few = StudySize(min(size.robots, _ROBOTS), min(size.visits, _VISITS), size.seed, size.threads)
+    few = replace(size, robots=min(size.robots, _ROBOTS), visits=_few_visits(size))
     return _studied(search.evaluator.arm_with(choice), thinned(poses, _POSES), few)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.targets.tables.items import ordered
-from lostmotion.analyses.targets.tables.yield_ import CRITERION_LABELS
+from lostmotion.analyses.targets.tables.yield_ import criterion_label
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import grid, label_axes, legend, named_rows, one
 from lostmotion.reporting.palette import LIGHT
@@ -90,7 +90,7 @@ def yield_curve(result: Targets) -> Figure:
     for each, colour in zip(result.yields, (LIGHT["robot"], LIGHT["design"]), strict=True):
         targets, shares, ends = each.curve()
         on.fill_between(targets * 1e3, 100 * ends[:, 0], 100 * ends[:, 1], step="post", color=colour, alpha=0.2, linewidth=0)
-        name = CRITERION_LABELS[each.criterion].format(share=100 * each.share_of_positions)
+        name = criterion_label(each)
         on.step(targets * 1e3, 100 * shares, where="post", color=colour, linewidth=1.5, label=name)
     on.axvline(result.target * 1e3, color=LIGHT["warn"], linewidth=1.2, linestyle=(0, (1.5, 1.5)), label="target")
     on.set_ylim(-2, 102)

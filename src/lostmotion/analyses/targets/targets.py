@@ -127,7 +127,8 @@ def targets(  # noqa: PLR0913 - arguments of a target
 ) -> Targets:
     """Return the allowances with which a share of all positions, or of the robots, is within the target (m).
 
-    kind     "error": position error over all robots, poses and visits; "repeatability": RP of each robot, averaged over the poses
+    kind     "error": position error over all robots, poses and visits; "repeatability": RP of each robot, averaged over the poses, of joints that
+             arrive as `approach` states: ISO cycle or any approach
     robots, visits, seed, approach, threads, progress  of the Monte Carlo study that verifies, as for `montecarlo.run`
     zone     name of the poses' part of the workspace; empty for all of it
 
@@ -252,7 +253,7 @@ class _Solver:
         """Return the yields with a factor on each term (term,), by the two criteria of the kind of target."""
         figures = robot_figures(self.plan, split_blocks(self.matrix.scaled(factors), self.plan.robots), self.share)
         criterion: tuple[Criterion, Criterion] = ("error", "worst accuracy") if self.kind == "error" else ("repeatability", "worst repeatability")
-        return tuple(yield_of(figures, each, self.target) for each in criterion)
+        return tuple(yield_of(figures, each, self.target, self.plan.approach) for each in criterion)
 
     def _of_terms(self, factors: Floats) -> Floats:
         """Return the factor on each term (term,) for factors on the items (item,); NaN leaves an item unchanged."""

@@ -59,7 +59,10 @@ class RobotFigures:
 
 @dataclass(frozen=True, repr=False)
 class Yield:
-    """Share of robots that meet a target: `figures` (robot,) m, ascending, of the `criterion`, compared with `target`, m."""
+    """Share of robots that meet a target: `figures` (robot,) m, ascending, of the `criterion`, compared with `target`, m.
+
+    `approach` is the sign of the joints' last motion, 0 where it is drawn: it names the repeatability.
+    """
 
     criterion: Criterion
     share_of_positions: float
@@ -67,6 +70,7 @@ class Yield:
     figures: Floats
     poses: int
     visits: int
+    approach: float = 0.0
 
     @property
     def robots(self) -> int:
@@ -212,12 +216,12 @@ def compute_yield(  # noqa: PLR0913 - arguments of a production
         raise refuse_argument("visits", visits, "at least 2 for AP and RP", visits=30)
     check_share(share)
     plan = Plan.of(arm, poses, robots, visits, seed, approach)
-    return yield_of(robot_figures(plan, computed_blocks(plan), share), criterion, target)
+    return yield_of(robot_figures(plan, computed_blocks(plan), share), criterion, target, approach)
 
 
-def yield_of(found: RobotFigures, criterion: Criterion, target: float) -> Yield:
+def yield_of(found: RobotFigures, criterion: Criterion, target: float, approach: float) -> Yield:
     """Return the yield of these figures for a target, m."""
-    return Yield(criterion, found.share, target, np.sort(found.judged_by(criterion)), found.poses, found.visits)
+    return Yield(criterion, found.share, target, np.sort(found.judged_by(criterion)), found.poses, found.visits, approach)
 
 
 def check_share(share: float) -> None:

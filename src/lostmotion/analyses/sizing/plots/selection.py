@@ -53,7 +53,7 @@ def trade_off(result: PartSelection) -> Figure:
     on.axhline(result.target * 1e3, color=LIGHT["warn"], linewidth=1.2, linestyle=(0, (1.5, 1.5)), label="target")
     on.set_ylim(bottom=0)
     what = f"{objective_text(result)} (mass in kg) [1]" if has_prices(result) else "mass of the selected parts [kg]"
-    label_axes(on, what, "95 % error [mm]")
+    label_axes(on, what, f"{result.quantity} [mm]")
     legend(made)
     return made
 
@@ -61,7 +61,7 @@ def trade_off(result: PartSelection) -> Figure:
 def savings(result: PartSelection) -> Figure:
     """Plot the 95 % error (mm) with one part replaced by the cheapest candidate."""
     rows = sorted(((each.error_with_cheapest.value, each) for each in result.parts if each.error_with_cheapest is not None), key=lambda row: -row[0])
-    made, on = one("95 % error with one part replaced by the cheapest", 34 + 7 * len(rows))
+    made, on = one(f"{result.quantity} with one part replaced by the cheapest", 34 + 7 * len(rows))
     values = np.array([value * 1e3 for value, _ in rows])
     most = 1e3 * min(float(values.max()) / 1e3, _WIDEST * max(result.target, result.error.value))
     on.barh(range(len(rows)), np.minimum(values, 1.05 * most), height=0.62, color=LIGHT["design"], linewidth=0)
@@ -73,7 +73,7 @@ def savings(result: PartSelection) -> Figure:
         on.axvline(value * 1e3, color=colour, linewidth=1.4, linestyle=(0, (1.5, 1.5)), label=name)
     named_rows(on, [each.slot.label for _, each in rows])
     on.set_xlim(0, 1.22 * most)
-    label_axes(on, f"95 % error [mm]{', longer bars cut' if float(values.max()) > most else ''}")
+    label_axes(on, f"{result.quantity} [mm]{', longer bars cut' if float(values.max()) > most else ''}")
     legend(made)
     return made
 

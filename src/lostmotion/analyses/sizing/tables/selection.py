@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
+from lostmotion.analyses.sizing.target_quantity import approach_for
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
@@ -40,13 +41,13 @@ def selection_sheet(result: PartSelection, notes: tuple[str, ...] = ()) -> Sheet
     """Return the sheet of a selection of parts."""
     size = result.study_size
     counted = f"{several(len(result.poses), 'pose')} x {several(size.robots, 'robot')} x {several(size.visits, 'visit')}, seed {size.seed}"
-    known = with_limits(states(result.sized), result.sized, result.poses.q)
+    known = with_limits(states(result.sized), result.sized, result.poses.q, approach_for(result.study_size.of))
     small = "{} poses x {} robots x {} visits".format(*result.small_study) + f", seed {result.study_size.seed}"
     return Sheet(
         name=result.arm.name,
         subject="parts selected for a target on the tool",
         verdict=" ".join([_verdict(result, known), *caveats(known)]),
-        cards=bounded_cards(_cards(result), known, ("95 % error", "as stated")),
+        cards=bounded_cards(_cards(result), known, (result.quantity, "as stated")),
         sections=(
             *bounded_sections([section for section in _sections(result, counted, small) if section.rows], known, ("error",)),
             *provenance_sections(known),
@@ -107,7 +108,7 @@ def candidate_name(each: SelectedPart, candidate: Candidate) -> str:
 def _verdict(result: PartSelection, known: States) -> str:
     target, error = length(result.target, stated=True), at_least(_estimate(result.error), known)
     if not result.meets_target:
-        text = f"No selection meets the target of {target}; the most accurate has a 95 % error of {error} ({_interval(result.error)})."
+        text = f"No selection meets the target of {target}; the most accurate has a {result.quantity} of {error} ({_interval(result.error)})."
         gain = max(result.halving.gains.items(), key=lambda pair: pair[1].value, default=None)
         if not result.is_feasible:
             text = "No selection meets the constraints: a reducer is rated below its holding torque, or a link exceeds its limits."
@@ -116,7 +117,7 @@ def _verdict(result: PartSelection, known: States) -> str:
         return text
     before = at_least(_estimate(result.error_before), known)
     met = f"within the target of {target}{by_what_is_described(known)}"
-    text = f"The 95 % error is {error} ({_interval(result.error)}), {met}; as stated it is {before}."
+    text = f"The {result.quantity} is {error} ({_interval(result.error)}), {met}; as stated it is {before}."
     text += f" The mass of the selected parts is {_kg(result.mass)}, as stated {_kg(result.mass_before)}"
     if has_prices(result):
         text += f", their price {_price(result.price)}" + (f", as stated {_price(result.price_before)}" if math.isfinite(result.price_before) else "")
@@ -137,9 +138,11 @@ def _interval(estimate: Estimate) -> str:
 def _cards(result: PartSelection) -> list[Card]:
     cards = [
         Card(
-            "95 % error", str(_estimate(result.error)), f"target {length(result.target, stated=True)}" + ("" if result.meets_target else ", not met")
+            result.quantity,
+            str(_estimate(result.error)),
+            f"target {length(result.target, stated=True)}" + ("" if result.meets_target else ", not met"),
         ),
-        Card("as stated", str(_estimate(result.error_before)), "95 % error"),
+        Card("as stated", str(_estimate(result.error_before)), result.quantity),
         Card("selected parts", str(_kg(result.mass)), f"as stated {_kg(result.mass_before)}"),
     ]
     if has_prices(result):
@@ -177,7 +180,9 @@ def _errors(result: PartSelection, counted: str) -> Section:
         Row("as stated", (_estimate(result.error_before, counted),), "full study"),
         Row("selected parts", (_estimate(result.error, counted),), "full study; target met" if result.meets_target else "full study; target not met"),
     )
-    return Section("error", "95 % error of the tool", ("value",), rows, "over the workspace")
+    return Section(
+        "error", f"{result.quantity} of the tool" if result.study_size.of == "error" else result.quantity, ("value",), rows, "over the workspace"
+    )
 
 
 def _savings(result: PartSelection, small: str) -> Section:
@@ -191,9 +196,9 @@ def _savings(result: PartSelection, small: str) -> Section:
                     Row(each.slot.label, figures, f"{candidate_name(each, each.selected)} instead of {candidate_name(each, each.cheapest)}"),
                 )
             )
-    note = f"each part in turn replaced by the cheapest candidate: saving ({objective_text(result)}) and resulting 95 % error"
+    note = f"each part in turn replaced by the cheapest candidate: saving ({objective_text(result)}) and resulting {result.quantity}"
     ordered = tuple(row for _, row in sorted(rows, key=lambda pair: -pair[0]))
-    return Section("buys", "Effect of each choice", ("saving", "95 % error with the cheapest"), ordered, note)
+    return Section("buys", "Effect of each choice", ("saving", f"{result.quantity} with the cheapest"), ordered, note)
 
 
 def _trade_off(result: PartSelection, small: str) -> Section:
@@ -208,7 +213,7 @@ def _trade_off(result: PartSelection, small: str) -> Section:
         elif not result.meets_target and point.target == result.error.high:
             note = "most accurate"
         rows.append(Row(str(length(point.target, stated=True)), tuple(figures), note))
-    columns = (*(("cost",) if both else ()), "mass", *(("price",) if has_prices(result) else ()), "95 % error")
+    columns = (*(("cost",) if both else ()), "mass", *(("price",) if has_prices(result) else ()), result.quantity)
     note = "" if result.meets_target else "around the most accurate selection; "
     note += f"cost: {objective_text(result)}; " if both else ""
     return Section("trade", "Cost against target", columns, tuple(rows), f"{note}other targets by exchange of single parts")

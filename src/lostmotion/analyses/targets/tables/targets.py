@@ -10,6 +10,7 @@ import numpy as np
 from lostmotion.analyses.targets.tables.items import figure_of, item_sections, ordered, solver_samples, verification_samples
 from lostmotion.analyses.targets.tables.sizes import size_at, stated_size, times
 from lostmotion.analyses.targets.tables.yield_ import allocated, allocated_section, yield_facts, yield_figure, yield_section
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
@@ -90,7 +91,7 @@ def _quantity(result: Targets) -> str:
     """Return the name of the figure that is compared with the target."""
     share = f"{100 * result.share:g} %"
     where = f" in {result.zone}" if result.zone else ""
-    return f"error, {share} of positions{where}" if result.kind == "error" else f"RP, {share} of robots{where}"
+    return f"error, {share} of positions{where}" if result.kind == "error" else f"{rp_name(result.approach)}, {share} of robots{where}"
 
 
 def _whole(result: Targets, known: States) -> Section:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.reporting.sheet import Figure, Row, Section, several
 
 if TYPE_CHECKING:
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 CRITERION_LABELS: Final[dict[Criterion, str]] = {
     "error": "{share:g} % of its positions within it",
     "worst accuracy": "AP within it at every pose",
-    "repeatability": "RP, averaged over the poses, within it",
-    "worst repeatability": "RP within it at every pose",
+    "repeatability": "{rp}, averaged over the poses, within it",
+    "worst repeatability": "{rp}, within it at every pose",
 }
 _WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
 
@@ -62,10 +63,15 @@ def yield_facts(yields: Iterable[Yield]) -> list[dict[str, Any]]:
     return [{"judged_by": one.criterion, "within": one.within, "robots": one.robots, "interval": list(one.interval)} for one in yields]
 
 
+def criterion_label(one: Yield) -> str:
+    """Return what each robot of a yield is judged by."""
+    return CRITERION_LABELS[one.criterion].format(share=100 * one.share_of_positions, rp=rp_name(one.approach))
+
+
 def _rows(yields: Iterable[Yield], prefix: str = "") -> list[Row]:
     return [
         Row(
-            prefix + CRITERION_LABELS[one.criterion].format(share=100 * one.share_of_positions),
+            prefix + criterion_label(one),
             (yield_figure(one),),
             f"{one.within} of {several(one.robots, 'robot')}",
         )
