@@ -10,12 +10,13 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.iso9283.cube import Cube
-from lostmotion.analyses.iso9283.predicted import predict_robots, visit_covariance
+from lostmotion.analyses.iso9283.predicted import predict_robots
 from lostmotion.analyses.sizing.candidates import Candidate, Objective, Slot
 from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 from lostmotion.error_model import remedies
 from lostmotion.error_model.arrival import rp_name
+from lostmotion.error_model.expected_repeatability import visit_covariance
 from lostmotion.error_model.intervals import pooled_robots_quantile
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.reporting.provenance import bounded_cards, sign_of
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated, in_words, length, several
 from lostmotion.runs.design_names import design_name
@@ -61,7 +62,7 @@ def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[
     if len({each.value for each in repeats.values()}) > 1:
         best = min(repeats, key=lambda design: repeats[design].value)
         of = next(each for each in ranked if each.design == best)
-        yield _bounded(of, Card("RP, best design", str(as_length(repeats[best], "")), design_name(order.axes, best)))
+        yield _bounded(of, Card(f"{rp_name(order.approach)}, best design", str(as_length(repeats[best], "")), design_name(order.axes, best)))
     if len({each.mass for each in ranked}) > 1:
         lightest = min(ranked, key=lambda each: each.mass)
         yield Card("mass, lightest design", str(Figure(lightest.mass, "kg")), design_name(order.axes, lightest.design))
