@@ -128,7 +128,7 @@ class DrawnGearbox(ErrorSource):
             WindUp(torque, s * 1e-6 * torque**0.9, s * np.array([0.0, 1e-7, 1e-6, 2e-6]), (("onyx", 0.15), ("steel", 0.05))),
             TransmissionError(torque[1:], harmonics),
             Play(Toleranced(s * 2e-4, s * 1e-4), Friction.of_load(3.0)),
-            Loop(torque, s * 1e-6 * torque, 0.1 * torque, 0.2),
+            Loop(torque, s * 1e-6 * torque, 0.1 * torque, scatter=0.2),
         )
 
     def terms(self, motion: Motion) -> list[Term]:

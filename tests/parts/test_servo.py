@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from lostmotion.analyses.iso9283.expected_repeatability import expected_repeatability
 from pydantic import ValidationError
 
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
-from lostmotion.analyses.iso9283.predicted import visit_covariance
+from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.gearbox.cycloidal.sources import Loop
@@ -121,7 +120,7 @@ def test_friction_behind_a_spring_is_a_loop_where_only_its_scatter_is_stated():
 def test_the_loop_of_a_drawn_gearbox_scatters_with_the_load():
     """Its half width depends on the load, and the scatter is the same share of it under every load."""
     torque = np.array([0.0, 10.0, 100.0])
-    loop = Loop(torque, 1e-5 * torque, 0.1 + 0.05 * torque, SHARE)
+    loop = Loop(torque, 1e-5 * torque, 0.1 + 0.05 * torque, scatter=SHARE)
     at = condition([(0, 0, load, 0, 0, 0) for load in (0.0, 5.0, 50.0)])
     side, scatter = (term.screw @ TURN_Z for term in terms_at(loop, at))
     assert np.ptp(side) > 0
