@@ -19,7 +19,7 @@ from typer.core import TyperGroup
 from lostmotion import QUESTIONS
 from lostmotion.cli.generator import command_name, command_of, stopped, swallowed
 from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded
-from lostmotion.cli.terminal import LOST, flush, give_up, is_of_output, open_up, say
+from lostmotion.cli.terminal import LOST, begin_printing, flush, give_up, is_of_output, open_up, say
 from lostmotion.errors import InputError, LostmotionError, Problem, nearest, shown
 from lostmotion.version import __version__
 
@@ -106,6 +106,7 @@ def main() -> None:
     code, message = _carried_out()
     lost = flush()
     if code == 0 and lost is not None:
+        begin_printing()
         code, message = _of_system(lost)
     if code == 0 and not there:
         code, message = 1, LOST
@@ -118,6 +119,7 @@ def main() -> None:
 
 def _carried_out() -> tuple[int, str]:
     """Run the command and return its exit code and message."""
+    begin_printing(begun=False)
     try:
         os.getcwd()  # noqa: PTH109 - the same, without a class around it
         app()

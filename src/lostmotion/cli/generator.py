@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperCommand
 
 from lostmotion.analyses.signature import Argument, Parameter, question_of, results_folder
-from lostmotion.cli.terminal import say, say_json
+from lostmotion.cli.terminal import begin_printing, say, say_json
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
 
 if TYPE_CHECKING:
@@ -181,6 +181,7 @@ def _asked(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # no
 
 def _show(results: list[Result], written: list[Path], common: Mapping[str, Any]) -> None:
     """Print the figures, which are written already: a closed pipe must not cost the results."""
+    begin_printing()
     if common["json"]:
         say_json(results[0].result() if len(results) == 1 else [each.result() for each in results])
     elif common["quiet"]:

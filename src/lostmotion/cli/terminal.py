@@ -28,13 +28,25 @@ _PLAIN: Final = str.maketrans(
 _OUTPUT_ERRORS: Final = frozenset({errno.ENOSPC, errno.EPIPE, errno.EBADF, errno.EIO, errno.EDQUOT if hasattr(errno, "EDQUOT") else errno.ENOSPC})
 
 
+# Whether this command prints its results by now: until then an error without the name of a file is one of a file that is read.
+_printing: list[bool] = []
+
+
+def begin_printing(*, begun: bool = True) -> None:
+    """Note that all is written, and that results are printed from here on; or that a new command begins."""
+    _printing[:] = [True] if begun else []
+
+
 def say(text: str, *, error: bool = False) -> None:
     """Print a line; control characters in it are written out."""
+    if not error:
+        begin_printing()
     typer.echo(legible(text), err=error)
 
 
 def say_json(data: Any) -> None:  # noqa: ANN401 - whatever JSON can hold
     """Print data for machines: JSON that holds the same on a terminal of any encoding, without a character that one would obey."""
+    begin_printing()
     text = json.dumps(data, indent=2, ensure_ascii=not _knows_unicode(sys.stdout), allow_nan=False)
     typer.echo("".join(char if char == "\n" or legible(char) == char else json.dumps(char)[1:-1] for char in text))
 
@@ -83,8 +95,8 @@ def flush() -> OSError | None:
 
 
 def is_of_output(error: OSError) -> bool:
-    """Return whether an error is one of a stream; an error of a file names the file."""
-    return error.filename is None and error.errno in _OUTPUT_ERRORS
+    """Return whether an error is one of a stream while results are printed; an error of a file names the file."""
+    return bool(_printing) and error.filename is None and error.errno in _OUTPUT_ERRORS
 
 
 def give_up() -> None:

@@ -102,7 +102,8 @@ def _try_beside(target: Path) -> None:
 
 def _strangers(folder: Path) -> list[str]:
     """Name the entries of a folder that we did not write."""
-    return sorted(entry.name for entry in os.scandir(folder) if not _is_ours(entry))
+    with os.scandir(folder) as entries:
+        return sorted(entry.name for entry in entries if not _is_ours(entry))
 
 
 def _is_ours(entry: os.DirEntry[str]) -> bool:
@@ -126,20 +127,25 @@ def _place(contents: Mapping[str, bytes], target: Path, *, force: bool) -> None:
         refuse_existing(target, force=force)  # it may have come into being meanwhile
         if not target.exists():
             new.rename(target)
-            to_disk(target.parent)
-            return
-        if exchange(new, target):
+        elif exchange(new, target):
             new, old = old, new
         else:
             _swap(new, old, target)
-        to_disk(target.parent)
     except BaseException:
         _remove(new)
         raise
     try:
         _remove(old)
-    except OSError as error:
-        raise LostmotionError(f"'{target}' is written, but the earlier folder could not be removed: '{old}' ({error.strerror})") from error
+    except (OSError, MemoryError) as error:
+        raise LostmotionError(f"'{target}' is written, but the earlier folder could not be removed: '{old}' ({_reason(error)})") from error
+    try:
+        to_disk(target.parent)
+    except (OSError, MemoryError) as error:
+        raise LostmotionError(f"'{target}' is written, but the disk did not confirm it: {_reason(error)}") from error
+
+
+def _reason(error: OSError | MemoryError) -> str:
+    return "not enough memory" if isinstance(error, MemoryError) else str(error.strerror or error)
 
 
 def _beside(target: Path, token: str, state: str) -> Path:
@@ -212,5 +218,6 @@ def _remove(folder: Path) -> None:
 def _remove_if_empty(folder: Path) -> None:
     try:
         folder.rmdir()
-    except OSError:
-        return  # someone put something into it: theirs to keep
+    except OSError as error:  # someone put something into it: theirs to keep
+        if error.errno not in {errno.ENOTEMPTY, errno.EEXIST, errno.ENOENT, errno.ENOTDIR}:
+            raise
