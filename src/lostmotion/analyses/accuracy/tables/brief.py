@@ -37,6 +37,8 @@ _LEAST_SHARE: Final = 0.1
 # Mean length of joint names above which a pose is printed without them.
 _LONG_NAMES: Final = 6
 _ROUNDING: Final = 1e-9
+# µm; a smaller error of adding up is rounding, and its digits say nothing.
+_NANOMETRE: Final = 1e-3
 
 
 def brief_of(found: Sequence[Section], answer: Answer, known: States) -> tuple[tuple[str, str], ...]:
@@ -137,5 +139,6 @@ def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, s
     if not headline_names_all(known):
         text += f" Taken as perfect: {', '.join(missing_kinds(known))}."
     if first_order is not None:
-        text += f" First order: exact to {first_order}."
+        small = first_order.unit == "µm" and first_order.value < _NANOMETRE
+        text += f" First order: exact to {'less than 0.001 µm' if small else first_order}."
     return [("Trust", text), ("Limits", " ".join(upper_limit_sentences(known)))]
