@@ -138,7 +138,7 @@ def _upright(arm: Arm, q: Floats, need: Floats, turns: np.ndarray) -> Floats:
     out = need.copy()
     for k in np.flatnonzero(turns):
         reach = float(np.linalg.norm(at[-1, :, :3, 3] - at[arm.tree.moved[k], :, :3, 3], axis=-1).max())
-        out[k] = (_ACCELERATION * _moved(arm, k) * reach or BY_REACH * reach**4 or usual) / MARGIN
+        out[k] = (_ACCELERATION * _moved(arm, int(k)) * reach or BY_REACH * reach**4 or usual) / MARGIN
     return out
 
 
@@ -153,7 +153,7 @@ def _forces(arm: Arm, static: Floats, turns: np.ndarray) -> Floats:
     usual = drive_classes()["small strain wave"].reference("prismatic")
     out = static.copy()
     for k in np.flatnonzero(~turns):
-        out[k] = max(static[k], _ACCELERATION * _moved(arm, k) / MARGIN) or usual / MARGIN
+        out[k] = max(static[k], _ACCELERATION * _moved(arm, int(k)) / MARGIN) or usual / MARGIN
     return out
 
 
