@@ -51,8 +51,8 @@ def preloaded_discs(
     effects  of clearances and misplaced output pins
 
     The two ends of the rest angles, behind and ahead, differ where clearances leave play. The angles of a disc are interpolated linearly between
-    torques 20 % apart: the wind-up of preloaded discs is within 0.1 %. That of discs that barely touch is within 2 % from 0.3 % of the rated torque on
-    and 6 % below, on average over gearboxes 0.3 %. Raises DidNotConvergeError where the preload or a torque is beyond the contact law.
+    torques 20 % apart: the wind-up of preloaded discs is within 0.1 %. That of discs that barely touch is within 2 % from 0.3 % of the rated torque
+    on and 6 % below, on average over gearboxes 0.3 %. Raises DidNotConvergeError where the preload or a torque is beyond the contact law.
     """
     wanted = np.array([0.0, 0.0, *torque])
     most = float(np.abs(torque).max())
