@@ -173,3 +173,15 @@ def test_a_sliding_axis_has_a_force_by_what_it_lifts_or_moves(tmp_path):
         lostmotion.new(urdf=path).report(force=True)
         path.with_suffix(".toml").write_text(lostmotion.new(urdf=path).text, "utf-8")
         assert class_of_arm(lostmotion.read(path)).name == found.of.name
+
+
+def test_the_link_of_a_fixed_joint_is_that_of_its_neighbour():
+    """A stand or a flange bends as the arm does: its link has the section of the joint before with a drive, else of the one behind."""
+    tree = tomllib.loads(ARM.replace("CLASS", "small strain wave"))
+    tree["joints"].insert(0, {"name": "stand", "type": "fixed", "link": {"length": "300 mm", "direction": "z"}})
+    tree["joints"].append({"name": "flange", "type": "fixed", "link": {"length": "50 mm"}})
+    found = arm_of("arm.toml", tree)
+    assert found.joints[0].link.section == found.joints[1].link.section
+    assert found.joints[-1].link.section == found.joints[-2].link.section
+    changed = with_class(found, drive_classes()["industrial"])
+    assert changed.joints[0].link.section == changed.joints[1].link.section != found.joints[0].link.section

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.io.draft import Draft
     from lostmotion.io.validation_errors import Path
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
+    from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
 
 # Key of a joint, and of [presets] for the whole arm.
 DRIVE: Final = "drive"
@@ -132,14 +132,25 @@ def with_class(arm: Arm, of: DriveClass, loads: Mapping[str, float] | None = Non
     loads  by joint, N m or N, for an arm without drives; default: those of its drives
     """
     joints = [_with_class(joint, of, (loads or {}).get(joint.name)) if joint.type != "fixed" else joint for joint in arm.joints]
+    rows = {k: row_of(of, joint.type, load) for k, joint in enumerate(joints) if joint.type != "fixed" and (load := _load_of(joint)) is not None}
+    for k, joint in enumerate(joints):
+        if joint.type == "fixed" and rows:
+            before = [each for each in rows if each < k]
+            own = joint.link.preset is not None and joint.link.preset.load is not None
+            joints[k] = joint.model_copy(update={"link": _link(joint.link, rows[max(before) if before else min(rows)], own_class=own)})
     return arm.model_copy(update={"joints": tuple(joints)})
+
+
+def _load_of(joint: Joint) -> float | None:
+    """Return the load of the drive (N m or N) that a part of a joint suits by its class; None without one."""
+    presets = [getattr(getattr(joint, part, None), "preset", None) for part in PARTS]
+    return next((preset.load for preset in presets if preset is not None and preset.load is not None), None)
 
 
 def _with_class(joint: RevoluteJoint | PrismaticJoint, of: DriveClass, load: float | None) -> RevoluteJoint | PrismaticJoint:
     parts = [part for part in PARTS if part in type(joint).model_fields]
     presets = {part: getattr(getattr(joint, part), "preset", None) for part in parts}
-    if load is None:
-        load = next((preset.load for preset in presets.values() if preset is not None and preset.load is not None), None)
+    load = _load_of(joint) if load is None else load
     if load is None:
         return joint
     row = row_of(of, joint.type, load)

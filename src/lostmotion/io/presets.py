@@ -66,6 +66,7 @@ def place_presets(draft: Draft) -> None:
         stock = shared[table]
         for name, stated in stock.items() if isinstance(stock, dict) else ():
             _place(draft, used, stated, part, "", (table, name))
+    of_class: dict[int, PresetRow] = {}
     for index, joint in draft.joints:
         path: Path = ("joints", index)
         kind = joint["type"] if joint.get("type") in _TYPES else ""
@@ -76,14 +77,26 @@ def place_presets(draft: Draft) -> None:
             _fill_in_part(used, joint, part, None if own or (row is not None and row.size and part in defaults) else row)
         if row is not None:
             _fill_in(used, joint, {key: value for key, value in row.values.items() if key not in PARTS}, row)
+        if row is not None and row.size:
+            of_class[index] = row
         if kind not in ("", "fixed") and "mounting" in defaults and "mounting" not in joint:
             joint["mounting"] = {}
             _fill_in(used, joint["mounting"], defaults["mounting"].values, defaults["mounting"])
         link = joint.get("link")
         if "link" in defaults and isinstance(link, dict) and KEY not in link and _reaches(link):
             _fill_in(used, link, defaults["link"].values, defaults["link"])
+    _fill_in_fixed_links(draft, used, of_class)
     if used:
         draft.note(f"values of presets, all of them assumed: {', '.join(dict.fromkeys(used))}")
+
+
+def _fill_in_fixed_links(draft: Draft, used: list[str], of_class: dict[int, PresetRow]) -> None:
+    """Fill in the links of fixed joints as those of the joint before with a drive by its class, else of the one behind."""
+    for index, joint in draft.joints if of_class else ():
+        if joint.get("type") == "fixed" and isinstance(joint.get("link", {}), dict):
+            before = [each for each in of_class if each < index]
+            row = of_class[max(before) if before else min(of_class)]
+            _fill_in_part(used, joint, "link", row)
 
 
 def _defaults(draft: Draft) -> dict[str, PresetRow]:
