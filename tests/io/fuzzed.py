@@ -10,12 +10,12 @@ from __future__ import annotations
 import os
 import random
 import re
+import signal
 import sys
 import time
 import traceback
 import warnings
 from collections import Counter
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -200,8 +200,12 @@ def main() -> None:
     counts: Counter[tuple[str, str]] = Counter()
     slowest: list[tuple[float, str, int]] = []
     wrong: Counter[str] = Counter()
-    with tempfile.TemporaryDirectory() as name, suppress(KeyboardInterrupt):
+    stopped: list[bool] = []
+    signal.signal(signal.SIGINT, lambda *_: stopped.append(True))  # an exception in the middle of a file would count as a find
+    with tempfile.TemporaryDirectory() as name:
         for found in outcomes(Path(name), 0, count, seed):
+            if stopped:
+                break
             kind = found.said.split(":")[0]
             counts[found.format, kind] += 1
             slowest = sorted([*slowest, (found.seconds, found.format, found.number)], reverse=True)[:5]
