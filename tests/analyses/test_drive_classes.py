@@ -65,7 +65,7 @@ def test_the_headline_is_a_range_of_one_digit_that_says_that_it_is_assumed(ur5e)
     study = lostmotion.study(ur5e, poses=64, robots=50, visits=10)
     sentence = study.sheet.verdict.partition(". ")[0]
     assert sentence.startswith("Assumed by class of drive, stepper to industrial: expect 95 % of positions within ")
-    assert "RP (ISO cycle)" in sentence
+    assert "(RP, ISO cycle)" in sentence
     assert "as small strain wave arm" in sentence
     assert "…" not in study.sheet.verdict
     for number in re.findall(r"(?<![\d.])([\d.]+)(?= (?:mm|µm|to))", sentence):

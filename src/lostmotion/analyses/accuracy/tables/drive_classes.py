@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.accuracy.drive_classes import ClassFigures
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.reporting.provenance import missing_sentences, rests_on_sentences
 from lostmotion.reporting.sheet import Figure, Row, Section
 
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Sheet
 
 KEY: Final = "drive_classes"
-_HEADS: Final = ("95 % within", "RP, ISO cycle")
+# The standard's cycle visits every pose from one side.
+_RP: Final = rp_name(1.0)
+_HEADS: Final = ("95 % within", _RP)
 _NOTE: Final = (
     "the same arm with drives of its class and of the neighbouring ones, each joint's drive for its load; one digit, because every value is "
     "assumed. RP: pose repeatability of ISO 9283, each joint arriving from one side"
@@ -60,7 +63,7 @@ def class_sentence(figures: Sequence[ClassFigures]) -> str:
     within, repeats = (_range(*ClassFigures.ends(figures, key)) for key in ("within", "repeatability"))
     first, last = figures[0].name, figures[-1].name
     return (
-        f"Assumed by class of drive, {first} to {last}: expect 95 % of positions within {within}, repeatability RP (ISO cycle) of {repeats}; "
+        f"Assumed by class of drive, {first} to {last}: expect 95 % of positions within {within}, repeatability ({_RP}) of {repeats}; "
         f"as {own.name} arm {rounded_length(own.within)} and {rounded_length(own.repeatability)}."
     )
 
@@ -98,7 +101,7 @@ def class_brief(figures: Iterable[ClassFigures]) -> list[tuple[str, str]]:
 
 def _of_class(each: ClassFigures) -> str:
     own = " (this one)" if each.default else ""
-    return f"as {each.name} arm{own}: 95 % within {rounded_length(each.within)}, RP {rounded_length(each.repeatability)}"
+    return f"as {each.name} arm{own}: 95 % within {rounded_length(each.within)}, {_RP}: {rounded_length(each.repeatability)}"
 
 
 def class_facts(figures: Sequence[ClassFigures]) -> dict[str, Any]:
