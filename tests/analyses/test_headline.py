@@ -76,7 +76,8 @@ def test_play_that_nothing_holds_needs_a_known_side(tmp_path):
 
 def test_noise_of_an_encoder_has_no_remedy(tmp_path):
     """It differs from visit to visit whatever the side: the sentence names every remedy that was tried."""
-    verdict, left = check_figures(small(arm_of(tmp_path, 'encoder = { noise = "3 arcmin" }')))
+    study = small(arm_of(tmp_path, 'encoder = { noise = "3 arcmin" }'))
+    verdict, left = study.sheet.verdict, {stage.name: stage.q95.value for stage in study.waterfall.stages}
     assert min(left.values()) > 0.97 * left["as manufactured"]
     assert "no remedy (calibration, compensation, a known side, output encoders)" in verdict
     assert " leaves " not in verdict
