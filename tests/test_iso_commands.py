@@ -87,7 +87,7 @@ def test_an_accuracy_that_no_such_arm_has_is_doubted(tmp_path):
     """For a cube stated 37 mm off the sheet warns about the commands, with the predicted figure where there is one."""
     file = rows_of(tmp_path, path=True, pose=True)
     off = {"cube": "500 mm", "centre": "520 mm, 37 mm, 1050 mm"}
-    notes = lostmotion.iso9283(measured=file, **off).sheet.notes
+    notes = lostmotion.iso9283(measured=file, **off).sheet.warnings
     assert [note for note in notes if "mean AP_p over poses is 37." in note and "sent to" in note]
-    beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, visits=2, **off).sheet.notes
+    beside = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, visits=2, **off).sheet.warnings
     assert [note for note in beside if "AT_p along P2-P4 is" in note and "above the 95th percentile of the predicted robots" in note]

@@ -117,8 +117,8 @@ def test_linear_bins_lose_no_sample(errors):
 
 
 def test_robot_histograms_count_every_robot():
-    """32 robots were built, so each of AP and RP shows 32."""
-    assert areas(plots.accuracy_over_robots(small_study())) == [32, 32]
+    """32 robots were built, so each of AP, RP of the ISO cycle and RP from any side shows 32."""
+    assert areas(plots.accuracy_over_robots(small_study())) == [32, 32, 32]
 
 
 def test_one_visit_has_no_repeatability_to_draw():

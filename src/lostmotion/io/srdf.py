@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import itertools
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.errors import InputError
 from lostmotion.io.sidecar import sidecar_place
 from lostmotion.io.text import read_old_text
+from lostmotion.io.urdf_tree import NamedTips
 from lostmotion.io.urdf_xml import parse_plain
 
 if TYPE_CHECKING:
@@ -25,14 +25,6 @@ if TYPE_CHECKING:
 _MEGABYTES: Final = 1
 _MOST_ENTRIES: Final = 500
 _ENDING: Final = ".srdf"
-
-
-@dataclass(frozen=True, slots=True)
-class NamedTips:
-    """Links that an SRDF names as tools, best first, and the name of the file."""
-
-    file: str
-    links: tuple[str, ...]
 
 
 def add_tips(tree: UrdfTree, path: Path) -> None:

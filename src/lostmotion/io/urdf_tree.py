@@ -6,13 +6,10 @@ Mistakes that count only where a joint moves the tool (axis, limits, type) stay 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import MOST_MISTAKES, listed, nearest
-
-if TYPE_CHECKING:
-    from lostmotion.io.srdf import NamedTips
 
 Three = tuple[float, float, float]
 _ZERO: Final = (0.0, 0.0, 0.0)
@@ -20,6 +17,14 @@ LIMITED: Final = ("revolute", "prismatic")
 MOVING: Final = (*LIMITED, "continuous")
 MOST_ELEMENTS: Final = 1000
 LONGEST_NAME: Final = 200  # as programs join them; a joint of the arm has a shorter one
+
+
+@dataclass(frozen=True, slots=True)
+class NamedTips:
+    """Links that an SRDF names as tools, best first, and the name of the file."""
+
+    file: str
+    links: tuple[str, ...]
 
 
 @dataclass

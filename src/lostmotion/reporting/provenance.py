@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Bars, Sheet
 
 # Columns in a word or two, so that the table fits on a screen.
-_HEADS: Final = {"transmission error": "transm. error", "axis mounting": "axis"}
+_HEADS: Final = {"hysteresis": "hyster.", "transmission error": "transm. error", "axis mounting": "axis"}
 # Titles of cards that show scatter between visits alone.
 _REPEATS: Final = ("repeatability", "RP")
 _MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"

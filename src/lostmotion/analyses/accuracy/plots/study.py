@@ -99,19 +99,20 @@ def accuracy_over_robots(answer: Answer) -> Figure:
     sampled = answer.sampled
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise ValueError(f"{sampled.visits} visit to each pose; AP and RP over robots need at least 2")
-    drawn = figure(70)
     shown = [("AP", sampled.robot_means[:, :, 1], sampled.of_poses(1))]
     shown += [(rp_name(each.approach), each.robot_means, each.per_pose[:, 0]) for each in answer.repeats if not each.none]
-    for on, (name, of_robots, at_poses) in zip(axes(drawn, "AP and RP of simulated robots", columns=len(shown))[0], shown, strict=True):
+    drawn = figure(16 + 38 * len(shown))
+    panels = axes(drawn, "AP and RP of simulated robots", rows=len(shown))[:, 0]
+    for on, (name, of_robots, at_poses) in zip(panels, shown, strict=True):
         values = of_robots.mean(axis=0)
         unit = length(float(values.max())).unit
         factor = PER_UNIT[unit]
         edges, counts = binned(values, about=max(min(30, round(2 * len(values) ** (1 / 3))), 5))
         histogram(on, edges * factor, counts, LIGHT["robot"] if name == "AP" else LIGHT["visit"])
-        on.locator_params(axis="x", nbins=5)
+        on.locator_params(axis="x", nbins=8)
         on.locator_params(axis="y", integer=True)
         mark(on, pooled_robots_quantile(of_robots, of_poses=at_poses), "95th percentile", unit)
-        label_axes(on, f"{name} [{unit}]", "robots [1]" if name == "AP" else "")
+        label_axes(on, f"{name} [{unit}]", "robots [1]")
     return drawn
 
 
