@@ -162,6 +162,26 @@ def test_a_sidecar_is_read_as_it_is_written_and_one_line_changes_all_drives(tmp_
     assert begun.text.count("drive = { torque") == 4
 
 
+@pytest.mark.parametrize("mass", ["3", "300", ""])
+@pytest.mark.parametrize("roll", ["3.141592653589793", "3.1416", "0.01"])
+def test_upright_axes_that_lean_by_a_rounded_angle_have_the_loads_of_upright_ones(tmp_path, roll, mass):
+    """A horizontal arm, hung from its base by pi or 3.1416: what leans by 0.01 rad holds a hundredth of its weight, but is driven as what stands."""
+
+    def loads(roll):
+        second = joint("j2", "l1", "l2", axis="0 0 1", xyz="0.4 0 0")
+        first = joint("j1", "l0", "l1", axis="0 0 1", xyz="0 0 0.3").replace("xyz=", f'rpy="{roll} 0 0" xyz=', 1)
+        tip = '<link name="tool"/><joint name="end" type="fixed"><parent link="l2"/><child link="tool"/><origin xyz="0.4 0 0"/></joint>'
+        links = "".join(f'<link name="l{k}">{_inertial(mass, 0.1)}</link>' for k in (1, 2))
+        path = tmp_path / "hung.urdf"
+        path.write_text(f'<robot name="r"><link name="l0"/>{links}{first}{second}{tip}</robot>', "utf-8")
+        return loads_of(path)
+
+    upright, leaning = loads("0"), loads(roll)
+    assert list(leaning.loads.values()) == pytest.approx(list(upright.loads.values()), rel=1e-2)
+    assert leaning.loads["j1"] == pytest.approx(5 * 2 * float(mass) * 0.8 if mass else 100 * 0.8**4, rel=1e-3)
+    assert leaning.remarks == upright.remarks
+
+
 def test_a_sliding_axis_has_a_force_by_what_it_lifts_or_moves(tmp_path):
     """Upright it lifts the weight, level it accelerates it: both have a load above zero and a drive of the arm's class."""
     for axis in ("0 0 1", "1 0 0"):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.catalogue.drive_classes import class_of, drive_classes
+from lostmotion.mechanism.arm import STANDARD_GRAVITY
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.serial import frames, joint_torques
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-GRAVITY: Final = 9.81
 # A drive gives this many times the largest static load of the arm without payload. Source: maker's joint torques over static loads by their URDF:
 # UR3 3.1, UR5 2.5, UR10 2.7, Panda 1.5, LBR iiwa 7 3.3, xArm 6 2, Z1 1.7, ViperX-300 2.5.
 MARGIN: Final = 2.5
@@ -32,10 +32,9 @@ _MOST_EFFORT: Final = 20.0
 _MOST_EQUAL_EFFORT: Final = 6.0
 # The smallest drive of an arm gives at least this share of the largest: UR5 0.19, iiwa 7 0.23, Panda 0.14 [M 60].
 _LEAST_SHARE: Final = 1 / 7
-# A load below this share of the largest is none: the axis stands upright, or passes through the centre of mass.
+# A load below this share of the largest is none: the axis stands upright, or passes through the centre of mass. So is a lever below this share of
+# the reach about every turning axis: files round right angles, and 3.1416 for pi lets an upright axis hold a millionth of the weight.
 _NO_LOAD: Final = 0.02
-# N m; less is rounding.
-_NOTHING: Final = 1e-9
 _SEVERAL: Final = 3
 _EQUAL: Final = 1e-6
 # Acceleration of an axis that lifts nothing, m/s^2 [M 50].
@@ -70,17 +69,19 @@ def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLo
     held = np.abs(joint_torques(arm, q)).max(axis=0)
     turns = np.array([joint.type == "revolute" for joint in arm.moving])
     remarks: list[str] = []
-    lever = _levers(arm, q)
-    by_reach = _by_reach(lever, turns)
+    lever, reach = _levers(arm, q), _reaches(arm, q)
+    upright = bool(turns.any()) and bool(lever[turns].max() <= _NO_LOAD * reach[turns].max())
+    by_reach = _by_reach(np.where(upright, 0.0, lever), turns)
     why = _placeholder_masses(arm, held, by_reach, turns)
     static = held if not why else by_reach
-    if why:
+    if upright:
+        how = f"an acceleration of {_ACCELERATION:g} m/s^2 of all behind it, at the reach"
+        first, how = (f"{why}, and ", f"the reach, {BY_REACH:g} N m x (reach / 1 m)^4") if why else ("", how)
+        remarks.append(f"{first}no turning axis holds a static load: loads by {how}")
+    elif why:
         remarks.append(f"{why}: static loads by the reach of {lever[turns].max(initial=0.0):.2g} m, {BY_REACH:g} N m x (reach / 1 m)^4")
     stated = np.array([(efforts or {}).get(joint.name, 0.0) for joint in arm.moving])
-    need = np.where(turns, _with_neighbours(static, turns), _forces(arm, static, turns))
-    if turns.any() and need[turns].max() <= _NOTHING:
-        need = _upright(arm, q, need, turns)
-        remarks.append(f"no turning axis holds a static load: loads by an acceleration of {_ACCELERATION:g} m/s^2 of all behind it, at the reach")
+    need = np.where(turns & (not upright), _with_neighbours(static, turns), _in_motion(arm, static, reach, masses=not why))
     used, reason = _credible(stated, need, turns)
     remarks += [reason] if reason else []
     loads = np.where(used, stated, MARGIN * need)
@@ -100,7 +101,13 @@ def _levers(arm: Arm, q: Floats) -> Floats:
     """Return the largest lever (m) of a weight at the tool about each joint; 1 for sliding joints that lift it."""
     heavier = arm.payload.model_copy(update={"mass": arm.payload.mass + 1.0})
     more = joint_torques(arm.model_copy(update={"payload": heavier}), q) - joint_torques(arm, q)
-    return np.asarray(np.abs(more).max(axis=0) / GRAVITY)
+    return np.asarray(np.abs(more).max(axis=0) / STANDARD_GRAVITY)
+
+
+def _reaches(arm: Arm, q: Floats) -> Floats:
+    """Return the largest distance (m) of the tool from the origin of each moving joint."""
+    at = frames(arm, q)[:, :, :3, 3]
+    return np.asarray(np.linalg.norm(at[-1] - at[list(arm.tree.moved)], axis=-1).max(axis=1))
 
 
 def _by_reach(lever: Floats, turns: np.ndarray) -> Floats:
@@ -116,7 +123,7 @@ def _placeholder_masses(arm: Arm, held: Floats, by_reach: Floats, turns: np.ndar
     if len(masses) >= _SEVERAL and max(masses) - min(masses) <= _EQUAL * max(masses):
         return f"every link weighs {masses[0]:.3g} kg, a placeholder"
     heaviest, usual = float(held[turns].max(initial=0.0)), float(by_reach.max(initial=0.0))
-    if usual > _NOTHING and not usual / _PLAUSIBLE <= heaviest <= usual * _PLAUSIBLE:
+    if usual and not usual / _PLAUSIBLE <= heaviest <= usual * _PLAUSIBLE:
         return f"a static load of {_torque(heaviest)} where about {_torque(usual)} are usual, so that masses are placeholders"
     return ""
 
@@ -132,28 +139,24 @@ def _with_neighbours(static: Floats, turns: np.ndarray) -> Floats:
     return out
 
 
-def _upright(arm: Arm, q: Floats, need: Floats, turns: np.ndarray) -> Floats:
-    """Return the loads of an arm whose turning axes all stand upright: the torques that accelerate what they carry, at the distance of the tool."""
-    at, usual = frames(arm, q), drive_classes()["small strain wave"].reference("revolute")
-    out = need.copy()
-    for k in np.flatnonzero(turns):
-        reach = float(np.linalg.norm(at[-1, :, :3, 3] - at[arm.tree.moved[k], :, :3, 3], axis=-1).max())
-        out[k] = (_ACCELERATION * _moved(arm, int(k)) * reach or BY_REACH * reach**4 or usual) / MARGIN
-    return out
-
-
 def _moved(arm: Arm, k: int) -> float:
     """Return the mass (kg) behind a moving joint, with the payload."""
     behind = arm.joints[arm.joints.index(arm.moving[k]) :]
     return sum(each.link.total_mass for each in behind) + sum(each.total_mass for each in behind[1:]) + arm.payload.mass
 
 
-def _forces(arm: Arm, static: Floats, turns: np.ndarray) -> Floats:
-    """Return the force of sliding drives, N: what they lift, at least what moves all behind them."""
-    usual = drive_classes()["small strain wave"].reference("prismatic")
+def _in_motion(arm: Arm, static: Floats, reach: Floats, *, masses: bool) -> Floats:
+    """Return the loads of drives (joint,), N m or N, that move more than they lift: what they hold, at least what accelerates all behind them.
+
+    On a turning joint that is a torque at the `reach`; without credible masses it follows from the reach alone.
+    """
     out = static.copy()
-    for k in np.flatnonzero(~turns):
-        out[k] = max(static[k], _ACCELERATION * _moved(arm, int(k)) / MARGIN) or usual / MARGIN
+    for k, joint in enumerate(arm.moving):
+        usual = drive_classes()["small strain wave"].reference(joint.type)
+        moved = _ACCELERATION * _moved(arm, k)
+        if joint.type == "revolute":
+            moved, usual = moved * reach[k] * masses, BY_REACH * reach[k] ** 4 or usual
+        out[k] = max(static[k], moved / MARGIN) or usual / MARGIN
     return out
 
 
