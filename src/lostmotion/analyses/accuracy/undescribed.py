@@ -40,8 +40,7 @@ class Undescribed(Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.accuracy.tables.drive_classes import with_first_answer
-        from lostmotion.analyses.accuracy.tables.undescribed import undescribed_sheet
+        from lostmotion.analyses.accuracy.tables.undescribed import undescribed_sheet, with_first_answer
 
         return with_first_answer(undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines), self.classes)
 

@@ -82,18 +82,6 @@ def with_classes(sheet: Sheet, figures: Sequence[ClassFigures], known: States) -
     )
 
 
-def with_first_answer(sheet: Sheet, figures: Sequence[ClassFigures]) -> Sheet:
-    """Return the sheet of an arm that describes no error source, with the figures by class of drive in place of a prediction."""
-    if not figures:
-        return sheet
-    return replace(
-        sheet,
-        verdict=f"{class_sentence(figures)} {sheet.verdict}",
-        sections=(class_section(figures), *sheet.sections),
-        facts={**sheet.facts, **class_facts(figures)},
-    )
-
-
 def class_brief(figures: Iterable[ClassFigures]) -> list[tuple[str, str]]:
     """Return the statements of the first screen: one line for each class."""
     return [("Class", _of_class(each)) for each in figures]
