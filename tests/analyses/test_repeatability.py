@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import lostmotion
 from lostmotion.analyses.iso9283.cube import Cube
@@ -24,6 +26,8 @@ from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.serial import frames
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.reporting.first_screen import print_first_screen
+from lostmotion.reporting.screen import print_sheet
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -85,6 +89,46 @@ def test_shares_of_what_rp_is_made_of_are_those_of_the_variances():
     expected = {"servo dead band": band / whole, "gearbox hysteresis scatter": friction / whole, "encoder resolution": count / whole}
     assert dict(study.repeats[0].causes) == pytest.approx(expected, rel=1e-4)
     assert sum(share for _, share in study.repeats[1].causes) == pytest.approx(1.0)
+
+
+def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
+    """Both approaches have a block of bars, of the table's own figures and on one scale to 100 %, on the page and in the full output alone."""
+    study = lostmotion.study(scattering_arm(), 32, robots=20, visits=4)
+    section = next(each for each in study.sheet.sections if each.key == "rp_made_of")
+    repeats = {
+        row.label.partition(", 95th")[0]: str(row.figures[0]).lstrip("≥ ")
+        for each in study.sheet.sections
+        if each.key == "iso9283"
+        for row in each.rows
+    }
+    assert len(section.bars) == len(section.columns) == 2
+    for column, (block, name) in enumerate(zip(section.bars, ("RP, ISO cycle", "RP, any approach"), strict=True)):
+        assert [(bar.label, bar.figure) for bar in block.bars] == [(row.label, row.figures[column]) for row in section.rows]
+        assert sum(bar.size for bar in block.bars) == pytest.approx(100)
+        assert block.ends == (0, 100)
+        # No bearing is described, so that RP is a lower bound.
+        assert block.title == f"{name}: at least {repeats[name]}"
+        assert block.note == "shares of what is described"
+    page = study.report(tmp_path / "out").joinpath("report.html").read_text("utf-8")
+    described = re.findall(r'<div class="bars" role="img" aria-label="([^"]+)"', page)
+    assert len(described) == 2
+    full, brief = (Console(file=io.StringIO(), width=80) for _ in range(2))
+    print_sheet(study.sheet, full)
+    print_first_screen(study.sheet, brief)
+    for block, words in zip(section.bars, described, strict=True):
+        assert words.startswith(f"Bars. {block.title}; share of the mean square: ")
+        assert all(f"{bar.label} {bar.figure}" in words for bar in block.bars)
+        assert block.title in full.file.getvalue()
+        assert f"{block.title}  " not in brief.file.getvalue()
+
+
+def test_an_approach_without_scatter_has_no_bars():
+    """Where backlash alone errs, it repeats in the standard's cycle: no RP is predicted there, neither by a bar nor by a share of zero."""
+    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "gearbox": {"backlash": 4e-4}, "link": {"length": 0.3, "rigid": True}}
+    sheet = lostmotion.study(Arm.model_validate({"name": "play", "joints": [joint]}), 16, robots=8, visits=4).sheet
+    section = next(each for each in sheet.sections if each.key == "rp_made_of")
+    assert [str(figure) for figure in section.rows[0].figures] == ["not predicted", "100 %"]
+    assert [block.title.partition(":")[0] for block in section.bars] == ["RP, any approach"]
 
 
 def test_a_mill_with_worn_screws_is_cured_by_a_known_side():

@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from lostmotion.errors import legible
+from lostmotion.reporting.bars_on_screen import WIDEST, print_bars
 
 if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Section, Sheet
@@ -42,7 +43,7 @@ def print_sheet(sheet: Sheet, console: Console | None = None) -> None:
 
 
 def print_section(screen: Console, section: Section) -> None:
-    """Print one table with its remarks, beside the figures where they have room, else below."""
+    """Print one table with its remarks, beside the figures where they have room, else below, and then its bars."""
     beside = any(row.note for row in section.rows) and _fits(screen, section)
     table = _table(section, remarks=beside)
     if _taken(screen, table) > screen.width:
@@ -55,6 +56,9 @@ def print_section(screen: Console, section: Section) -> None:
             screen.print(Text.assemble((f"{labels}: ", "none"), (note, "dim")))
     if section.note:
         screen.print(Text(section.note, style="dim"))
+    for block in section.bars:
+        screen.print()
+        print_bars(screen, block, min(screen.width, WIDEST))
 
 
 def width_of(screen: Console, section: Section) -> int:

@@ -106,6 +106,7 @@ class Section:
     """A titled block of figures; `columns` names the figures of its rows.
 
     folded: what its rows amount to, in a sentence. A page shows that sentence, on paper alone, and the table where the reader opens it.
+    bars: blocks of bars of the same figures, beside the table.
     """
 
     key: str
@@ -114,6 +115,7 @@ class Section:
     rows: tuple[Row, ...]
     note: str = ""
     folded: str = ""
+    bars: tuple[Bars, ...] = ()
 
     @property
     def with_interval(self) -> list[bool]:
@@ -147,12 +149,13 @@ class Bar:
 
 @dataclass(frozen=True, slots=True)
 class Bars:
-    """A titled block of bars for the first screen: what they show, from what, and the same figures in full in the section `key`.
+    """A titled block of bars for the first screen or beside a table: what they show, from what, and the same figures in full in the section `key`.
 
     column  what the bars show ("share of the mean square")
     effect  what the second figures show; empty where there are none
     stack   names of the parts of each bar; empty where bars are not split
     note    a quiet line below
+    most    size that the scale reaches at least: blocks that stand side by side are then drawn to one scale
     """
 
     key: str
@@ -162,11 +165,12 @@ class Bars:
     effect: str = ""
     stack: tuple[str, ...] = ()
     note: str = ""
+    most: float = 0.0
 
     @property
     def ends(self) -> tuple[float, float]:
         """Return the ends of the scale: the smallest and the largest size, with zero between them; (0, 1) where every bar is zero."""
-        reach = [0.0]
+        reach = [0.0, self.most]
         for bar in self.bars:
             reach += [bar.size, sum(part for part in bar.parts if part > 0), sum(part for part in bar.parts if part < 0)]
         return (min(reach), max(reach)) if any(reach) else (0.0, 1.0)

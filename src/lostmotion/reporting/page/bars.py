@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.reporting.page.text import foldable, spaced
+from lostmotion.reporting.page.text import escaped, foldable, spaced
 
 if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Bar, Bars
@@ -12,14 +12,28 @@ if TYPE_CHECKING:
 
 def bars(block: Bars) -> str:
     """Return a block of bars: title, what the colours mean, a line per bar, and a note."""
+    return f"""<div class="bars">
+<h2><a href="#{block.key}">{spaced(block.title)}</a></h2>
+{_body(block)}</div>
+"""
+
+
+def bars_beside(block: Bars) -> str:
+    """Return a block of bars that stands beside the table of its figures: one picture, since a screen reader reads that table."""
+    figures = ", ".join(f"{bar.label} {bar.figure}" for bar in block.bars)
+    words = f"Bars. {block.title}; {block.column}: {figures}.{f' {block.note}.' if block.note else ''}"
+    return f"""<div class="bars" role="img" aria-label="{escaped(words)}">
+<h3>{spaced(block.title)}</h3>
+{_body(block)}</div>
+"""
+
+
+def _body(block: Bars) -> str:
     effect = f'<th scope="col" class="value">{spaced(block.effect)}</th>' if block.effect else ""
     lines = "".join(_line(bar, block) for bar in block.bars)
     note = f'<p class="quiet">{spaced(block.note)}</p>' if block.note else ""
-    return f"""<div class="bars">
-<h2><a href="#{block.key}">{spaced(block.title)}</a></h2>
-{_stack(block)}<table><thead><tr><td></td><th scope="col" colspan="2">{spaced(block.column)}</th>{effect}</tr></thead><tbody>{lines}</tbody></table>
-{note}</div>
-"""
+    head = f'<td></td><th scope="col" colspan="2">{spaced(block.column)}</th>{effect}'
+    return f"{_stack(block)}<table><thead><tr>{head}</tr></thead><tbody>{lines}</tbody></table>\n{note}"
 
 
 def _stack(block: Bars) -> str:

@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.reporting.layout import plain
+from lostmotion.reporting.page.bars import bars_beside
 from lostmotion.reporting.page.first_screen import first_screen
 from lostmotion.reporting.page.security import policy
 from lostmotion.reporting.page.style import style
@@ -75,7 +76,7 @@ def _beside(sheet: Sheet) -> str:
 
 
 def _section(section: Section, drawn: list[Plot]) -> str:
-    """Return a section: its plots, and its table beside or below them. Narrow sections stand in pairs."""
+    """Return a section: its plots and bars, and its table beside or below them. Narrow sections stand in pairs."""
     figures = "".join(f'<figure id="plot-{plot.key}">{inline_svg(plot)}</figure>' for plot in drawn)
     width = width_of(section)
     narrow, uneven = width <= _NARROW, _NARROW < width <= _BESIDE and len(drawn) == _ONE
@@ -86,6 +87,7 @@ def _section(section: Section, drawn: list[Plot]) -> str:
         shown = f'<details class="folded{full}"><summary>{spaced(section.folded)}</summary>{shown}</details>'
     elif drawn and len(section.rows) > _FEW_ROWS:
         shown = f'<details class="{full.strip()}"><summary>Table of {len(section.rows)} rows</summary>{shown}</details>'
-    wide = not narrow or len(drawn) > _ONE
-    inside = f'<div class="{"below" if not (wide and drawn) else "beside uneven" if uneven else "beside"}">{figures}{shown}</div>'
+    wide = not narrow or len(drawn) > _ONE or bool(section.bars)
+    place = "beside with-bars" if section.bars else "below" if not (wide and drawn) else "beside uneven" if uneven else "beside"
+    inside = f'<div class="{place}">{figures}{"".join(map(bars_beside, section.bars))}{shown}</div>'
     return f'<section id="{section.key}" class="{"wide" if wide else "narrow"}"><h2>{escaped(section.title)}</h2>{inside}</section>\n'

@@ -1,13 +1,14 @@
-"""Repeatability of a study: its sentence on the first screen, and the table of what it is made of."""
+"""Repeatability of a study: its sentence on the first screen, and the table and bars of what it is made of."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import arrival, rp_name
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.provenance import repeats_bounded
-from lostmotion.reporting.sheet import Figure, Row, Section, find_row, several
+from lostmotion.reporting.sheet import Bar, Bars, Figure, Row, Section, find_row, in_words, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.montecarlo.repeatability import Repeatability
 
+_MADE_OF: Final = "rp_made_of"
+_AT_LEAST: Final = "at least "
 # Causes that the first screen names, with at least this share.
 _MOST_CAUSES: Final = 2
 _LEAST_SHARE: Final = 0.05
@@ -30,7 +33,9 @@ def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
     rows = []
     for name in names:
         figures = (
-            Figure(100 * of.get(name, 0.0), "%", samples=f"exact sum over terms, {several(len(each.poses), 'pose')}")
+            in_words("not predicted")
+            if each.none
+            else Figure(100 * of.get(name, 0.0), "%", samples=f"exact sum over terms, {several(len(each.poses), 'pose')}")
             for of, each in zip(shares, found, strict=True)
         )
         rows.append(Row(short_name(name), tuple(figures)))
@@ -38,7 +43,25 @@ def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
         "share of the mean square between visits, by kind of error. RP is not a sum of them, but grows with its root. In the ISO cycle each joint "
         "arrives from one side: the side of backlash and hysteresis adds a constant, and servo, encoder, friction and open clearances scatter"
     )
-    return [Section("rp_made_of", "What RP is made of", tuple(arrival(each.approach) for each in found), tuple(rows), note)]
+    return [Section(_MADE_OF, "What RP is made of", tuple(arrival(each.approach) for each in found), tuple(rows), note)]
+
+
+def with_made_of_bars(found: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States) -> tuple[Section, ...]:
+    """Return the sections of a study, the table of what RP is made of with a block of bars of each of its columns that is predicted."""
+    made_of = next((section for section in found if section.key == _MADE_OF), None)
+    if made_of is None:
+        return tuple(found)
+    blocks = []
+    for column, each in enumerate(repeats):
+        row = _row_of(found, each)
+        if row is None or each.none:
+            continue
+        bound = _bounded(row.figures[0], each, arm, known)
+        shown = tuple(Bar(of.label, of.figures[column], of.figures[column].value) for of in made_of.rows)
+        note = "shares of what is described" if bound.startswith(_AT_LEAST) else ""
+        title = f"{rp_name(each.approach)}: {bound}"
+        blocks.append(Bars(_MADE_OF, title, "share of the mean square", shown, note=note, most=100.0))
+    return tuple(replace(section, bars=tuple(blocks)) if section is made_of else section for section in found)
 
 
 def repeatability_statement(found: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States) -> str:
@@ -49,17 +72,28 @@ def repeatability_statement(found: Sequence[Section], repeats: Sequence[Repeatab
         return "No described error differs between visits, so no repeatability is predicted."
     clauses = []
     for each in repeats:
-        row = find_row(found, "iso9283", f"{rp_name(each.approach)}, 95th percentile of robots")
-        name = rp_name(each.approach)
+        row, name = _row_of(found, each), rp_name(each.approach)
         if row is None or each.none:
             clauses.append(f"{name}: not predicted, no described error differs between visits")
             continue
-        bound = repeats_bounded(row.figures[0], known)
-        missing = undescribed_scatter(arm) if each.approach else ()
-        if missing and not bound.startswith("at least"):
-            bound = f"at least {row.figures[0]}"
-        clauses.append(f"{name} {bound} ({'; '.join(filter(None, (_largest(each), _lacking(missing))))})")
+        causes = "; ".join(filter(None, (_largest(each), _lacking(_missing(each, arm)))))
+        clauses.append(f"{name} {_bounded(row.figures[0], each, arm, known)} ({causes})")
     return f"{'; '.join(clauses)}, for 95 % of the robots."
+
+
+def _row_of(found: Sequence[Section], each: Repeatability) -> Row | None:
+    """Return the row of this RP, of which 95 % of the robots are within."""
+    return find_row(found, "iso9283", f"{rp_name(each.approach)}, 95th percentile of robots")
+
+
+def _bounded(figure: Figure, each: Repeatability, arm: Arm, known: States) -> str:
+    """Return an RP, as a bound where kinds of error are missing, the scatter that one-sided RP comes from among them."""
+    bound = repeats_bounded(figure, known)
+    return f"{_AT_LEAST}{figure}" if _missing(each, arm) and not bound.startswith(_AT_LEAST) else bound
+
+
+def _missing(each: Repeatability, arm: Arm) -> tuple[str, ...]:
+    return undescribed_scatter(arm) if each.approach else ()
 
 
 def undescribed_scatter(arm: Arm) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
 from lostmotion.analyses.accuracy.tables.error import error_section, few_poses, iso_section
 from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
 from lostmotion.analyses.accuracy.tables.joints import joints_section
-from lostmotion.analyses.accuracy.tables.repeatability import made_of_sections
+from lostmotion.analyses.accuracy.tables.repeatability import made_of_sections, with_made_of_bars
 from lostmotion.analyses.accuracy.tables.stopping import stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
@@ -62,8 +62,8 @@ _BOUNDED: Final = ("error", "iso9283", "zone_", "analytic")
 
 def sheet(answer: Answer) -> Sheet:
     """Return the sheet of a study."""
-    found = tuple(sections(answer))
     known = with_limits(states(answer.arm), answer.arm, answer.poses.q, answer.approach)
+    found = with_made_of_bars(sections(answer), answer.repeats, answer.arm, known)
     sampled, poses = answer.sampled, answer.poses
     overloaded = overloads(answer.arm, poses)
     whole = Sheet(
