@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -168,6 +170,17 @@ def test_the_search_is_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr(rooms, "_MOST_FOLDERS", 2000)
     monkeypatch.setattr(rooms.Path, "home", lambda: tmp_path / "a")
     assert packages_below([tmp_path / "a"]) == {}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes have no names here")
+def test_a_pipe_in_place_of_a_manifest_is_not_waited_for(tmp_path):
+    """An unpacked archive may hold a pipe of this name: it is no package, and those below are found."""
+    os.mkfifo(tmp_path / "package.xml")
+    (tmp_path / "p").mkdir()
+    (tmp_path / "p" / "package.xml").write_text("<package><name>below</name></package>", encoding="utf-8")
+    search = f"from pathlib import Path; from lostmotion.io.project_root import packages_below; print(*packages_below([Path({str(tmp_path)!r})]))"
+    found = subprocess.run([sys.executable, "-c", search], capture_output=True, text=True, timeout=60, check=True)
+    assert found.stdout.split() == ["below"]
 
 
 @pytest.mark.parametrize(

@@ -81,9 +81,12 @@ def within(root: Path, folder: Path, stated: object) -> Path | None:
 
 
 def package_name(folder: Path) -> str:
-    """Return the name that the manifest of a ROS package states; empty where there is none."""
+    """Return the name that the manifest of a ROS package states; empty where there is none, or what has its name is no regular file."""
+    manifest = folder / MANIFEST
     try:
-        with (folder / MANIFEST).open("rb") as stream:
+        if not manifest.is_file():  # the search would wait for a pipe without end
+            return ""
+        with manifest.open("rb") as stream:
             found = _NAME.search(stream.read(_MANIFEST_BYTES).decode("utf-8", "replace"))
     except OSError:
         return ""
