@@ -80,7 +80,7 @@ def test_the_table_and_the_result_hold_the_class_and_its_neighbours(ur5e):
     assert [row.label for row in section.rows] == ["as stepper arm", "as small strain wave arm", "as industrial arm"]
     facts = json.loads(json.dumps(study.sheet.facts["drive_classes"]))
     assert [each["default"] for each in facts] == [False, True, False]
-    for key in ("within_95", "rp_iso_cycle"):
+    for key in ("within_95", "rp_iso"):
         values = [each[key] for each in facts]
         assert values == sorted(values, reverse=True)
         assert all(0 < value < 0.1 for value in values)

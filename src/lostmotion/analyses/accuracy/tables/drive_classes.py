@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.accuracy.drive_classes import ClassFigures
-from lostmotion.error_model.arrival import rp_name
+from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.reporting.provenance import missing_sentences, rests_on_sentences
 from lostmotion.reporting.sheet import Figure, Row, Section
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 KEY: Final = "drive_classes"
 # The standard's cycle visits every pose from one side.
 _RP: Final = rp_name(1.0)
+_RP_KEY: Final = rp_key(1.0).lower()
 _HEADS: Final = ("95 % within", _RP)
 _NOTE: Final = (
     "the same arm with drives of its class and of the neighbouring ones, each joint's drive for its load; one digit, because every value is "
@@ -94,7 +95,7 @@ def _of_class(each: ClassFigures) -> str:
 
 def class_facts(figures: Sequence[ClassFigures]) -> dict[str, Any]:
     """Return what result.json holds of the classes, m."""
-    return {KEY: [{"class": each.name, "within_95": each.within, "rp_iso_cycle": each.repeatability, "default": each.default} for each in figures]}
+    return {KEY: [{"class": each.name, "within_95": each.within, _RP_KEY: each.repeatability, "default": each.default} for each in figures]}
 
 
 def _figure(value: float) -> Figure:
