@@ -1,4 +1,4 @@
-"""Joint values of a pose as text."""
+"""Joint values of a pose and its tool point as text."""
 
 from __future__ import annotations
 
@@ -19,3 +19,9 @@ def joint_value(name: str, kind: str, value: float) -> str:
 def joint_values(arm: Arm, q: Floats) -> str:
     """Return the values q (joint,) of all joints of the arm."""
     return ", ".join(joint_value(joint.name, joint.type, value) for joint, value in zip(arm.moving, q, strict=True))
+
+
+def tool_place(tool: Floats) -> str:
+    """Return where the tool point (3,), m, is in the base's frame, in whole millimetres."""
+    x, y, z = 1e3 * tool
+    return f"tool at x {x:.0f}, y {y:.0f}, z {z:.0f} mm".replace("-", "−")

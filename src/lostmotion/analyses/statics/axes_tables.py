@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.joint_values import joint_values, tool_place
 from lostmotion.reporting.sheet import Card, Figure, Row, Section
 
 if TYPE_CHECKING:
@@ -84,6 +84,4 @@ def _compliance(survey: Survey) -> Floats:
 
 
 def _at(survey: Survey, index: int) -> str:
-    x, y, z = 1e3 * survey.tool_positions[index]
-    place = f"tool at x {x:.0f}, y {y:.0f}, z {z:.0f} mm".replace("-", "−")
-    return f"pose {index}: {joint_values(survey.arm, survey.poses.q[index])}, {place}"
+    return f"pose {index}: {joint_values(survey.arm, survey.poses.q[index])}, {tool_place(survey.tool_positions[index])}"

@@ -17,7 +17,7 @@ import numpy as np
 
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.mechanism.elastostatics import deflection, sag
-from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.mechanism.serial import frames, joint_torques, tool_points
 from lostmotion.mechanism.tool import Payload
 from lostmotion.spatial import cross
 
@@ -114,10 +114,6 @@ def _with_mass(arm: Arm, mass: float) -> Arm:
     return arm.with_payload(arm.payload.model_copy(update={"mass": mass}))
 
 
-def _points(arm: Arm, q: Floats) -> Floats:
-    return np.asarray(frames(arm, q)[-1, :, :3, 3])
-
-
 def _by_drives(arm: Arm, q: Floats, tilt: float | None) -> tuple[PayloadLimit, tuple[str, ...]]:
     """Return the limit by the drives' rated torques, and the joints that the payload loads and that state none."""
     rated, held = rated_torques(arm), _loads_of_drives(arm, q, tilt)
@@ -127,7 +123,7 @@ def _by_drives(arm: Arm, q: Floats, tilt: float | None) -> tuple[PayloadLimit, t
     values = _bisected(held, np.where(np.isnan(rated), math.inf, rated), alone.shape)
     over = np.asarray(held(alone) > rated * (1 + _ROUNDING))
     values[over] = 0.0
-    return PayloadLimit("drives", q, _points(arm, q), values.min(axis=1), np.asarray(over.any(axis=1)), values.argmin(axis=1)), unrated
+    return PayloadLimit("drives", q, tool_points(arm, q), values.min(axis=1), np.asarray(over.any(axis=1)), values.argmin(axis=1)), unrated
 
 
 def _loads_of_drives(arm: Arm, q: Floats, tilt: float | None) -> Callable[[Floats], Floats]:
@@ -208,7 +204,7 @@ def _by_accuracy(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     error = within(0.0)
     empty = error > limit
     if empty.all():
-        return PayloadLimit("accuracy", q, _points(arm, q), np.zeros(len(q)), empty, np.zeros(0, dtype=int), limit)
+        return PayloadLimit("accuracy", q, tool_points(arm, q), np.zeros(len(q)), empty, np.zeros(0, dtype=int), limit)
     masses, errors, high = [0.0], [error], max(arm.payload.mass, 1.0)
     while (errors[-1] <= limit).any() and high < MOST:
         masses, errors, high = [*masses, high], [*errors, within(high)], 2 * high
@@ -217,7 +213,7 @@ def _by_accuracy(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
         masses, errors = [*masses, mass], [*errors, within(mass)]
     order = np.argsort(masses)
     values = np.where(empty, 0.0, _crossing(np.array(masses)[order], np.array(errors)[order], limit))
-    out = PayloadLimit("accuracy", q, _points(arm, q), values, empty, np.zeros(0, dtype=int), limit)
+    out = PayloadLimit("accuracy", q, tool_points(arm, q), values, empty, np.zeros(0, dtype=int), limit)
     if 0 < out.everywhere < math.inf:
         values[out.worst] = _solved(lambda mass: float(within(mass, q[out.worst][None])[0]) - limit, out.everywhere)
     return out

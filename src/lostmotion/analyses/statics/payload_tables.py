@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.joint_values import joint_values, tool_place
 from lostmotion.reporting.provenance import share_within_bounded
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, in_words, length, several
 
@@ -105,11 +105,9 @@ def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
     name = "drives, rated torque" if each.limit is None else f"{each.criterion} within {length(each.limit, stated=True)}"
     if math.isinf(each.everywhere):
         return Row(name, figures, "")
-    x, y, z = 1e3 * each.tool[each.worst]
-    place = f"tool at x {x:.0f}, y {y:.0f}, z {z:.0f} mm".replace("-", "−")
     cause = f"{arm.moving[int(each.joints[each.worst])].name} governs; " if len(each.joints) else ""
     empty = f"; not met without payload at {int(each.empty.sum())} of {counted}" if each.empty.any() else ""
-    return Row(name, figures, f"{cause}pose {each.worst}: {joint_values(arm, each.q[each.worst])}, {place}{empty}")
+    return Row(name, figures, f"{cause}pose {each.worst}: {joint_values(arm, each.q[each.worst])}, {tool_place(each.tool[each.worst])}{empty}")
 
 
 def _cause(arm: Arm, each: PayloadLimit) -> str:
