@@ -236,7 +236,7 @@ def _studied(arm: Arm, poses: Poses, size: StudySize) -> Estimate:
     """Return the 95 % error of an arm by a full study, or the RP of 95 % of robots."""
     sampled = run(arm, poses, size.robots, size.visits, size.seed, approach=approach_for(size.of), threads=size.threads)
     if size.of != "error":
-        return pooled_robots_quantile(sampled.robot_means[:, :, 2], LEVEL)
+        return pooled_robots_quantile(sampled.robot_means[:, :, 2], LEVEL, sampled.of_poses(2))
     largest = float(sampled.per_pose[:, kernel.LARGEST].max())
     return pooled_quantile(sampled.group_hist, sampled.replicate_hist, LEVEL, largest)
 
