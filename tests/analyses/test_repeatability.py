@@ -158,7 +158,7 @@ def test_a_known_side_leaves_what_fixed_sides_leave_but_for_their_mean():
 
 
 def test_output_encoders_leave_what_an_arm_with_them_has():
-    """The same arm with an encoder on every output, as accurate there, and no dead band of its control: mean and covariance are equal."""
+    """The same arm with encoders on its outputs, where they and the dead bands of the servos are as large as now: mean and covariance are equal."""
     arm, poses = scattering_arm(), Poses(np.random.default_rng(2).uniform(-1, 1, (16, 3)), "given")
 
     def measured(joint):

@@ -10,8 +10,9 @@ Arriving from one   every joint arrives from the same side at every visit, as in
 side                no load closes, and of hysteresis, becomes a constant, which repeats.
 Side known          the controller knows the side from which each joint arrives (or always arrives from one), and compensates the nominal backlash and
                     hysteresis of that side. Their scatter over robots remains, and so does the scatter of friction.
-Output encoders     remove every error of the drives: backlash, wind-up, hysteresis, transmission and lead error. The encoder on each output is as
-                    accurate there as the present one is, and the control has no dead band: one leaves backlash that no load closes, up to its size.
+Output encoders     remove every error of the gearboxes: backlash, wind-up, hysteresis, transmission and lead error. Error of the encoder and dead
+                    band of the servo stay as large at the output as they are. The encoder has no dead band of its own, which would leave open a
+                    backlash that no load closes, up to its size.
 Torque sensors      know the load of each drive: they remove its nominal wind-up and the side of backlash that the load closes, a part of what load
                     compensation removes. They do not measure bending, the stiffness of a robot, or the last motion.
 

@@ -26,7 +26,7 @@ STAGES: Final = (
     "nominal backlash and hysteresis of the side of arrival compensated",
     "the same, with load, pose, stated temperature and nominal stiffness known",
     "the same, with constant errors, harmonics and stiffness of each robot known: encoder, servo, friction and open clearances remain",
-    "an encoder on each output, as accurate there as the present one, and no dead band: no error of a drive remains",
+    "an encoder on each output that leaves no play open; its error and the dead band of the servo remain, as large at the output as now",
     "the load of each drive is measured: its nominal wind-up, and the side of backlash that the load closes",
 )
 
