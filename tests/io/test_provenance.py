@@ -33,7 +33,7 @@ def test_values_that_a_file_assumes_carry_its_source(tmp_path):
     """What a shared table assumes is assumed once, whichever joints use it, and its source stands beside it."""
     text = ARM + 'assumed = ["backlash"]\nsource = "measured on one piece"\n' + USED + USED.replace('"A"', '"B"')
     found = states(read(written(tmp_path / "arm.toml", text)))
-    assert found.assumed[0] == AssumedValue("joints.A.gearbox", "backlash", "assumed", "measured on one piece")
+    assert found.assumed[0] == AssumedValue("gearboxes.g", "backlash", "assumed", "measured on one piece")
     assert [(each.key, each.source) for each in found.assumed[1:]] == [("friction_torque", "")]
     assert [each.states["backlash"] for each in found.joints] == ["assumed", "assumed"]
     assert [each.states["stiffness"] for each in found.joints] == ["stated", "stated"]
