@@ -9,6 +9,7 @@ import lostmotion
 from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
 from lostmotion.error_model.budget import Cost
 from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.remedies import STAGES
 from lostmotion.reporting.sheet import Bar, Bars, Figure, find_row
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -34,10 +35,11 @@ def test_bars_show_the_figures_of_the_tables(study):
         assert bar.effect.value * {"mm": 1e3, "µm": 1}[bar.effect.unit] == pytest.approx(row.figures[2].value)
         assert sum(bar.parts) == pytest.approx(bar.size)
     assert sum(bar.size for bar in blame.bars) == pytest.approx(1)
-    assert blame.bars[-1].label == "10 others"
+    assert blame.bars[-1].label == "12 others"
     rows = next(section for section in sheet.sections if section.key == "waterfall").rows
+    assert len(remedies.bars) == len(STAGES) < len(rows)  # further remedies, listed below these, leave no less of this arm's error
     assert [bar.figure for bar in remedies.bars] == [
-        replace(row.figures[1], samples=bar.figure.samples) for row, bar in zip(rows, remedies.bars, strict=True)
+        replace(row.figures[1], samples=bar.figure.samples) for row, bar in zip(rows[: len(STAGES)], remedies.bars, strict=True)
     ]
 
 
@@ -50,15 +52,15 @@ def test_without_sampling_bars_show_root_mean_squares():
 
 
 def test_a_part_that_cancels_others_has_a_bar_to_the_left():
-    """A large negative share is among the bars, below zero on the scale; eight parts have a bar each, of more the smallest share one."""
+    """A large negative share is among the bars, below zero on the scale; six parts have a bar each, of more the smallest share one."""
     many = [_cost(f"J{k}", 0.15) for k in range(8)] + [_cost("B", -0.3), _cost("C", 0.1)]
     (blame,) = blame_bars(many, {}, "")
-    assert [bar.label for bar in blame.bars] == [f"J{k}" for k in range(6)] + ["B", "3 others"]
-    assert blame.bars[-1].size == pytest.approx(0.4)
-    assert blame.ends == pytest.approx((-0.3, 0.4))
+    assert [bar.label for bar in blame.bars] == [f"J{k}" for k in range(4)] + ["B", "5 others"]
+    assert blame.bars[-1].size == pytest.approx(0.7)
+    assert blame.ends == pytest.approx((-0.3, 0.7))
     assert "cancels" in blame.note
-    (few,) = blame_bars(many[:8], {}, "")
-    assert len(few.bars) == 8
+    (few,) = blame_bars(many[:6], {}, "")
+    assert len(few.bars) == 6
     (split,) = blame_bars([_cost("A", 1.0, (1.5, -0.5, 0.0))], {}, "")
     assert split.ends == pytest.approx((-0.5, 1.5))
 
