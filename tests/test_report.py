@@ -107,14 +107,14 @@ def test_every_figure_on_screen_is_in_result_json(folder):
     for row in (row for section in plain["sections"] for row in section["rows"]):
         for figure in row["figures"]:
             low, high = (float("nan") if end is None else end for end in figure["interval"] or (None, None))
-            known.add(str(Figure(figure["value"], figure["unit"], low, high, words=figure.get("words", ""))))
+            known.add(str(Figure(figure["value"], figure["unit"], low, high, words=figure.get("words", ""), bound=figure.get("bound", ""))))
             assert figure["samples"] or figure["words"]
     screen = io.StringIO()
     print_sheet(sheet(small_study()), Console(file=screen, width=250))
     shown = {str(figure) for section in sheet(small_study()).sections for row in section.rows for figure in row.figures}
     assert shown == known
     said = json.dumps(plain, ensure_ascii=False)
-    for shown_number in re.findall(r"(?<!\S)[-<]?[\d.]+ (?:µm|mm|m³|m|%|arcmin|N m|N)(?!\S)", screen.getvalue()):
+    for shown_number in re.findall(r"(?<!\S)(?:[≥≤] )?[-<]?[\d.]+ (?:µm|mm|m³|m|%|arcmin|N m|N)(?!\S)", screen.getvalue()):
         assert shown_number in known or shown_number in said, shown_number
 
 
