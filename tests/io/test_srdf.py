@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lostmotion import new
-from lostmotion.io import read
+from lostmotion.io import read, srdf
 from lostmotion.io.sweep_designs import texts
 from tests.io.conftest import mistakes
 from tests.io.test_urdf_tip import fixed, sliding, turning, two_arms
@@ -96,10 +96,20 @@ def test_an_srdf_of_another_name_belongs_to_its_robot(written):
     path = written(ARM, CHAIN.format("link3"), name="arm.srdf")
     assert tool_of(path)[0].startswith("tool: link3, 3 joints (named in arm.srdf")
     written(ARM, CHAIN.format("link3"), name="arm.srdf", robot_name="other")
-    assert tool_of(path)[0].startswith("tool: plate" if "plate" in tool_of(path)[0] else "tool: link4")
+    assert tool_of(path)[0].startswith("tool: link4, 4 joints (a guess")
+    assert "named in" not in tool_of(path)[0]
     written(ARM, CHAIN.format("link3"), name="arm.srdf")
     written(ARM, CHAIN.format("link2"), name="other.srdf")
     assert "named in" not in tool_of(path)[0]
+
+
+def test_an_srdf_is_found_among_many_files(written, monkeypatch):
+    """However many files of other kinds are beside it, in whatever order the folder lists them."""
+    monkeypatch.setattr(srdf, "_MOST_FILES", 1)
+    path = written(ARM, CHAIN.format("link3"), name="arm.srdf")
+    for number in range(30):
+        (path.parent / f"{number:02}.stl").touch()
+    assert tool_of(path)[0].startswith("tool: link3, 3 joints (named in arm.srdf")
 
 
 def test_one_group_of_two_arms_decides_and_two_do_not(written):

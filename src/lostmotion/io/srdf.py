@@ -6,7 +6,6 @@ and where it cannot be read, the URDF is read without it, with a note.
 
 from __future__ import annotations
 
-import itertools
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.io.urdf_tree import UrdfTree
 
 _MEGABYTES: Final = 1
-_MOST_ENTRIES: Final = 500
+_MOST_FILES: Final = 100
 _ENDING: Final = ".srdf"
 
 
@@ -50,7 +49,7 @@ def find_srdf(path: Path, robot: str) -> Path | None:
     found = [own] if own.is_file() else []
     if not found and robot:
         try:
-            names = sorted(each.name for each in itertools.islice(folder.iterdir(), _MOST_ENTRIES) if each.suffix.lower() == _ENDING)
+            names = sorted(each.name for each in folder.iterdir() if each.suffix.lower() == _ENDING)[:_MOST_FILES]
         except OSError:
             return None
         found = [folder / name for name in names if _robot_of(folder / name) == robot]
