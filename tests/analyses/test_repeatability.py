@@ -145,6 +145,30 @@ def test_a_mill_with_worn_screws_is_cured_by_a_known_side():
     assert "no remedy" not in study.sheet.verdict.lower()
 
 
+@pytest.mark.parametrize("approach", [0.0, 1.0])
+def test_remedies_without_sampling_leave_the_mean_square_of_bias_and_covariance(approach):
+    """At every stage the r.m.s. error is that of the mean vector and covariance, which are summed by cumulants instead of by columns."""
+    arm = scattering_arm()
+    poses = sample_poses(arm, 64, "sobol", 1)
+    found = remedies.remaining_rms(arm, poses, approach=approach)
+    assert list(found) == list(remedies.EVERY_STAGE)
+    for stage, rms in found.items():
+        square = analytic(arm, poses, stage=stage, approach=approach).mean_square.mean()
+        assert rms.value == pytest.approx(np.sqrt(square), rel=1e-9, abs=1e-15), stage
+        assert rms.low <= rms.value <= rms.high
+
+
+def test_a_study_without_sampling_shows_the_remedies_against_play():
+    """The bars of worn screws without sampling name the known side and output encoders, and the table has every remedy."""
+    sheet = lostmotion.study(MILL, 64, method="analytic").sheet
+    bars = {bar.label: bar.figure for block in sheet.bars if block.key == "remedies" for bar in block.bars}
+    assert list(bars)[-2:] == ["side of arrival known", "output encoders"]
+    # y scatters by half of its ±25 µm: a normal distribution, cut at three standard deviations
+    assert bars["side of arrival known"].value == pytest.approx(12.5 / 3 * 0.98658, rel=1e-4)
+    rows = [row.label for section in sheet.sections if section.key == "remedies" for row in section.rows]
+    assert rows == list(remedies.EVERY_STAGE)
+
+
 def test_a_known_side_leaves_what_fixed_sides_leave_but_for_their_mean():
     """Arriving from one side is a run with fixed sides; a known side takes off what changes its sign with the side, and nothing else."""
     arm, poses = scattering_arm(), Poses(np.random.default_rng(1).uniform(-1, 1, (16, 3)), "given")

@@ -27,12 +27,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.few_poses import known_ends
+from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.pose_matrix import screws
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.pose_matrix import Column, PoseMatrix
+    from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -48,6 +52,7 @@ OTHERS: Final = (ONE_SIDE, SIDE_KNOWN, SIDE_AND_LOAD, ALL_KNOWN, OUTPUT_ENCODERS
 EVERY_STAGE: Final = (*STAGES, *OTHERS)
 _FROM_ONE_SIDE: Final = frozenset({ONE_SIDE, SIDE_KNOWN, SIDE_AND_LOAD, ALL_KNOWN})
 _DRIVE: Final = "gearbox"
+_BLOCK: Final = 1024
 
 
 def remaining(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
@@ -84,3 +89,37 @@ def screws_at_stage(arm: Arm, q: Floats, stage: str, *, approach: float = 0.0) -
     """Return the pose matrix of the errors that remain at a stage of `EVERY_STAGE`; other arguments and errors as for `screws`."""
     matrix = screws(arm, q, approach=approach_at_stage(stage, approach))
     return matrix if stage == STAGES[0] else matrix.scaled(remaining(matrix.infos, stage, geometry_of(arm)))
+
+
+def remaining_rms(arm: Arm, poses: Poses, *, approach: float = 0.0, many: Poses | None = None) -> dict[str, Estimate]:
+    """Return the r.m.s. error (m) at each stage of `EVERY_STAGE`, without sampling.
+
+    The value is exact at the poses, to first order in the errors. The 95 % interval is the uncertainty due to their choice, as in
+    `Budget.rms_interval`; `many`: poses by which to check whether these are too few (`many_poses`). Raises ValueError as `screws` does.
+    """
+    found = _mean_squares(arm, poses, approach)
+    if many is None:
+        return {stage: root_mean_square(found[stage]) for stage in EVERY_STAGE}
+    beside = _mean_squares(arm, many, approach)
+    pairs = {stage: (root_mean_square(found[stage]), root_mean_square(beside[stage])) for stage in EVERY_STAGE}
+    return {stage: known_ends(here, here, there) for stage, (here, there) in pairs.items()}
+
+
+def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
+    """Return the mean square (m^2) over each independent set of the poses (replicate,), by stage."""
+    geometry = geometry_of(arm)
+    squares: dict[str, list[float]] = {stage: [] for stage in EVERY_STAGE}
+    for q in np.split(poses.q, poses.replicates):
+        sums = dict.fromkeys(EVERY_STAGE, 0.0)
+        for start in range(0, len(q), _BLOCK):
+            arriving: dict[float, PoseMatrix] = {}
+            for stage in EVERY_STAGE:
+                side = approach_at_stage(stage, approach)
+                if side not in arriving:
+                    arriving[side] = screws(arm, q[start : start + _BLOCK], approach=side)
+                matrix = arriving[side]
+                shift = matrix.scaled(remaining(matrix.infos, stage, geometry)).merged.along_poses[3:]
+                sums[stage] += float(np.vdot(shift, shift))
+        for stage, whole in sums.items():
+            squares[stage].append(whole / len(q))
+    return {stage: np.array(of_sets) for stage, of_sets in squares.items()}

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.accuracy.drive_classes import ClassFigures
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.budget import Budget, Halving
+    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic
@@ -100,6 +101,14 @@ class AnalyticStudy(Attributed, Result):
 
         return halving_at(self.arm, self.poses, self.seed, approach=self.approach, threads=self.threads)
 
+    @functools.cached_property
+    def remedied(self) -> dict[str, Estimate]:
+        """Return the r.m.s. error that each remedy leaves, m, by its name."""
+        from lostmotion.error_model.few_poses import many_poses
+        from lostmotion.error_model.remedies import remaining_rms
+
+        return remaining_rms(self.arm, self.poses, approach=self.approach, many=many_poses(self.arm, self.poses))
+
     @property
     def places(self) -> tuple[Budget, ...]:
         """Return the error budgets of poses and zones."""
@@ -112,7 +121,17 @@ class AnalyticStudy(Attributed, Result):
         from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
 
         blame = replace(self.budget, halving=self.halving)
-        sheet = analytic_sheet(self.arm, self.poses, self.analytic, self.pooled, blame, self.places, self.zones, approach=self.approach)
+        sheet = analytic_sheet(
+            self.arm,
+            self.poses,
+            self.analytic,
+            self.pooled,
+            blame,
+            self.places,
+            self.zones,
+            remedied=self.remedied,
+            approach=self.approach,
+        )
         return with_classes(sheet, self.classes, self.states)
 
     @property

@@ -13,6 +13,7 @@ from lostmotion.analyses.accuracy.tables.brief import trust, where, zone_sentenc
 from lostmotion.analyses.accuracy.tables.budget import by_level_sections, halved_sections, levels_section, requested_sections
 from lostmotion.analyses.accuracy.tables.error import few_poses, limit_rows
 from lostmotion.analyses.accuracy.tables.headline import headline, on_condition, rms_remedy_sentence
+from lostmotion.analyses.accuracy.tables.waterfall import rms_section
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
 from lostmotion.error_model.few_poses import ERROR
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
@@ -38,7 +39,7 @@ from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, find_r
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.budget import Budget, Cost
@@ -75,12 +76,13 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     places: Sequence[Budget] = (),
     zones: Sequence[FoundInZone] = (),
     *,
+    remedied: Mapping[str, Estimate],
     approach: float = 0.0,
 ) -> Sheet:
     """Return the sheet of a study without sampling, over all poses, and at the stated poses and in the stated zones.
 
-    blame: error budget over all poses; places: at every stated pose and in every zone. approach: the sign of the
-    joints' last motion.
+    blame: error budget over all poses; places: at every stated pose and in every zone. remedied: r.m.s. error that each
+    remedy leaves (`remaining_rms`), m. approach: the sign of the joints' last motion.
     """
     section = analytic_section(arm, poses, found, whole, blame)
     known = with_limits(states(arm), arm, poses.q, approach)
@@ -99,6 +101,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
         sections=(
             *bounded_sections((section, *in_zones), known, ("analytic", "zone_")),
             levels_section(blame),
+            *bounded_sections((rms_section(remedied, len(poses)),) if blame.rms > 0 else (), known, ("remedies",)),
             *by_level_sections(blame),
             *halved,
             *requested_sections(places),
@@ -121,7 +124,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
                 {} if blame.halving is None else blame.halving.gains,
                 f"exact sum over terms, {several(len(poses), 'pose')}",
             ),
-            *bounded_bars(rms_bars(blame), known, ("levels",)),
+            *bounded_bars(rms_bars(remedied, len(poses)), known, ("remedies",)),
         ),
         about=about_arm(arm),
         brief=_brief(arm, poses, found, found_in, known),

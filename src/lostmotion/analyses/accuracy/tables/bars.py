@@ -13,9 +13,9 @@ from lostmotion.reporting.sheet import Bar, Bars, Figure, in_one_unit, length, s
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from lostmotion.error_model.budget import Budget, Cost
+    from lostmotion.error_model.budget import Cost
     from lostmotion.error_model.intervals import Estimate
-    from lostmotion.propagation.montecarlo.waterfall import Stage, Waterfall
+    from lostmotion.propagation.montecarlo.waterfall import Waterfall
 
 # Parts with a bar of their own; the others share one.
 _MOST_BARS: Final = 5
@@ -54,34 +54,30 @@ def blame_bars(found: Sequence[Cost], gains: Mapping[str, Estimate], counted: st
 
 def remedy_bars(found: Waterfall) -> tuple[Bars, ...]:
     """Return the bars of what calibration, compensation and a map of each robot leave of the 95th percentile, and other remedies where they help."""
-    if not found.stages[0].q95.value > 0:
-        return ()
     counted = f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x {several(found.visits, 'visit')}"
-    stages = {stage.name: stage for stage in found.stages}
-    names = {**_STAGES, **{name: text for name, text in _WHERE_THEY_HELP.items() if _helps(stages, name)}}
-    shown = [stages[name].q95 for name in names]
-    left = in_one_unit([length(each.value, each.low, each.high, counted) for each in shown])
-    bars = tuple(Bar(label, figure, figure.value) for label, figure in zip(names.values(), left, strict=True))
     note = f"{_IDEAL}, {several(found.poses, 'pose')}"  # a part of the study's, so the first bar may differ from the answer
-    return (Bars("waterfall", "What can be done about it", "95 % of positions within", bars, note=note),)
+    return _remedy_bars("waterfall", "95 % of positions within", {stage.name: stage.q95 for stage in found.stages}, counted, note)
 
 
-def _helps(stages: Mapping[str, Stage], name: str) -> bool:
+def rms_bars(found: Mapping[str, Estimate], poses: int) -> tuple[Bars, ...]:
+    """Return the bars of what the same remedies leave of the root mean square (m) over so many poses, without sampling."""
+    return _remedy_bars("remedies", "root mean square error", found, f"exact sum over terms, {several(poses, 'pose')}", _IDEAL)
+
+
+def _remedy_bars(key: str, column: str, left: Mapping[str, Estimate], counted: str, note: str) -> tuple[Bars, ...]:
+    """Return the bars of what remains at each stage, m, those of other remedies where they help; none where nothing errs."""
+    if not left[STAGES[0]].value > 0:
+        return ()
+    names = {**_STAGES, **{name: text for name, text in _WHERE_THEY_HELP.items() if _helps(left, name)}}
+    figures = in_one_unit([length(left[name].value, left[name].low, left[name].high, counted) for name in names])
+    bars = tuple(Bar(label, figure, figure.value) for label, figure in zip(names.values(), figures, strict=True))
+    return (Bars(key, "What can be done about it", column, bars, note=note),)
+
+
+def _helps(left: Mapping[str, Estimate], name: str) -> bool:
     """Return whether a remedy leaves a twentieth less of the error than those that it adds to, or would replace, do."""
     instead = {SIDE_KNOWN: STAGES[:1], SIDE_AND_LOAD: ("load compensated", SIDE_KNOWN), OUTPUT_ENCODERS: STAGES[:-1]}[name]
-    return min(stages[each].q95.value for each in instead) - stages[name].q95.value >= _HELPS * stages[STAGES[0]].q95.value
-
-
-def rms_bars(found: Budget) -> tuple[Bars, ...]:
-    """Return the bars of what compensation and a map of each robot leave of the root mean square, without sampling; none where nothing errs."""
-    if not found.rms > 0:
-        return ()
-    counted = f"exact sum over terms, {several(found.poses, 'pose')}"
-    left = (("as manufactured", (0, 1, 2)), ("load compensated", (1, 2)), ("and each robot mapped", (2,)))
-    values = [found.rms_interval(*levels) for _, levels in left]
-    figures = in_one_unit([length(rms.value, rms.low, rms.high, counted) for rms in values])
-    bars = tuple(Bar(label, figure, figure.value) for (label, _), figure in zip(left, figures, strict=True))
-    return (Bars("levels", "What can be done about it", "root mean square error", bars, note=_IDEAL),)
+    return min(left[each].value for each in instead) - left[name].value >= _HELPS * left[STAGES[0]].value
 
 
 def _share(share: float, counted: str) -> Figure:

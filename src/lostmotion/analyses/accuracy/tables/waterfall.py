@@ -9,7 +9,7 @@ from lostmotion.error_model.intervals import pooled_mean
 from lostmotion.reporting.sheet import Figure, Row, Section, in_one_unit, length, several
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.propagation.montecarlo.repeatability import Repeatability
@@ -49,6 +49,18 @@ def waterfall_section(found: Waterfall, repeats: Sequence[Repeatability]) -> Sec
         "of each robot may find these." + stays
     )
     return Section("waterfall", "Effect of calibration and load compensation", ("mean", "95th percentile"), tuple(rows), note)
+
+
+def rms_section(found: Mapping[str, Estimate], poses: int) -> Section:
+    """Return what each remedy leaves of the root mean square (m) over so many poses, without sampling."""
+    counted = f"exact sum over terms, {several(poses, 'pose')}"
+    left = in_one_unit([_of(each, counted) for each in found.values()])
+    rows = (Row(name, (figure,), "" if text == name else text) for name, text, figure in zip(found, STAGES, left, strict=True))
+    note = (
+        "every remedy is ideal, a real one leaves more. Calibration does not find harmonics (transmission error, encoder eccentricity) and "
+        "load-dependent errors: a map of each robot may find these"
+    )
+    return Section("remedies", "Effect of remedies without sampling", ("root mean square",), tuple(rows), note)
 
 
 def _of(estimate: Estimate, samples: str) -> Figure:
