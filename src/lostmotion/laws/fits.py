@@ -127,8 +127,8 @@ def clearance_range(
     initial, inner, outer, thermal  (quantile + 2,) m: delivered clearance, effective interferences and thermal loss; first the lower and the upper
                                     limit of each, then its quantiles at the middles of equal shares of probability
 
-    A loose fit takes nothing away, however loose, so that the mean lies above the middle of the limits where a fit may be loose or tight. Within
-    1e-6 of the largest dimension with 1 000 quantiles. Errors as `mounted_clearance`.
+    A loose fit takes nothing away, however loose, so that the mean lies above the middle of the limits where a fit may be loose or tight. With
+    2 000 quantiles the mean is within 1e-6 of the largest tolerance, the deviation within 2e-5 of itself. Errors as `mounted_clearance`.
     """
     none = np.zeros(1)
     parts = (
