@@ -124,7 +124,7 @@ def test_what_is_no_line_has_no_figures():
 
 
 def test_a_lost_target_is_excluded_and_named(tmp_path):
-    """Rows without a reading are excluded from every figure, and their lines are named; the rest is evaluated."""
+    """Rows without a reading are excluded from every figure, and their lines are named on the first screen; the rest is evaluated."""
     head = "pose,cycle,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\n"
     text = (
         head + "".join(f"P1,{k},{500 + 0.01 * (k % 3)},0,{'' if k == 4 else 600},500,0,600\n" for k in range(1, 11)) + "P1,11,nan,nan,nan,500,0,600\n"
@@ -134,7 +134,7 @@ def test_a_lost_target_is_excluded_and_named(tmp_path):
     found = lostmotion.iso9283(measured=path)
     assert found.measured.loads[0].poses[0].visits == 9
     assert math.isfinite(found.measured.loads[0].poses[0].repeatability.value)
-    assert any("2 rows without a reading excluded (line 5, 12)" in note for note in found.sheet.notes)
+    assert any("2 rows without a reading excluded (line 5, 12)" in note for note in found.sheet.warnings)
     assert [each["line"] for each in found.sheet.facts["measured"]["rows_without_a_reading"]] == [5, 12]
 
 

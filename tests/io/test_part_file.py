@@ -139,3 +139,16 @@ def test_a_drive_of_a_slide_is_refused_by_its_own_mistakes(tmp_path):
     with pytest.raises(InputError) as refused:
         read_gearbox(path)
     assert [problem.key for problem in refused.value.problems] == ["gearbox.belt_stiffness"]
+
+
+@pytest.mark.parametrize("form", ["ring pins", "planet pins"])
+def test_a_difference_of_two_teeth_is_named_as_not_modelled(file, form):
+    """24 pins and a disc of 22 lobes are a drive that exists: the message says what the number of lobes follows from."""
+    sizes = 'pins = 24\nlobes = 22\nring_radius = "60 mm"\npin_radius = "4 mm"\neccentricity = "1.5 mm"\nwidth = "12 mm"\n'
+    path = file(f'[gearbox]\nkind = "cycloidal"\nform = "{form}"\nrated_torque = "100 N m"\n{sizes}')
+    with pytest.raises(InputError) as refused:
+        read_gearbox(path)
+    (problem,) = refused.value.problems
+    assert problem.key == "gearbox.lobes"
+    assert "N - 1 lobes" in problem.expected
+    assert "not modelled" in problem.expected

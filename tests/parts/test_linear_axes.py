@@ -203,3 +203,31 @@ def test_what_grows_with_a_travel_is_refused_on_a_joint_that_turns(part):
     """A turning joint has neither a lead nor a scale."""
     with pytest.raises(ValidationError, match=r"on a turning joint"):
         RevoluteJoint(name="A", limits=(-1, 1), **part)
+
+
+@pytest.mark.parametrize("key", ["beam", "rail", "section", "supports"])
+def test_a_rail_that_bends_between_supports_is_refused_with_the_key_that_stands_for_it(tmp_path, key):
+    """A bridge on two supports: nothing of it is read in silence, and the message names what is modelled in its place."""
+    path = tmp_path / "bridge.toml"
+    path.write_text(
+        'name = "bridge"\n[[joints]]\nname = "x"\ntype = "prismatic"\naxis = "x"\nlimits = ["0 mm", "600 mm"]\n'
+        f'link = {{ length = "10 mm", rigid = true }}\nguideway = {{ {key} = {{ section = "20x20", supports = "both ends" }} }}\n',
+        encoding="utf-8",
+    )
+    with pytest.raises(lostmotion.InputError) as refused:
+        lostmotion.read(path)
+    (problem,) = refused.value.problems
+    assert problem.key == f"joints.x.guideway.{key}"
+    assert "not modelled" in problem.expected
+    assert "radial_stiffness" in problem.expected
+    assert problem.example.startswith("bearing = ")
+
+
+@pytest.mark.parametrize(("each", "constant"), [(24, 48), (96, 192)])
+def test_a_bearing_stands_for_a_rail_with_the_carriage_at_its_middle(each, constant):
+    """Two bearings of 24 E I/L^3 deflect like a simply supported beam at mid-span, F L^3/(48 E I); of 96 E I/L^3 like one with clamped ends, 192."""
+    young, area_moment, span = 70e9, 0.02**4 / 12, 0.6
+    stiffness = young * area_moment / span**3
+    bearing = {"kind": "rolling", "clearance": 0.0, "span": 0.15, "radial_stiffness": each * stiffness}
+    found = compliance(axis(bearing=bearing), np.array([[0.3]]))[0, 5, 5]
+    assert found == pytest.approx(1 / (constant * stiffness), rel=1e-9)

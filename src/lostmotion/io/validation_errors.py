@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 from lostmotion.errors import Problem, shown
 from lostmotion.io.field_schema import example, inside, keys, literals, models, tag, words
 from lostmotion.io.limits import MOST_MISTAKES, nearest
+from lostmotion.parts.error_source import Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -137,6 +138,9 @@ def _describe_missing(spot: _Spot, _: Also) -> _Described:
 
 def _describe_unknown(spot: _Spot, also: Also) -> _Described:
     owners = models(spot.trail[-2])
+    absent = next((owner.not_modelled[spot.last] for owner in owners if issubclass(owner, Part) and spot.last in owner.not_modelled), None)
+    if absent:
+        return _Described(spot.path, f"an unknown key with {shown(spot.given)}", *absent)
     examples = {name: f"{name} = {example(inside([owner], name))}" for owner in owners for name in keys(owner)}
     for owner in owners:
         examples |= also.get(owner, {})

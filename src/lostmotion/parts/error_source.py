@@ -113,6 +113,8 @@ class Part(BaseModel):
     by_drawing: ClassVar[bool] = False
     # Whether its values enter the stiffness alone.
     elastic_only: ClassVar[bool] = False
+    # Keys that people look for and no law reads: key to what a message expects in their place, and an example.
+    not_modelled: ClassVar[dict[str, tuple[str, str]]] = {}
 
     @functools.cached_property
     def shared_name(self) -> str:

@@ -16,6 +16,14 @@ if TYPE_CHECKING:
     from lostmotion.parts.term import Motion, Term
     from lostmotion.spatial import Floats
 
+# What is expected in place of a rail that bends between its supports.
+_NO_BEAM: Final = (
+    (
+        "error motions: a rail that bends between its supports is not modelled. A bearing of radial_stiffness 24 E I/L^3, or 96 E I/L^3 "
+        "where its ends are clamped, deflects as it does with the carriage at mid-span"
+    ),
+    'bearing = { kind = "rolling", clearance = "0 µm", span = "150 mm", radial_stiffness = "0.1 N/µm" }',
+)
 # Sine of an angle below which two directions count as parallel.
 _PARALLEL: Final = 1e-6
 
@@ -38,6 +46,7 @@ class Guideway(OfClass, ErrorSource):
     """
 
     shareable: ClassVar[bool] = False
+    not_modelled: ClassVar[dict[str, tuple[str, str]]] = dict.fromkeys(("beam", "rail", "section", "supports"), _NO_BEAM)
     straightness: LengthAmount | tuple[LengthAmount, LengthAmount] = 0.0
     pitch: AngleAmount = 0.0
     yaw: AngleAmount = 0.0

@@ -66,7 +66,7 @@ def rms_remedy_sentence(blame: Budget, known: States, *, temperature: bool) -> s
     left = blame.rms_interval(1, 2).value
     if left > (1 - _FURTHER) * blame.rms:
         return f"{_origin(blame, temperature=temperature)}; compensation of load and pose does not reduce it."
-    of = f"{at_least(length(left), known)} r.m.s. of {length(blame.rms)}" if left > 0 else "nothing"
+    of = f"{at_least(length(left), known)} r.m.s. of {length(blame.rms)}" if left > 0 else _nothing(known)
     return f"{_origin(blame, temperature=temperature)}; {_compensation(blame, temperature=temperature)} leaves {of}."
 
 
@@ -137,7 +137,7 @@ def _further(stages: dict[str, Stage], best: str, known: States) -> list[str]:
     before = stages[last] if last in {SIDE_KNOWN, SIDE_AND_LOAD} else min(stages[last], stages["both"], key=_q95)
     if _gained(stages, before, mapped):
         out.append(("a map of each robot", mapped))
-    return [f"with {what} as well {_left(stage, known) if stage.q95.value > 0 else 'no error'}" for what, stage in out]
+    return [f"with {what} as well {_left(stage, known)}" for what, stage in out]
 
 
 def _q95(stage: Stage) -> float:
@@ -158,4 +158,9 @@ def _gained(stages: dict[str, Stage], before: Stage, after: Stage) -> bool:
 def _left(stage: Stage, known: States) -> str:
     """Return what a stage leaves, in three digits, as a bound where kinds of error are missing: its interval is in the table."""
     value = stage.q95.value
-    return at_least(length(value), known) if value > 0 and math.isfinite(value) else "nothing"
+    return at_least(length(value), known) if value > 0 and math.isfinite(value) else _nothing(known)
+
+
+def _nothing(known: States) -> str:
+    """Return what a remedy leaves that removes every error described: errors add to first order, and what is not described stays."""
+    return f"no {'described ' if known.lower_bound else ''}error to first order"

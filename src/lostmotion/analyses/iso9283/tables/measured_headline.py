@@ -106,18 +106,22 @@ def outlying_warnings(found: MeasuredRobot) -> tuple[str, ...]:
     return (f"{len(far)} measured {each} far from the others ({named}{more}): a lost step, a wrong reading, or a rare event of the robot",)
 
 
-def reading_notes(visits: Visits) -> tuple[str, ...]:
-    """Return notes on what of the files was not read: rows without a reading, and columns that no role is mapped to."""
-    out = []
-    if visits.lost:
-        lines = ", ".join(str(line) for _, line in visits.lost[:_MOST_NAMED])
-        more = f" and {len(visits.lost) - _MOST_NAMED} more" if len(visits.lost) > _MOST_NAMED else ""
-        out.append(f"{several(len(visits.lost), 'row')} without a reading excluded (line {lines}{more}): the instrument lost its target")
-    if visits.unused:
-        names = ", ".join(shown(cut(name, _LONGEST_NAME)) for name in visits.unused[:_MOST_NAMED])
-        more = f" and {len(visits.unused) - _MOST_NAMED} more" if len(visits.unused) > _MOST_NAMED else ""
-        out.append(f"columns that are not used: {names}{more}; --map 'ROLE = COLUMN [unit]' says what a column is")
-    return tuple(out)
+def lost_warnings(visits: Visits) -> tuple[str, ...]:
+    """Return a warning that names the rows without a reading, which count in no figure."""
+    if not visits.lost:
+        return ()
+    lines = ", ".join(str(line) for _, line in visits.lost[:_MOST_NAMED])
+    more = f" and {len(visits.lost) - _MOST_NAMED} more" if len(visits.lost) > _MOST_NAMED else ""
+    return (f"{several(len(visits.lost), 'row')} without a reading excluded (line {lines}{more}): the instrument lost its target",)
+
+
+def unused_notes(visits: Visits) -> tuple[str, ...]:
+    """Return a note that names the columns that no role is mapped to."""
+    if not visits.unused:
+        return ()
+    names = ", ".join(shown(cut(name, _LONGEST_NAME)) for name in visits.unused[:_MOST_NAMED])
+    more = f" and {len(visits.unused) - _MOST_NAMED} more" if len(visits.unused) > _MOST_NAMED else ""
+    return (f"columns that are not used: {names}{more}; --map 'ROLE = COLUMN [unit]' says what a column is",)
 
 
 def duplicates_note(visits: Visits) -> str:

@@ -84,12 +84,13 @@ def iso_sheet(
     from lostmotion.analyses.iso9283.tables.measured_headline import (
         command_warnings,
         duplicates_note,
+        lost_warnings,
         measured_cards,
         measured_counts,
         measured_verdict,
         not_compared_notes,
         outlying_warnings,
-        reading_notes,
+        unused_notes,
     )
     from lostmotion.analyses.iso9283.tables.predicted import predicted_sections
 
@@ -121,8 +122,8 @@ def iso_sheet(
         cards += measured_cards(measured, compared)
         verdict.append(measured_verdict(measured, compared, commanded))
         facts |= measured_facts(measured, compared)
-        notes = (*reading_notes(measured.visits), *not_compared_notes(measured, predicted if compared else None, commanded), *notes)
-        doubts = (*command_warnings(measured, predicted), *outlying_warnings(measured))
+        notes = (*unused_notes(measured.visits), *not_compared_notes(measured, predicted if compared else None, commanded), *notes)
+        doubts = (*command_warnings(measured, predicted), *outlying_warnings(measured), *lost_warnings(measured.visits))
         if measured.visits.duplicates:
             notes = (*notes, duplicates_note(measured.visits))
         counted.append(measured_counts(measured))

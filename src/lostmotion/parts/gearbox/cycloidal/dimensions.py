@@ -34,6 +34,11 @@ _USUAL_BORE: Final = 0.35
 _USUAL_RING: Final = 1.25
 _USUAL_HOLE: Final = 0.6
 _ROOM: Final = 0.8
+# What is expected in place of a number of lobes.
+_ONE_TOOTH: Final = (
+    "pins alone: the disc in a ring of N pins has N - 1 lobes, the ring around a planet of N pins N + 1. A difference of two or more is not modelled",
+    "pins = 24",
+)
 
 
 class Relief(Sourced):
@@ -92,6 +97,7 @@ class StageDimensions(Heated):
     process        that makes disc and ring: its tolerances count where none are stated ("IT7", "ISO 2768 m", "FFF")
     """
 
+    not_modelled: ClassVar[dict[str, tuple[str, str]]] = dict.fromkeys(("lobes", "tooth_difference", "teeth_difference"), _ONE_TOOTH)
     form: Literal["ring pins", "lobe arcs", "lobe envelope", "planet pins"] = "ring pins"
     pins: Annotated[int, Whole("", "40", low=3, high=1000)]
     ring_radius: SizeDim
