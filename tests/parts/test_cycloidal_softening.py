@@ -27,7 +27,10 @@ VARIANTS: dict[str, dict[str, Any]] = {
         (("form",), "ring pins"), (("pin_span",), "10 mm"), (("first_stage",), PLANETARY), (("frame",), {"screws": SCREWS, "tube": TUBE})
     ),
     "rigid ring": changed((("rigid",), ["ring body"])),
-    "off centre": changed((("eccentric",), {"rollers": 16, "roller_length": "8 mm", "offset": "2 mm", "cup": "1 mm", "shaft": "10 N/µm"})),
+    "off centre": changed(
+        (("eccentric",), {"rollers": 16, "roller_length": "8 mm", "offset": "2 mm", "cup": "1 mm", "shaft": "10 N/µm"}),
+        (("disc", "bore_fit"), "pressed"),  # the only fit of a cup
+    ),
     "cranks": changed(*CRANKS),
     "envelope": changed((("form",), "lobe envelope")),
     "two stages": changed((("first_stage",), {**deepcopy(OF_STAGE), "kind": "cycloidal"})),
