@@ -17,7 +17,6 @@ from lostmotion.error_model.draws import Stream, uniforms, visit_draws
 from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
-from lostmotion.error_model.remedies import STAGES
 from lostmotion.laws.distributions import Normal
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.carry import carry
@@ -169,7 +168,7 @@ def test_load_compensation_leaves_the_scatter_of_friction():
     """Load compensation removes the mean of closed plays over robots, and a map of each robot also removes the state of its own play."""
     arm = loaded(0.9, amount=0.0)
     stages = waterfall(arm, Poses(HERE, "given"), 512, 4, 2).stages
-    mean = dict(zip(STAGES, (1e3 * stage.mean.value for stage in stages), strict=True))
+    mean = {stage.name: 1e3 * stage.mean.value for stage in stages}
     c = float(screws(arm, HERE).closed[0, 0])
     ends = [(share / 2, b, s) for (share, b), s in itertools.product(((c, 1), (1 - c, 0)), (-1, 1))]
     assert mean["as manufactured"] == pytest.approx(sum(w * abs(H * (b + (1 - b) * s) + L * s) for w, b, s in ends), rel=0.03)
