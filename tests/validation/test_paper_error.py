@@ -190,7 +190,9 @@ def test_the_slope_of_a_link_is_the_cantilevers():
     described = tomllib.loads(ARM_FILE.read_text("utf-8"))
     area, inertia, young = 1e-3, 1e-6, 70e9
     section = {"kind": "custom", "area": area, "i_y": inertia, "i_z": inertia, "torsion": 2 * inertia, "shear_y": 1.0, "shear_z": 1.0}
-    described["joints"][2]["link"] |= {"section": section, "material": {"young": young, "poisson": 0.3, "density": 2700.0}}
+    link = described["joints"][2]["link"]
+    del link["rigid"]
+    link |= {"section": section, "material": {"young": young, "poisson": 0.3, "density": 2700.0}}
     q = np.radians([[0.0, 180.0, 135.0, 180.0]])
     matrix = lostmotion.screws(lostmotion.Arm.model_validate(described), q)
     bent = sum(matrix.local[0, :, k] for k, info in enumerate(matrix.infos) if info.owner == "joints.B.link")
