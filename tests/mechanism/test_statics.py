@@ -111,10 +111,10 @@ def test_the_largest_holding_torque_is_sought_at_every_pose():
 
 
 def test_the_mass_of_a_tool_is_at_the_tool_point_unless_stated():
-    """A tool of 2 kg whose tool point is 0.5 m from the axis: its holding torque follows the cosine, and one with its centre on the axis has none."""
+    """A tool of 2 kg, tool point 0.5 m and flange 0.4 m from the axis: its torque follows the cosine, none with its centre, seen from the flange, on the axis."""
     joint = {"name": "A", "type": "revolute", "axis": "y", "limits": (-1, 1), "link": {"length": 0.4}}
     q = np.array([[0.0], [0.6], [-0.9]])
-    for centre, lever in (({}, 0.5), ({"centre_of_mass": (-0.5, 0.0, 0.0)}, 0.0)):
+    for centre, lever in (({}, 0.5), ({"centre_of_mass": (-0.4, 0.0, 0.0)}, 0.0), ({"centre_of_mass": (0.1, 0.0, 0.0)}, 0.5)):
         tool = {"frame": {"xyz": (0.1, 0.0, 0.0)}, "mass": 2.0, **centre}
         arm = Arm.model_validate({"name": "tool", "joints": [joint], "tool": tool})
         np.testing.assert_allclose(np.abs(joint_torques(arm, q)[:, 0]), 2.0 * arm.gravity * lever * np.cos(q[:, 0]), atol=1e-12)
