@@ -111,7 +111,7 @@ def test_the_largest_holding_torque_is_sought_at_every_pose():
 
 
 def test_the_mass_of_a_tool_is_at_the_tool_point_unless_stated():
-    """A tool of 2 kg, tool point 0.5 m and flange 0.4 m from the axis: its torque follows the cosine, none with its centre, seen from the flange, on the axis."""
+    """A tool of 2 kg, tool point 0.5 m and flange 0.4 m from the axis: its torque follows the cosine; a centre 0.4 m behind the flange has none."""
     joint = {"name": "A", "type": "revolute", "axis": "y", "limits": (-1, 1), "link": {"length": 0.4}}
     q = np.array([[0.0], [0.6], [-0.9]])
     for centre, lever in (({}, 0.5), ({"centre_of_mass": (-0.4, 0.0, 0.0)}, 0.0), ({"centre_of_mass": (0.1, 0.0, 0.0)}, 0.5)):
