@@ -110,7 +110,7 @@ def test_sizes_scale_the_terms_as_changed_parts_do(name):
     ):
         owner = getattr(joint, part, None)
         stated = getattr(owner, field, None)
-        if not stated:
+        if not stated or getattr(stated, "nominal", stated) == 0:  # none stated, or a play of zero, which makes no term
             continue
         if isinstance(stated, list):
             new = [each * by for each in stated]
