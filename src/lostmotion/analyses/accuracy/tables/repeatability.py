@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.error_model.arrival import arrival, rp_name
+from lostmotion.error_model.arrival import arrival, rp_key, rp_name
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.provenance import repeats_bounded
 from lostmotion.reporting.sheet import Bar, Bars, Figure, Row, Section, find_row, in_words, several
@@ -94,6 +94,19 @@ def _bounded(figure: Figure, each: Repeatability, arm: Arm, known: States) -> st
 
 def _missing(each: Repeatability, arm: Arm) -> tuple[str, ...]:
     return undescribed_scatter(arm) if each.approach else ()
+
+
+def one_sided_bounded(found: Sequence[Section], arm: Arm) -> tuple[Section, ...]:
+    """Return sections, RP in the ISO cycle as a lower bound where a joint describes neither a dead band nor a scatter of friction."""
+    if not undescribed_scatter(arm):
+        return tuple(found)
+    return tuple(replace(section, rows=tuple(map(_one_sided_bounded, section.rows))) for section in found)
+
+
+def _one_sided_bounded(row: Row) -> Row:
+    if not row.key.startswith(rp_key(1.0)):
+        return row
+    return replace(row, figures=tuple(figure if figure.words else replace(figure, bound="lower") for figure in row.figures))
 
 
 def undescribed_scatter(arm: Arm) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
 from lostmotion.analyses.accuracy.tables.error import error_section, few_poses, iso_section
 from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
 from lostmotion.analyses.accuracy.tables.joints import joints_section
-from lostmotion.analyses.accuracy.tables.repeatability import made_of_sections, with_made_of_bars
+from lostmotion.analyses.accuracy.tables.repeatability import made_of_sections, one_sided_bounded, with_made_of_bars
 from lostmotion.analyses.accuracy.tables.stopping import stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
@@ -64,6 +64,7 @@ def sheet(answer: Answer) -> Sheet:
     """Return the sheet of a study."""
     known = with_limits(states(answer.arm), answer.arm, answer.poses.q, answer.approach)
     found = with_made_of_bars(sections(answer), answer.repeats, answer.arm, known)
+    shown = one_sided_bounded(found, answer.arm)
     sampled, poses = answer.sampled, answer.poses
     overloaded = overloads(answer.arm, poses)
     whole = Sheet(
@@ -71,8 +72,8 @@ def sheet(answer: Answer) -> Sheet:
         subject="predicted accuracy",
         counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
         verdict=_verdict(found, answer, known, overloaded),
-        cards=bounded_cards([with_band(card, answer.bands, found) for card in _cards(found, answer)], known, _ERRORS),
-        sections=(*bounded_sections(found, known, _BOUNDED), *provenance_sections(known)),
+        cards=bounded_cards([with_band(card, answer.bands, found) for card in _cards(shown, answer)], known, _ERRORS),
+        sections=(*bounded_sections(shown, known, _BOUNDED), *provenance_sections(known)),
         warnings=(*answer.arm.warnings, *overload_warnings(overloaded), *few_poses(answer.budget, sampled.visits, answer.approach)),
         notes=answer.arm.remarks,
         words=_WORDS,
