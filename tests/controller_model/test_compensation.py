@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import lostmotion
 from lostmotion.controller_model.controller import LARGEST_STEP, OK, SINGULAR
@@ -175,3 +176,20 @@ def test_a_command_stays_within_the_limits_and_reports_it():
     assert found.command[0, 0] == 0.0
     assert found.status[0] == SINGULAR
     assert found.left[0, 5] == pytest.approx(-9.80665e-4)
+
+
+@pytest.mark.parametrize("stiffness", [200.0, 400.0, 1000.0])
+def test_where_a_soft_joint_settles_one_pass_is_exact_and_two_are_not(tmp_path, stiffness):
+    """A spring K under T cos(a) settles where K (c - a) = T cos(a): at q after one pass, (T/K)^2 sin(q) cos(q) below it after two."""
+    path = tmp_path / "soft.toml"
+    path.write_text(
+        'name = "soft"\n[payload]\nmass = "5.5 kg"\n[[joints]]\nname = "A"\ntype = "revolute"\naxis = "-y"\nlimits = ["-90 deg", "90 deg"]\n'
+        f'gearbox = {{ ratio = 100, stiffness = "{stiffness} N m/rad", friction_torque = "0 N m" }}\n'
+        'link = { length = "200 mm", rigid = true, mass = "0 kg" }\n',
+        encoding="utf-8",
+    )
+    model, q, droop = lostmotion.controller(path), 0.8, 5.5 * 9.80665 * 0.2 / stiffness
+    sent = [float(model.compensate([q], passes=passes).command[0, 0]) for passes in (1, 2)]
+    settled = [brentq(lambda a, c: c - a - droop * math.cos(a), -2, 2, args=(command,), xtol=1e-14) for command in sent]
+    assert settled[0] == pytest.approx(q, abs=1e-9)
+    assert q - settled[1] == pytest.approx(droop**2 * math.sin(q) * math.cos(q), rel=0.1)
