@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from lostmotion.io.stated_values import StatedValue
     from lostmotion.mechanism.arm import Arm
 
-# Digits that distinguish values whose shorter texts are equal.
+# Digits of stated values, of assumed ones, and digits that distinguish values whose shorter texts are equal.
+_DIGITS: Final = 6
+_ASSUMED_DIGITS: Final = 4
 _ALL_DIGITS: Final = 12
 ABSENT: Final = "-"
 WHOLE_JOINT: Final = "joint"
@@ -64,12 +66,12 @@ def value_differences(arms: Sequence[Arm]) -> tuple[Difference, ...]:
     missing = [name for name in names if not all(name in each for each in joints)]
     found = [Difference((f"joint {name}",), WHOLE_JOINT, tuple(each[name].type if name in each else ABSENT for each in joints)) for name in missing]
     of_missing = {owner for name in missing for owner in _owners(name, [each[name] for each in joints if name in each])}
-    short, full = ([stated_values(arm, digits) for arm in arms] for digits in (6, _ALL_DIGITS))
+    rough, short, full = ([stated_values(arm, digits) for arm in arms] for digits in (_ASSUMED_DIGITS, _DIGITS, _ALL_DIGITS))
     for place in dict.fromkeys(place for each in short for place in each):
         cells = [each.get(place) for each in short]
         if place[0] in of_missing or len({_identity(cell) for cell in cells}) == 1:
             continue
-        texts = _texts(cells)
+        texts = _texts([coarse.get(place) if cell is not None and cell.reason else cell for coarse, cell in zip(rough, cells, strict=True)])
         if len(set(texts)) == 1:
             texts = _texts([each.get(place) for each in full])
         found.append(Difference((place[0],), place[1], texts))

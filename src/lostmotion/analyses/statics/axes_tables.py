@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 AXES: Final = "xyz"
-# Below this share of the largest compliance a direction is rigid: rounding.
-_RIGID: Final = 1e-9
+# Below this share of the largest compliance a direction, or a part in it, is rigid.
+_RIGID: Final = 1e-6
 # m/N; arms that are softer along an axis, below 0.01 N/µm, are stated in N/mm.
 _SOFT: Final = 1e-4
 
@@ -40,11 +40,9 @@ def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
     at = [f"pose {index}" for index in survey.axis_worst]
     parts = tuple(
         Row(short_name(name), tuple(_stiffness(survey, float(each), here) for each, here in zip(own, at, strict=True)))
-        for name, own in zip(survey.parts, survey.axis_parts.T, strict=True)
+        for name, own in zip(survey.parts, _without_rounding(survey, survey.axis_parts).T, strict=True)
     )
-    alone = (
-        "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. rigid: this part does not yield"
-    )
+    alone = "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. rigid: less than a millionth of the compliance"
     return (
         Section("axes", "Stiffness of the tool along x, y, z", ("worst pose", "median pose", "best pose"), tuple(rows), note),
         Section("axes-parts", "Stiffness along x, y, z by part", tuple(f"along {axis}" for axis in AXES), parts, alone),
@@ -80,7 +78,11 @@ def _stiffness(survey: Survey, compliance: float, samples: str = "") -> Figure:
 
 def _compliance(survey: Survey) -> Floats:
     """Return the compliance (pose, axis), m/N, zero where it is rounding."""
-    return np.where(survey.axis_compliance > _RIGID * survey.axis_compliance.max(), survey.axis_compliance, 0.0)
+    return _without_rounding(survey, survey.axis_compliance)
+
+
+def _without_rounding(survey: Survey, compliance: Floats) -> Floats:
+    return np.where(compliance > _RIGID * survey.axis_compliance.max(), compliance, 0.0)
 
 
 def _at(survey: Survey, index: int) -> str:
