@@ -81,7 +81,10 @@ def arm_with(joint: str | None = None, **parts: Any) -> lostmotion.Arm:  # noqa:
     for each in described["joints"]:
         del each["lumped"]
         if each["name"] == joint:
-            each["link"].update(parts.pop("link", {}))
+            link = parts.pop("link", {})
+            if "section" in link:
+                del each["link"]["rigid"]
+            each["link"].update(link)
             each.update(parts)
     return lostmotion.Arm.model_validate(described)
 
