@@ -44,11 +44,12 @@ def test_bars_show_the_figures_of_the_tables(study):
 
 
 def test_without_sampling_bars_show_root_mean_squares():
-    """An analytic study knows no percentile of a remedy: its bars show what compensation and a map leave of the root mean square."""
+    """An analytic study knows no percentile of a remedy: its bars show what each remedy leaves of the root mean square."""
     found = lostmotion.study(EXAMPLES / "z-arm.toml", 64, method="analytic").sheet
-    assert [bars.key for bars in found.bars] == ["budget", "levels"]
+    assert [bars.key for bars in found.bars] == ["budget", "remedies"]
     row = find_row(found.sections, "levels", "left after compensation of load and pose")
-    assert found.bars[1].bars[1].figure.value == pytest.approx(row.figures[0].value)
+    (compensated,) = [bar for bar in found.bars[1].bars if bar.label == "load compensated"]
+    assert compensated.figure.value == pytest.approx(row.figures[0].value)
 
 
 def test_a_part_that_cancels_others_has_a_bar_to_the_left():
