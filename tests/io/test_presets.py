@@ -150,3 +150,11 @@ def test_the_catalogue_lists_every_preset_and_prints_one_with_all_its_values():
     assert entry["gearbox"]["backlash"] == "0.9 deg ± 0.4 deg"
     (section,) = catalog("belt axis", kind="preset").sheet.sections
     assert {"gearbox.lead", "source"} <= {row.label for row in section.rows}
+
+
+def test_what_a_part_of_a_preset_consists_of_is_assumed_too():
+    """Height, width and wall of a section that a preset describes, and the values of its material, are not stated values of the arm."""
+    made = states(one_joint(link={"preset": "printed PLA"}))
+    within = [each for each in made.given if each.owner.startswith("joints.A.link.")]
+    assert {each.key for each in within} >= {"height", "width", "wall"}
+    assert not [each.key for each in within if each.state == "stated"]

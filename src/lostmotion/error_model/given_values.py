@@ -37,7 +37,7 @@ class GivenValue:
 
     value   as the part holds it, in SI; None where the part has no value of its own, and computes one
     reason  why it counts as assumed; empty for a stated one
-    whole   whether its part as a whole is marked as assumed; then it counts there, once
+    whole   whether its part as a whole is marked as assumed, or comes from a preset; then it counts there, once
     origin  of an assumed value: as in `AssumedValue`
     """
 
@@ -167,7 +167,7 @@ def _walk(
         counted_with = reason if preset is not None and key in preset.keys else origin_of(key)
         yield GivenValue(owner, key, model, None if _has_parts(held) else held, reason, quoted, whole, counted_with if reason else ""), value
     for name, held in inner.items():
-        marked = whole or assumptions.get(name) == ASSUMED
+        marked = whole or assumptions.get(name) == ASSUMED or (preset is not None and name in preset.keys)
         yield from _walk(held, f"{owner}.{name}", source, origins, levels=max(levels - 1, 0), origin=origin_of(name), whole=marked)
 
 

@@ -42,7 +42,9 @@ def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
         Row(short_name(name), tuple(_stiffness(survey, float(each), here) for each, here in zip(own, at, strict=True)))
         for name, own in zip(survey.parts, _without_rounding(survey, survey.axis_parts).T, strict=True)
     )
-    alone = "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. rigid: less than a millionth of the compliance"
+    alone = (
+        "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. rigid: below a millionth of it"
+    )
     return (
         Section("axes", "Stiffness of the tool along x, y, z", ("worst pose", "median pose", "best pose"), tuple(rows), note),
         Section("axes-parts", "Stiffness along x, y, z by part", tuple(f"along {axis}" for axis in AXES), parts, alone),
