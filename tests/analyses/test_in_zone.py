@@ -238,6 +238,7 @@ def test_a_study_without_sampling_says_it_too(arm, study):
         "analytic",
         "zone_1_analytic",
         "levels",
+        "remedies",
         "budget_levels",
         "causes_levels",
         "halving",
