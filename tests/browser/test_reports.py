@@ -158,7 +158,7 @@ def test_a_report_prints_on_a4_with_every_figure(page, folder):
     page.show()
     printed = page.pdf()
     assert min(figures) > 60
-    assert printed.count(b"/Alt ") == len(figures)
+    assert printed.count(b"/Alt ") == len(figures)  # bars beside a table that has their figures are left to the screen
     sizes = re.findall(rb"/MediaBox \[([\d. ]+)\]", printed)
     assert {tuple(round(float(side)) for side in size.split()) for size in sizes} == {(0, 0, 595, 842)}
     if json.loads((folder / "result.json").read_text(encoding="utf-8"))["figures"].get("waterfall"):

@@ -216,10 +216,12 @@ def histogram(on: Axes, edges: Floats, counts: np.ndarray, colour: str = LIGHT["
 
 
 def mark(on: Axes, estimate: Estimate, name: str, unit: str, *, row: int = 0) -> None:
-    """Draw a line at an estimate over its shaded interval, and its value above the axes, `row` lines up."""
+    """Draw a line at an estimate over its whole shaded interval, and its value above the axes, `row` lines up. Set the limits first."""
     factor = PER_UNIT[unit]
     value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))
     if math.isfinite(high - low) and high > low:
+        left, right = on.get_xlim()
+        on.set_xlim(min(left, low), max(right, high))
         on.axvspan(low, high, color=LIGHT["warn"], alpha=_BAND, linewidth=0)
     words = f"{name} {length(estimate.value, estimate.low, estimate.high)}".strip()
     mark_at(on, value, words, row=row)

@@ -101,7 +101,7 @@ def accuracy_over_robots(answer: Answer) -> Figure:
         raise ValueError(f"{sampled.visits} visit to each pose; AP and RP over robots need at least 2")
     shown = [("AP", sampled.robot_means[:, :, 1], sampled.of_poses(1))]
     shown += [(rp_name(each.approach), each.robot_means, each.per_pose[:, 0]) for each in answer.repeats if not each.none]
-    drawn = figure(16 + 38 * len(shown))
+    drawn = figure(14 + 26 * len(shown))
     panels = axes(drawn, "AP and RP of simulated robots", rows=len(shown))[:, 0]
     for on, (name, of_robots, at_poses) in zip(panels, shown, strict=True):
         values = of_robots.mean(axis=0)
