@@ -156,3 +156,10 @@ def test_a_wrong_input_is_refused_before_anything_heavy_is_loaded(tmp_path):
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
         assert "mistake" in done.stderr
         assert done.stderr.splitlines()[-1] == "2"
+
+
+@pytest.mark.parametrize("typed", ["--1", "+-3", "1" * 5000])
+def test_a_count_that_is_no_number_is_one_message(typed):
+    """Two signs, and more digits than a number has, are refused under the name of the argument."""
+    with pytest.raises(lostmotion.InputError, match="a whole number"):
+        lostmotion.study("examples/planar-2r.toml", visits=typed)

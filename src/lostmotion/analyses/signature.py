@@ -26,6 +26,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 # From the argument's name, what was given, and all arguments, those before it as read, to the value that is used.
 Reader: TypeAlias = Callable[[str, Any, Mapping[str, Any]], Any]
 _WIDTH: Final = 100
+# A whole number as people type it; longer ones are none that an argument takes.
+_WHOLE: Final = re.compile(r"[+-]?[0-9]{1,18}")
 _KINDS: Final = {
     "m": "LENGTH",
     "rad": "ANGLE",
@@ -139,7 +141,7 @@ class Parameter:
 
     def _whole(self, value: object) -> int:
         least, most = self.argument.least, self.argument.most
-        number: object = int(value) if isinstance(value, str) and value.strip().isascii() and value.strip().lstrip("+-").isdigit() else value
+        number: object = int(value) if isinstance(value, str) and _WHOLE.fullmatch(value.strip()) else value
         whole = int(number) if isinstance(number, Integral) and not isinstance(number, bool) else None
         if whole is not None and (least is None or whole >= least) and (most is None or whole <= most):
             return whole
