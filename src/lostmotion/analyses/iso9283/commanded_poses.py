@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.cube import SAMPLES, STARTS, candidate_rotations, orientation_clause
+from lostmotion.analyses.iso9283.cube import FULL, SAMPLES, STARTS, candidate_rotations, orientation_clause
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError, Problem
 from lostmotion.io.limits import cut
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 # Poses at which robots are predicted, evenly picked from those of the file.
 MOST_POSES: Final = 50
-_FULL: Final = 6
 _MOST_NAMED: Final = 5
 _LONGEST_NAME: Final = 40
 
@@ -56,7 +55,7 @@ def commanded_poses(arm: Arm, visits: Visits) -> CommandedPoses | None:
         return None
     kept = [names[k] for k in np.unique(np.linspace(0, len(names) - 1, MOST_POSES).round().astype(int))] if len(names) > MOST_POSES else names
     wanted = np.stack([visits.commanded_pose(first[name]) for name in kept])
-    turned = bool(np.isfinite(wanted).all()) and len(arm.tree.tool_joints) >= _FULL
+    turned = bool(np.isfinite(wanted).all()) and len(arm.tree.tool_joints) >= FULL
     cloud = sample_poses(arm, SAMPLES).q
     places = tool_points(arm, cloud)
     missed: list[int] = []

@@ -31,7 +31,8 @@ NAMES: Final = ("P1", "P2", "P3", "P4", "P5")
 # Usual orientations of a tool: downward, forward.
 _DOWN: Final = pose_of(rpy=(math.pi, 0.0, 0.0))[:3, :3]
 _FORWARD: Final = pose_of(rpy=(0.0, math.pi / 2, 0.0))[:3, :3]
-_FULL: Final = 6
+# Fewest joints for any orientation of the tool.
+FULL: Final = 6
 SPACE: Final = 3
 # Number of sampled poses, and of the nearest ones from which a point is tried.
 SAMPLES: Final = 16_384
@@ -107,7 +108,7 @@ def cube_from_arguments(arm: Arm, centre: Floats, side: float, rotation: Floats 
 
 def orientation_clause(arm: Arm) -> str:
     """Return ", with constant orientation of the tool" for an arm with six joints or more, else nothing."""
-    return ", with constant orientation of the tool" if len(arm.tree.tool_joints) >= _FULL else ""
+    return ", with constant orientation of the tool" if len(arm.tree.tool_joints) >= FULL else ""
 
 
 def cube_in_reach(arm: Arm, centre: Floats, side: float, rotation: Floats | None = None) -> Cube | None:
@@ -179,11 +180,11 @@ def candidate_rotations(arm: Arm, rotation: Floats | None) -> list[Floats | None
     Raises InputError where an orientation is requested from an arm with fewer than six joints.
     """
     if rotation is not None:
-        if len(arm.tree.tool_joints) < _FULL:
+        if len(arm.tree.tool_joints) < FULL:
             found = f"an orientation for {len(arm.tree.tool_joints)} joints"
             raise refuse_argument("tool_rpy", found, "none: with fewer than six joints the orientation follows from the position")
         return [np.asarray(rotation, dtype=float)]
-    if len(arm.tree.tool_joints) < _FULL:
+    if len(arm.tree.tool_joints) < FULL:
         return [None]
     return [_DOWN, _FORWARD, frames(arm, arm.limits.mean(axis=1)[None])[-1, 0, :3, :3]]
 

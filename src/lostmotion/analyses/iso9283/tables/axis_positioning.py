@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.iso9283.axis_positioning import APPROACHES, POSITIONS
+from lostmotion.analyses.iso9283.tables.labels import LONGEST_SIDE
 from lostmotion.io.limits import cut
 from lostmotion.reporting.sheet import Card, Row, Section, length, several
 
@@ -30,7 +31,6 @@ _NAMES: Final = {
 _ON_FIRST_SCREEN: Final = {"A": "accuracy A", "R": "repeatability R", "B": "reversal B"}
 # Lines that have a table each; of more the note says how many.
 _MOST_LINES: Final = 6
-_LONGEST_SIDE: Final = 20
 
 
 def positioning_sections(found: MeasuredRobot) -> list[Section]:
@@ -38,7 +38,7 @@ def positioning_sections(found: MeasuredRobot) -> list[Section]:
     lines = _lines(found)
     out = []
     for number, line in enumerate(lines[:_MOST_LINES]):
-        sides = [cut(side, _LONGEST_SIDE) for side in line.sides]
+        sides = [cut(side, LONGEST_SIDE) for side in line.sides]
         counted = f"{len(line.positions)} positions x {line.approaches} approaches"
         rows = tuple(
             Row(name.format(*sides), (length(value, samples=counted),)) for symbol, name in _NAMES.items() for value in (line.figures[symbol],)

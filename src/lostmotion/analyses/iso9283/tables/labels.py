@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # Angles below this many arcmin are shown in arcsec.
 _SMALL_ANGLE: Final = 0.1
-_LONGEST_SIDE: Final = 20
+LONGEST_SIDE: Final = 20
 # Scatter (m, rad) below which only rounding remains.
 NO_SCATTER: Final = 1e-13
 
@@ -47,7 +47,7 @@ def load_label(label: str, load: float, loads: Collection[object]) -> str:
 
 def measured_label(text: str, load: MeasuredLoad, loads: Sequence[MeasuredLoad]) -> str:
     """Return a label of measured figures with the side of approach, where there are sides, and with the load, where there are several."""
-    text = f"{text}, from {cut(load.side, _LONGEST_SIDE)}" if load.side else text
+    text = f"{text}, from {cut(load.side, LONGEST_SIDE)}" if load.side else text
     return load_label(text, load.load, {each.load for each in loads})
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.comparison import determines_tool_frame, different_orientations, over_robots
+from lostmotion.analyses.iso9283.cube import FULL
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.tables.axis_positioning import positioning_cards, positioning_sentence
 from lostmotion.analyses.iso9283.tables.comparison import SHOWN
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 _MOST_NAMED: Final = 5
 _LONGEST_NAME: Final = 40
-_FULL: Final = 6
 # Multiple of the predicted 95th percentile, or length (m), above which a mean AP_p or an AT_p is doubtful.
 _DOUBTED: Final = 10.0
 _FAR: Final = 5e-3
@@ -170,7 +170,7 @@ def not_compared_notes(found: MeasuredRobot, predicted: PredictedRobots | None, 
     at = at_commands or predicted.cube
     different = {name: None for load in found.loads for name in different_orientations(at, load)}
     if different:
-        why = "" if len(predicted.arm.tree.tool_joints) >= _FULL else ": with fewer than six joints it follows from the position"
+        why = "" if len(predicted.arm.tree.tool_joints) >= FULL else ": with fewer than six joints it follows from the position"
         out.append(f"orientation is not compared at {', '.join(different)}, where measured and predicted tool orientation differ{why}")
     if predicted.cube.rotation is None and any(math.isfinite(path.figures[k]) for load in found.loads for path in load.paths for k in _TURNS):
         out.append("AT_a,b,c and RT_a,b,c are not compared: with fewer than six joints the orientation follows from the position")
