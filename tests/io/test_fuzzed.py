@@ -52,10 +52,14 @@ def test_spoiled_files_are_refused_or_read(tmp_path):
 def test_eight_thousand_spoiled_files_are_refused_or_read(tmp_path):
     """Whatever is done to a file of any format: a refusal in words or finite figures, no traceback, warning or control character, nothing written."""
     counts = look_at(tmp_path, 8_000)
+    rare: Counter[str] = Counter()
     for kind in formats(tmp_path):
-        readable = counts[kind.name, "read"] + counts[kind.name, "studied"]
-        least = 20 if kind.every == 1 else 0
-        assert min(readable, counts[kind.name, "refused"]) > least, (kind.name, counts)
+        outcome = {"readable": counts[kind.name, "read"] + counts[kind.name, "studied"], "refused": counts[kind.name, "refused"]}
+        if kind.every == 1:
+            assert min(outcome.values()) > 20, (kind.name, counts)
+        else:  # of each of these a dozen: counted together
+            rare.update(outcome)
+    assert min(rare["readable"], rare["refused"]) > 3, counts
 
 
 @pytest.mark.parametrize("text", ["\x1f3", "3\u2028", "\u0663", "\x1f\n3"])
