@@ -1,15 +1,20 @@
-"""How fast is a study against a careful NumPy program of the same study, in the same run, on one core?
+"""How fast is a study against a careful NumPy program of the same study, in the same run, on one
+core?
 
-The paper's Monte Carlo on a UR5e: every joint angle errs by a normal law of sigma 3.27'/3, every joint's centre by +-30 um along three axes;
-10 000 poses x 1 000 draws; asked for are mean, 50/95/99 % and largest at every pose, and the histogram over all. (Ours cuts the normal law at three
-sigma, as a tolerance is: its mean is 1 % smaller.)
+The paper's Monte Carlo on a UR5e: every joint angle errs by a normal law of sigma 3.27'/3, every
+joint's centre by +-30 um along three axes; 10 000 poses x 1 000 draws; asked for are mean, 50/95/99
+% and largest at every pose, and the histogram over all. (Ours cuts the normal law at three sigma,
+as a tolerance is: its mean is 1 % smaller.)
 
     python benchmarks/against_numpy.py [--poses 10000] [--draws 1000]
 
-Contestants, each on one thread, alternating, best of three, by the processor's time, which other work beside disturbs least:
-    exact NumPy     what one writes without this package: perturbed angles and offsets through the exact kinematics, vectorised over a pose's draws
-    linear NumPy    what one writes knowing the first-order trick: a matrix product per pose with fresh draws
-    lostmotion      the whole of montecarlo.run: frames, wrenches, terms, screws, kernel, intervals, bounds, budget, exact check
+Contestants, each on one thread, alternating, best of three, by the processor's time, which other
+work beside disturbs least:
+    exact NumPy     what one writes without this package: perturbed angles and offsets through the
+                    exact kinematics, vectorised over a pose's draws linear NumPy    what one writes
+                    knowing the first-order trick: a matrix product per pose with fresh draws
+    lostmotion      the whole of montecarlo.run: frames, wrenches, terms, screws, kernel, intervals,
+                    bounds, budget, exact check
 """
 
 from __future__ import annotations
@@ -41,12 +46,23 @@ def ur5e(varies: str = "visit") -> Arm:
     for k in range(6):
         tip = {"xyz": (A[k], 0.0, D[k]), "rpy": (ALPHA[k], 0.0, 0.0)}
         lumped = {"angle": 3 * SIGMA, "law": "normal", "offset": OFFSET, "varies": varies}
-        joints.append({"name": f"{k + 1}", "type": "revolute", "axis": "z", "limits": (-math.pi, math.pi), "link": {"tip": tip}, "lumped": lumped})
+        joints.append(
+            {
+                "name": f"{k + 1}",
+                "type": "revolute",
+                "axis": "z",
+                "limits": (-math.pi, math.pi),
+                "link": {"tip": tip},
+                "lumped": lumped,
+            }
+        )
     return Arm.model_validate({"name": "UR5e, lumped errors", "joints": joints})
 
 
 def tool(angles: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """Exact tool point (3, draw) for angles (6, draw) and joint-frame shifts (6, 3, draw), carried inward from the tool; no 4 x 4 products."""
+    """Exact tool point (3, draw) for angles (6, draw) and joint-frame shifts (6, 3, draw), carried
+    inward from the tool; no 4 x 4 products.
+    """
     x = y = z = np.zeros(angles.shape[1])
     for k in range(5, -1, -1):
         ca, sa = math.cos(ALPHA[k]), math.sin(ALPHA[k])
@@ -77,7 +93,9 @@ def exact_numpy(q: np.ndarray, draws: int) -> list:
 
 
 def linear_numpy(draws: int, matrices: np.ndarray) -> list:
-    """Matrices (pose, 3, 24) are given: only draws, product and statistics are timed, in this program's favour."""
+    """Matrices (pose, 3, 24) are given: only draws, product and statistics are timed, in this
+    program's favour.
+    """
     rng = np.random.default_rng(1)
     out, histogram = [], np.zeros(len(EDGES) - 1, int)
     drawn = np.empty((24, draws))
@@ -91,13 +109,19 @@ def linear_numpy(draws: int, matrices: np.ndarray) -> list:
 
 
 def lever(q: np.ndarray) -> np.ndarray:
-    """Derivatives of the tool point by central differences, as a careful programmer checks by hand: (pose, 3, 24)."""
+    """Derivatives of the tool point by central differences, as a careful programmer checks by hand:
+    (pose, 3, 24).
+    """
     out = np.empty((len(q), 3, 24))
     step = 1e-6
     for k in range(6):
         d = np.zeros(6)
         d[k] = step
-        out[:, :, k] = (tool((q + d).T, np.zeros((6, 3, 1))) - tool((q - d).T, np.zeros((6, 3, 1)))).T / (2 * step) * SIGMA
+        out[:, :, k] = (
+            (tool((q + d).T, np.zeros((6, 3, 1))) - tool((q - d).T, np.zeros((6, 3, 1)))).T
+            / (2 * step)
+            * SIGMA
+        )
         for c in range(3):
             s = np.zeros((6, 3, 1))
             s[k, c] = 1
@@ -118,7 +142,11 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 def memory(poses: int, draws: int) -> float:
     """Peak memory of a fresh process that runs the study, MB."""
     code = MEASURED.format(folder=str(Path(__file__).resolve().parent), poses=poses, draws=draws)
-    return float(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
+    return float(
+        subprocess.run(
+            [sys.executable, "-c", code], check=True, capture_output=True, text=True
+        ).stdout
+    )
 
 
 def main() -> None:
@@ -148,12 +176,23 @@ def main() -> None:
     for name, seconds in best.items():
         table = ours[:, [0, 3, 6, 9, 12]] if name == "lostmotion" else np.array(results[name])
         mean, q95 = table[:, [0, 3]].mean(axis=0) * 1e3
-        print(f"{name:14} {seconds / samples * 1e9:10.1f} {seconds / best['lostmotion']:11.1f} {mean:9.4f} mm {q95:9.4f} mm")
+        print(
+            f"{name:14} {seconds / samples * 1e9:10.1f} {seconds / best['lostmotion']:11.1f} "
+            f"{mean:9.4f} mm {q95:9.4f} mm"
+        )
     for draws in (options.draws, 10 * options.draws):
-        print(f"peak memory of a fresh process, {len(poses)} poses x {draws} draws: {memory(options.poses, draws):.0f} MB")
+        print(
+            f"peak memory of a fresh process, {len(poses)} poses x {draws} draws: "
+            f"{memory(options.poses, draws):.0f} MB"
+        )
 
 
 if __name__ == "__main__":
-    if os.environ.get("OPENBLAS_NUM_THREADS") != "1":  # read when NumPy is loaded, so begin again with it
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"})  # noqa: S606
+    # read when NumPy is loaded, so begin again with it
+    if os.environ.get("OPENBLAS_NUM_THREADS") != "1":
+        os.execve(  # noqa: S606
+            sys.executable,
+            [sys.executable, *sys.argv],
+            {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        )
     main()

@@ -1,8 +1,10 @@
-"""What does keeping blocks cost, against the same study held in memory? Processor time, median of three, in one process and on one thread.
+"""What does keeping blocks cost, against the same study held in memory? Processor time, median of
+three, in one process and on one thread.
 
     python benchmarks/big_run.py [POSES]
 
-Prints seconds for each, bytes kept for each pose, and how long a finished run takes to be checked and summed up.
+Prints seconds for each, bytes kept for each pose, and how long a finished run takes to be checked
+and summed up.
 """
 
 from __future__ import annotations
@@ -40,10 +42,13 @@ def main(poses):
             times["study in memory"].append(seconds(lambda: run(arm, chosen, ROBOTS, VISITS, 1)))
             store = Store.begin(Path(name) / "run", asked)
             times["run with its store"].append(seconds(lambda store=store: carry_out(store)))
-            times["check and sum up"].append(seconds(lambda store=store: (store.done(), summarise(store))))
+            times["check and sum up"].append(
+                seconds(lambda store=store: (store.done(), summarise(store)))
+            )
             size = sum(path.stat().st_size for path in store.folder.rglob("*") if path.is_file())
     print(
-        f"{len(chosen)} poses x {ROBOTS} robots x {VISITS} visits, blocks of {asked.block} poses; {size / len(chosen):.0f} bytes kept for each pose"
+        f"{len(chosen)} poses x {ROBOTS} robots x {VISITS} visits, blocks of {asked.block} "
+        f"poses; {size / len(chosen):.0f} bytes kept for each pose"
     )
     for name, found in times.items():
         print(f"{name:20} {statistics.median(found):7.2f} s")

@@ -1,9 +1,11 @@
-"""How much of the expected error do one and two passes of compensation leave, and do they ever add to it?
+"""How much of the expected error do one and two passes of compensation leave, and do they ever add
+to it?
 
 python benchmarks/compensation.py [--poses 100000]
 
-The tables print what the page on controllers states: shares left at regular poses away from the joint limits, and how many poses are made worse of
-which most are stretched, folded, with axes in line or nearly so, or at a joint limit. The truth is the model at the corrected command.
+The tables print what the page on controllers states: shares left at regular poses away from the
+joint limits, and how many poses are made worse of which most are stretched, folded, with axes in
+line or nearly so, or at a joint limit. The truth is the model at the corrected command.
 """
 
 from __future__ import annotations
@@ -20,21 +22,37 @@ from lostmotion.controller_model.remainder import REGULAR, reached, shares_left
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 REGULAR_ARMS = ("ur5e.urdf", "z-arm.toml", "z-arm-drawn.toml", "arm-from-drawings.toml")
-OTHERS = ("scara", "printed-hobby-arm", "palletiser", "planar-2r", "six-axis", "arm-in-the-sun", "tracked-base", "gantry")
+OTHERS = (
+    "scara",
+    "printed-hobby-arm",
+    "palletiser",
+    "planar-2r",
+    "six-axis",
+    "arm-in-the-sun",
+    "tracked-base",
+    "gantry",
+)
 REACH = 2.8
-# Distances from the limits at regular poses, and from a special joint value at special ones, rad or m.
+# Distances from the limits at regular poses, and from a special joint value at special ones, rad or
+# m.
 INSIDE = 0.02
 BESIDE = (0.0, 0.0, 1e-4, -1e-3, 1e-2, 3e-2, -1e-2)
 
 
 def special_poses(model: Any, count: int) -> Any:
-    """Return poses in which a third of the joints have values of a stretched or folded arm, of axes in line or limits, or nearly so."""
+    """Return poses in which a third of the joints have values of a stretched or folded arm, of axes
+    in line or limits, or nearly so.
+    """
     rng = np.random.default_rng(5)
     low, high = np.clip(model.tables.limits, -REACH, REACH).T
     q = rng.uniform(low, high, size=(count, len(low)))
     for joint, (least, largest) in enumerate(zip(low, high, strict=True)):
-        special = rng.choice([0.0, math.pi / 2, -math.pi / 2, least, largest], size=count) + rng.choice(BESIDE, size=count)
-        q[:, joint] = np.where(rng.random(count) < 0.35, np.clip(special, least, largest), q[:, joint])
+        special = rng.choice(
+            [0.0, math.pi / 2, -math.pi / 2, least, largest], size=count
+        ) + rng.choice(BESIDE, size=count)
+        q[:, joint] = np.where(
+            rng.random(count) < 0.35, np.clip(special, least, largest), q[:, joint]
+        )
     return q
 
 
@@ -50,17 +68,28 @@ def main() -> None:
         for passes in (1, 2):
             share, singular = shares_left(model, q, passes)
             share = share[(singular > REGULAR) & np.isfinite(share)][:20_000]
-            figures = ", ".join(f"{100 * each:.2g} %" for each in (np.median(share), np.quantile(share, 0.95), share.max()))
-            print(f"{name}, {passes}: {len(share)} | {figures} | {100 * np.mean(share > 0.01):.2g} %")
+            figures = ", ".join(
+                f"{100 * each:.2g} %"
+                for each in (np.median(share), np.quantile(share, 0.95), share.max())
+            )
+            print(
+                f"{name}, {passes}: {len(share)} | {figures} | {100 * np.mean(share > 0.01):.2g} %"
+            )
     print("\narm, passes: special poses | made worse | worst ratio")
     for name in (*REGULAR_ARMS, *(f"{each}.toml" for each in OTHERS)):
         model = lostmotion.controller(EXAMPLES / name)
         q = special_poses(model, count)
         for passes in (1, 2):
             found = model.compensate(q, passes=passes)
-            before, after = (np.linalg.norm(reached(model, each) - found.prediction.point, axis=1) for each in (q, found.command))
+            before, after = (
+                np.linalg.norm(reached(model, each) - found.prediction.point, axis=1)
+                for each in (q, found.command)
+            )
             ratio = after / np.where(before > 0, before, np.inf)
-            print(f"{name}, {passes}: {count} | {np.count_nonzero(ratio > 1 + 1e-6)} | {ratio.max():.6f}")
+            print(
+                f"{name}, {passes}: {count} | {np.count_nonzero(ratio > 1 + 1e-6)} | "
+                f"{ratio.max():.6f}"
+            )
 
 
 if __name__ == "__main__":

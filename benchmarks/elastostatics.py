@@ -29,7 +29,8 @@ def main() -> None:
             seconds.append(time.perf_counter() - start)
         best = min(seconds[1:])
         print(
-            f"{arm!r}: {len(found.parts)} parts that give, {len(q)} poses, {best:.3f} s, {best / len(q) * 1e6:.1f} us per pose (best of five, warm)"
+            f"{arm!r}: {len(found.parts)} parts that give, {len(q)} poses, {best:.3f} s, "
+            f"{best / len(q) * 1e6:.1f} us per pose (best of five, warm)"
         )
 
 

@@ -1,9 +1,11 @@
-"""How close the first answer is: predicted repeatability of public robot files, by class of drive, beside what their makers print.
+"""How close the first answer is: predicted repeatability of public robot files, by class of drive,
+beside what their makers print.
 
     python benchmarks/first_answer.py FOLDER [--half 0]
 
-FOLDER holds the robot files that `makers_repeatability.toml` names, none of which is part of this repository. For each it prints the class of the
-drives, the predicted RP (ISO cycle) of that class, the range between the neighbouring classes, the maker's figure, and the ratio of the two.
+FOLDER holds the robot files that `makers_repeatability.toml` names, none of which is part of this
+repository. For each it prints the class of the drives, the predicted RP (ISO cycle) of that class,
+the range between the neighbouring classes, the maker's figure, and the ratio of the two.
 """
 
 from __future__ import annotations
@@ -30,7 +32,9 @@ def rounded_outward(low: float, high: float) -> tuple[float, float]:
 
 def main() -> None:
     """Print a line for each robot file, and how many are hit."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--half", type=int, choices=(0, 1), help="every other robot only")
     parser.add_argument("--names", nargs="*", default=[], help="of robots only")
@@ -38,7 +42,9 @@ def main() -> None:
     rows = tomllib.loads(TABLE.read_text("utf-8"))["robots"]
     counts = {"files": 0, "in range": 0, "within a factor of 3": 0}
     for number, row in enumerate(rows):
-        if (asked.half is not None and number % 2 != asked.half) or (asked.names and row["name"] not in asked.names):
+        if (asked.half is not None and number % 2 != asked.half) or (
+            asked.names and row["name"] not in asked.names
+        ):
             continue
         path = asked.folder / row["file"]
         if not path.exists():
@@ -57,8 +63,10 @@ def main() -> None:
         counts["in range"] += hit
         counts["within a factor of 3"] += near
         print(
-            f"{row['name']:24} {found.of.name:18} {max(found.loads.values()):8.3g} N m  RP {own * 1e3:7.3g} mm, {low * 1e3:.1g} to {high * 1e3:.1g}"
-            f"  maker {row['repeatability_mm']:g} mm  ratio {own / maker:5.2f}{'' if hit else '  NOT IN RANGE'}{'' if near else '  FAR'}"
+            f"{row['name']:24} {found.of.name:18} {max(found.loads.values()):8.3g} N m  RP "
+            f"{own * 1e3:7.3g} mm, {low * 1e3:.1g} to {high * 1e3:.1g}"
+            f"  maker {row['repeatability_mm']:g} mm  ratio "
+            f"{own / maker:5.2f}{'' if hit else '  NOT IN RANGE'}{'' if near else '  FAR'}"
         )
     print(", ".join(f"{name}: {count}" for name, count in counts.items()))
 

@@ -1,16 +1,22 @@
-"""How fast is a whole study of a real arm against a careful NumPy program of the same study, in the same run, on one core?
+"""How fast is a whole study of a real arm against a careful NumPy program of the same study, in the
+same run, on one core?
 
-The UR5e of examples/ with every part that its sidecar describes (gearbox play and wind-up, bearings, links, mounting, encoders), 10 000 poses x
-1 000 draws (100 robots x 10 visits). All give, at every pose, mean, 50/95/99 % and largest error, AP and RP of every robot, and the histogram
-over all.
+The UR5e of examples/ with every part that its sidecar describes (gearbox play and wind-up,
+bearings, links, mounting, encoders), 10 000 poses x 1 000 draws (100 robots x 10 visits). All give,
+at every pose, mean, 50/95/99 % and largest error, AP and RP of every robot, and the histogram over
+all.
 
     python benchmarks/full_study.py [--poses 10000] [--robots 100] [--visits 10]
 
-Contestants, each on one thread, alternating, best of two, by the processor's time, which other work beside disturbs least:
-    exact NumPy     robots drawn once, visits drawn for each; each place of the arm is turned and shifted by the errors there, and the tool point
-                    carried through all of them to second order (error 1e-9), vectorised over a pose's draws. The sizes of the errors are given to it.
-    linear NumPy    the same, knowing the first-order trick: one matrix product per pose. The matrices are given to it.
-    lostmotion      the whole of montecarlo.run: frames, loads, sizes of all errors, kernel, intervals, bounds, budget, exact check
+Contestants, each on one thread, alternating, best of two, by the processor's time, which other work
+beside disturbs least:
+    exact NumPy     robots drawn once, visits drawn for each; each place of the arm is turned and
+                    shifted by the errors there, and the tool point carried through all of them to
+                    second order (error 1e-9), vectorised over a pose's draws. The sizes of the
+                    errors are given to it. linear NumPy    the same, knowing the first-order trick:
+                    one matrix product per pose. The matrices are given to it.
+    lostmotion      the whole of montecarlo.run: frames, loads, sizes of all errors, kernel,
+                    intervals, bounds, budget, exact check
 """
 
 from __future__ import annotations
@@ -45,7 +51,10 @@ class NumPyStudy:
         self.steps = steps_between(matrix.at)
         self.places = np.unique(matrix.place)
         self.columns = {place: np.flatnonzero(matrix.place == place) for place in self.places}
-        self.local = {place: np.ascontiguousarray(matrix.local[:, :, columns]) for place, columns in self.columns.items()}
+        self.local = {
+            place: np.ascontiguousarray(matrix.local[:, :, columns])
+            for place, columns in self.columns.items()
+        }
         self.shift = np.ascontiguousarray(matrix.tool[:, 3:])
         rng = np.random.default_rng(1)
         self.drawn = np.ones((len(matrix.infos), robots, visits))
@@ -59,7 +68,9 @@ class NumPyStudy:
         self.visiting = moving[np.any(matrix.tool[:, 3:, moving] != 0, axis=(0, 1))]
 
     def draw_visits(self, rng: np.random.Generator) -> np.ndarray:
-        """Draw what changes from visit to visit; the two halves of a harmonic share their uniforms."""
+        """Draw what changes from visit to visit; the two halves of a harmonic share their
+        uniforms.
+        """
         streams = {}
         for k in self.visiting:
             stream = self.matrix.infos[k].visit
@@ -76,7 +87,11 @@ class NumPyStudy:
             for place in range(len(self.steps) - 1, -1, -1):
                 if place in self.columns:
                     twist = self.local[place][pose] @ draws[self.columns[place]]
-                    point = second_order(twist[:3], point) + twist[3:] + 0.5 * cross(twist[:3], twist[3:])
+                    point = (
+                        second_order(twist[:3], point)
+                        + twist[3:]
+                        + 0.5 * cross(twist[:3], twist[3:])
+                    )
                 step = self.steps[place, pose]
                 point = step[:3, :3] @ point + step[:3, 3:]
             self.reduce(point - self.matrix.at[-1, pose, :3, 3:], out, histogram)
@@ -99,7 +114,9 @@ class NumPyStudy:
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
 
 
 def second_order(omega: np.ndarray, point: np.ndarray) -> np.ndarray:
@@ -115,7 +132,8 @@ def main() -> None:
     options = parser.parse_args()
     arm = lostmotion.read(UR5E)
     poses = lostmotion.sample_poses(arm, options.poses, "uniform")
-    # The NumPy programs take every tenth pose: their time per sample does not depend on the number of poses, and nobody need wait.
+    # The NumPy programs take every tenth pose: their time per sample does not depend on the number
+    # of poses, and nobody need wait.
     some = poses.q[::10]
     numpy_study = NumPyStudy(lostmotion.screws(arm, some), options.robots, options.visits)
     run(arm, lostmotion.sample_poses(arm, 8), 64, 2, 1)  # compile
@@ -123,7 +141,10 @@ def main() -> None:
     contestants = {
         "exact NumPy": (numpy_study.exact, len(some)),
         "linear NumPy": (numpy_study.linear, len(some)),
-        "lostmotion": (lambda: run(arm, poses, options.robots, options.visits, 1, threads=1), len(poses)),
+        "lostmotion": (
+            lambda: run(arm, poses, options.robots, options.visits, 1, threads=1),
+            len(poses),
+        ),
     }
     best, results = dict.fromkeys(contestants, math.inf), {}
     for _ in range(2):
@@ -132,10 +153,18 @@ def main() -> None:
             results[name] = contestant()
             best[name] = min(best[name], (time.process_time() - start) / (count * draws))
     ours = results["lostmotion"]
-    rows = {name: np.array(results[name])[:, [0, 5, 6]].mean(axis=0) for name in ("exact NumPy", "linear NumPy")}
-    rows["lostmotion"] = np.array([ours.per_pose[:, MEAN].mean(), ours.accuracy[:, 0].mean(), ours.repeatability[:, 0].mean()])
+    rows = {
+        name: np.array(results[name])[:, [0, 5, 6]].mean(axis=0)
+        for name in ("exact NumPy", "linear NumPy")
+    }
+    rows["lostmotion"] = np.array(
+        [ours.per_pose[:, MEAN].mean(), ours.accuracy[:, 0].mean(), ours.repeatability[:, 0].mean()]
+    )
     print(f"{arm!r}, {len(numpy_study.matrix.infos)} error terms")
-    print(f"{len(poses)} poses x {options.robots} robots x {options.visits} visits, one thread, best of two, processor time")
+    print(
+        f"{len(poses)} poses x {options.robots} robots x {options.visits} visits, one thread, "
+        "best of two, processor time"
+    )
     print(f"{'':14} {'ns/sample':>10} {'times ours':>11} {'mean error':>12} {'AP':>12} {'RP':>12}")
     for name, seconds in best.items():
         shown = " ".join(f"{value * 1e3:9.4f} mm" for value in rows[name])
@@ -143,6 +172,11 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if os.environ.get("OPENBLAS_NUM_THREADS") != "1":  # read when NumPy is loaded, so begin again with it
-        os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"})  # noqa: S606
+    # read when NumPy is loaded, so begin again with it
+    if os.environ.get("OPENBLAS_NUM_THREADS") != "1":
+        os.execve(  # noqa: S606
+            sys.executable,
+            [sys.executable, *sys.argv],
+            {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        )
     main()

@@ -1,14 +1,17 @@
-"""How many shafts on rolling bearings settle per second, against careful NumPy over all cases at once and a loop over SciPy, in the same run?
+"""How many shafts on rolling bearings settle per second, against careful NumPy over all cases at
+once and a loop over SciPy, in the same run?
 
-Loads from any side on a deep-groove pair (9 balls each, 15 um clearance), a preloaded angular-contact pair (13 balls each) and a crossed-roller
-bearing (48 rollers, 5 um preload): shift in x, y, z and tilt about x, y, five unknowns.
+Loads from any side on a deep-groove pair (9 balls each, 15 um clearance), a preloaded
+angular-contact pair (13 balls each) and a crossed-roller bearing (48 rollers, 5 um preload): shift
+in x, y, z and tilt about x, y, five unknowns.
 
     python benchmarks/rolling_equilibrium.py [--cases 2000] [--scipy 50]
 
 Contestants, alternating, best of three:
-    SciPy loop   scipy.optimize.root per case on the five balances with their slopes, all contacts at once in NumPy, started along the load
-    NumPy        Newton over all cases at once, an eigenvalue decomposition for its step, a search along the step; cases that are balanced drop out
-    lostmotion   laws.rolling.equilibrium.shaft_equilibrium
+    SciPy loop   scipy.optimize.root per case on the five balances with their slopes, all contacts
+                 at once in NumPy, started along the load NumPy        Newton over all cases at
+                 once, an eigenvalue decomposition for its step, a search along the step; cases that
+                 are balanced drop out lostmotion   laws.rolling.equilibrium.shaft_equilibrium
 """
 
 from __future__ import annotations
@@ -27,7 +30,13 @@ GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
 ANGULAR = BallRow(count=13, ball=12.7e-3, pitch=65e-3, contact_angle=math.radians(25))
 SHAFTS = {
     "deep-groove pair": ((Seat(GROOVE, -0.03), Seat(GROOVE, 0.03)), 15e-6),
-    "angular-contact pair": ((Seat(ANGULAR, -0.03, preload_shift=5e-6), Seat(ANGULAR, 0.03, mirrored=True, preload_shift=5e-6)), 0.0),
+    "angular-contact pair": (
+        (
+            Seat(ANGULAR, -0.03, preload_shift=5e-6),
+            Seat(ANGULAR, 0.03, mirrored=True, preload_shift=5e-6),
+        ),
+        0.0,
+    ),
     "crossed roller": ((Seat(CrossedRow(count=48, length=8e-3, pitch=120e-3)),), -5e-6),
 }
 REACH = 0.05  # m, at which a tilt counts as a shift
@@ -45,7 +54,9 @@ class Balance:
         self.balls = bool(self.contacts["apart"].any())
 
     def held(self, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Load held (case, 5), force (case, contact), its tangent, the way it acts (case, contact, 5) and how that turns."""
+        """Load held (case, 5), force (case, contact), its tangent, the way it acts (case, contact,
+        5) and how that turns.
+        """
         c = self.contacts
         radial = self.radial + displacement @ self.across.T
         if self.balls:
@@ -60,10 +71,14 @@ class Balance:
         else:
             closed, way, bow = radial, np.broadcast_to(self.across, (*radial.shape, 5)), None
         force = c["stiffness"] * np.maximum(closed, 0.0) ** c["exponent"]
-        tangent = np.divide(c["exponent"] * force, closed, out=np.zeros_like(force), where=closed > 0)
+        tangent = np.divide(
+            c["exponent"] * force, closed, out=np.zeros_like(force), where=closed > 0
+        )
         return (force[:, None] @ way)[:, 0], force, tangent, way, bow
 
-    def slope(self, force: np.ndarray, tangent: np.ndarray, way: np.ndarray, bow: np.ndarray | None) -> np.ndarray:
+    def slope(
+        self, force: np.ndarray, tangent: np.ndarray, way: np.ndarray, bow: np.ndarray | None
+    ) -> np.ndarray:
         out = np.swapaxes(way, 1, 2) @ (tangent[..., None] * way)
         return out if bow is None else out + np.swapaxes(bow, 1, 2) @ (force[..., None] * bow)
 
@@ -72,7 +87,10 @@ class Balance:
         size = np.linalg.norm(wanted, axis=1)
         along = wanted / size[:, None]
         high = np.full(len(wanted), 1e-6)
-        while (short := (np.einsum("ck,ck->c", self.held(high[:, None] * along)[0], along) < size) & (high < REACH)).any():
+        while (
+            short := (np.einsum("ck,ck->c", self.held(high[:, None] * along)[0], along) < size)
+            & (high < REACH)
+        ).any():
             high = np.where(short, 2 * high, high)
         return high[:, None] * along
 
@@ -89,10 +107,14 @@ def numpy_batch(balance: Balance, wanted: np.ndarray) -> np.ndarray:
         if not on.any():
             return displacement
         left, lack = left[on], lack[on]
-        values, vectors = np.linalg.eigh(balance.slope(*(None if part is None else part[on] for part in parts)))
+        values, vectors = np.linalg.eigh(
+            balance.slope(*(None if part is None else part[on] for part in parts))
+        )
         shares = np.einsum("ckl,ck->cl", vectors, lack) / np.maximum(values, 1e-12 * values[:, -1:])
         step = np.einsum("ckl,cl->ck", vectors, shares)
-        step *= np.minimum(1.0, (np.linalg.norm(displacement[left], axis=1) + 2e-5) / np.linalg.norm(step, axis=1))[:, None]
+        step *= np.minimum(
+            1.0, (np.linalg.norm(displacement[left], axis=1) + 2e-5) / np.linalg.norm(step, axis=1)
+        )[:, None]
         start = np.einsum("ck,ck->c", lack, step)
         low, high, share = np.zeros(len(left)), np.ones(len(left)), np.ones(len(left))
         for _ in range(40):
@@ -115,7 +137,10 @@ def scipy_loop(balance: Balance, wanted: np.ndarray) -> np.ndarray:
         return (held[0] - load) / size, balance.slope(*parts)[0] * 1e-6 / size
 
     start = balance.start(wanted) * 1e6
-    found = [root(left_over, place, args=(load,), jac=True, tol=1e-10) for place, load in zip(start, wanted, strict=True)]
+    found = [
+        root(left_over, place, args=(load,), jac=True, tol=1e-10)
+        for place, load in zip(start, wanted, strict=True)
+    ]
     return np.array([each.x * 1e-6 if each.success else np.full(5, np.nan) for each in found])
 
 
@@ -127,15 +152,25 @@ def main() -> None:
     load = np.random.default_rng(1).normal(size=(options.cases, 5)) * [1000, 1000, 500, 30, 30]
     started = time.perf_counter()
     shaft_equilibrium(SHAFTS["crossed roller"][0], load[:1])
-    print(f"first call, with loading or compiling the kernel: {time.perf_counter() - started:.1f} s")
+    print(
+        f"first call, with loading or compiling the kernel: {time.perf_counter() - started:.1f} s"
+    )
     print(f"{options.cases} loads ({options.scipy} for SciPy), best of three, us each")
     print(f"{'':22}{'SciPy loop':>12}{'NumPy':>8}{'lostmotion':>12}{'times NumPy':>13}")
     for name, (seats, play) in SHAFTS.items():
         balance = Balance(seats, play)
         contestants = {
-            "SciPy loop": (options.scipy, lambda balance=balance: scipy_loop(balance, load[: options.scipy] * SCALE)),
+            "SciPy loop": (
+                options.scipy,
+                lambda balance=balance: scipy_loop(balance, load[: options.scipy] * SCALE),
+            ),
             "NumPy": (options.cases, lambda balance=balance: numpy_batch(balance, load * SCALE)),
-            "lostmotion": (options.cases, lambda seats=seats, play=play: shaft_equilibrium(seats, load, play).displacement / SCALE),
+            "lostmotion": (
+                options.cases,
+                lambda seats=seats, play=play: (
+                    shaft_equilibrium(seats, load, play).displacement / SCALE
+                ),
+            ),
         }
         best, stands = dict.fromkeys(contestants, math.inf), {}
         for _ in range(3):
@@ -146,10 +181,17 @@ def main() -> None:
         ours = stands["lostmotion"]
         theirs = stands["SciPy loop"]
         apart = np.linalg.norm(stands["NumPy"] - ours, axis=1) / np.linalg.norm(ours, axis=1)
-        off = np.linalg.norm(theirs - ours[: len(theirs)], axis=1) / np.linalg.norm(ours[: len(theirs)], axis=1)
-        print(f"{name:22}{best['SciPy loop']:12.0f}{best['NumPy']:8.0f}{best['lostmotion']:12.1f}{best['NumPy'] / best['lostmotion']:13.0f}")
+        off = np.linalg.norm(theirs - ours[: len(theirs)], axis=1) / np.linalg.norm(
+            ours[: len(theirs)], axis=1
+        )
+        print(
+            f"{name:22}{best['SciPy loop']:12.0f}{best['NumPy']:8.0f}{best['lostmotion']:12.1f}{best['NumPy'] / best['lostmotion']:13.0f}"  # noqa: E501
+        )
         found = np.isfinite(off)
-        print(f"{'':22}differ by {apart.max():.0e} (NumPy), {np.max(off[found], initial=0):.0e} (SciPy, which found {found.sum()} of {len(off)})")
+        print(
+            f"{'':22}differ by {apart.max():.0e} (NumPy), {np.max(off[found], initial=0):.0e} "
+            f"(SciPy, which found {found.sum()} of {len(off)})"
+        )
 
 
 if __name__ == "__main__":

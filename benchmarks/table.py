@@ -1,18 +1,23 @@
-"""How does the paper's Monte Carlo on a UR5e compare with what else one could write it in? One run, one table.
+"""How does the paper's Monte Carlo on a UR5e compare with what else one could write it in? One run,
+one table.
 
-Every joint angle errs by a normal law of sigma 3.27'/3, every joint's centre by +-30 um along three axes: 24 independent terms; asked for are mean,
-50/95/99 % and largest error at every pose, and the histogram over all.
+Every joint angle errs by a normal law of sigma 3.27'/3, every joint's centre by +-30 um along three
+axes: 24 independent terms; asked for are mean, 50/95/99 % and largest error at every pose, and the
+histogram over all.
 
-    pip install -e '.[benchmarks]'    # or one of benchmark-jax, benchmark-openturns, benchmark-pinocchio, benchmark-roboticstoolbox
+    pip install -e '.[benchmarks]'    # or one of benchmark-jax, benchmark-openturns,
+                                      benchmark-pinocchio, benchmark-roboticstoolbox
     python benchmarks/table.py [--rounds 5] [--sweep]
 
-Contestants alternate on one thread, the best of all rounds counts, by the processor's time, which other work beside disturbs least. The slow ones
-take fewer poses or draws: what counts is time per sample. One that is not installed is omitted. The column "mean" is each contestant's mean
-error over lostmotion's at the same poses: ours cuts the normal law at three sigma, as a tolerance is, which makes its mean 1 % smaller. What goes
-without samples counts as if it took as many as the others.
+Contestants alternate on one thread, the best of all rounds counts, by the processor's time, which
+other work beside disturbs least. The slow ones take fewer poses or draws: what counts is time per
+sample. One that is not installed is omitted. The column "mean" is each contestant's mean error over
+lostmotion's at the same poses: ours cuts the normal law at three sigma, as a tolerance is, which
+makes its mean 1 % smaller. What goes without samples counts as if it took as many as the others.
 
---sweep measures whole runs from 1e6 to 1e9 samples, each in a process of its own: time per sample, what of it every pose takes once (frames, terms,
-bounds, exact check: a run of few samples), what every further sample takes, and the most memory held.
+--sweep measures whole runs from 1e6 to 1e9 samples, each in a process of its own: time per sample,
+what of it every pose takes once (frames, terms, bounds, exact check: a run of few samples), what
+every further sample takes, and the most memory held.
 """
 
 from __future__ import annotations
@@ -31,7 +36,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from against_numpy import ALPHA, EDGES, LEVELS, OFFSET, SIGMA, A, D, exact_numpy, lever, linear_numpy, summed_up, tool, ur5e
+from against_numpy import (
+    ALPHA,
+    EDGES,
+    LEVELS,
+    OFFSET,
+    SIGMA,
+    A,
+    D,
+    exact_numpy,
+    lever,
+    linear_numpy,
+    summed_up,
+    tool,
+    ur5e,
+)
 from rich.console import Console
 from rich.table import Table
 
@@ -60,7 +79,9 @@ ONE_THREAD = {
 
 @dataclass(frozen=True)
 class Contestant:
-    """Who takes part: what it does on so many poses x draws, giving its mean error at each; `package` must be there."""
+    """Who takes part: what it does on so many poses x draws, giving its mean error at each;
+    `package` must be there.
+    """
 
     name: str
     work: Callable[[np.ndarray, int], np.ndarray]
@@ -78,18 +99,24 @@ def drawn(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]
 
 
 def at_once(angles: np.ndarray, shifts: np.ndarray) -> np.ndarray:
-    """Lay angles (6, draw) and shifts (6, 3, draw) out as 24 joint values (draw, 24): each angle, and the three shifts after it."""
+    """Lay angles (6, draw) and shifts (6, 3, draw) out as 24 joint values (draw, 24): each angle,
+    and the three shifts after it.
+    """
     return np.ascontiguousarray(np.concatenate([angles[:, None], shifts], axis=1).reshape(24, -1).T)
 
 
 def pinocchio(q: np.ndarray, draws: int) -> np.ndarray:
-    """Ask the library for every sample's forward kinematics; an error of a joint's centre is a joint of its own, that slides three ways."""
+    """Ask the library for every sample's forward kinematics; an error of a joint's centre is a
+    joint of its own, that slides three ways.
+    """
     import pinocchio as pin
 
     model, last, step = pin.Model(), 0, pin.SE3.Identity()
     for k in range(6):
         turning = model.addJoint(last, pin.JointModelRZ(), step, f"angle {k}")
-        last = model.addJoint(turning, pin.JointModelTranslation(), pin.SE3.Identity(), f"offset {k}")
+        last = model.addJoint(
+            turning, pin.JointModelTranslation(), pin.SE3.Identity(), f"offset {k}"
+        )
         c, s = math.cos(ALPHA[k]), math.sin(ALPHA[k])
         step = pin.SE3(np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), np.array([A[k], 0, D[k]]))
     data, rng = model.createData(), np.random.default_rng(1)
@@ -102,13 +129,17 @@ def pinocchio(q: np.ndarray, draws: int) -> np.ndarray:
     for row in q:
         right = reached(at_once(row[:, None], np.zeros((6, 3, 1)))[0])
         angles, shifts = drawn(rng, draws)
-        errors = np.array([reached(joints) - right for joints in at_once(row[:, None] + angles, shifts)])
+        errors = np.array(
+            [reached(joints) - right for joints in at_once(row[:, None] + angles, shifts)]
+        )
         summed_up(errors.T, out, histogram)
     return mean_of(out)
 
 
 def toolbox(q: np.ndarray, draws: int) -> np.ndarray:
-    """Give all draws of a pose at once to a chain of 24 elementary transforms, the library's own fastest way."""
+    """Give all draws of a pose at once to a chain of 24 elementary transforms, the library's own
+    fastest way.
+    """
     from roboticstoolbox import ET, ETS
 
     chain = []
@@ -119,7 +150,9 @@ def toolbox(q: np.ndarray, draws: int) -> np.ndarray:
     for row in q:
         angles, shifts = drawn(rng, draws)
         right = ets.eval(at_once(row[:, None], np.zeros((6, 3, 1)))[0])[:3, 3]
-        summed_up((ets.eval(at_once(row[:, None] + angles, shifts))[:, :3, 3] - right).T, out, histogram)
+        summed_up(
+            (ets.eval(at_once(row[:, None] + angles, shifts))[:, :3, 3] - right).T, out, histogram
+        )
     return mean_of(out)
 
 
@@ -136,10 +169,18 @@ def openturns(q: np.ndarray, draws: int) -> np.ndarray:
 
         def length(sample: object, row: np.ndarray = row, right: np.ndarray = right) -> np.ndarray:
             given = np.asarray(sample).T
-            return np.linalg.norm(tool(row[:, None] + given[:6], given[6:].reshape(6, 3, -1)) - right, axis=0)[:, None]
+            return np.linalg.norm(
+                tool(row[:, None] + given[:6], given[6:].reshape(6, 3, -1)) - right, axis=0
+            )[:, None]
 
         sizes = ot.PythonFunction(24, 1, func_sample=length)(law.getSample(draws))
-        out.append((sizes.computeMean()[0], sizes.getMax()[0], *(sizes.computeQuantile(level)[0] for level in LEVELS)))
+        out.append(
+            (
+                sizes.computeMean()[0],
+                sizes.getMax()[0],
+                *(sizes.computeQuantile(level)[0] for level in LEVELS),
+            )
+        )
         np.histogram(np.asarray(sizes), EDGES)
     return mean_of(out)
 
@@ -158,15 +199,26 @@ def _jitted(draws: int) -> Callable:
             x = y = z = jnp.zeros(angles.shape[1])
             for k in range(5, -1, -1):
                 ca, sa = math.cos(ALPHA[k]), math.sin(ALPHA[k])
-                x, y, z = x + A[k] + shifts[k, 0], ca * y - sa * z + shifts[k, 1], sa * y + ca * z + D[k] + shifts[k, 2]
+                x, y, z = (
+                    x + A[k] + shifts[k, 0],
+                    ca * y - sa * z + shifts[k, 1],
+                    sa * y + ca * z + D[k] + shifts[k, 2],
+                )
                 c, s = jnp.cos(angles[k]), jnp.sin(angles[k])
                 x, y = c * x - s * y, s * x + c * y
             return jnp.stack([x, y, z])
 
-        sizes = jnp.linalg.norm(reached(angles, shifts) - reached(q[:, None], jnp.zeros((6, 3, 1))), axis=0)
+        sizes = jnp.linalg.norm(
+            reached(angles, shifts) - reached(q[:, None], jnp.zeros((6, 3, 1))), axis=0
+        )
         ranked = jnp.sort(sizes)
         ranks = jnp.array([min(int(level * draws), draws - 1) for level in LEVELS])
-        return sizes.mean(), ranked[-1], ranked[ranks], jnp.diff(jnp.searchsorted(ranked, jnp.asarray(EDGES)))
+        return (
+            sizes.mean(),
+            ranked[-1],
+            ranked[ranks],
+            jnp.diff(jnp.searchsorted(ranked, jnp.asarray(EDGES))),
+        )
 
     return jax.jit(lambda q, keys: jax.lax.map(lambda each: at(*each), (q, keys)))
 
@@ -189,7 +241,10 @@ class Ours:
 
     def prepare(self, poses: Poses) -> None:
         self.poses = poses
-        self.blocks = [screws(self.arm, poses.q[first : first + BLOCK]) for first in range(0, len(poses), BLOCK)]
+        self.blocks = [
+            screws(self.arm, poses.q[first : first + BLOCK])
+            for first in range(0, len(poses), BLOCK)
+        ]
         for matrix in self.blocks:
             _ = matrix.along_poses, matrix.bias, matrix.square_sums
 
@@ -205,8 +260,12 @@ class Ours:
 
 
 @compiled
-def _product(bias: np.ndarray, shift: np.ndarray, drawn: np.ndarray, robots: int, out: np.ndarray) -> None:
-    """Form every squared error of a block, sixteen poses to a tile of robots, and ask nothing of it."""
+def _product(
+    bias: np.ndarray, shift: np.ndarray, drawn: np.ndarray, robots: int, out: np.ndarray
+) -> None:
+    """Form every squared error of a block, sixteen poses to a tile of robots, and ask nothing of
+    it.
+    """
     tiles, terms, lanes = drawn.shape
     screws, squares = np.empty((16, terms, 3)), np.empty((16, lanes))
     at = np.empty((16, terms), np.uintp)
@@ -228,13 +287,18 @@ def _product(bias: np.ndarray, shift: np.ndarray, drawn: np.ndarray, robots: int
 
 
 class Product(Ours):
-    """The linear product alone, from one table of draws: the bound of what any statistics on top of it can reach. It has no mean."""
+    """The linear product alone, from one table of draws: the bound of what any statistics on top of
+    it can reach. It has no mean.
+    """
 
     def prepare(self, poses: Poses) -> None:
         super().prepare(poses)
         streams = [self.blocks[0].infos[k].robot for k in self.blocks[0].columns("robot")]
         self.drawn = robot_draws(1, streams, 1000)
-        self.given = [(np.ascontiguousarray(m.bias[:, 3:]), m.along_poses[3:][:, m.columns("robot")]) for m in self.blocks]
+        self.given = [
+            (np.ascontiguousarray(m.bias[:, 3:]), m.along_poses[3:][:, m.columns("robot")])
+            for m in self.blocks
+        ]
 
     def __call__(self, q: np.ndarray, draws: int) -> np.ndarray:
         for bias, shift in self.given:
@@ -243,7 +307,9 @@ class Product(Ours):
 
 
 def kinematics(q: np.ndarray, draws: int) -> np.ndarray:
-    """Ask NumPy for squared errors alone, by exact kinematics from one table of draws: what the product alone is to be held against."""
+    """Ask NumPy for squared errors alone, by exact kinematics from one table of draws: what the
+    product alone is to be held against.
+    """
     angles, shifts = drawn(np.random.default_rng(1), draws)
     out = np.empty((len(q), draws))
     for row, squares in zip(q, out, strict=True):
@@ -259,21 +325,47 @@ def whole(varies: str, poses: Poses) -> Callable[[np.ndarray, int], np.ndarray]:
 
 def contestants(poses: Poses) -> list[Contestant]:
     matrices = lever(poses.q[:1000])
-    shared, fresh, on_jax, product = Ours("robot"), Ours("visit"), Ours("visit", "gpu"), Product("robot")
+    shared, fresh, on_jax, product = (
+        Ours("robot"),
+        Ours("visit"),
+        Ours("visit", "gpu"),
+        Product("robot"),
+    )
     for ours in (shared, fresh, on_jax, product):
         ours.prepare(poses)
     arm, many = ur5e(), len(poses.q)
     return [
-        Contestant("careful NumPy, exact kinematics", lambda q, draws: mean_of(exact_numpy(q, draws)), 200, 1000),
-        Contestant("careful NumPy, exact kinematics alone, one table of draws", kinematics, 200, 1000),
-        Contestant("careful NumPy, linear, matrices given", lambda q, draws: mean_of(linear_numpy(draws, matrices[: len(q)])), 500, 1000),
+        Contestant(
+            "careful NumPy, exact kinematics",
+            lambda q, draws: mean_of(exact_numpy(q, draws)),
+            200,
+            1000,
+        ),
+        Contestant(
+            "careful NumPy, exact kinematics alone, one table of draws", kinematics, 200, 1000
+        ),
+        Contestant(
+            "careful NumPy, linear, matrices given",
+            lambda q, draws: mean_of(linear_numpy(draws, matrices[: len(q)])),
+            500,
+            1000,
+        ),
         Contestant("lostmotion, the product alone, one table of draws", product, many, 1000),
         Contestant("lostmotion, one table of draws, matrices given", shared, many, 1000),
         Contestant("lostmotion, fresh draws, matrices given", fresh, many, 1000),
-        Contestant("lostmotion, one table of draws, the whole run", whole("robot", poses), many, 1000),
+        Contestant(
+            "lostmotion, one table of draws, the whole run", whole("robot", poses), many, 1000
+        ),
         Contestant("lostmotion, fresh draws, the whole run", whole("visit", poses), many, 1000),
-        Contestant("lostmotion, without sampling, arm to figures", lambda q, _: analytic(arm, q).mean, many, 1000),
-        Contestant("lostmotion on JAX, processor, matrices given", on_jax, min(BLOCK, many), 1000, "jax"),
+        Contestant(
+            "lostmotion, without sampling, arm to figures",
+            lambda q, _: analytic(arm, q).mean,
+            many,
+            1000,
+        ),
+        Contestant(
+            "lostmotion on JAX, processor, matrices given", on_jax, min(BLOCK, many), 1000, "jax"
+        ),
         Contestant("JAX, exact kinematics, processor", jax_exact, 500, 1000, "jax"),
         Contestant("OpenTURNS with a NumPy model", openturns, 100, 1000, "openturns"),
         Contestant("roboticstoolbox, elementary transforms", toolbox, 10, 1000, "roboticstoolbox"),
@@ -285,7 +377,13 @@ def race(every: list[Contestant], poses: Poses, rounds: int, console: Console) -
     taking_part = []
     for each in every:
         if each.package and importlib.util.find_spec(each.package) is None:
-            console.print(f"left out: {each.name}: {each.package} is not installed; pip install -e '.[benchmark-{each.package}]'", markup=False)
+            console.print(
+                (
+                    f"left out: {each.name}: {each.package} is not installed; pip install -e "
+                    f"'.[benchmark-{each.package}]'"
+                ),
+                markup=False,
+            )
         else:
             taking_part.append(replace(each, poses=min(each.poses, len(poses))))
     truth = run(ur5e(), poses, 1000, 1, 2).per_pose[:, kernel.MEAN]
@@ -296,7 +394,9 @@ def race(every: list[Contestant], poses: Poses, rounds: int, console: Console) -
         for each in taking_part:
             start = time.process_time()
             means[each.name] = each.work(poses.q[: each.poses], each.draws)
-            best[each.name] = min(best[each.name], (time.process_time() - start) / (each.poses * each.draws) * 1e9)
+            best[each.name] = min(
+                best[each.name], (time.process_time() - start) / (each.poses * each.draws) * 1e9
+            )
     first = best[taking_part[0].name]
     table = Table(title=f"UR5e, 24 terms; one thread, best of {rounds} rounds, processor time")
     for head in ("", "poses x draws", "ns per sample", "times careful NumPy", "mean"):
@@ -305,7 +405,13 @@ def race(every: list[Contestant], poses: Poses, rounds: int, console: Console) -
         ratio = first / best[each.name]
         mean = float(np.mean(means[each.name]) / np.mean(truth[: each.poses]))
         shown = f"{ratio:.0f}" if ratio >= 10 else f"{ratio:.2g}"
-        table.add_row(each.name, f"{each.poses} x {each.draws}", f"{best[each.name]:.3g}", shown, "-" if math.isnan(mean) else f"{mean:.3f}")
+        table.add_row(
+            each.name,
+            f"{each.poses} x {each.draws}",
+            f"{best[each.name]:.3g}",
+            shown,
+            "-" if math.isnan(mean) else f"{mean:.3f}",
+        )
     console.print(table)
 
 
@@ -328,28 +434,57 @@ once = min(took(*few) for _ in range(3))
 whole = min(took({robots}, {visits}) for _ in range(max(1, min(5, 10**8 // samples))))
 further = (whole - once) / (samples - len(poses) * few[0] * few[1])
 print(whole / samples * 1e9, once / len(poses) * 1e6, further * 1e9, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
-"""
+"""  # noqa: E501
 # With so few robots and visits, a run takes next to nothing but what it takes for every pose.
 LEAST = 4
-# One table of draws and fresh ones: more poses of as many draws, and more draws at as many poses; robots that return: more visits.
+# One table of draws and fresh ones: more poses of as many draws, and more draws at as many poses;
+# robots that return: more visits.
 SIZES = [
-    *(("one table of draws", "robot", poses, 1000, 1) for poses in (1000, 10_000, 100_000, 1_000_000)),
+    *(
+        ("one table of draws", "robot", poses, 1000, 1)
+        for poses in (1000, 10_000, 100_000, 1_000_000)
+    ),
     *(("fresh draws", "visit", poses, 1000, 1) for poses in (1000, 10_000, 100_000, 1_000_000)),
-    *(("one table of draws", "robot", poses, robots, 1) for poses, robots in ((1000, 1000), (1000, 10_000), (10_000, 10_000), (10_000, 100_000))),
-    *(("fresh draws", "visit", poses, robots, 1) for poses, robots in ((1000, 1000), (1000, 10_000), (10_000, 10_000), (10_000, 100_000))),
+    *(
+        ("one table of draws", "robot", poses, robots, 1)
+        for poses, robots in ((1000, 1000), (1000, 10_000), (10_000, 10_000), (10_000, 100_000))
+    ),
+    *(
+        ("fresh draws", "visit", poses, robots, 1)
+        for poses, robots in ((1000, 1000), (1000, 10_000), (10_000, 10_000), (10_000, 100_000))
+    ),
     *(("fresh draws, AP and RP", "visit", 1000, 100, visits) for visits in (10, 100, 1000, 10_000)),
 ]
 
 
 def sweep(console: Console) -> None:
     table = Table(title="Whole runs, one thread, processor time")
-    for head in ("", "poses x robots x visits", "samples", "ns per sample", "µs per pose", "ns per further sample", "peak memory, MB"):
+    for head in (
+        "",
+        "poses x robots x visits",
+        "samples",
+        "ns per sample",
+        "µs per pose",
+        "ns per further sample",
+        "peak memory, MB",
+    ):
         table.add_column(head, justify="left" if not head else "right")
     for name, varies, poses, robots, visits in SIZES:
-        code = SWEEP.format(folder=str(Path(__file__).resolve().parent), varies=varies, poses=poses, robots=robots, visits=visits, least=LEAST)
-        found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split()
+        code = SWEEP.format(
+            folder=str(Path(__file__).resolve().parent),
+            varies=varies,
+            poses=poses,
+            robots=robots,
+            visits=visits,
+            least=LEAST,
+        )
+        found = subprocess.run(
+            [sys.executable, "-c", code], check=True, capture_output=True, text=True
+        ).stdout.split()
         size = f"{poses} x {robots} x {visits}"
-        table.add_row(name, size, f"{poses * robots * visits:.0e}", *(f"{float(each):.3g}" for each in found))
+        table.add_row(
+            name, size, f"{poses * robots * visits:.0e}", *(f"{float(each):.3g}" for each in found)
+        )
     console.print(table)
 
 
@@ -360,7 +495,9 @@ def main() -> None:
     parser.add_argument("--sweep", action="store_true")
     options = parser.parse_args()
     console = Console(width=140)
-    console.print(f"{platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__}")
+    console.print(
+        f"{platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__}"
+    )
     if options.sweep:
         sweep(console)
         return

@@ -1,4 +1,5 @@
-"""How long does the live view compute for one pose, for the first pose after a change, and for the workspace?
+"""How long does the live view compute for one pose, for the first pose after a change, and for the
+workspace?
 
 python benchmarks/view.py [ARM ...]
 """
@@ -16,7 +17,13 @@ from lostmotion.analyses.view.choices import Choices, changed
 from lostmotion.analyses.view.live import LiveArm
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-FILES = ("z-arm.toml", "z-arm-drawn.toml", "ur5e.urdf", "arm-from-drawings.toml", "arm-in-the-sun.toml")
+FILES = (
+    "z-arm.toml",
+    "z-arm-drawn.toml",
+    "ur5e.urdf",
+    "arm-from-drawings.toml",
+    "arm-in-the-sun.toml",
+)
 POSES = 200
 
 
@@ -24,7 +31,8 @@ def measure(path: Path) -> str:
     arm = lostmotion.read(path)
     poses = lostmotion.sample_poses(arm, 2048)
     live = LiveArm(arm, poses)
-    for q in poses.q[:100]:  # compiles, and draws the points for poses where the error is not nearly normal
+    # compiles, and draws the points for poses where the error is not nearly normal
+    for q in poses.q[:100]:
         live.figures(q)
     each = []
     for q in poses.q[100 : 100 + POSES]:
@@ -43,7 +51,10 @@ def measure(path: Path) -> str:
 
 
 def main() -> None:
-    print("milliseconds a pose: median, 95th percentile; first pose after a change; workspace of 2048 poses (seconds)")
+    print(
+        "milliseconds a pose: median, 95th percentile; first pose after a change; workspace "
+        "of 2048 poses (seconds)"
+    )
     for path in [Path(name) for name in sys.argv[1:]] or [EXAMPLES / name for name in FILES]:
         print(measure(path))
 

@@ -1,6 +1,8 @@
-"""A page of the site for each example arm: its picture, the comment at the head of its file, and the file.
+"""A page of the site for each example arm: its picture, the comment at the head of its file, and
+the file.
 
-`mkdocs build --strict` calls it (`hooks` in mkdocs.yml) before `site_pages`, which knows these pages by their names alone.
+`mkdocs build --strict` calls it (`hooks` in mkdocs.yml) before `site_pages`, which knows these
+pages by their names alone.
 """
 
 from __future__ import annotations
@@ -30,10 +32,20 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         source = EXAMPLES / f"{stem}.{suffix}"
         found = lostmotion.check(source)
         files.append(File.generated(config, f"tour/arms/{stem}.svg", content=found.picture))
-        text = f"# {found.arm.name}\n\n![The arm from the side, from the front and from above]({stem}.svg)\n\n{_story(source)}\n"
+        text = (
+            f"# {found.arm.name}\n\n![The arm from the side, from the front and from "
+            f"above]({stem}.svg)\n\n{_story(source)}\n"
+        )
         for file in sorted(EXAMPLES.glob(f"{stem}.*"), key=lambda path: path != source):
-            text += f"\n## {file.name}\n\n```{'xml' if file.suffix == '.urdf' else 'toml'}\n{file.read_text('utf-8')}```\n"
-        files.append(File.generated(config, f"tour/arms/{stem}.md", content=text, inclusion=InclusionLevel.NOT_IN_NAV))
+            text += (
+                f"\n## {file.name}\n\n```{'xml' if file.suffix == '.urdf' else 'toml'}\n"
+                f"{file.read_text('utf-8')}```\n"
+            )
+        files.append(
+            File.generated(
+                config, f"tour/arms/{stem}.md", content=text, inclusion=InclusionLevel.NOT_IN_NAV
+            )
+        )
     return files
 
 
@@ -43,7 +55,9 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def _story(file: Path) -> str:
-    """Return the comment at the head of a file as Markdown: its indented lines, among them the command, are code there too."""
+    """Return the comment at the head of a file as Markdown: its indented lines, among them the
+    command, are code there too.
+    """
     text = file.read_text("utf-8")
     if file.suffix == ".urdf":
         return re.sub("(?m)^  (?! )", "", text.partition("<!--\n")[2].partition("-->")[0])

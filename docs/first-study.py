@@ -1,12 +1,14 @@
 # %% [markdown]
 # # Five minutes, executed
 #
-# This page is a program. It runs whenever the site is built, so what it prints and draws is what this version prints and draws. In a shell the same
-# five steps are `lostmotion new`, `check`, `study`, an editor, and `study` again.
+# This page is a program. It runs whenever the site is built, so what it prints and draws is what
+# this version prints and draws. In a shell the same five steps are `lostmotion new`, `check`,
+# `study`, an editor, and `study` again.
 #
 # ## 1. Begin with a file
 #
-# `new` writes an arm file that runs at once. Every value in it is marked as assumed until you state your own.
+# `new` writes an arm file that runs at once. Every value in it is marked as assumed until you state
+# your own.
 
 # %%
 import tempfile
@@ -21,7 +23,8 @@ print(*file.read_text().splitlines()[:40], sep="\n")
 # %% [markdown]
 # ## 2. Check what it describes
 #
-# `check` samples nothing. It lists what is stated, assumed and ideal, and draws the arm from the side, from the front and from above.
+# `check` samples nothing. It lists what is stated, assumed and ideal, and draws the arm from the
+# side, from the front and from above.
 
 # %%
 from IPython.display import SVG
@@ -32,7 +35,8 @@ SVG(checked.picture)
 # %% [markdown]
 # ## 3. Study it
 #
-# One arm in its workspace, coloured by error; the arrow is the mean error at the worst pose. The bars name the parts that are to blame.
+# One arm in its workspace, coloured by error; the arrow is the mean error at the worst pose. The
+# bars name the parts that are to blame.
 
 # %%
 study = lostmotion.study(file, poses=512, robots=200, visits=10)
@@ -47,11 +51,15 @@ study.summary()
 # %% [markdown]
 # ## 4. Change what is to blame
 #
-# The parts with the largest share of the mean square, and what halving their errors takes off the 95th percentile:
+# The parts with the largest share of the mean square, and what halving their errors takes off the
+# 95th percentile:
 
 # %%
 for part in study.costs()[:3]:
-    print(f"{part.name:24} {100 * part.share:4.1f} %  {1e3 * study.halving.gains[part.part].value:.3f} mm")
+    print(
+        f"{part.name:24} {100 * part.share:4.1f} %  "
+        f"{1e3 * study.halving.gains[part.part].value:.3f} mm"
+    )
 
 # %% [markdown]
 # A larger reducer for the first two joints, one line of the file:
@@ -64,14 +72,16 @@ _ = stiffer.write_text(text.replace('catalogue = "RV-80E-121"', 'catalogue = "RV
 # %% [markdown]
 # ## 5. See what it did
 #
-# `compare` gives both arms the same random draws, so a change is known far more precisely than the two figures.
+# `compare` gives both arms the same random draws, so a change is known far more precisely than the
+# two figures.
 
 # %%
 compared = lostmotion.compare(file, stiffer, poses=512, robots=200, visits=10)
 compared.summary()
 
 # %% [markdown]
-# `study.report("my-report")` writes the page with every figure, `figure` returns one chart for a paper:
+# `study.report("my-report")` writes the page with every figure, `figure` returns one chart for a
+# paper:
 
 # %%
 # %matplotlib inline

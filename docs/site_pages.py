@@ -1,6 +1,8 @@
-"""Pages of the site that are made of other files: front page, changelog, contributing, reference, and the files of the project that pages link to.
+"""Pages of the site that are made of other files: front page, changelog, contributing, reference,
+and the files of the project that pages link to.
 
-`mkdocs build --strict` calls it (`hooks` in mkdocs.yml). So every text stands in one place, where the repository shows it too.
+`mkdocs build --strict` calls it (`hooks` in mkdocs.yml). So every text stands in one place, where
+the repository shows it too.
 """
 
 from __future__ import annotations
@@ -25,15 +27,26 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parents[1]
 DOCS = "docs/"
 # Files of the project that are pages of the site.
-PAGES = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md", "examples/paper/README.md": "paper.md"}
-# Pages of the reference: title, introduction, and the ends of the homes of the names that they describe; the last has the others.
+PAGES = {
+    "README.md": "index.md",
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "examples/paper/README.md": "paper.md",
+}
+# Pages of the reference: title, introduction, and the ends of the homes of the names that they
+# describe; the last has the others.
 REFERENCE = {
-    "functions": ("Functions", "Every question is a function, and a command with the same arguments.", (".command",)),
+    "functions": (
+        "Functions",
+        "Every question is a function, and a command with the same arguments.",
+        (".command",),
+    ),
     "results": ("Results", "What the functions return.", (".result",)),
     "errors": ("Errors", "What can go wrong.", (".errors",)),
     "pieces": ("Pieces", "What the functions are made of, for programs of your own.", ("",)),
 }
-# A question's arguments are described where it is defined, and joined to its docstring when it is imported.
+# A question's arguments are described where it is defined, and joined to its docstring when it is
+# imported.
 _IMPORTED = "    options: {force_inspection: true}\n"
 _LINK = re.compile(r"(\]\()([^)#:\s]+)((?:#[^)\s]*)?\))")
 
@@ -43,16 +56,33 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     made = {name: (ROOT / source).read_text("utf-8") for source, name in PAGES.items()}
     made["reference/command-line.md"] = _command_line()
     made |= {f"reference/{name}.md": text for name, text in _reference().items()}
-    texts = {each.src_uri: each.content_string for each in files.documentation_pages() if each.src_uri.endswith(".md")} | made
+    texts = {
+        each.src_uri: each.content_string
+        for each in files.documentation_pages()
+        if each.src_uri.endswith(".md")
+    } | made
     for name, text in made.items():
         files.append(File.generated(config, name, content=text))
-    for linked in sorted({_source(link[2], name) for name, text in texts.items() for link in _LINK.finditer(text)} - {None, *PAGES}):
+    for linked in sorted(
+        {_source(link[2], name) for name, text in texts.items() for link in _LINK.finditer(text)}
+        - {None, *PAGES}
+    ):
         place = ROOT / linked
         if linked.startswith(DOCS) or not place.exists():
             continue
         if place.is_dir():
-            listed = "\n".join(f"- `{each.name}`" for each in sorted(place.iterdir()) if not each.name.startswith((".", "_")))
-            files.append(File.generated(config, f"project/{linked}/index.md", content=f"# {linked}\n\nFiles of the project:\n\n{listed}\n"))
+            listed = "\n".join(
+                f"- `{each.name}`"
+                for each in sorted(place.iterdir())
+                if not each.name.startswith((".", "_"))
+            )
+            files.append(
+                File.generated(
+                    config,
+                    f"project/{linked}/index.md",
+                    content=f"# {linked}\n\nFiles of the project:\n\n{listed}\n",
+                )
+            )
         else:
             files.append(File.generated(config, f"project/{linked}", abs_src_path=str(place)))
     return files
@@ -67,7 +97,9 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         source = _source(link[2], name)
         if source is None:
             return link[0]
-        target = PAGES.get(source) or (source.removeprefix(DOCS) if source.startswith(DOCS) else f"project/{source}")
+        target = PAGES.get(source) or (
+            source.removeprefix(DOCS) if source.startswith(DOCS) else f"project/{source}"
+        )
         if (ROOT / source).is_dir():
             target += "/index.md"
         return f"{link[1]}{posixpath.relpath(target, here or '.')}{link[3]}"
@@ -76,7 +108,9 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def _source(link: str, name: str) -> str | None:
-    """Return the file of the project that a link of a page of the site points to; None for a page made here, or one that it has already."""
+    """Return the file of the project that a link of a page of the site points to; None for a page
+    made here, or one that it has already.
+    """
     made_of = next((source for source, page in PAGES.items() if page == name), f"{DOCS}{name}")
     source = posixpath.normpath(posixpath.join(posixpath.dirname(made_of), link))
     return source if (ROOT / source).exists() else None
@@ -84,12 +118,25 @@ def _source(link: str, name: str) -> str | None:
 
 def _command_line() -> str:
     """Return the page of all commands with their options, as the command line describes itself."""
-    described = [sys.executable, "-m", "typer", "lostmotion.cli.app", "utils", "docs", "--name", "lostmotion"]
+    described = [
+        sys.executable,
+        "-m",
+        "typer",
+        "lostmotion.cli.app",
+        "utils",
+        "docs",
+        "--name",
+        "lostmotion",
+    ]
     text = subprocess.run(described, check=True, capture_output=True, text=True).stdout  # noqa: S603 - this project's own command
     for name in lostmotion.QUESTIONS:
         text = text.replace(f"lostmotion {name}", f"lostmotion {command_name(name)}")
     head, _, commands = text.partition("\n## ")
-    return head.partition("**Commands**")[0].replace("# `lostmotion`", "# Command line", 1) + "\n## " + commands
+    return (
+        head.partition("**Commands**")[0].replace("# `lostmotion`", "# Command line", 1)
+        + "\n## "
+        + commands
+    )
 
 
 def _reference() -> dict[str, str]:
@@ -98,6 +145,9 @@ def _reference() -> dict[str, str]:
     out = {}
     for page, (title, about, ends) in REFERENCE.items():
         names = {name: left.pop(name) for name, home in [*left.items()] if home.endswith(ends)}
-        described = (f"::: {home}.{name}\n{_IMPORTED if name in lostmotion.QUESTIONS else ''}" for name, home in names.items())
+        described = (
+            f"::: {home}.{name}\n{_IMPORTED if name in lostmotion.QUESTIONS else ''}"
+            for name, home in names.items()
+        )
         out[page] = f"# {title}\n\n{about}\n\n" + "\n".join(described)
     return out

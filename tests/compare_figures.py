@@ -4,10 +4,12 @@
     python tests/compare_figures.py record AFTER
     python tests/compare_figures.py compare BEFORE AFTER
 
-`record` runs each question with a fixed seed and keeps its result.json and its arrays. `compare` prints each figure that moved by more than its
-kind allows, with its place, both values and the relative change. Tables are matched by their keys, rows and columns by their labels. Those with
-changed labels are matched in their order where they lie between the same neighbours, are as many and have the same units (tables: the same rows);
-each such pair of labels is listed. All others are listed as gone or new. The exit code is 1 where a figure moved or something is gone or new.
+`record` runs each question with a fixed seed and keeps its result.json and its arrays. `compare`
+prints each figure that moved by more than its kind allows, with its place, both values and the
+relative change. Tables are matched by their keys, rows and columns by their labels. Those with
+changed labels are matched in their order where they lie between the same neighbours, are as many
+and have the same units (tables: the same rows); each such pair of labels is listed. All others are
+listed as gone or new. The exit code is 1 where a figure moved or something is gone or new.
 """
 
 from __future__ import annotations
@@ -33,13 +35,14 @@ if TYPE_CHECKING:
 ROOT: Final = Path(__file__).parents[1]
 EXAMPLES: Final = ROOT / "examples"
 ARMS: Final = ("z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml", "paper/z-arm-lumped.toml")
-# Relative limits: sums in another order; differences of such sums (RP); figures without sampling over all poses, their mean, and at single poses.
+# Relative limits: sums in another order; differences of such sums (RP); figures without sampling
+# over all poses, their mean, and at single poses.
 MONTE_CARLO, REPEATABILITY = 1e-10, 1e-8
 WITHOUT_SAMPLING, MEAN_WITHOUT_SAMPLING, AT_A_POSE = 1e-3, 5e-4, 7e-3
 # The share of poses and cells that must keep to the limit at single poses.
 _POSES: Final = 0.99
-# Below this part of the largest figure of its table in the same unit a figure is the rounding of another. Shares of a mean square may move by this
-# part of the whole.
+# Below this part of the largest figure of its table in the same unit a figure is the rounding of
+# another. Shares of a mean square may move by this part of the whole.
 _ROUNDING: Final = 1e-12
 _SHARES: Final = ("levels", "budget", "causes", "budget_levels", "causes_levels")
 # Older versions called percentiles '95 % below'.
@@ -59,10 +62,20 @@ def commands() -> Iterator[tuple[str, list[str]]]:
     for measured in ("z-arm.csv", "z-arm-loads.csv"):
         yield (
             f"measured-{measured[:-4]}",
-            ["iso9283", str(EXAMPLES / ARMS[0]), "--measured", str(EXAMPLES / "measured" / measured), "--instrument", "5 µm"],
+            [
+                "iso9283",
+                str(EXAMPLES / ARMS[0]),
+                "--measured",
+                str(EXAMPLES / "measured" / measured),
+                "--instrument",
+                "5 µm",
+            ],
         )
     yield "size-z-arm", ["size", str(EXAMPLES / ARMS[0])]
-    yield "choose-z-arm", ["size", str(EXAMPLES / ARMS[0]), "--by", str(EXAMPLES / "sizing" / "z-arm-target.toml")]
+    yield (
+        "choose-z-arm",
+        ["size", str(EXAMPLES / ARMS[0]), "--by", str(EXAMPLES / "sizing" / "z-arm-target.toml")],
+    )
     for part in sorted((EXAMPLES / "gearbox").glob("*.toml")):
         yield f"gear-{part.stem}", ["gear", str(part)]
     for part in sorted((EXAMPLES / "bearing").glob("*.toml")):
@@ -70,26 +83,36 @@ def commands() -> Iterator[tuple[str, list[str]]]:
 
 
 def record(folder: Path, package: Path) -> list[str]:
-    """Write NAME.json for every question that the package in this folder answers, and return the names of those that it refuses."""
+    """Write NAME.json for every question that the package in this folder answers, and return the
+    names of those that it refuses.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     refused = []
     for name, words in commands():
         out = folder / f"{name}.out"
         environment = {**os.environ, "PYTHONPATH": str(package)}
         done = subprocess.run(
-            [sys.executable, "-m", "lostmotion", *words, "--out", str(out), "--force"], env=environment, capture_output=True, text=True, check=False
+            [sys.executable, "-m", "lostmotion", *words, "--out", str(out), "--force"],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         if done.returncode:
             refused.append(f"{name}: exit code {done.returncode}: {done.stderr.strip()[:200]}")
             continue
-        (folder / f"{name}.json").write_text((out / "result.json").read_text(encoding="utf-8"), encoding="utf-8")
+        (folder / f"{name}.json").write_text(
+            (out / "result.json").read_text(encoding="utf-8"), encoding="utf-8"
+        )
         print(name, flush=True)  # noqa: T201 - progress of a script
     return refused
 
 
 @dataclass(frozen=True)
 class Move:
-    """A figure that differs: its place, both values, and the relative change; NaN where only one of them is a number."""
+    """A figure that differs: its place, both values, and the relative change; NaN where only one of
+    them is a number.
+    """
 
     place: str
     before: float | str | None
@@ -103,7 +126,9 @@ class Move:
 
 @dataclass
 class Comparison:
-    """What differs between two results: figures that moved, labels that changed, and tables, rows and columns that only one of them has."""
+    """What differs between two results: figures that moved, labels that changed, and tables, rows
+    and columns that only one of them has.
+    """
 
     moves: list[Move] = field(default_factory=list)
     renamed: set[str] = field(default_factory=set)
@@ -111,8 +136,11 @@ class Comparison:
     new: list[str] = field(default_factory=list)
 
 
-def matched(before: list[str], after: list[str], compatible: Callable[[int, int], bool]) -> list[tuple[int, int]]:
-    """Return pairs of positions of the same label and occurrence, then those of changed labels between the same neighbours.
+def matched(
+    before: list[str], after: list[str], compatible: Callable[[int, int], bool]
+) -> list[tuple[int, int]]:
+    """Return pairs of positions of the same label and occurrence, then those of changed labels
+    between the same neighbours.
 
     The latter only where both sides have as many labels there, which are compatible in their order.
     """
@@ -122,13 +150,19 @@ def matched(before: list[str], after: list[str], compatible: Callable[[int, int]
     for i, j in [(-1, -1), *pairs]:
         old, new = _run(i + 1, len(before), olds), _run(j + 1, len(after), news)
         ends = (old.stop, new.stop)
-        if len(old) == len(new) and (ends == (len(before), len(after)) or ends in pairs) and all(map(compatible, old, new)):
+        if (
+            len(old) == len(new)
+            and (ends == (len(before), len(after)) or ends in pairs)
+            and all(map(compatible, old, new))
+        ):
             pairs = [*pairs, *zip(old, new, strict=True)]
     return sorted(pairs)
 
 
 def _numbered(labels: list[str]) -> list[tuple[str, int]]:
-    """Return each label in the words of today, with the number of earlier rows of the same label."""
+    """Return each label in the words of today, with the number of earlier rows of the same
+    label.
+    """
     seen: Counter[str] = Counter()
     out = []
     for label in labels:
@@ -147,7 +181,14 @@ def limits(question: str, section: str, row: str, column: str, unit: str) -> tup
     if section in _SHARES and unit == "%" and "halving" not in column:
         return 0.0, 100.0 * _ROUNDING
     if question.startswith(("analytic", "map")) and section != "halving":
-        return MEAN_WITHOUT_SAMPLING if row == "mean" else AT_A_POSE if " pose" in row else WITHOUT_SAMPLING, 0.0
+        return (
+            MEAN_WITHOUT_SAMPLING
+            if row == "mean"
+            else AT_A_POSE
+            if " pose" in row
+            else WITHOUT_SAMPLING,
+            0.0,
+        )
     return REPEATABILITY if "RP" in row or section.startswith("rp") else MONTE_CARLO, 0.0
 
 
@@ -159,10 +200,15 @@ def comparison(question: str, before: dict[str, Any], after: dict[str, Any]) -> 
         key = other_table["key"]
         largest: dict[str, float] = {}
         for figure in [figure for row in table["rows"] for figure in row["figures"]]:
-            size = max(abs(value) if isinstance(value, float) and math.isfinite(value) else 0.0 for _, value in _ends(figure))
+            size = max(
+                abs(value) if isinstance(value, float) and math.isfinite(value) else 0.0
+                for _, value in _ends(figure)
+            )
             largest[figure["unit"]] = max(largest.get(figure["unit"], 0.0), size)
         for row, other in _pairs(out, key, table["rows"], other_table["rows"], "label"):
-            for one, two in _pairs(out, f"{key}: {other['label']}", row["figures"], other["figures"], "name"):
+            for one, two in _pairs(
+                out, f"{key}: {other['label']}", row["figures"], other["figures"], "name"
+            ):
                 relative, absolute = limits(question, key, other["label"], two["name"], two["unit"])
                 absolute = max(absolute, _ROUNDING * largest[one["unit"]])
                 for (end, x), (_, y) in zip(_ends(one), _ends(two), strict=True):
@@ -175,19 +221,33 @@ def comparison(question: str, before: dict[str, Any], after: dict[str, Any]) -> 
     return out
 
 
-def _pairs(out: Comparison, place: str, before: list[Any], after: list[Any], name: str) -> list[tuple[Any, Any]]:
+def _pairs(
+    out: Comparison, place: str, before: list[Any], after: list[Any], name: str
+) -> list[tuple[Any, Any]]:
     """Return the tables, rows or columns that belong together, and list the others in `out`."""
     olds, news = ([item[name] for item in items] for items in (before, after))
     pairs = matched(olds, news, lambda i, j: _content(before[i]) == _content(after[j]))
-    out.renamed |= {f"{place.partition(':')[0]}: {olds[i]} -> {news[j]}" for i, j in pairs if olds[i] != news[j]}
-    out.gone += [f"{place}: {label}" for i, label in enumerate(olds) if i not in {i for i, _ in pairs}]
-    out.new += [f"{place}: {label}" for j, label in enumerate(news) if j not in {j for _, j in pairs}]
+    out.renamed |= {
+        f"{place.partition(':')[0]}: {olds[i]} -> {news[j]}" for i, j in pairs if olds[i] != news[j]
+    }
+    out.gone += [
+        f"{place}: {label}" for i, label in enumerate(olds) if i not in {i for i, _ in pairs}
+    ]
+    out.new += [
+        f"{place}: {label}" for j, label in enumerate(news) if j not in {j for _, j in pairs}
+    ]
     return [(before[i], after[j]) for i, j in pairs]
 
 
 def _content(item: dict[str, Any]) -> list[str]:
-    """Return what items of changed names must share: the labels of a table's rows, the units of a row's or a column's figures."""
-    return [row["label"] for row in item["rows"]] if "rows" in item else [figure["unit"] for figure in item.get("figures", [item])]
+    """Return what items of changed names must share: the labels of a table's rows, the units of a
+    row's or a column's figures.
+    """
+    return (
+        [row["label"] for row in item["rows"]]
+        if "rows" in item
+        else [figure["unit"] for figure in item.get("figures", [item])]
+    )
 
 
 def _ends(figure: dict[str, Any]) -> list[tuple[str, float | str | None]]:
@@ -199,7 +259,9 @@ def _ends(figure: dict[str, Any]) -> list[tuple[str, float | str | None]]:
 
 
 def array_moves(question: str, before: Path, after: Path) -> list[Move]:
-    """Return the arrays that moved: by single entries, or without sampling by more than a hundredth of the poses or cells."""
+    """Return the arrays that moved: by single entries, or without sampling by more than a hundredth
+    of the poses or cells.
+    """
     out = []
     with xarray.open_dataset(before) as old, xarray.open_dataset(after) as new:
         for name in [str(name) for name in old.variables if name in new.variables]:
@@ -209,13 +271,32 @@ def array_moves(question: str, before: Path, after: Path) -> list[Move]:
             elif x.size and x.dtype.kind in "biuf":
                 x, y = x.astype(float), y.astype(float)
                 size = np.maximum(np.abs(x), np.abs(y))
-                same = (x == y) | (np.isnan(x) & np.isnan(y)) | (size <= _ROUNDING * np.nanmax(size, initial=0.0))
-                change = np.nan_to_num(np.where(same, 0.0, np.abs(x - y) / np.where(same, 1.0, size)), nan=np.inf)
+                same = (
+                    (x == y)
+                    | (np.isnan(x) & np.isnan(y))
+                    | (size <= _ROUNDING * np.nanmax(size, initial=0.0))
+                )
+                change = np.nan_to_num(
+                    np.where(same, 0.0, np.abs(x - y) / np.where(same, 1.0, size)), nan=np.inf
+                )
                 sampled = not question.startswith(("analytic", "map"))
-                level, allowed = (1.0, REPEATABILITY if "RP" in name else MONTE_CARLO) if sampled else (_POSES, AT_A_POSE)
-                at = np.unravel_index(np.argsort(change, axis=None)[math.ceil(level * change.size) - 1], change.shape)
+                level, allowed = (
+                    (1.0, REPEATABILITY if "RP" in name else MONTE_CARLO)
+                    if sampled
+                    else (_POSES, AT_A_POSE)
+                )
+                at = np.unravel_index(
+                    np.argsort(change, axis=None)[math.ceil(level * change.size) - 1], change.shape
+                )
                 if change[at] > allowed:
-                    out.append(Move(f"array {name}{[int(k) for k in at]}", float(x[at]), float(y[at]), float(change[at])))
+                    out.append(
+                        Move(
+                            f"array {name}{[int(k) for k in at]}",
+                            float(x[at]),
+                            float(y[at]),
+                            float(change[at]),
+                        )
+                    )
     return out
 
 
@@ -248,15 +329,25 @@ def _compared(before: Path, after: Path) -> tuple[list[str], int]:
             lines.append(f"{path.stem}: not recorded after")
             found += 1
             continue
-        differs = comparison(path.stem, *(json.loads(each.read_text(encoding="utf-8")) for each in (path, other)))
+        differs = comparison(
+            path.stem, *(json.loads(each.read_text(encoding="utf-8")) for each in (path, other))
+        )
         arrays = [folder / f"{path.stem}.out" / "arrays.nc" for folder in (before, after)]
-        differs.moves += array_moves(path.stem, *arrays) if all(each.exists() for each in arrays) else []
+        differs.moves += (
+            array_moves(path.stem, *arrays) if all(each.exists() for each in arrays) else []
+        )
         lines += [f"{path.stem}: {move}" for move in differs.moves]
         for what, rows in (("gone", differs.gone), ("new", differs.new)):
             lines += [f"{path.stem}: {len(rows)} {what}: {'; '.join(rows)}"] if rows else []
         found += len(differs.moves) + len(differs.gone) + len(differs.new)
         renamed.update(differs.renamed)
-    return [*lines, *(f"renamed in {count} of the questions: {pair}" for pair, count in sorted(renamed.items()))], found
+    return [
+        *lines,
+        *(
+            f"renamed in {count} of the questions: {pair}"
+            for pair, count in sorted(renamed.items())
+        ),
+    ], found
 
 
 if __name__ == "__main__":

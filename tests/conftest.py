@@ -4,7 +4,8 @@ import os
 
 import pytest
 
-# Before NumPy is loaded: the suite runs on all processors already, and threads of dense algebra inside each worker only wait for each other.
+# Before NumPy is loaded: the suite runs on all processors already, and threads of dense algebra
+# inside each worker only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from lostmotion import Arm
@@ -22,7 +23,12 @@ JOINT = {
         "ratio": 121,
     },
     "bearing": {"kind": "rolling", "clearance": "20 µm ± 10 µm", "span": "80 mm"},
-    "encoder": {"resolution": "1 arcmin", "noise": "0.5 arcmin", "eccentricity": "2 arcmin", "zero": "0.2 arcmin"},
+    "encoder": {
+        "resolution": "1 arcmin",
+        "noise": "0.5 arcmin",
+        "eccentricity": "2 arcmin",
+        "zero": "0.2 arcmin",
+    },
     "mounting": {"tilt": "0.5 arcmin", "offset": "20 µm"},
     "mass": "1 kg",
     "link": {
@@ -34,8 +40,12 @@ JOINT = {
 
 
 def arm_of(count: int = 3, **changes: object) -> Arm:
-    """Return an arm whose first joint turns about the vertical and the others about the horizontal."""
-    joints = [{**JOINT, **changes, "name": "O", "axis": "z"}] + [{**JOINT, **changes, "name": name} for name in "ABCDE"[: count - 1]]
+    """Return an arm whose first joint turns about the vertical and the others about the
+    horizontal.
+    """
+    joints = [{**JOINT, **changes, "name": "O", "axis": "z"}] + [
+        {**JOINT, **changes, "name": name} for name in "ABCDE"[: count - 1]
+    ]
     return Arm.model_validate({"name": "test arm", "joints": joints, "payload": {"mass": "3 kg"}})
 
 

@@ -21,12 +21,26 @@ ERRORS: dict[str, Callable[[], BaseException]] = {
     "broken disk": lambda: OSError(errno.EIO, "Input/output error"),
     "memory": MemoryError,
 }
-_ON_PATHS = ("open", "mkdir", "rename", "replace", "unlink", "rmdir", "scandir", "listdir", "stat", "lstat", "utime")
+_ON_PATHS = (
+    "open",
+    "mkdir",
+    "rename",
+    "replace",
+    "unlink",
+    "rmdir",
+    "scandir",
+    "listdir",
+    "stat",
+    "lstat",
+    "utime",
+)
 _ON_HANDLES = ("fsync", "fdopen")
 
 
 class Stream:
-    """An open file whose writes and closing are calls too; one that fails has written the first half."""
+    """An open file whose writes and closing are calls too; one that fails has written the first
+    half.
+    """
 
     def __init__(self, stream: Any, system: System) -> None:
         """Stand before a stream."""
@@ -82,7 +96,9 @@ class System:
 
     def concerns(self, place: object) -> bool:
         """Return whether a path is within the folder."""
-        return isinstance(place, str | os.PathLike) and os.path.abspath(os.fspath(place)).startswith(self.folder)  # noqa: PTH100 - without a call of the system
+        return isinstance(place, str | os.PathLike) and os.path.abspath(  # noqa: PTH100
+            os.fspath(place)
+        ).startswith(self.folder)
 
     @contextmanager
     def at_work(self) -> Iterator[None]:
@@ -100,7 +116,11 @@ class System:
     def _of_path(self, place: Any) -> BaseException:
         """Return the error, with the path where the system was given one."""
         error = self.error()
-        return type(error)(*error.args, os.fspath(place)) if isinstance(error, OSError) and place is not None else error
+        return (
+            type(error)(*error.args, os.fspath(place))
+            if isinstance(error, OSError) and place is not None
+            else error
+        )
 
     def _failing(self, call: Callable[..., Any], *, always: bool = False) -> Callable[..., Any]:
         def made(*given: Any, **named: Any) -> Any:
@@ -124,9 +144,11 @@ class System:
 def every_failure(
     folder: Path, work: Callable[[], Any], prepare: Callable[[], None], step: int = 1
 ) -> Iterator[tuple[str, int, Any, BaseException | None]]:
-    """Do some work again and again, from the same start; each time the next call fails, or the one `step` calls later, in each way.
+    """Do some work again and again, from the same start; each time the next call fails, or the one
+    `step` calls later, in each way.
 
-    Yields how and at which call it failed, what the work returned, and what it raised. Ends where the work has no further call.
+    Yields how and at which call it failed, what the work returned, and what it raised. Ends where
+    the work has no further call.
     """
     for name, error in ERRORS.items():
         at = 0

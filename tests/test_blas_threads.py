@@ -38,13 +38,19 @@ print(counts())
 
 def printed(*words, threads):
     """Return what Python prints where NumPy may take so many threads."""
-    environment = {key: value for key, value in os.environ.items() if not key.endswith("_NUM_THREADS")} | {"OPENBLAS_NUM_THREADS": threads}
-    return subprocess.run([sys.executable, "-c", *words], capture_output=True, text=True, check=True, env=environment).stdout
+    environment = {
+        key: value for key, value in os.environ.items() if not key.endswith("_NUM_THREADS")
+    } | {"OPENBLAS_NUM_THREADS": threads}
+    return subprocess.run(
+        [sys.executable, "-c", *words], capture_output=True, text=True, check=True, env=environment
+    ).stdout
 
 
 @pytest.mark.slow
 def test_the_number_of_threads_changes_no_bit():
-    """From Python, where NumPy takes a thread per processor, as with one thread; without the limit the drawn gearbox differs."""
+    """From Python, where NumPy takes a thread per processor, as with one thread; without the limit
+    the drawn gearbox differs.
+    """
     found = [printed(ASKED, EXAMPLE, threads=threads) for threads in ("1", "2", "4")]
     assert found[0].count("'") > 20
     assert found[1] == found[2] == found[0]
@@ -52,4 +58,5 @@ def test_the_number_of_threads_changes_no_bit():
 
 def test_calls_may_overlap():
     """Of two calls the first limits the threads, and the last to end lifts the limit."""
-    assert printed(OVERLAPPING, threads="2") in {"[2] [1] [2]\n", "[1] [1] [1]\n"}  # one where the machine has one processor
+    # one where the machine has one processor
+    assert printed(OVERLAPPING, threads="2") in {"[2] [1] [2]\n", "[1] [1] [1]\n"}

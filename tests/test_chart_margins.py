@@ -36,7 +36,9 @@ def long_names():
 
 
 def many_marks():
-    """Return a chart with marks one above the other at its ends, under a legend that is its title's, too."""
+    """Return a chart with marks one above the other at its ends, under a legend that is its
+    title's, too.
+    """
     made, on = one("Marks", 70)
     stacked(on, [("a name", LIGHT["robot"], np.array([1.0, 2.0]))])
     on.set_xlim(0, 1)
@@ -59,7 +61,9 @@ def large_numbers():
 
 
 def small_multiples():
-    """Return panels of equal scales with titles of their own and shared axes, over a legend of classes."""
+    """Return panels of equal scales with titles of their own and shared axes, over a legend of
+    classes.
+    """
     made = figure(100)
     panels = axes(made, "Panels", rows=2, columns=4, sharex=True, sharey=True)
     for k, on in enumerate(panels.flat):
@@ -67,12 +71,16 @@ def small_multiples():
         on.plot([0, 3000], [-2000, 1000])
         on.set_aspect("equal")
         label_axes(on, "x [mm]" if k > 3 else "", "y [mm]" if k % 4 == 0 else "")
-    class_legend(made, [0.4, 0.6, 0.8, 1.0, 1.2, 1.4], "error [mm]", [swatch("further", LIGHT["line"])])
+    class_legend(
+        made, [0.4, 0.6, 0.8, 1.0, 1.2, 1.4], "error [mm]", [swatch("further", LIGHT["line"])]
+    )
     return made
 
 
 def low_and_wide():
-    """Return axes of equal scales that need far less than their place, with a ring at their corner."""
+    """Return axes of equal scales that need far less than their place, with a ring at their
+    corner.
+    """
     made, on = one("Low", 90)
     on.plot([0, 1000], [0, 20])
     on.set_xlim(0, 1000)
@@ -80,7 +88,9 @@ def low_and_wide():
     ringed(on, 1000, 20, "at the corner")
     on.set_aspect("equal")
     label_axes(on, "distance from the base's axis [mm]", "a name longer than the axes [mm]")
-    class_legend(made, [0.4, 0.6, 0.8, 1.0, 1.2, 1.4], "error [mm]", on.get_legend_handles_labels()[0])
+    class_legend(
+        made, [0.4, 0.6, 0.8, 1.0, 1.2, 1.4], "error [mm]", on.get_legend_handles_labels()[0]
+    )
     return made
 
 
@@ -99,19 +109,28 @@ CHARTS = (long_names, many_marks, large_numbers, small_multiples, low_and_wide, 
 
 @pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.__name__)
 def test_no_word_is_cut_or_printed_over_another(chart):
-    """Ticks, names, marks, titles and legends stand within the picture, and none over another's axes."""
+    """Ticks, names, marks, titles and legends stand within the picture, and none over another's
+    axes.
+    """
     assert crowded(chart()) == []
 
 
 @pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.__name__)
 def test_margins_are_no_wider_than_the_words(chart):
-    """Up to two lines of text of the picture's width and height are left empty, unless its scales are equal."""
+    """Up to two lines of text of the picture's width and height are left empty, unless its scales
+    are equal.
+    """
     made = chart()
     canvas = FigureCanvasAgg(made)
     canvas.draw()
     used = made.get_tightbbox(canvas.get_renderer()).extents
     equal = made.axes[0].get_aspect() != "auto"
-    assert (np.array([used[0], used[1], *(made.get_size_inches() - used[2:])])[[0, 1, 3] if equal else [0, 1, 2, 3]] < 0.25).all()
+    assert (
+        np.array([used[0], used[1], *(made.get_size_inches() - used[2:])])[
+            [0, 1, 3] if equal else [0, 1, 2, 3]
+        ]
+        < 0.25
+    ).all()
 
 
 def test_a_chart_keeps_its_place_when_drawn_again():
@@ -125,7 +144,9 @@ def test_a_chart_keeps_its_place_when_drawn_again():
 
 
 def test_words_larger_than_the_picture_are_drawn_all_the_same():
-    """A figure of a few millimetres has no room for its words; it is drawn where matplotlib puts it."""
+    """A figure of a few millimetres has no room for its words; it is drawn where matplotlib puts
+    it.
+    """
     made = many_marks()
     made.set_size_inches(0.5, 0.3)
     FigureCanvasAgg(made).draw()

@@ -21,9 +21,15 @@ def row(label, **figure):
 
 RESULT = {
     "sections": [
-        {"key": "error", "rows": [row("mean"), row("95 % below", value=2.0), row("largest", value=3.0)]},
+        {
+            "key": "error",
+            "rows": [row("mean"), row("95 % below", value=2.0), row("largest", value=3.0)],
+        },
         {"key": "iso9283", "rows": [row("RP, mean"), row("words", value=None, interval=None)]},
-        {"key": "levels", "rows": [row("from load", name="share", unit="%", value=50.0, interval=None)]},
+        {
+            "key": "levels",
+            "rows": [row("from load", name="share", unit="%", value=50.0, interval=None)],
+        },
     ]
 }
 
@@ -50,18 +56,30 @@ def places(before, after, question="study-arm"):
 def test_the_same_figures_under_other_words_are_no_difference():
     """Labels of rows and columns may change, and each change is listed."""
     other = json.loads(
-        json.dumps(RESULT).replace("largest", "maximum").replace('"name": "share"', '"name": "part"').replace("95 % below", "95th percentile")
+        json.dumps(RESULT)
+        .replace("largest", "maximum")
+        .replace('"name": "share"', '"name": "part"')
+        .replace("95 % below", "95th percentile")
     )
     found = comparison("study-arm", RESULT, other)
     assert (found.moves, found.gone, found.new) == ([], [], [])
-    assert found.renamed == {"error: largest -> maximum", "error: 95 % below -> 95th percentile", "levels: share -> part"}
+    assert found.renamed == {
+        "error: largest -> maximum",
+        "error: 95 % below -> 95th percentile",
+        "levels: share -> part",
+    }
 
 
 def test_a_table_of_another_key_is_matched_by_its_rows():
-    """A table with the same rows between the same tables is the same table, and its figures are compared."""
+    """A table with the same rows between the same tables is the same table, and its figures are
+    compared.
+    """
     other = json.loads(json.dumps(changed(1, 0, value=2.0)).replace("iso9283", "standard"))
     found = comparison("study-arm", RESULT, other)
-    assert ([move.place for move in found.moves], found.renamed) == (["standard: RP, mean: value.value"], {"tables: iso9283 -> standard"})
+    assert ([move.place for move in found.moves], found.renamed) == (
+        ["standard: RP, mean: value.value"],
+        {"tables: iso9283 -> standard"},
+    )
     other["sections"][1]["rows"][0]["label"] = "RP"
     found = comparison("study-arm", RESULT, other)
     assert (found.moves, found.gone, found.new) == ([], ["tables: iso9283"], ["tables: standard"])
@@ -77,15 +95,30 @@ def test_rows_that_changed_places_are_matched_by_their_labels():
 def test_an_inserted_row_leaves_the_others_matched():
     """A row more is new, and no other figure is compared with its neighbour."""
     mean, level, largest = RESULT["sections"][0]["rows"]
-    found = comparison("study-arm", RESULT, with_rows(mean, row("standard deviation"), level, largest))
+    found = comparison(
+        "study-arm", RESULT, with_rows(mean, row("standard deviation"), level, largest)
+    )
     assert (found.moves, found.gone, found.new) == ([], [], ["error: standard deviation"])
 
 
-@pytest.mark.parametrize("rows", [[row("largest error", value=3.0), row("noise")], [row("largest error", value=3.0, unit="µm")], []])
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [row("largest error", value=3.0), row("noise")],
+        [row("largest error", value=3.0, unit="µm")],
+        [],
+    ],
+)
 def test_rows_of_changed_labels_are_not_matched_by_guess(rows):
-    """With another number of rows between the same neighbours, or another unit, both sides are reported by name."""
+    """With another number of rows between the same neighbours, or another unit, both sides are
+    reported by name.
+    """
     found = comparison("study-arm", RESULT, with_rows(*RESULT["sections"][0]["rows"][:2], *rows))
-    assert (found.moves, found.gone, found.new) == ([], ["error: largest"], [f"error: {each['label']}" for each in rows])
+    assert (found.moves, found.gone, found.new) == (
+        [],
+        ["error: largest"],
+        [f"error: {each['label']}" for each in rows],
+    )
 
 
 @pytest.mark.parametrize(
@@ -103,21 +136,30 @@ def test_rows_of_changed_labels_are_not_matched_by_guess(rows):
     ],
 )
 def test_a_figure_that_moved_is_found(section, number, figure, count):
-    """Values and ends of intervals, RP with its wider limit, shares with their limit of the whole, a number where there was none."""
+    """Values and ends of intervals, RP with its wider limit, shares with their limit of the whole,
+    a number where there was none.
+    """
     assert len(places(RESULT, changed(section, number, **figure))) == count
 
 
 def test_figures_without_sampling_may_move_within_their_uncertainty():
     """The mean by 0.05 %, percentiles by 0.1 %."""
     assert places(RESULT, changed(0, 0, value=1.5 * 1.0004), "analytic-arm") == []
-    assert places(RESULT, changed(0, 0, value=1.5 * 1.0008), "analytic-arm") == ["error: mean: value.value"]
+    assert places(RESULT, changed(0, 0, value=1.5 * 1.0008), "analytic-arm") == [
+        "error: mean: value.value"
+    ]
     assert places(RESULT, changed(0, 2, value=3.0 * 1.0008), "analytic-arm") == []
-    assert places(RESULT, changed(0, 2, value=3.0 * 1.002), "analytic-arm") == ["error: largest: value.value"]
+    assert places(RESULT, changed(0, 2, value=3.0 * 1.002), "analytic-arm") == [
+        "error: largest: value.value"
+    ]
 
 
 def test_the_rounding_of_a_larger_figure_is_no_difference():
     """A torque of zero is the rounding of the other torques."""
-    before, after = (with_rows(row("large", value=100.0), row("none", value=value, interval=None)) for value in (1e-15, -8e-15))
+    before, after = (
+        with_rows(row("large", value=100.0), row("none", value=value, interval=None))
+        for value in (1e-15, -8e-15)
+    )
     assert places(before, after) == []
 
 

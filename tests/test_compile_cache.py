@@ -1,4 +1,6 @@
-"""Compiled kernels that are kept: read again, compiled again where the source has changed or a file is damaged, and bounded in number."""
+"""Compiled kernels that are kept: read again, compiled again where the source has changed or a file
+is damaged, and bounded in number.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,9 @@ def folder(tmp_path, monkeypatch):
 
 
 def run() -> bool:
-    """Return whether a kernel was read, not compiled, as in a new process; its result is right in any case."""
+    """Return whether a kernel was read, not compiled, as in a new process; its result is right in
+    any case.
+    """
     kernel = compiled(draw_kernel.mix.py_func)
     with np.errstate(over="ignore"):
         assert kernel(WORD) == draw_kernel.mix.py_func(WORD)
@@ -67,7 +71,9 @@ DAMAGES = {
     "empty": lambda file: file.write_bytes(b""),
     "half": lambda file: file.write_bytes(file.read_bytes()[: file.stat().st_size // 2]),
     "longer": lambda file: file.write_bytes(file.read_bytes() + b"\0"),
-    "bit": lambda file: file.write_bytes((raw := file.read_bytes())[:-200] + bytes([raw[-200] ^ 1]) + raw[-199:]),
+    "bit": lambda file: file.write_bytes(
+        (raw := file.read_bytes())[:-200] + bytes([raw[-200] ^ 1]) + raw[-199:]
+    ),
     "checksum": lambda file: file.write_bytes(b"\0" + file.read_bytes()[1:]),
     "text": lambda file: file.write_text("nothing of the kind"),
     "folder": as_folder,
@@ -78,7 +84,9 @@ DAMAGES = {
 
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_a_damaged_file_is_compiled_again_and_replaced(folder, damage):
-    """Whatever lies in its place, the kernel returns the right number, and the next process reads a whole file."""
+    """Whatever lies in its place, the kernel returns the right number, and the next process reads a
+    whole file.
+    """
     run()
     (file,) = folder.iterdir()
     damage(file)
@@ -88,7 +96,9 @@ def test_a_damaged_file_is_compiled_again_and_replaced(folder, damage):
 
 
 def test_the_file_of_another_kernel_is_not_read(folder):
-    """A file is bound to its function and signature: one with the content of another is compiled again."""
+    """A file is bound to its function and signature: one with the content of another is compiled
+    again.
+    """
     run()
     compiled(draw_kernel.mix.py_func)(np.uint32(5))
     one, other = folder.iterdir()
@@ -100,7 +110,9 @@ def test_the_file_of_another_kernel_is_not_read(folder):
 
 def test_nothing_is_kept_of_source_that_changed_under_the_process(folder, monkeypatch):
     """What is in memory is then not what lies on the disk."""
-    monkeypatch.setattr(source_hash, "_AT_START", dict.fromkeys(source_hash._AT_START, (0, 0, 0, 0)))
+    monkeypatch.setattr(
+        source_hash, "_AT_START", dict.fromkeys(source_hash._AT_START, (0, 0, 0, 0))
+    )
     assert not run()
     assert not folder.exists()
     source_hash.source_hash.cache_clear()
@@ -126,37 +138,82 @@ def test_folders_of_other_versions_are_deleted(tmp_path, folder):
         (tmp_path / "kernels" / f"old-{k}").mkdir(parents=True)
         os.utime(tmp_path / "kernels" / f"old-{k}", (k, k))
     run()
-    assert {each.name for each in folder.parent.iterdir()} == {"one", *(f"old-{k}" for k in range(41 - compile_cache._MOST, 40))}
+    assert {each.name for each in folder.parent.iterdir()} == {
+        "one",
+        *(f"old-{k}" for k in range(41 - compile_cache._MOST, 40)),
+    }
 
 
 def test_the_key_covers_what_a_kernel_can_see():
-    """The layers that a hash covers are those below it by the contract of imports, and every kernel is of one of them."""
-    contract = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"][0]["layers"]
+    """The layers that a hash covers are those below it by the contract of imports, and every kernel
+    is of one of them.
+    """
+    contract = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
+        "importlinter"
+    ]["contracts"][0]["layers"]
     rooms = [room.strip() for line in contract for room in line.replace("|", ":").split(":")]
-    order = [room.removeprefix("lostmotion.") for room in reversed(rooms) if (ROOT / "src" / room.replace(".", "/")).is_dir()]
+    order = [
+        room.removeprefix("lostmotion.")
+        for room in reversed(rooms)
+        if (ROOT / "src" / room.replace(".", "/")).is_dir()
+    ]
     assert order[: len(source_hash.LAYERS)] == list(source_hash.LAYERS)
-    kernels = {path.relative_to(ROOT / "src" / "lostmotion").parts[0] for path in (ROOT / "src").rglob("*_kernel.py")}
+    kernels = {
+        path.relative_to(ROOT / "src" / "lostmotion").parts[0]
+        for path in (ROOT / "src").rglob("*_kernel.py")
+    }
     assert kernels <= set(source_hash.LAYERS)
-    assert len({source_hash.source_hash(layer) for layer in source_hash.LAYERS}) == len(source_hash.LAYERS)
+    assert len({source_hash.source_hash(layer) for layer in source_hash.LAYERS}) == len(
+        source_hash.LAYERS
+    )
 
 
 def test_no_function_is_cached_by_numba_itself():
     """Its cache does not see a change of another file."""
-    assert [path for path in (ROOT / "src").rglob("*.py") if "cache=True" in path.read_text(encoding="utf-8")] == []
+    assert [
+        path
+        for path in (ROOT / "src").rglob("*.py")
+        if "cache=True" in path.read_text(encoding="utf-8")
+    ] == []
 
 
 def test_a_changed_constant_of_another_file_changes_the_result(tmp_path):
-    """Even where the file keeps its size and its time; and the old result comes back with the old constant, without compiling."""
+    """Even where the file keeps its size and its time; and the old result comes back with the old
+    constant, without compiling.
+    """
     package = tmp_path / "lostmotion"
-    shutil.copytree(ROOT / "src" / "lostmotion", package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        ROOT / "src" / "lostmotion", package, ignore=shutil.ignore_patterns("__pycache__")
+    )
     constant = package / "laws" / "probe_constant.py"
     (package / "laws" / "probe_kernel.py").write_text(KERNEL)
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
-    program = "from lostmotion.laws.probe_kernel import scaled; print(scaled(1.0), len(scaled.stats.cache_hits))"
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(tmp_path),
+        "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    program = (
+        "from lostmotion.laws.probe_kernel import scaled; print(scaled(1.0), "
+        "len(scaled.stats.cache_hits))"
+    )
 
     def result(factor: str) -> str:
         constant.write_text(f"FACTOR = {factor}\n")
         os.utime(constant, (1e9, 1e9))
-        return subprocess.run([sys.executable, "-c", program], env=environment, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+        return subprocess.run(
+            [sys.executable, "-c", program],
+            env=environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
 
-    assert [result(factor) for factor in ("2.0", "2.0", "3.0", "2.0", "3.0")] == ["2.0 0\n", "2.0 1\n", "3.0 0\n", "2.0 1\n", "3.0 1\n"]
+    assert [result(factor) for factor in ("2.0", "2.0", "3.0", "2.0", "3.0")] == [
+        "2.0 0\n",
+        "2.0 1\n",
+        "3.0 0\n",
+        "2.0 1\n",
+        "3.0 1\n",
+    ]

@@ -1,4 +1,6 @@
-"""Every read, write and allocation fails once: a correct result or one message, nothing lost and nothing half written."""
+"""Every read, write and allocation fails once: a correct result or one message, nothing lost and
+nothing half written.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +22,26 @@ from tests.failing_calls import every_failure
 from tests.runs.conftest import ARM, tree
 
 OLD = {"report.html": b"old page", "result.json": b"old", "tables/a.csv": b"old table"}
-NEW = {"report.html": b"new page" * 1000, "result.json": b"new", "tables/b.csv": b"new table", "figures/c.svg": b"x"}
+NEW = {
+    "report.html": b"new page" * 1000,
+    "result.json": b"new",
+    "tables/b.csv": b"new table",
+    "figures/c.svg": b"x",
+}
 EXPECTED = (OSError, MemoryError, LostmotionError)
 
 
 def contents(folder):
     """Return the content of every file of a folder."""
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()} if folder.exists() else {}
+    return (
+        {
+            str(path.relative_to(folder)): path.read_bytes()
+            for path in folder.rglob("*")
+            if path.is_file()
+        }
+        if folder.exists()
+        else {}
+    )
 
 
 @pytest.mark.parametrize("force", [False, True])
@@ -42,7 +57,9 @@ def test_results_are_written_whole_or_the_earlier_ones_stay(tmp_path, force):
             write_whole(OLD, target)
 
     count = 0
-    for name, at, found, raised in every_failure(place, lambda: write_whole(NEW, target, force=force), prepare):
+    for name, at, found, raised in every_failure(
+        place, lambda: write_whole(NEW, target, force=force), prepare
+    ):
         count += 1
         case = f"{name}, call {at}: {raised!r}"
         there = contents(target)
@@ -50,8 +67,13 @@ def test_results_are_written_whole_or_the_earlier_ones_stay(tmp_path, force):
         assert there in ((OLD if force else {}), NEW), case
         if raised is not None and there == NEW:
             assert "is written" in str(raised), case
-        beside = [each.name for each in target.parent.iterdir() if each != target] if target.parent.exists() else []
-        if raised is not None and beside and beside[0].startswith(".lostmotion-"):  # the empty folder of a trial, whose removal is what failed
+        beside = (
+            [each.name for each in target.parent.iterdir() if each != target]
+            if target.parent.exists()
+            else []
+        )
+        # the empty folder of a trial, whose removal is what failed
+        if raised is not None and beside and beside[0].startswith(".lostmotion-"):
             beside = []
         if beside:  # what could not be removed is named
             assert there == NEW, case
@@ -62,7 +84,9 @@ def test_results_are_written_whole_or_the_earlier_ones_stay(tmp_path, force):
 
 
 def test_a_cache_that_fails_costs_only_time(tmp_path):
-    """Kernels and flexibilities are read whole or not at all, and an entry that was there before stays whole or is gone."""
+    """Kernels and flexibilities are read whole or not at all, and an entry that was there before
+    stays whole or is gone.
+    """
     folder = tmp_path / "cache"
     file = folder / "entry"
     files = FlexibilityFiles(folder / "flexibilities")
@@ -91,14 +115,17 @@ def test_a_cache_that_fails_costs_only_time(tmp_path):
             for read in found[1:]:
                 assert read is None or all(map(np.array_equal, read, arrays)), case
         assert checked_file.read_checked(file, b"key") in (b"old" * 100, b"new" * 100), case
-        assert {each.name for each in folder.iterdir()} <= {"entry", "flexibilities"}, case  # no part of a file
+        # no part of a file
+        assert {each.name for each in folder.iterdir()} <= {"entry", "flexibilities"}, case
         assert all(len(each.name) == 64 for each in (folder / "flexibilities").iterdir()), case
     assert count > 30
 
 
 @pytest.mark.parametrize("step", [11, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_run_keeps_its_finished_blocks(tmp_path, step):
-    """Whichever call fails while a run is begun, continued and read: the same order then ends with the same bytes as an undisturbed one."""
+    """Whichever call fails while a run is begun, continued and read: the same order then ends with
+    the same bytes as an undisturbed one.
+    """
     arm = tmp_path / "tiny.toml"
     arm.write_text(ARM, encoding="utf-8")
     asked = order(arm, poses=16, robots=10, visits=2, seed=1, pose_law="uniform", block=8)
@@ -122,12 +149,17 @@ def test_a_run_keeps_its_finished_blocks(tmp_path, step):
         if count % 2:
             shutil.copytree(begun, folder)
 
-    for name, at, found, raised in every_failure(tmp_path / "runs", lambda: run(folder), prepare, step):
+    for name, at, found, raised in every_failure(
+        tmp_path / "runs", lambda: run(folder), prepare, step
+    ):
         count += 1
         case = f"{name}, call {at}: {raised!r}"
         assert raised is None or isinstance(raised, EXPECTED), case
         if found is not None:
-            assert all(np.array_equal(getattr(found, each), getattr(reference, each)) for each in found.__slots__), case
+            assert all(
+                np.array_equal(getattr(found, each), getattr(reference, each))
+                for each in found.__slots__
+            ), case
             assert tree(folder) == expected, case
         run(folder)
         assert tree(folder) == expected, case
@@ -136,12 +168,27 @@ def test_a_run_keeps_its_finished_blocks(tmp_path, step):
 
 @pytest.mark.slow
 def test_a_command_whose_files_fail_is_one_message(tmp_path, monkeypatch, capsys):
-    """A study from its arm file to its report: exit code 2 and a message, or the result to the byte; the earlier result stays where there is none."""
+    """A study from its arm file to its report: exit code 2 and a message, or the result to the
+    byte; the earlier result stays where there is none.
+    """
     place = tmp_path / "place"
     place.mkdir()
     (place / "tiny.toml").write_text(ARM, encoding="utf-8")
     out = place / "out"
-    words = ["study", str(place / "tiny.toml"), "--poses", "16", "--robots", "8", "--visits", "2", "--quiet", "--force", "--out", str(out)]
+    words = [
+        "study",
+        str(place / "tiny.toml"),
+        "--poses",
+        "16",
+        "--robots",
+        "8",
+        "--visits",
+        "2",
+        "--quiet",
+        "--force",
+        "--out",
+        str(out),
+    ]
     monkeypatch.setenv("XDG_CACHE_HOME", str(place / "cache"))
     monkeypatch.setattr(sys, "argv", ["lostmotion", *words])
     assert _carried_out()[0] == 0

@@ -1,4 +1,6 @@
-"""The first screen on terminals of every width and encoding, and the options that print more or less."""
+"""The first screen on terminals of every width and encoding, and the options that print more or
+less.
+"""
 
 import io
 import json
@@ -21,7 +23,10 @@ BLAME = Bars(
     "budget",
     "Which part is to blame",
     "share",
-    tuple(Bar(name, Figure(100 * share, "%"), share, Figure(share, "mm")) for name, share in SHARES.items()),
+    tuple(
+        Bar(name, Figure(100 * share, "%"), share, Figure(share, "mm"))
+        for name, share in SHARES.items()
+    ),
     "reduction if halved",
 )
 ROWS = tuple(Row(f"row {k}", (Figure(float(k), "mm"),)) for k in range(40))
@@ -29,7 +34,8 @@ SHEET = Sheet(
     name="Arm",
     subject="",
     about="3 joints",
-    verdict="Expect 95 % of positions within 1.27 mm. " + "A controller that knows the load leaves less. " * 3,
+    verdict="Expect 95 % of positions within 1.27 mm. "
+    + "A controller that knows the load leaves less. " * 3,
     cards=(Card("95 % of positions within", "1.27 mm"), Card("reach", "1.68 m")),
     sections=(Section("s", "Table of the rest", ("value",), ROWS),),
     source="",
@@ -51,7 +57,9 @@ def screen(sheet, width=80, encoding="utf-8"):
 
 @pytest.mark.parametrize("width", [40, 60, 80, 120, 200])
 def test_no_line_is_wider_than_the_terminal(width):
-    """From 40 to 200 columns every line fits, and answer, warning, bars and lines to copy are there."""
+    """From 40 to 200 columns every line fits, and answer, warning, bars and lines to copy are
+    there.
+    """
     text = screen(SHEET, width)
     assert max(map(len, text.splitlines())) <= width
     assert "Expect 95 % of positions within" in " ".join(text.split())
@@ -70,7 +78,9 @@ def bars_of(text):
 
 
 def test_bars_are_as_long_as_their_sizes():
-    """Twice the share is twice the bar, to a column; a negative share stands on the other side of a zero line."""
+    """Twice the share is twice the bar, to a column; a negative share stands on the other side of a
+    zero line.
+    """
     for encoding, zero in (("utf-8", "│"), ("ascii", "|")):
         text = screen(SHEET, 100, encoding)
         (first, second, negative), begins = bars_of(text)
@@ -82,18 +92,29 @@ def test_bars_are_as_long_as_their_sizes():
 
 
 def test_a_sheet_without_bars_shows_its_main_table_shortened():
-    """The first fifteen rows and how many more there are; a sheet without an answer is its tables, whole."""
-    text = screen(Sheet(name="x", subject="", verdict="Yes.", cards=(), sections=SHEET.sections, source=""))
+    """The first fifteen rows and how many more there are; a sheet without an answer is its tables,
+    whole.
+    """
+    text = screen(
+        Sheet(name="x", subject="", verdict="Yes.", cards=(), sections=SHEET.sections, source="")
+    )
     assert "row 14" in text
     assert "row 15" not in text
     assert "and 25 more rows" in text
-    assert "row 39" in screen(Sheet(name="x", subject="", verdict="", cards=(), sections=SHEET.sections, source=""))
+    assert "row 39" in screen(
+        Sheet(name="x", subject="", verdict="", cards=(), sections=SHEET.sections, source="")
+    )
 
 
 def test_figures_in_lines_say_what_they_are_as_far_as_there_is_room():
-    """A quiet line stands behind the title where it fits, else what comes before its semicolon, else nothing."""
+    """A quiet line stands behind the title where it fits, else what comes before its semicolon,
+    else nothing.
+    """
     quiet = "slope from 206 N m; 1 % open"
-    cards = (*(Card(f"wind-up {'x' * 42}", "3.29 arcmin", "y" * 100) for _ in range(3)), Card("stiffness", "133 N m/arcmin", quiet))
+    cards = (
+        *(Card(f"wind-up {'x' * 42}", "3.29 arcmin", "y" * 100) for _ in range(3)),
+        Card("stiffness", "133 N m/arcmin", quiet),
+    )
     sheet = Sheet(name="x", subject="", verdict="Yes.", cards=cards, sections=(), source="")
     for width, text in ((100, quiet), (92, "slope from 206 N m"), (80, "")):
         line = next(line for line in screen(sheet, width).splitlines() if "133 N m/arcmin" in line)
@@ -102,9 +123,21 @@ def test_figures_in_lines_say_what_they_are_as_far_as_there_is_room():
 
 
 def test_a_table_too_wide_for_the_screen_loses_its_intervals_and_no_figure():
-    """On 60 columns the intervals are left to the full output, and every figure is whole; on 200 they stand beside the figures."""
-    rows = tuple(Row(f"design {k}", tuple(Figure(1.0 + k, "mm", 0.9 + k, 1.1 + k) for _ in range(3))) for k in range(2))
-    wide = Sheet(name="x", subject="", verdict="Yes.", cards=(), sections=(Section("s", "Designs", ("mean", "median", "largest"), rows),), source="")
+    """On 60 columns the intervals are left to the full output, and every figure is whole; on 200
+    they stand beside the figures.
+    """
+    rows = tuple(
+        Row(f"design {k}", tuple(Figure(1.0 + k, "mm", 0.9 + k, 1.1 + k) for _ in range(3)))
+        for k in range(2)
+    )
+    wide = Sheet(
+        name="x",
+        subject="",
+        verdict="Yes.",
+        cards=(),
+        sections=(Section("s", "Designs", ("mean", "median", "largest"), rows),),
+        source="",
+    )
     narrow, broad = screen(wide, 60), screen(wide, 200)
     assert max(map(len, narrow.splitlines())) <= 60
     assert "…" not in narrow
@@ -116,12 +149,23 @@ def test_a_table_too_wide_for_the_screen_loses_its_intervals_and_no_figure():
 def run(*words, cwd, **environment):
     """Run the command in a folder."""
     command = [sys.executable, "-m", "lostmotion", "run", str(ARM), *QUICK, *words]
-    return subprocess.run(command, cwd=cwd, capture_output=True, check=False, env={**os.environ, "PYTHONIOENCODING": "utf-8", **environment})
+    return subprocess.run(
+        command,
+        cwd=cwd,
+        capture_output=True,
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": "utf-8", **environment},
+    )
 
 
 def test_one_screen_one_line_or_all(tmp_path):
-    """Without an option about one screen, all figures with --full, one line with --quiet, and the content of result.json alone with --json."""
-    short, full, quiet = (run("--out", word[2:], word, cwd=tmp_path).stdout.decode() for word in ("--force", "--full", "--quiet"))
+    """Without an option about one screen, all figures with --full, one line with --quiet, and the
+    content of result.json alone with --json.
+    """
+    short, full, quiet = (
+        run("--out", word[2:], word, cwd=tmp_path).stdout.decode()
+        for word in ("--force", "--full", "--quiet")
+    )
     data = run("--json", cwd=tmp_path).stdout
     assert len(short.splitlines()) <= 36
     assert max(map(len, short.splitlines()[:-1])) <= 80

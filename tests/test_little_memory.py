@@ -1,4 +1,6 @@
-"""Too little memory, and libraries that cannot be loaded: one clear message, exit code 2, and nothing written."""
+"""Too little memory, and libraries that cannot be loaded: one clear message, exit code 2, and
+nothing written.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,8 @@ from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "planar-2r.toml"
 LIMITED = (
-    "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, ({0}, {0})); from lostmotion.cli import main; sys.argv[0] = 'lostmotion'; main()"
+    "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, ({0}, {0})); from "
+    "lostmotion.cli import main; sys.argv[0] = 'lostmotion'; main()"
 )
 
 
@@ -30,12 +33,36 @@ def caused(*texts: str) -> ImportError:
 @pytest.mark.parametrize(
     ("error", "message"),
     [
-        (caused("\n\nIMPORTANT: PLEASE READ THIS", "/a b/lib.so.0: failed to map segment from shared object"), "not enough memory to load lib.so.0"),
-        (ImportError("libopenblas-1.so: cannot allocate memory in static TLS block"), "not enough memory to load libopenblas-1.so"),
-        (ImportError("DLL load failed while importing x: The paging file is too small"), "not enough memory to load a package"),
+        (
+            caused(
+                "\n\nIMPORTANT: PLEASE READ THIS",
+                "/a b/lib.so.0: failed to map segment from shared object",
+            ),
+            "not enough memory to load lib.so.0",
+        ),
+        (
+            ImportError("libopenblas-1.so: cannot allocate memory in static TLS block"),
+            "not enough memory to load libopenblas-1.so",
+        ),
+        (
+            ImportError("DLL load failed while importing x: The paging file is too small"),
+            "not enough memory to load a package",
+        ),
         (RuntimeError("can't start new thread"), "not enough memory to load a package"),
-        (caused("head", "x.so: undefined symbol: y"), "a package cannot be loaded: x.so: undefined symbol: y\n  free memory, or install it again"),
-        (ModuleNotFoundError("No module named 'numpy'"), "a package cannot be loaded: No module named 'numpy'\n  free memory, or install it again"),
+        (
+            caused("head", "x.so: undefined symbol: y"),
+            (
+                "a package cannot be loaded: x.so: undefined symbol: y\n  free memory, or install "
+                "it again"
+            ),
+        ),
+        (
+            ModuleNotFoundError("No module named 'numpy'"),
+            (
+                "a package cannot be loaded: No module named 'numpy'\n  free memory, or install "
+                "it again"
+            ),
+        ),
     ],
 )
 def test_the_first_cause_is_named_in_one_line(error, message):
@@ -68,10 +95,30 @@ main()
 
 
 def test_memory_that_runs_out_unnoticed_is_no_result(tmp_path):
-    """Where a library cannot raise the error and continues, nothing is written of what it then computes."""
+    """Where a library cannot raise the error and continues, nothing is written of what it then
+    computes.
+    """
     out = tmp_path / "out"
-    words = ["study", str(EXAMPLE), "--poses", "16", "--robots", "8", "--visits", "2", "--quiet", "--out", str(out)]
-    done = subprocess.run([sys.executable, "-c", IGNORED, *words], capture_output=True, text=True, check=False, timeout=300)
+    words = [
+        "study",
+        str(EXAMPLE),
+        "--poses",
+        "16",
+        "--robots",
+        "8",
+        "--visits",
+        "2",
+        "--quiet",
+        "--out",
+        str(out),
+    ]
+    done = subprocess.run(
+        [sys.executable, "-c", IGNORED, *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
     assert done.returncode == 2
     assert "not enough memory" in done.stderr
     assert "Traceback" not in done.stderr
@@ -82,10 +129,30 @@ def test_memory_that_runs_out_unnoticed_is_no_result(tmp_path):
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space as on Linux")
 @pytest.mark.parametrize("megabytes", [60, 75, 250, 600, 800])
 def test_little_memory_is_one_message_and_leaves_nothing(tmp_path, megabytes):
-    """Wherever it runs out. Libraries that end the process themselves (OpenBLAS, LLVM) leave a message of their own."""
+    """Wherever it runs out. Libraries that end the process themselves (OpenBLAS, LLVM) leave a
+    message of their own.
+    """
     out = tmp_path / "out"
-    words = ["study", str(EXAMPLE), "--poses", "16", "--robots", "8", "--visits", "2", "--quiet", "--out", str(out)]
-    done = subprocess.run([sys.executable, "-c", LIMITED.format(megabytes * 10**6), *words], capture_output=True, text=True, check=False, timeout=300)
+    words = [
+        "study",
+        str(EXAMPLE),
+        "--poses",
+        "16",
+        "--robots",
+        "8",
+        "--visits",
+        "2",
+        "--quiet",
+        "--out",
+        str(out),
+    ]
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED.format(megabytes * 10**6), *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
     assert "Traceback" not in done.stderr
     if done.returncode == 0:
         assert (out / "result.json").exists()

@@ -1,4 +1,6 @@
-"""Mistakes on the command line name the options that were typed, with an example that can be typed."""
+"""Mistakes on the command line name the options that were typed, with an example that can be
+typed.
+"""
 
 import subprocess
 import sys
@@ -97,33 +99,68 @@ command
   expected  one of study, map, iso9283, target, size, statics, gear, bearing, view, new, check, catalog, compare, sweep, replay, export c, export fmu, schema
   example   lostmotion study arm.toml
   did you mean 'map'?
-""",  # noqa: E501 - as it is printed
+""",
         ),
     ],
     ids=["values", "option", "argument", "file", "no value", "switch", "spaces", "command"],
 )
 def test_words_that_no_option_takes_are_reported_like_any_mistake(tmp_path, words, said):
-    """All at once, each with what was found, what is expected and an example; exit code 2 and nothing else printed."""
-    done = subprocess.run([sys.executable, "-m", "lostmotion", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr.replace("python -m lostmotion", "lostmotion")) == (2, "", said)
+    """All at once, each with what was found, what is expected and an example; exit code 2 and
+    nothing else printed.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", "lostmotion", *words],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (
+        done.returncode,
+        done.stdout,
+        done.stderr.replace("python -m lostmotion", "lostmotion"),
+    ) == (2, "", said)
 
 
 @pytest.mark.parametrize(
     ("words", "keys"),
     [
-        (("run", ARM, "--at", "A=3", "--zone", "q 1..2 m", "--zone", "x 1..2", "--until", "5x"), ["--at", "--zone", "--zone", "--until"]),
+        (
+            ("run", ARM, "--at", "A=3", "--zone", "q 1..2 m", "--zone", "x 1..2", "--until", "5x"),
+            ["--at", "--zone", "--zone", "--until"],
+        ),
         (("run", "none.toml", "--at", "A=3", "--zone", "q 1..2 m"), ["none.toml", "--zone"]),
         (("target", "none.toml", "--error", "1 mm", "--zone", "x 1..2"), ["none.toml", "--zone"]),
-        (("map", "none.toml", "--cell", "3", "--target", "3 kg"), ["none.toml", "--cell", "--target"]),
+        (
+            ("map", "none.toml", "--cell", "3", "--target", "3 kg"),
+            ["none.toml", "--cell", "--target"],
+        ),
         (("statics", "none.toml", "--tilt", "3"), ["none.toml", "--tilt"]),
-        (("bearing", "none.toml", "--moment", "3", "--force-axial", "2"), ["none.toml", "--force-axial", "--moment"]),
-        (("iso9283", "none.toml", "--load", "3", "--path", "P1", "--warm-up", "3"), ["--load", "none.toml", "--load", "--path", "--warm-up"]),
-        (("catalog", "--ratio", "x", "--min-torque", "3", "--file", "none.toml"), ["--ratio", "--min-torque", "none.toml"]),
+        (
+            ("bearing", "none.toml", "--moment", "3", "--force-axial", "2"),
+            ["none.toml", "--force-axial", "--moment"],
+        ),
+        (
+            ("iso9283", "none.toml", "--load", "3", "--path", "P1", "--warm-up", "3"),
+            ["--load", "none.toml", "--load", "--path", "--warm-up"],
+        ),
+        (
+            ("catalog", "--ratio", "x", "--min-torque", "3", "--file", "none.toml"),
+            ["--ratio", "--min-torque", "none.toml"],
+        ),
     ],
 )
 def test_options_and_file_are_refused_together(tmp_path, words, keys):
-    """Nobody mends one option to hear of the next: what file and options say wrongly comes in one message."""
-    done = subprocess.run([sys.executable, "-m", "lostmotion", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    """Nobody mends one option to hear of the next: what file and options say wrongly comes in one
+    message.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", "lostmotion", *words],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     said = done.stderr.splitlines()
     assert (done.returncode, said[0]) == (2, f"lostmotion: {len(keys)} mistakes")
     assert [line for line in said[1:] if not line.startswith("  ")] == keys
@@ -132,17 +169,37 @@ def test_options_and_file_are_refused_together(tmp_path, words, keys):
 @pytest.mark.parametrize(
     ("words", "lines"),
     [
-        (("run", ARM, "--at", "99999"), ["--at", "  found     99999", "  expected  a number from 0 to 2047", "  example   --at 0"]),
+        (
+            ("run", ARM, "--at", "99999"),
+            [
+                "--at",
+                "  found     99999",
+                "  expected  a number from 0 to 2047",
+                "  example   --at 0",
+            ],
+        ),
         (("run", ARM, "--zone", "x 8..9 m"), ["--zone", '  example   --zone "x 0.2..0.5 m"']),
-        (("run", ARM, "--until", "0 %"), ["--until", "  found     '0 %'", '  example   --until "1 %"']),
-        (("run", ARM, "--most-robots", "5", "--until", "5 %"), ["--most-robots", "  example   --most-robots 10000"]),
+        (
+            ("run", ARM, "--until", "0 %"),
+            ["--until", "  found     '0 %'", '  example   --until "1 %"'],
+        ),
+        (
+            ("run", ARM, "--most-robots", "5", "--until", "5 %"),
+            ["--most-robots", "  example   --most-robots 10000"],
+        ),
         (("target", ARM), ['  example   --error "0.5 mm"']),
         (("target", ARM, "--error", "1 mm", "--share", "0.2"), ["--share"]),
     ],
 )
 def test_a_refused_argument_is_named_as_it_was_typed(tmp_path, words, lines):
     """Exit code 2, the option's own name, what was typed, and an example that can be."""
-    done = subprocess.run([sys.executable, "-m", "lostmotion", *words], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "lostmotion", *words],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 2
     said = done.stderr.splitlines()
     assert said[0] == "lostmotion: 1 mistake"
@@ -156,15 +213,29 @@ def test_a_refused_argument_is_named_as_it_was_typed(tmp_path, words, lines):
     ("key", "passing", "named", "typed", "assigned"),
     [
         ("at", {"at": 0}, "--at", "--at 0", "at = 0"),
-        ("at", {"at": "A=30deg B=-10deg"}, "--at", '--at "A=30deg B=-10deg"', 'at = "A=30deg B=-10deg"'),
+        (
+            "at",
+            {"at": "A=30deg B=-10deg"},
+            "--at",
+            '--at "A=30deg B=-10deg"',
+            'at = "A=30deg B=-10deg"',
+        ),
         ("pose_law", {"pose_law": "sobol"}, "--pose-law", "--pose-law sobol", 'pose_law = "sobol"'),
-        ("robots, tile", {"robots": 10, "visits": 3}, "--robots, tile", "--robots 10 --visits 3", "robots = 10, visits = 3"),
+        (
+            "robots, tile",
+            {"robots": 10, "visits": 3},
+            "--robots, tile",
+            "--robots 10 --visits 3",
+            "robots = 10, visits = 3",
+        ),
         ("arm", {"arm": "arm.toml"}, "ARM", "lostmotion study arm.toml", 'arm = "arm.toml"'),
         ("tile", {"tile": 2}, "tile", "", "tile = 2"),
     ],
 )
 def test_an_argument_is_spelled_where_it_was_asked(key, passing, named, typed, assigned):
-    """An option on the command line, an assignment in Python; what is no option is no example of one."""
+    """An option on the command line, an assignment in Python; what is no option is no example of
+    one.
+    """
     problem = Problem("", key, "that", "this", passing=tuple(passing.items()))
     seen = spelled(problem, question_of(lostmotion.study))
     assert (seen.key, seen.found, seen.expected, seen.example) == (named, "that", "this", typed)
@@ -173,7 +244,9 @@ def test_an_argument_is_spelled_where_it_was_asked(key, passing, named, typed, a
 
 def test_a_pair_of_values_is_spelled_value_by_value():
     """As it stands behind the option, and as a tuple."""
-    problem = Problem("", "slope_range", "that", "this", passing=(("slope_range", ("50 %", "100 %")),))
+    problem = Problem(
+        "", "slope_range", "that", "this", passing=(("slope_range", ("50 %", "100 %")),)
+    )
     assert spelled(problem, question_of(lostmotion.gear)).example == '--slope-range "50 %" "100 %"'
     assert str(problem).endswith('slope_range = ("50 %", "100 %")')
 

@@ -1,4 +1,6 @@
-"""A drive that holds more than it is rated for is reported before anything else, in every command."""
+"""A drive that holds more than it is rated for is reported before anything else, in every
+command.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,9 @@ def arm_file(tmp_path):
 
 
 def test_held_torque_is_that_of_the_lever(arm_file):
-    """A horizontal lever of a payload and a uniform rod asks m g l + w l^2 / 2 of its joint, and no more in any other pose."""
+    """A horizontal lever of a payload and a uniform rod asks m g l + w l^2 / 2 of its joint, and no
+    more in any other pose.
+    """
     arm = lostmotion.read(arm_file)
     (found,) = overloads(arm)
     rod = arm.joints[1].link.total_mass
@@ -62,14 +66,21 @@ def test_held_torque_is_that_of_the_lever(arm_file):
 
 
 def test_a_drive_within_its_rating_is_not_reported(tmp_path):
-    """A payload that the servo is rated for raises no warning, and neither does a joint whose rated torque nobody stated."""
+    """A payload that the servo is rated for raises no warning, and neither does a joint whose rated
+    torque nobody stated.
+    """
     file = tmp_path / "servo.toml"
     file.write_text(_ARM.format(payload="300 g"), encoding="utf-8")
     assert overloads(lostmotion.read(file)) == ()
-    file.write_text(_ARM.format(payload="500 g").replace('rated_torque = "0.9 N m"\n', ""), encoding="utf-8")
+    file.write_text(
+        _ARM.format(payload="500 g").replace('rated_torque = "0.9 N m"\n', ""), encoding="utf-8"
+    )
     arm = lostmotion.read(file)
     assert overloads(arm) == ()
-    assert "rated torque of the gearbox of turret, shoulder: not stated, so overload is not checked there" in arm.remarks
+    assert (
+        "rated torque of the gearbox of turret, shoulder: not stated, so overload is not "
+        "checked there"
+    ) in arm.remarks
 
 
 @pytest.mark.parametrize(
@@ -85,7 +96,9 @@ def test_a_drive_within_its_rating_is_not_reported(tmp_path):
     ids=lambda words: "-".join(words[:1] + words[3:5]),
 )
 def test_every_command_warns(arm_file, tmp_path, words):
-    """The warning names the joint, what it holds and what it is rated for: on the screen, in the report and in result.json."""
+    """The warning names the joint, what it holds and what it is rated for: on the screen, in the
+    report and in result.json.
+    """
     out = tmp_path / "out"
     ran = CliRunner().invoke(app, [words[0], str(arm_file), "--out", str(out), *words[1:]])
     assert ran.exit_code == 0, (ran.output, ran.exception)
@@ -93,20 +106,30 @@ def test_every_command_warns(arm_file, tmp_path, words):
     assert "warning: joint shoulder is overloaded" in screen
     assert "rated 0.9 N m" in screen
     warnings = json.loads((out / "result.json").read_text(encoding="utf-8"))["warnings"]
-    (said,) = (warning for warning in warnings if "overloaded" in warning)  # eight poses are few, and have a warning of their own
+    # eight poses are few, and have a warning of their own
+    (said,) = (warning for warning in warnings if "overloaded" in warning)
     assert said.startswith("joint shoulder is overloaded: it holds up to 1.")
     assert "joint shoulder is overloaded" in (out / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_iso_sheet_and_a_sweep_warn(tmp_path):
-    """With five times the payload shoulder and elbow of the Z-arm are overloaded: its ISO sheet says so, and a sweep counts the designs."""
+    """With five times the payload shoulder and elbow of the Z-arm are overloaded: its ISO sheet
+    says so, and a sweep counts the designs.
+    """
     text = Path("examples/z-arm.toml").read_text(encoding="utf-8")
     file = tmp_path / "z.toml"
     file.write_text(text.replace('mass = "5 kg"\n', 'mass = "25 kg"\n'), encoding="utf-8")
     sheet = lostmotion.iso9283(lostmotion.read(file), robots=3, visits=2).sheet
-    assert [warning.split(":")[0] for warning in sheet.warnings] == ["joint A is overloaded", "joint B is overloaded"]
-    file.write_text(text + '\n[sweep]\n"payload.mass" = ["5 kg", "20 kg", "25 kg"]\n', encoding="utf-8")
-    warnings = lostmotion.sweep(file, poses=8, robots=3, visits=2, out=tmp_path / "run").sheet.warnings
+    assert [warning.split(":")[0] for warning in sheet.warnings] == [
+        "joint A is overloaded",
+        "joint B is overloaded",
+    ]
+    file.write_text(
+        text + '\n[sweep]\n"payload.mass" = ["5 kg", "20 kg", "25 kg"]\n', encoding="utf-8"
+    )
+    warnings = lostmotion.sweep(
+        file, poses=8, robots=3, visits=2, out=tmp_path / "run"
+    ).sheet.warnings
     (of_shoulder,) = (warning for warning in warnings if "joint A is overloaded" in warning)
     assert of_shoulder.startswith("in 2 designs of 3, the worst mass 25 kg")
     assert "25 kg" in of_shoulder

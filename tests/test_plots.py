@@ -31,27 +31,49 @@ JOINT = {
     "type": "revolute",
     "axis": "y",
     "limits": (-1, 1),
-    "gearbox": {"backlash": "0.5 arcmin ± 0.2 arcmin", "stiffness": "120 N m/arcmin", "transmission_error": "1 arcmin", "ratio": 121},
+    "gearbox": {
+        "backlash": "0.5 arcmin ± 0.2 arcmin",
+        "stiffness": "120 N m/arcmin",
+        "transmission_error": "1 arcmin",
+        "ratio": 121,
+    },
     "bearing": {"kind": "rolling", "clearance": "40 µm ± 20 µm", "span": "50 mm"},
     "encoder": {"resolution": "1 arcmin"},
     "mounting": {"tilt": "0.5 arcmin", "offset": "20 µm"},
     "link": LINK,
 }
-TURNING = ({**JOINT, "name": "O", "axis": "z"}, {**JOINT, "name": "A"}, {**JOINT, "name": "B"}, {**JOINT, "name": "C"})
+TURNING = (
+    {**JOINT, "name": "O", "axis": "z"},
+    {**JOINT, "name": "A"},
+    {**JOINT, "name": "B"},
+    {**JOINT, "name": "C"},
+)
 SLIDING = {"type": "prismatic", "name": "S", "axis": "x", "limits": ("0 mm", "300 mm")}
-STIFF = {"type": "revolute", "axis": "z", "limits": (-1, 1), "name": "O", "link": {"length": "400 mm"}}
+STIFF = {
+    "type": "revolute",
+    "axis": "z",
+    "limits": (-1, 1),
+    "name": "O",
+    "link": {"length": "400 mm"},
+}
 
 
 @functools.cache
-def small_study(poses: int = 64, robots: int = 32, visits: int = 3, threads: int = 1, name: str = "test arm") -> lostmotion.Study:
+def small_study(
+    poses: int = 64, robots: int = 32, visits: int = 3, threads: int = 1, name: str = "test arm"
+) -> lostmotion.Study:
     """Study an arm of four joints, quickly."""
-    arm = lostmotion.Arm.model_validate({"name": name, "joints": TURNING, "payload": {"mass": "3 kg"}})
+    arm = lostmotion.Arm.model_validate(
+        {"name": name, "joints": TURNING, "payload": {"mass": "3 kg"}}
+    )
     return lostmotion.study(arm, poses, robots, visits, threads=threads)
 
 
 def study_of(*joints: dict[str, object], visits: int = 3) -> lostmotion.Study:
     """Study an arm of these joints, quickly."""
-    arm = lostmotion.Arm.model_validate({"name": "odd", "joints": joints, "payload": {"mass": "3 kg"}})
+    arm = lostmotion.Arm.model_validate(
+        {"name": "odd", "joints": joints, "payload": {"mass": "3 kg"}}
+    )
     return lostmotion.study(arm, 16, 16, visits, threads=1)
 
 
@@ -62,14 +84,17 @@ def test_every_axis_names_its_unit():
         assert titles, plot.key
         assert not crowded(plot.figure), plot.key
         for title in titles:
-            shared = plot.key == "ap-rp" and not title  # the two panels count robots on the left one's axis
+            # the two panels count robots on the left one's axis
+            shared = plot.key == "ap-rp" and not title
             assert shared or title.endswith("]") or "], " in title, (plot.key, title)
 
 
 def test_every_figure_in_a_plot_is_in_the_tables():
     """Whoever reads a number in a plot finds the same number in the tables and in result.json."""
     study = small_study()
-    assert {plot.key: unprinted(plot, study.sheet) for plot in study.plots} == {plot.key: set() for plot in study.plots}
+    assert {plot.key: unprinted(plot, study.sheet) for plot in study.plots} == {
+        plot.key: set() for plot in study.plots
+    }
 
 
 def test_a_figure_that_no_table_prints_is_found():
@@ -88,7 +113,12 @@ def test_no_two_plots_share_a_key():
 
 def areas(figure):
     """Return the sum of the steps in each histogram of a figure."""
-    return [float(patch.get_data().values.sum()) for on in figure.axes for patch in on.patches if isinstance(patch, StepPatch)]
+    return [
+        float(patch.get_data().values.sum())
+        for on in figure.axes
+        for patch in on.patches
+        if isinstance(patch, StepPatch)
+    ]
 
 
 def test_histogram_counts_every_sample_once():
@@ -100,14 +130,20 @@ def test_histogram_agrees_with_the_quantile_it_marks():
     """Half of the counted samples lie left of the 50 % line."""
     study = small_study()
     edges, counts = linear_bins(study.sampled.replicate_hist.sum(axis=0))
-    middle = plots.pooled_quantile(study.sampled.group_hist, study.sampled.replicate_hist, 0.5).value
+    middle = plots.pooled_quantile(
+        study.sampled.group_hist, study.sampled.replicate_hist, 0.5
+    ).value
     below = np.interp(middle, edges, np.concatenate([[0], np.cumsum(counts)]))
     assert below == pytest.approx(counts.sum() / 2, rel=0.02)
 
 
-@pytest.mark.parametrize("errors", [np.array([1e-3]), np.array([1e-9, 3.0]), np.linspace(1e-4, 2e-3, 1000)])
+@pytest.mark.parametrize(
+    "errors", [np.array([1e-3]), np.array([1e-9, 3.0]), np.linspace(1e-4, 2e-3, 1000)]
+)
 def test_linear_bins_lose_no_sample(errors):
-    """Whether one error or a thousand, over one bin or nine decades, the bars add up and their edges rise by a round step."""
+    """Whether one error or a thousand, over one bin or nine decades, the bars add up and their
+    edges rise by a round step.
+    """
     hist = np.histogram(errors, bin_edges())[0]
     edges, counts = linear_bins(hist)
     assert counts.sum() == len(errors)
@@ -122,7 +158,9 @@ def test_robot_histograms_count_every_robot():
 
 
 def test_one_visit_has_no_repeatability_to_draw():
-    """A robot that returns once shows no scatter: the plot is omitted, and asking for it states why."""
+    """A robot that returns once shows no scatter: the plot is omitted, and asking for it states
+    why.
+    """
     study = study_of(*TURNING[:2], visits=1)
     assert "ap-rp" not in {plot.key for plot in plots.plots(study)}
     with pytest.raises(ValueError, match="at least 2"):
@@ -146,11 +184,15 @@ def test_budget_bars_add_to_the_whole():
 def test_budget_names_the_largest_contributor_first():
     """The bar on top is the part that costs most."""
     study = small_study()
-    assert names_of(plots.budget(study))[0] == costs(study.sampled.tally)[0].part.removeprefix("joints.")
+    assert names_of(plots.budget(study))[0] == costs(study.sampled.tally)[0].part.removeprefix(
+        "joints."
+    )
 
 
 def test_levels_end_at_what_remains():
-    """The three stacked bars reach to the r.m.s. as manufactured, without design errors, and with the visits' alone."""
+    """The three stacked bars reach to the r.m.s. as manufactured, without design errors, and with
+    the visits' alone.
+    """
     study = small_study()
     squares = study.sampled.tally.levels / study.sampled.tally.poses
     reached = np.zeros(3)
@@ -164,7 +206,10 @@ def test_levels_end_at_what_remains():
 def test_forces_and_torques_do_not_share_an_axis():
     """A sliding joint holds newtons, a turning one newton metres."""
     figure = plots.torques(study_of(SLIDING, *TURNING[:2]))
-    assert [on.get_xlabel() for on in figure.axes] == ["holding torque, magnitude [N m]", "holding force, magnitude [N]"]
+    assert [on.get_xlabel() for on in figure.axes] == [
+        "holding torque, magnitude [N m]",
+        "holding force, magnitude [N]",
+    ]
 
 
 def sections_in(study):
@@ -173,16 +218,23 @@ def sections_in(study):
 
 
 def test_sections_have_equal_axes_and_the_classes_of_the_arm_in_its_workspace():
-    """A millimetre up is a millimetre across, and a colour means the same error on the first picture and on every section."""
+    """A millimetre up is a millimetre across, and a colour means the same error on the first
+    picture and on every section.
+    """
     study = small_study()
-    pictures = [*sections_in(study).values(), next(arm_in_workspace(plots.pose_errors(study))).figure]
+    pictures = [
+        *sections_in(study).values(),
+        next(arm_in_workspace(plots.pose_errors(study))).figure,
+    ]
     assert [figure.axes[0].get_aspect() for figure in pictures] == [1.0, 1.0, 1.0]
     names = [[each.get_text() for each in figure.legends[0].get_texts()][:7] for figure in pictures]
     assert names[0] == names[1] == names[2]
 
 
 def test_a_section_from_the_side_contains_the_axis_of_a_turning_column():
-    """Through the axis, with the worst pose turned into the section; without such an axis through the worst pose itself."""
+    """Through the axis, with the worst pose turned into the section; without such an axis through
+    the worst pose itself.
+    """
     study = small_study()
     on = sections_in(study)["xoz"].axes[0]
     x, y = vertical_axis(study.arm)
@@ -191,30 +243,52 @@ def test_a_section_from_the_side_contains_the_axis_of_a_turning_column():
     assert ring.get_xdata()[0] == pytest.approx(1e3 * (x + np.hypot(at[0] - x, at[1] - y)))
     assert ring.get_ydata()[0] == pytest.approx(1e3 * at[2])
     assert sections_in(study)["xoz"].get_suptitle() == f"Section XOZ, y = {1e3 * y:.4g} mm"
-    lying = lostmotion.study(lostmotion.Arm.model_validate({"name": "no column", "joints": TURNING[1:]}), 16, 16, 2, threads=1)
+    lying = lostmotion.study(
+        lostmotion.Arm.model_validate({"name": "no column", "joints": TURNING[1:]}),
+        16,
+        16,
+        2,
+        threads=1,
+    )
     assert vertical_axis(lying.arm) is None
     where = 1e3 * lying.tool[plots.pose_errors(lying).mean.argmax(), 1]
-    assert sections_in(lying)["xoz"].get_suptitle() == f"Section XOZ, y = {where:.4g} mm".replace("-", "−")
+    assert sections_in(lying)["xoz"].get_suptitle() == f"Section XOZ, y = {where:.4g} mm".replace(
+        "-", "−"
+    )
 
 
 def test_a_section_has_no_width_where_the_workspace_has_none():
-    """An arm that moves in a horizontal plane is cut horizontally alone; one slide moves along a line and has no section."""
+    """An arm that moves in a horizontal plane is cut horizontally alone; one slide moves along a
+    line and has no section.
+    """
     plane = {**TURNING[0], "axis": "z"}
     assert list(sections_in(study_of(plane, {**plane, "name": "second"}))) == ["xoy"]
     assert sections_in(study_of({**SLIDING, "lumped": {"angle": 0.0}})) == {}
 
 
 def test_the_contour_of_the_target_separates_the_cells_within_it():
-    """Between the smallest and the largest error of a section there is a line, named in the legend; beyond them none."""
+    """Between the smallest and the largest error of a section there is a line, named in the legend;
+    beyond them none.
+    """
     study = replace(small_study(), target=float(np.median(plots.pose_errors(small_study()).within)))
-    assert [each.get_text() for each in sections_in(study)["xoz"].legends[0].get_texts()].count(f"target {length(study.target, stated=True)}") == 1
+    assert [each.get_text() for each in sections_in(study)["xoz"].legends[0].get_texts()].count(
+        f"target {length(study.target, stated=True)}"
+    ) == 1
     beyond = sections_in(replace(study, target=1.0))["xoz"]
-    assert not [each for each in beyond.legends[0].get_texts() if each.get_text().startswith("target")]
+    assert not [
+        each for each in beyond.legends[0].get_texts() if each.get_text().startswith("target")
+    ]
 
 
-@pytest.mark.parametrize("joints", [(STIFF,), (SLIDING,), (SLIDING, *TURNING[:1])], ids=["no errors", "one slide", "slide and turn"])
+@pytest.mark.parametrize(
+    "joints",
+    [(STIFF,), (SLIDING,), (SLIDING, *TURNING[:1])],
+    ids=["no errors", "one slide", "slide and turn"],
+)
 def test_odd_arms_are_drawn(joints):
-    """An arm stated to be free of errors, a single slide, a flat workspace: every plot is still made and finite where it has numbers."""
+    """An arm stated to be free of errors, a single slide, a flat workspace: every plot is still
+    made and finite where it has numbers.
+    """
     for plot in plots.plots(study_of(*({**joint, "lumped": {"angle": 0.0}} for joint in joints))):
         assert "nan" not in inline_svg(plot).lower(), plot.key
 

@@ -55,13 +55,21 @@ def test_every_argument_is_an_option_and_every_option_an_argument(name):
     """But for callbacks, which no one types, and the options that all commands share."""
     question = question_of(asked(name))
     parameters = {each.name for each in question.parameters if not each.argument.python_only}
-    assert parameters | {each.name for each in question.parameters} == set(inspect.signature(asked(name)).parameters)
+    assert parameters | {each.name for each in question.parameters} == set(
+        inspect.signature(asked(name)).parameters
+    )
     options = {param.name for param in command_of(asked(name)).params if param.name != "help"}
     shared = {each.name for each in shared_options(question)}
     assert options == parameters | shared
     assert not parameters & shared
     printed = {"json", "full", "quiet"}
-    assert shared in (set(), {"json"}, {"out", "force", "figures", "tables"} | printed, {"figures", "tables"} | printed, printed)
+    assert shared in (
+        set(),
+        {"json"},
+        {"out", "force", "figures", "tables"} | printed,
+        {"figures", "tables"} | printed,
+        printed,
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -77,7 +85,9 @@ def test_every_argument_is_documented_once(name):
             assert helps[each.name].startswith(each.argument.help)
     words = re.sub(r"\s+", " ", text)
     assert all(words.count(each.argument.help) == 1 for each in question_of(function).parameters)
-    assert "Any" not in str(inspect.signature(function)).replace("Mapping[str, Any]", "").replace("dict[str, Any]", "")
+    assert "Any" not in str(inspect.signature(function)).replace("Mapping[str, Any]", "").replace(
+        "dict[str, Any]", ""
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -99,10 +109,19 @@ def test_every_public_name_stands_once_and_can_be_loaded():
     assert names == lostmotion.__all__
     assert sorted(names) == dir(lostmotion)
     for name in names:
-        assert getattr(importlib.import_module(lostmotion.HOMES[name]), name) is getattr(lostmotion, name)
+        assert getattr(importlib.import_module(lostmotion.HOMES[name]), name) is getattr(
+            lostmotion, name
+        )
 
 
-@pytest.mark.parametrize("name", [name for name in lostmotion.__all__ if name not in NAMES and inspect.isfunction(getattr(lostmotion, name))])
+@pytest.mark.parametrize(
+    "name",
+    [
+        name
+        for name in lostmotion.__all__
+        if name not in NAMES and inspect.isfunction(getattr(lostmotion, name))
+    ],
+)
 def test_public_functions_have_typed_arguments(name):
     """No argument without a type, and none that takes anything."""
     for each in inspect.signature(getattr(lostmotion, name)).parameters.values():
@@ -112,19 +131,52 @@ def test_public_functions_have_typed_arguments(name):
 
 
 @pytest.mark.parametrize(
-    "words", ["", "run", *sorted({name for each in lostmotion.QUESTIONS for name in (command_name(each), command_name(each).partition(" ")[0])})]
+    "words",
+    [
+        "",
+        "run",
+        *sorted(
+            {
+                name
+                for each in lostmotion.QUESTIONS
+                for name in (command_name(each), command_name(each).partition(" ")[0])
+            }
+        ),
+    ],
 )
 def test_every_command_and_group_of_commands_has_help(words):
-    """`--help` prints the usage and ends with exit code 0: of the program, of each command, and of what several commands begin with."""
-    done = subprocess.run([sys.executable, "-m", "lostmotion", *words.split(), "--help"], capture_output=True, text=True, check=False)
+    """`--help` prints the usage and ends with exit code 0: of the program, of each command, and of
+    what several commands begin with.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", "lostmotion", *words.split(), "--help"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.lstrip().startswith(f"Usage: {' '.join(['python -m lostmotion', *words.split()])} ")
+    assert done.stdout.lstrip().startswith(
+        f"Usage: {' '.join(['python -m lostmotion', *words.split()])} "
+    )
     assert all(name in done.stdout for name in ("c ", "fmu ") if words == "export")
 
 
 def test_help_loads_nothing_heavy():
-    """`lostmotion --help`, and that of each command, load neither NumPy nor what checks files nor what prints tables."""
-    heavy = ("numpy", "numba", "scipy", "pint", "lxml", "matplotlib", "xarray", "rich", "zarr", "tomlkit")
+    """`lostmotion --help`, and that of each command, load neither NumPy nor what checks files nor
+    what prints tables.
+    """
+    heavy = (
+        "numpy",
+        "numba",
+        "scipy",
+        "pint",
+        "lxml",
+        "matplotlib",
+        "xarray",
+        "rich",
+        "zarr",
+        "tomlkit",
+    )
     for words in (["--help"], ["map", "--help"], ["iso9283", "--help"]):
         code = (
             f"import sys; sys.argv = ['lostmotion', *{words!r}]\n"
@@ -132,15 +184,30 @@ def test_help_loads_nothing_heavy():
             "try:\n    main()\nexcept SystemExit:\n"
             f"    sys.__stderr__.write(' '.join(m for m in {heavy!r} if m in sys.modules))\n"
         )
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        )
         assert "Usage: " in done.stdout
         assert done.stderr == ""
 
 
 def test_a_wrong_input_is_refused_before_anything_heavy_is_loaded(tmp_path):
-    """A file that is not there or is no TOML, and wrong words beside it: one message, without arrays, units, checks of files or tables."""
+    """A file that is not there or is no TOML, and wrong words beside it: one message, without
+    arrays, units, checks of files or tables.
+    """
     (tmp_path / "torn.toml").write_text("name = \n", encoding="utf-8")
-    heavy = ("numpy", "numba", "scipy", "pint", "lxml", "matplotlib", "xarray", "rich", "zarr", "tomlkit")
+    heavy = (
+        "numpy",
+        "numba",
+        "scipy",
+        "pint",
+        "lxml",
+        "matplotlib",
+        "xarray",
+        "rich",
+        "zarr",
+        "tomlkit",
+    )
     for words in (
         ["study", "none.toml"],
         ["map", "torn.toml"],
@@ -151,9 +218,12 @@ def test_a_wrong_input_is_refused_before_anything_heavy_is_loaded(tmp_path):
             f"import sys; sys.argv = ['lostmotion', *{words!r}]\n"
             "from lostmotion.cli import main\n"
             "try:\n    main()\nexcept SystemExit as end:\n"
-            f"    print(end.code, *[m for m in {heavy!r} if m in sys.modules], file=sys.__stderr__)\n"
+            f"    print(end.code, *[m for m in {heavy!r} if m in sys.modules], "
+            "file=sys.__stderr__)\n"
         )
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
+        )
         assert "mistake" in done.stderr
         assert done.stderr.splitlines()[-1] == "2"
 

@@ -1,4 +1,6 @@
-"""The folder a study leaves behind: whole or not at all, the same bytes every time, safe to open, and nobody else's files touched."""
+"""The folder a study leaves behind: whole or not at all, the same bytes every time, safe to open,
+and nobody else's files touched.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,11 @@ def of_page(page: str) -> html.parser.HTMLParser:
 
         def handle_starttag(self, tag, attrs):
             self.tags.append(tag)
-            self.targets += [value for name, value in attrs if name in {"src", "href", "action", "data", "poster", "srcset"}]
+            self.targets += [
+                value
+                for name, value in attrs
+                if name in {"src", "href", "action", "data", "poster", "srcset"}
+            ]
             self.ids += [value for name, value in attrs if name == "id"]
             if tag == "script":
                 self.scripts.append("")
@@ -106,20 +112,42 @@ def test_every_figure_on_screen_is_in_result_json(folder):
     known = set()
     for row in (row for section in plain["sections"] for row in section["rows"]):
         for figure in row["figures"]:
-            low, high = (float("nan") if end is None else end for end in figure["interval"] or (None, None))
-            known.add(str(Figure(figure["value"], figure["unit"], low, high, words=figure.get("words", ""), bound=figure.get("bound", ""))))
+            low, high = (
+                float("nan") if end is None else end for end in figure["interval"] or (None, None)
+            )
+            known.add(
+                str(
+                    Figure(
+                        figure["value"],
+                        figure["unit"],
+                        low,
+                        high,
+                        words=figure.get("words", ""),
+                        bound=figure.get("bound", ""),
+                    )
+                )
+            )
             assert figure["samples"] or figure["words"]
     screen = io.StringIO()
     print_sheet(sheet(small_study()), Console(file=screen, width=250))
-    shown = {str(figure) for section in sheet(small_study()).sections for row in section.rows for figure in row.figures}
+    shown = {
+        str(figure)
+        for section in sheet(small_study()).sections
+        for row in section.rows
+        for figure in row.figures
+    }
     assert shown == known
     said = json.dumps(plain, ensure_ascii=False)
-    for shown_number in re.findall(r"(?<!\S)(?:[≥≤] )?[-<]?[\d.]+ (?:µm|mm|m³|m|%|arcmin|N m|N)(?!\S)", screen.getvalue()):
+    for shown_number in re.findall(
+        r"(?<!\S)(?:[≥≤] )?[-<]?[\d.]+ (?:µm|mm|m³|m|%|arcmin|N m|N)(?!\S)", screen.getvalue()
+    ):
         assert shown_number in known or shown_number in said, shown_number
 
 
 def test_tables_fit_a_terminal_of_80_columns():
-    """Long labels, four figures with units and two intervals; a word wider than its column is never cut, and no column of remarks stands empty."""
+    """Long labels, four figures with units and two intervals; a word wider than its column is never
+    cut, and no column of remarks stands empty.
+    """
     plain, between = Figure(49.25, "N m/arcmin"), Figure(49.25, "arcsec", 45.0, 53.0)
     for figures, columns in (
         ((between,) * 2, ("now", "with equal effect")),
@@ -127,7 +155,12 @@ def test_tables_fit_a_terminal_of_80_columns():
     ):
         rows = tuple(Row(f"joints.B.gearbox stiffness {k}", figures) for k in range(3))
         screen = io.StringIO()
-        shown = replace(sheet(small_study()), sections=(Section("one", "One", columns, rows),), verdict="", notes=())
+        shown = replace(
+            sheet(small_study()),
+            sections=(Section("one", "One", columns, rows),),
+            verdict="",
+            notes=(),
+        )
         print_sheet(shown, Console(file=screen, width=80))
         lines = screen.getvalue().splitlines()
         assert max(map(len, lines)) <= 80
@@ -148,19 +181,30 @@ def test_every_figure_is_in_the_tables(page):
 
 
 def test_verdict_speaks_of_what_was_asked(page):
-    """The headline is the 95 % error, its number marked, with the largest contributor; how well robots repeat stands below it."""
+    """The headline is the 95 % error, its number marked, with the largest contributor; how well
+    robots repeat stands below it.
+    """
     found = re.search(r"<h1>(.*?)</h1>(.*?)<nav", page, re.DOTALL)
     assert found
-    assert re.match(r"(Expect 95\u202f% of positions within|At least) <em>[\d.]+\u202f[mµ]m</em>", found[1])
+    assert re.match(
+        r"(Expect 95\u202f% of positions within|At least) <em>[\d.]+\u202f[mµ]m</em>", found[1]
+    )
     assert "argest contributor: O." in found[1] + found[2]
     assert "RP, ISO cycle" in found[2]
     assert not re.search(r"\d (%|mm|µm)", found[1]), "a number and its unit could be torn apart"
 
 
 def test_a_range_stands_whole_in_a_headline():
-    """The two dots between the ends of a range end no sentence, and the marked result is the whole range."""
-    first, rest = headline("Stiffness 0.0237 .. 0.131 N m/arcmin (5-95 %), middle 0.063. Play 78.9 arcmin. 2 % jam.")
-    assert first == "Stiffness <em>0.0237 .. 0.131\u202fN\u202fm/arcmin</em> (5-95\u202f%), middle 0.063."
+    """The two dots between the ends of a range end no sentence, and the marked result is the whole
+    range.
+    """
+    first, rest = headline(
+        "Stiffness 0.0237 .. 0.131 N m/arcmin (5-95 %), middle 0.063. Play 78.9 arcmin. 2 % jam."
+    )
+    assert (
+        first
+        == "Stiffness <em>0.0237 .. 0.131\u202fN\u202fm/arcmin</em> (5-95\u202f%), middle 0.063."
+    )
     assert rest == "Play 78.9\u202farcmin. 2\u202f% jam."
 
 
@@ -174,8 +218,14 @@ def test_the_unit_of_a_key_figure_is_never_torn():
 
 
 def test_a_name_of_any_length_folds():
-    """A name of 80 letters without a gap, of words or with brackets folds in a narrow column and loses no letter; a usual one only at its joints."""
-    for name in ("abcdefghij" * 8, "the long arm of the robot <b>on the left</b> & \N{ROBOT FACE}", "a" * 20 + "\t" + "b" * 20):
+    """A name of 80 letters without a gap, of words or with brackets folds in a narrow column and
+    loses no letter; a usual one only at its joints.
+    """
+    for name in (
+        "abcdefghij" * 8,
+        "the long arm of the robot <b>on the left</b> & \N{ROBOT FACE}",
+        "a" * 20 + "\t" + "b" * 20,
+    ):
         pieces = foldable(name).split("<wbr>")
         assert "".join(pieces) == escaped(name)
         assert max(len(html.unescape(piece)) for piece in pieces) <= 13
@@ -191,26 +241,36 @@ def test_a_joint_value_that_rounds_to_zero_has_no_sign():
 
 
 def test_page_asks_nothing_of_the_network(page):
-    """Opened from a disk without a net, the page is complete: it points only into itself and at its two neighbours."""
+    """Opened from a disk without a net, the page is complete: it points only into itself and at its
+    two neighbours.
+    """
     targets = of_page(page).targets
     assert targets
-    assert {target for target in targets if not target.startswith("#")} == {"result.json", "arrays.nc"}
+    assert {target for target in targets if not target.startswith("#")} == {
+        "result.json",
+        "arrays.nc",
+    }
     assert "default-src 'none'" in page
     assert not re.search(r"@import|url\(", page[: page.index("<body")])
 
 
 def test_every_plot_has_its_place_and_its_words(page):
-    """Each plot has an element of its own, ids are unique, and a screen reader is given a description of it."""
+    """Each plot has an element of its own, ids are unique, and a screen reader is given a
+    description of it.
+    """
     reader = of_page(page)
     wanted = [plot.key for plot in plots(small_study())]
     assert len(wanted) == 12
     assert len(set(reader.ids)) == len(reader.ids)
     assert {f"plot-{key}" for key in wanted} <= set(reader.ids)
-    assert page.count(' role="img" aria-label="') == 12 + 2  # and the bars of what RP is made of, for each approach
+    # and the bars of what RP is made of, for each approach
+    assert page.count(' role="img" aria-label="') == 12 + 2
 
 
 def test_hostile_names_are_shown_not_run():
-    """An arm from an unknown source may call itself a script; the page and the notebook show the name and run nothing."""
+    """An arm from an unknown source may call itself a script; the page and the notebook show the
+    name and run nothing.
+    """
     study = small_study(16, 8, 2, name=HOSTILE)
     page = page_of(sheet(study), plots(study), "0")
     reader = of_page(page)
@@ -222,7 +282,9 @@ def test_hostile_names_are_shown_not_run():
 
 
 def test_text_of_a_plot_is_no_markup():
-    """Text inside a plot holds no bracket that a browser would read as a tag, and is still the same text, though it looks like an attribute."""
+    """Text inside a plot holds no bracket that a browser would read as a tag, and is still the same
+    text, though it looks like an attribute.
+    """
     from lostmotion.reporting.chart import one
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.svg import inline_svg, raw_svg, with_plain_fonts
@@ -234,11 +296,16 @@ def test_text_of_a_plot_is_no_markup():
         assert ET.fromstring(with_plain_fonts(raw_svg(figure))) is not None  # noqa: S314 - made here
     reader = of_page(inline_svg(Plot("k", "s", figure, hostile)))
     assert "script" not in reader.tags
-    assert hostile in [text.strip() for text in ET.fromstring(inline_svg(Plot("k", "s", figure, hostile))).itertext()]  # noqa: S314 - made here
+    assert hostile in [
+        text.strip()
+        for text in ET.fromstring(inline_svg(Plot("k", "s", figure, hostile))).itertext()  # noqa: S314
+    ]
 
 
 def test_arrays_read_back_with_units(folder):
-    """Every variable in arrays.nc says its unit and what it is, and holds the study's own numbers."""
+    """Every variable in arrays.nc says its unit and what it is, and holds the study's own
+    numbers.
+    """
     with xarray.open_dataset(folder / "arrays.nc", engine="scipy") as read:
         assert read.sizes["pose"] == 64
         assert read.sizes["robot"] == 32
@@ -258,7 +325,9 @@ def test_existing_folder_needs_force(folder):
 
 
 def test_force_replaces_our_own_folder(tmp_path):
-    """With --force the new results stand where the old ones stood, and nothing is left beside them."""
+    """With --force the new results stand where the old ones stood, and nothing is left beside
+    them.
+    """
     target = tmp_path / "out"
     target.mkdir()
     (target / "result.json").write_text("old")
@@ -269,7 +338,9 @@ def test_force_replaces_our_own_folder(tmp_path):
 
 @pytest.mark.parametrize("stranger", ["thesis.tex", ".git", "report.html/"])
 def test_force_spares_what_is_not_ours(tmp_path, stranger):
-    """--out pointed at the wrong folder by mistake: not even --force removes it, and the message names what is there."""
+    """--out pointed at the wrong folder by mistake: not even --force removes it, and the message
+    names what is there.
+    """
     target = tmp_path / "home"
     target.mkdir()
     if stranger.endswith("/"):
@@ -295,7 +366,9 @@ def test_a_file_in_the_way_is_kept(tmp_path, force):
 @pytest.mark.parametrize("force", [False, True])
 @pytest.mark.parametrize("dangling", [False, True])
 def test_a_link_in_the_way_is_not_followed(tmp_path, force, dangling):
-    """A link at the target may lead anywhere: it is refused, and neither it nor what it points at changes."""
+    """A link at the target may lead anywhere: it is refused, and neither it nor what it points at
+    changes.
+    """
     if not dangling:
         (tmp_path / "elsewhere").mkdir()
     (tmp_path / "out").symlink_to(tmp_path / "elsewhere")
@@ -320,8 +393,12 @@ def failing_at(name: str, error: BaseException):
 
 @pytest.mark.parametrize("name", ["report.html", "result.json", "arrays.nc"])
 def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
-    """Whichever file the disk runs full at, no half folder, no temporary and no empty parent stays behind."""
-    monkeypatch.setattr(Path, "write_bytes", failing_at(name, OSError(28, "No space left on device")))
+    """Whichever file the disk runs full at, no half folder, no temporary and no empty parent stays
+    behind.
+    """
+    monkeypatch.setattr(
+        Path, "write_bytes", failing_at(name, OSError(28, "No space left on device"))
+    )
     with pytest.raises(LostmotionError, match="No space left on device"):
         write_folder(small_study(), tmp_path / "deep" / "out")
     assert left_in(tmp_path) == []
@@ -329,7 +406,9 @@ def test_full_disk_leaves_nothing(tmp_path, monkeypatch, name):
 
 @pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 def test_failure_keeps_the_old_results(tmp_path, monkeypatch, error):
-    """When replacing fails midway, by a full disk or by Ctrl-C, the earlier results are still whole."""
+    """When replacing fails midway, by a full disk or by Ctrl-C, the earlier results are still
+    whole.
+    """
     target = tmp_path / "out"
     target.mkdir()
     (target / "result.json").write_text("old")
@@ -345,7 +424,8 @@ def test_failed_swap_puts_the_old_folder_back(tmp_path, monkeypatch):
     target = tmp_path / "out"
     target.mkdir()
     (target / "result.json").write_text("old")
-    monkeypatch.setattr(folder_of_report, "exchange", lambda *_: False)  # a system that only renames
+    # a system that only renames
+    monkeypatch.setattr(folder_of_report, "exchange", lambda *_: False)
     rename = Path.rename
 
     def renamed(path, to):
@@ -403,10 +483,19 @@ print(step, missing)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
 @pytest.mark.parametrize("how", ["atomic", "renames"])
 def test_killed_at_any_step_of_replacing_the_old_or_the_new_results_stand(tmp_path, how):
-    """Killed before each step of --force, the earlier or the new results stand whole: at once, or from the next start on without an exchange."""
-    if how == "atomic" and not folder_of_report.exchange(*(Path(tempfile.mkdtemp(dir=tmp_path)) for _ in range(2))):
+    """Killed before each step of --force, the earlier or the new results stand whole: at once, or
+    from the next start on without an exchange.
+    """
+    if how == "atomic" and not folder_of_report.exchange(
+        *(Path(tempfile.mkdtemp(dir=tmp_path)) for _ in range(2))
+    ):
         pytest.skip("this disk cannot exchange two folders in one step")
-    ran = subprocess.run([sys.executable, "-c", KILLED_WHILE_REPLACING, tmp_path / "out", how], capture_output=True, text=True, check=False)
+    ran = subprocess.run(
+        [sys.executable, "-c", KILLED_WHILE_REPLACING, tmp_path / "out", how],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert ran.returncode == 0, ran.stderr
     steps, missing = map(int, ran.stdout.split())
     assert steps > 8

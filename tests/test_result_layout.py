@@ -23,7 +23,9 @@ def asked():
         "study": lostmotion.study(arm, 64, 20, 3),
         "statics": lostmotion.statics(arm, poses=16),
         "gear": lostmotion.gear(Z_ARM, "A"),
-        "bearing": lostmotion.bearing(ROOT / "examples" / "bearing" / "6209-pair.toml", bearings=20),
+        "bearing": lostmotion.bearing(
+            ROOT / "examples" / "bearing" / "6209-pair.toml", bearings=20
+        ),
         "catalog": lostmotion.catalog("CSG-25-100"),
     }
 
@@ -49,13 +51,27 @@ def test_a_result_fits_the_schema(results, question):
 
 
 def test_the_main_figures_have_these_keys(results):
-    """A program reads `figures.error.p95.value` with its unit and interval, whatever words the table prints."""
+    """A program reads `figures.error.p95.value` with its unit and interval, whatever words the
+    table prints.
+    """
     figures = results["study"]["figures"]
     assert list(figures["error"]) == [
         *("mean", "standard_deviation", "p50", "p95", "p99", "largest"),
-        *("best_pose_mean", "best_pose_p95", "worst_pose_mean", "worst_pose_p95", "root_sum_square", "worst_case", "rotation_rms"),
+        *(
+            "best_pose_mean",
+            "best_pose_p95",
+            "worst_pose_mean",
+            "worst_pose_p95",
+            "root_sum_square",
+            "worst_case",
+            "rotation_rms",
+        ),
     ]
-    assert list(figures["iso9283"]) == [f"{name}_{figure}" for name in ("AP", "RP_iso", "RP_any") for figure in ("mean", "p95", "worst_pose_p95")]
+    assert list(figures["iso9283"]) == [
+        f"{name}_{figure}"
+        for name in ("AP", "RP_iso", "RP_any")
+        for figure in ("mean", "p95", "worst_pose_p95")
+    ]
     p95 = figures["error"]["p95"]
     assert p95["low"] < p95["value"] < p95["high"]
     assert p95["unit"] in {"m", "mm", "µm"}
@@ -69,7 +85,9 @@ def test_every_printed_figure_has_its_key(results):
             assert len(keyed) == len(section["rows"])
             for found, row in zip(keyed.values(), section["rows"], strict=True):
                 several = [found] if "value" in found else list(found.values())
-                assert [each["value"] for each in several] == [each["value"] for each in row["figures"]]
+                assert [each["value"] for each in several] == [
+                    each["value"] for each in row["figures"]
+                ]
 
 
 @pytest.mark.parametrize(
@@ -109,7 +127,11 @@ def test_a_result_shows_itself_in_a_few_lines(asked):
 
 def test_no_result_shows_all_its_fields():
     """Whatever a result is computed from, its text is that of results."""
-    kinds = [kind for kind in (getattr(lostmotion, name) for name in lostmotion.__all__) if isinstance(kind, type) and issubclass(kind, Result)]
+    kinds = [
+        kind
+        for kind in (getattr(lostmotion, name) for name in lostmotion.__all__)
+        if isinstance(kind, type) and issubclass(kind, Result)
+    ]
     assert len(kinds) == 14
     for kind in kinds:
         assert kind.__repr__ is Result.__repr__ or "__repr__" in vars(kind)

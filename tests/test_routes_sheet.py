@@ -38,11 +38,17 @@ def test_every_figure_over_all_poses_is_compared(study):
 
 @pytest.mark.parametrize("at", range(4))
 def test_a_wrong_quantile_over_all_poses_is_seen(study, at):
-    """Half as large again is beyond Monte Carlo's interval, 99.7 % too, and no other row says so."""
+    """Half as large again is beyond Monte Carlo's interval, 99.7 % too, and no other row says
+    so.
+    """
     wrong = list(study.pooled.quantiles)
     wrong[at] = Estimate(*(1.5 * end for end in (wrong[at].value, wrong[at].low, wrong[at].high)))
-    whole, _ = comparisons(study.analytic, replace(study.pooled, quantiles=tuple(wrong)), study.sampled)
-    assert [row.note for row in whole.rows] == ["beyond the interval" if k == at + 1 else "" for k in range(6)]
+    whole, _ = comparisons(
+        study.analytic, replace(study.pooled, quantiles=tuple(wrong)), study.sampled
+    )
+    assert [row.note for row in whole.rows] == [
+        "beyond the interval" if k == at + 1 else "" for k in range(6)
+    ]
     assert whole.rows[at + 1].figures[1].value > 1
 
 
@@ -53,13 +59,17 @@ def test_the_reason_for_no_comparison_is_stated(study):
     assert "no pose to compare" in row.note
     assert "too few robots" in row.note
     assert "over all poses alone" in each.note
-    untold = replace(study.pooled, quantiles=(*study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3)))
+    untold = replace(
+        study.pooled, quantiles=(*study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3))
+    )
     whole, _ = comparisons(study.analytic, untold, study.sampled)
     assert whole.rows[-2].note == "nothing to compare: uncertain by more than 5 %: use Monte Carlo"
 
 
 def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
-    """One pose, two poses; a size that the arm file states is printed as it stands there, one that was found with its digits."""
+    """One pose, two poses; a size that the arm file states is printed as it stands there, one that
+    was found with its digits.
+    """
     assert [several(count, "pose") for count in (0, 1, 2)] == ["0 poses", "1 pose", "2 poses"]
     stated = [str(Figure(value, "µm", stated=True)) for value in (0.001, 20.0, 12.5, 1234.0, 0.0)]
     assert stated == ["0.001 µm", "20 µm", "12.5 µm", "1234 µm", "0 µm"]
@@ -86,14 +96,19 @@ def test_a_target_says_each_factor_of_what():
 
 
 def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
-    """The sentence says between which ends, as its table does, and the tiles show the same figures."""
+    """The sentence says between which ends, as its table does, and the tiles show the same
+    figures.
+    """
     alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic", zone="x 0.1..0.6 m")
     sheet = alone.sheet
     row = find_row(sheet.sections, "analytic", "95th percentile").figures[0]
     assert f"within {row} ({row.between})." in sheet.verdict
     assert "(poses, bound)" not in sheet.verdict
     inside = find_row(sheet.sections, "zone_1_analytic", "95th percentile").figures[0]
-    assert f"In the zone x 100 … 600 mm expect 95 % within {inside} ({inside.between})." in first_screen(sheet)
+    assert (
+        f"In the zone x 100 … 600 mm expect 95 % within {inside} ({inside.between})."
+        in first_screen(sheet)
+    )
     tiles = {card.title: (card.number, card.quiet) for card in sheet.cards}
     assert tiles["95 % of positions within"] == (str(row), f"interval {row.between}")
     assert tiles["95 % of positions within, x 100 … 600 mm"][0] == str(inside)
@@ -103,7 +118,9 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
 
 
 def test_figures_that_need_sampling_are_listed_in_a_sentence():
-    """Where a figure is uncertain by more than 5 % the answer says so, what to do, and which figure is known all the same."""
+    """Where a figure is uncertain by more than 5 % the answer says so, what to do, and which figure
+    is known all the same.
+    """
     alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
     nothing = Estimate(*[float("nan")] * 3)
     sheet = replace(alone, pooled=replace(alone.pooled, quantiles=(nothing,) * 4)).sheet
@@ -116,12 +133,16 @@ def test_figures_that_need_sampling_are_listed_in_a_sentence():
 
 
 def test_a_root_mean_square_over_all_poses_has_an_interval(study):
-    """By either route, of the tool's rotation too: exact at the poses visited, with what their choice leaves; given poses are taken as they are."""
+    """By either route, of the tool's rotation too: exact at the poses visited, with what their
+    choice leaves; given poses are taken as they are.
+    """
     sections = study.sheet.sections
     square = find_row(sections, "analytic", "root mean square").figures[0]
     (whole,) = in_one_unit([find_row(sections, "levels", "all together").figures[0]])
     (square,) = in_one_unit([square])
-    assert (square.value, square.low, square.high) == pytest.approx((whole.value, whole.low, whole.high), rel=1e-9)
+    assert (square.value, square.low, square.high) == pytest.approx(
+        (whole.value, whole.low, whole.high), rel=1e-9
+    )
     turned = find_row(sections, "error", "rotation of the tool, r.m.s.").figures[0]
     for figure in (square, turned):
         assert figure.low < figure.value < figure.high < 1.5 * figure.value
@@ -131,14 +152,20 @@ def test_a_root_mean_square_over_all_poses_has_an_interval(study):
 
 
 def test_without_sampling_the_effect_of_halving_is_reported(study):
-    """Over the workspace, part by part: what a study by samples says of the same poses, within both intervals, and worked out once."""
+    """Over the workspace, part by part: what a study by samples says of the same poses, within both
+    intervals, and worked out once.
+    """
     summed = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
     section = next(section for section in summed.sheet.sections if section.key == "halving")
     assert summed.halving is summed.halving
     parts = [cost.part for cost in summed.budget.parts if cost.alone > 0]
-    assert {row.label for row in section.rows[: len(parts)]} == {part.removeprefix("joints.") for part in parts}
+    assert {row.label for row in section.rows[: len(parts)]} == {
+        part.removeprefix("joints.") for part in parts
+    }
     for part in parts:
         here, there = summed.halving.gains[part], study.halving.gains[part]
         assert here.low <= there.high
         assert there.low <= here.high
-    assert all(np.isfinite(row.figures[0].value) and row.figures[0].interval for row in section.rows)
+    assert all(
+        np.isfinite(row.figures[0].value) and row.figures[0].interval for row in section.rows
+    )

@@ -13,12 +13,21 @@ from scipy.spatial.transform import Rotation
 
 from lostmotion.spatial import across, exp, inverse, mapped, pose_of, shift, skew, turn
 
-UNIT = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1).map(lambda v: np.array(v) / np.linalg.norm(v))
+UNIT = (
+    st.tuples(*[st.floats(-1, 1)] * 3)
+    .filter(lambda v: np.linalg.norm(v) > 0.1)
+    .map(lambda v: np.array(v) / np.linalg.norm(v))
+)
 VELOCITY = st.tuples(*[st.floats(-10, 10)] * 3).map(np.array)
 ANGLE = st.one_of(
-    st.floats(0, math.pi - 1e-7), st.floats(-14, 0).map(lambda e: 10.0**e), st.just(0.0), st.floats(-7, -1).map(lambda e: math.pi - 10.0**e)
+    st.floats(0, math.pi - 1e-7),
+    st.floats(-14, 0).map(lambda e: 10.0**e),
+    st.just(0.0),
+    st.floats(-7, -1).map(lambda e: math.pi - 10.0**e),
 )
-TWIST = st.builds(lambda axis, angle, velocity: np.concatenate([axis * angle, velocity]), UNIT, ANGLE, VELOCITY)
+TWIST = st.builds(
+    lambda axis, angle, velocity: np.concatenate([axis * angle, velocity]), UNIT, ANGLE, VELOCITY
+)
 
 
 @given(UNIT)
@@ -40,7 +49,9 @@ def matrix(twist: np.ndarray) -> np.ndarray:
 @given(TWIST)
 @settings(deadline=None, max_examples=300)
 def test_exp_is_the_matrix_exponential(twist: np.ndarray):
-    """The closed form of a screw motion is the matrix exponential, from no angle at all to half a turn."""
+    """The closed form of a screw motion is the matrix exponential, from no angle at all to half a
+    turn.
+    """
     np.testing.assert_allclose(exp(twist), expm(matrix(twist)), atol=3e-14)
 
 
@@ -79,10 +90,14 @@ def test_batches_are_their_rows():
 
 
 def test_roll_pitch_yaw_are_urdfs():
-    """Roll, pitch, yaw turn about the fixed x, y, z axes in that order, as in URDF and as SciPy's lower-case "xyz"."""
+    """Roll, pitch, yaw turn about the fixed x, y, z axes in that order, as in URDF and as SciPy's
+    lower-case "xyz".
+    """
     rpy = (0.3, -0.7, 1.9)
     pose = pose_of((0.1, 0.2, 0.3), rpy)
-    np.testing.assert_allclose(pose[:3, :3], Rotation.from_euler("xyz", rpy).as_matrix(), atol=1e-15)
+    np.testing.assert_allclose(
+        pose[:3, :3], Rotation.from_euler("xyz", rpy).as_matrix(), atol=1e-15
+    )
     np.testing.assert_array_equal(pose[:3, 3], [0.1, 0.2, 0.3])
     np.testing.assert_array_equal(pose[3], [0, 0, 0, 1])
 

@@ -1,4 +1,6 @@
-"""Streams that are closed, full or know ASCII alone, folders that are gone, and names that a terminal would obey."""
+"""Streams that are closed, full or know ASCII alone, folders that are gone, and names that a
+terminal would obey.
+"""
 
 from __future__ import annotations
 
@@ -36,13 +38,23 @@ def arm(tmp_path):
 def shell(words, cwd, **environment):
     """Run the command by a shell, with what the shell does to its streams behind it."""
     command = f"{sys.executable} -m lostmotion {words}"
-    return subprocess.run(["sh", "-c", command], cwd=cwd, capture_output=True, check=False, env={**os.environ, **environment})
+    return subprocess.run(
+        ["sh", "-c", command],
+        cwd=cwd,
+        capture_output=True,
+        check=False,
+        env={**os.environ, **environment},
+    )
 
 
 @POSIX
-@pytest.mark.parametrize("stream", [">&-", "> /dev/full", ">&- 2>&-", "> /dev/full 2> /dev/full", ">&- <&-"])
+@pytest.mark.parametrize(
+    "stream", [">&-", "> /dev/full", ">&- 2>&-", "> /dev/full 2> /dev/full", ">&- <&-"]
+)
 def test_an_output_that_takes_nothing_costs_no_results(arm, tmp_path, stream):
-    """Standard output closed or full: exit code 1, at most one message, and the results are written."""
+    """Standard output closed or full: exit code 1, at most one message, and the results are
+    written.
+    """
     if "full" in stream and not Path("/dev/full").exists():
         pytest.skip("no /dev/full here")
     done = shell(f"statics {arm.name} --poses 8 --out out {stream}", tmp_path)
@@ -57,12 +69,17 @@ def test_an_output_that_takes_nothing_costs_no_results(arm, tmp_path, stream):
 
 @POSIX
 def test_an_encoding_without_our_letters_gets_others(arm, tmp_path):
-    """On a terminal of ASCII alone every figure is printed, "um" for micrometres; JSON holds the same data as on any other."""
+    """On a terminal of ASCII alone every figure is printed, "um" for micrometres; JSON holds the
+    same data as on any other.
+    """
     done = shell(f"statics {arm.name} --poses 8 --out out", tmp_path, PYTHONIOENCODING="ascii")
     assert done.returncode == 0, done.stderr
     assert re.search(rb"\d um", done.stdout)
     assert done.stdout.isascii()
-    plain, full = (shell(f"catalog --json {words}", tmp_path, PYTHONIOENCODING=words_) for words, words_ in (("", "ascii"), ("", "utf-8")))
+    plain, full = (
+        shell(f"catalog --json {words}", tmp_path, PYTHONIOENCODING=words_)
+        for words, words_ in (("", "ascii"), ("", "utf-8"))
+    )
     assert plain.returncode == full.returncode == 0
     assert plain.stdout.isascii()
     assert json.loads(plain.stdout) == json.loads(full.stdout.decode("utf-8"))
@@ -73,7 +90,11 @@ def test_a_working_folder_that_is_gone_is_one_message(arm, tmp_path):
     """Somebody removed the folder that the user stands in: exit code 2 and a word of what to do."""
     (tmp_path / "gone").mkdir()
     done = subprocess.run(
-        ["sh", "-c", f"cd gone; rmdir ../gone; {sys.executable} -m lostmotion run {arm}"], cwd=tmp_path, capture_output=True, text=True, check=False
+        ["sh", "-c", f"cd gone; rmdir ../gone; {sys.executable} -m lostmotion run {arm}"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 2
     assert "no longer exists" in done.stderr
@@ -84,11 +105,20 @@ HOSTILE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202eevil"
 
 
 def test_no_control_character_of_a_file_reaches_a_terminal(arm, tmp_path):
-    """Escape sequences in an arm's name, a joint's, a file's path and a CSV's header are written out, in messages, sheets and JSON."""
+    """Escape sequences in an arm's name, a joint's, a file's path and a CSV's header are written
+    out, in messages, sheets and JSON.
+    """
     name = "".join(f"\\u{ord(char):04x}" if legible(char) != char else char for char in HOSTILE)
-    arm.write_text(ARM.replace('name = "tiny"', f'name = "{name}"').replace('"A"', '"A\\u001b[31m"'), encoding="utf-8")
+    arm.write_text(
+        ARM.replace('name = "tiny"', f'name = "{name}"').replace('"A"', '"A\\u001b[31m"'),
+        encoding="utf-8",
+    )
     (tmp_path / "poses.csv").write_text(f"{HOSTILE} [deg],B [deg]\n1,2\n", encoding="utf-8")
-    words = [f"run {arm.name} {' '.join(QUICK)} --out out", f"statics {arm.name} --json --poses 8", f"run {arm.name} --poses-file poses.csv"]
+    words = [
+        f"run {arm.name} {' '.join(QUICK)} --out out",
+        f"statics {arm.name} --json --poses 8",
+        f"run {arm.name} --poses-file poses.csv",
+    ]
     words.append(f"run '{HOSTILE}.toml'")
     for each in words:
         done = shell(each, tmp_path)
@@ -101,20 +131,38 @@ def test_no_control_character_of_a_file_reaches_a_terminal(arm, tmp_path):
 
 
 def test_messages_write_control_characters_out():
-    """A message that names a stranger's file holds no escape, and keeps its line breaks and letters; a sheet likewise."""
-    assert str(LostmotionError(f"'{HOSTILE}'\n  expected µm ± 1°")).splitlines()[1] == "  expected µm ± 1°"
+    """A message that names a stranger's file holds no escape, and keeps its line breaks and
+    letters; a sheet likewise.
+    """
+    assert (
+        str(LostmotionError(f"'{HOSTILE}'\n  expected µm ± 1°")).splitlines()[1]
+        == "  expected µm ± 1°"
+    )
     assert legible(HOSTILE) == "\\x1b]0;owned\\x07\\x1b[2J\\x9b31m\\u202eevil"
     assert legible("\ud800") == "\\ud800"
     assert legible("\ud7ff\ue000") == "\\ud7ff\\ue000"  # unassigned, private
 
 
 def test_a_sheet_writes_control_characters_out(capsys):
-    """Whatever a sheet says, name, notes, labels or verdict, is printed without a character that a terminal obeys."""
+    """Whatever a sheet says, name, notes, labels or verdict, is printed without a character that a
+    terminal obeys.
+    """
     from lostmotion.reporting.sheet import Figure, Row, Section, Sheet
 
     row = Row(HOSTILE, (Figure(1.0, "mm"),), HOSTILE)
     section = Section("key", HOSTILE, (HOSTILE,), (row,), HOSTILE)
-    print_sheet(Sheet(name=HOSTILE, subject="", verdict=HOSTILE, cards=(), sections=(section,), source="", notes=(HOSTILE,), counts=HOSTILE))
+    print_sheet(
+        Sheet(
+            name=HOSTILE,
+            subject="",
+            verdict=HOSTILE,
+            cards=(),
+            sections=(section,),
+            source="",
+            notes=(HOSTILE,),
+            counts=HOSTILE,
+        )
+    )
     said = capsys.readouterr().out
     assert legible(said) == said
     assert "owned" in said
@@ -128,7 +176,9 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.mark.parametrize(("variables", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)])
+@pytest.mark.parametrize(
+    ("variables", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)]
+)
 def test_no_color_takes_the_colours_and_leaves_the_words(monkeypatch, variables, coloured):
     """A warning is red on a terminal, unless NO_COLOR is set; it is printed either way."""
     from lostmotion.reporting.sheet import Sheet
@@ -139,10 +189,22 @@ def test_no_color_takes_the_colours_and_leaves_the_words(monkeypatch, variables,
         monkeypatch.setenv(name, value)
     screen = Terminal()
     monkeypatch.setattr(sys, "stdout", screen)
-    print_sheet(Sheet(name="arm", subject="", verdict="", cards=(), sections=(), source="", warnings=("overloaded",)))
+    print_sheet(
+        Sheet(
+            name="arm",
+            subject="",
+            verdict="",
+            cards=(),
+            sections=(),
+            source="",
+            warnings=("overloaded",),
+        )
+    )
     printed = screen.getvalue()
     assert "overloaded" in printed
-    codes = {code for codes in re.findall(r"\x1b\[([0-9;]*)m", printed) for code in codes.split(";")}
+    codes = {
+        code for codes in re.findall(r"\x1b\[([0-9;]*)m", printed) for code in codes.split(";")
+    }
     assert ("31" in codes) == coloured
 
 
@@ -158,8 +220,14 @@ def test_no_color_takes_the_colours_and_leaves_the_words(monkeypatch, variables,
     ],
 )
 def test_a_shell_completes_commands_options_and_words(typed, word, offered):
-    """As the script of --show-completion asks for them; names of commands with two words come one word at a time."""
-    environment = {"_LOSTMOTION_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(word)}
+    """As the script of --show-completion asks for them; names of commands with two words come one
+    word at a time.
+    """
+    environment = {
+        "_LOSTMOTION_COMPLETE": "complete_bash",
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(word),
+    }
     done = CliRunner().invoke(app, [], prog_name="lostmotion", env=environment)
     assert set(done.stdout.split()) == offered
 
@@ -181,20 +249,42 @@ print(mix(np.uint64(5)) == mix.py_func(np.uint64(5)), os.environ["NUMBA_CACHE_DI
 
 
 @POSIX
-@pytest.mark.skipif(os.name != "posix" or (os.geteuid() == 0 and not shutil.which("setpriv")), reason="root writes everywhere without setpriv")
+@pytest.mark.skipif(
+    os.name != "posix" or (os.geteuid() == 0 and not shutil.which("setpriv")),
+    reason="root writes everywhere without setpriv",
+)
 def test_a_package_that_cannot_be_written_to_compiles_elsewhere(tmp_path):
-    """Neither package nor home can be written to: compiled code goes into a temporary folder that is deleted when the process ends."""
+    """Neither package nor home can be written to: compiled code goes into a temporary folder that
+    is deleted when the process ends.
+    """
     place = tmp_path / "site"
-    shutil.copytree(SRC / "lostmotion", place / "lostmotion", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        SRC / "lostmotion", place / "lostmotion", ignore=shutil.ignore_patterns("__pycache__")
+    )
     home = tmp_path / "home"
     home.mkdir()
     folders = [home, place, *(path for path in place.rglob("*") if path.is_dir())]
-    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(place), "HOME": str(home), "PYTHONWARNINGS": "ignore::RuntimeWarning"}
-    # Without its capabilities root obeys the permissions of files as their owner does; the interpreter's own folders stay readable.
-    unprivileged = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
+    environment = {
+        "PATH": os.environ["PATH"],
+        "PYTHONPATH": str(place),
+        "HOME": str(home),
+        "PYTHONWARNINGS": "ignore::RuntimeWarning",
+    }
+    # Without its capabilities root obeys the permissions of files as their owner does; the
+    # interpreter's own folders stay readable.
+    unprivileged = (
+        ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
+    )
     for folder in folders:
         folder.chmod(0o555)
-    done = subprocess.run([*unprivileged, sys.executable, "-c", READ_ONLY], cwd="/", capture_output=True, text=True, check=False, env=environment)
+    done = subprocess.run(
+        [*unprivileged, sys.executable, "-c", READ_ONLY],
+        cwd="/",
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment,
+    )
     for folder in folders:
         folder.chmod(0o755)
     assert done.returncode == 0, done.stderr

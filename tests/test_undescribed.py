@@ -20,7 +20,10 @@ from lostmotion.parts.link import Link
 from tests.first_screen import first_screen
 
 run_command = CliRunner().invoke
-BODY = '<inertial><origin xyz="0 0 0.1"/><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+BODY = (
+    '<inertial><origin xyz="0 0 0.1"/><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" '
+    'iyz="0" izz="1"/></inertial>'
+)
 NATIVE = """name = "x"
 [[joints]]
 name = "A"
@@ -40,8 +43,14 @@ def urdf(joints=7):
     text = '<link name="l0"/>'
     for k in range(1, joints + 1):
         kind = "prismatic" if k == joints else "revolute"
-        text += f'<link name="l{k}">{BODY}</link><joint name="joint_{k}" type="{kind}"><parent link="l{k - 1}"/><child link="l{k}"/>'
-        text += f'<origin xyz="0 0 0.2"/><axis xyz="0 {k % 2} {1 - k % 2}"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        text += (
+            f'<link name="l{k}">{BODY}</link><joint name="joint_{k}" type="{kind}"><parent '
+            f'link="l{k - 1}"/><child link="l{k}"/>'
+        )
+        text += (
+            f'<origin xyz="0 0 0.2"/><axis xyz="0 {k % 2} {1 - k % 2}"/><limit lower="-1" '
+            'upper="1" effort="1" velocity="1"/></joint>'
+        )
     return f'<robot name="seven">{text}</robot>'
 
 
@@ -55,15 +64,25 @@ def bare(request, tmp_path, monkeypatch):
 
 
 def test_run_shows_no_figure_of_accuracy_but_those_by_class_of_drive(bare):
-    """Workspace, torques, the table and one sentence; of errors, screen, report and result.json have only what is assumed by class, and say so."""
+    """Workspace, torques, the table and one sentence; of errors, screen, report and result.json
+    have only what is assumed by class, and say so.
+    """
     found = run_command(app, ["run", str(bare), "--poses", "64", "--out", "out"])
     assert found.exit_code == 0
     answer = " ".join(found.output.split())
     assert "The file itself describes no error source. What is missing: " in answer
     assert NOT_DESCRIBED.partition(", ")[2] not in answer  # the classes have just predicted some
-    assert ("`lostmotion new --from " in found.output) == (bare.suffix == ".urdf")  # a first sidecar is one command away
+    # a first sidecar is one command away
+    assert ("`lostmotion new --from " in found.output) == (bare.suffix == ".urdf")
     said = json.loads((bare.parent / "out" / "result.json").read_text(encoding="utf-8"))
-    assert [section["key"] for section in said["sections"]] == ["drive_classes", "workspace", "torques", "states", "inputs", "laws"]
+    assert [section["key"] for section in said["sections"]] == [
+        "drive_classes",
+        "workspace",
+        "torques",
+        "states",
+        "inputs",
+        "laws",
+    ]
     assert said["states"]["described"] is False
     assert not (bare.parent / "out" / "arrays.nc").exists()
     page = (bare.parent / "out" / "report.html").read_text(encoding="utf-8")
@@ -71,12 +90,21 @@ def test_run_shows_no_figure_of_accuracy_but_those_by_class_of_drive(bare):
         assert "error budget" not in text
         assert not re.search(r"\bAP\b", text)
         words = " ".join(text.split())
-        assert words.count("95 % of positions") == len(re.findall(r"Assumed by class of drive, [a-zRV ]+: expect 95 % of positions", words)) > 0
+        assert (
+            words.count("95 % of positions")
+            == len(
+                re.findall(r"Assumed by class of drive, [a-zRV ]+: expect 95 % of positions", words)
+            )
+            > 0
+        )
     for name in [joint.name for joint in lostmotion.read(bare).moving]:
         assert found.output.count(f'"{name}"') + found.output.count(f"[joints.{name}]") >= 1
 
 
-@pytest.mark.parametrize("command", [["map"], ["target", "--error", "1 mm"], ["iso9283"], ["size", "--target", "1 mm"], ["sweep"]])
+@pytest.mark.parametrize(
+    "command",
+    [["map"], ["target", "--error", "1 mm"], ["iso9283"], ["size", "--target", "1 mm"], ["sweep"]],
+)
 def test_commands_that_predict_nothing_but_accuracy_refuse(bare, command):
     """One message, exit code 2, and nothing is written."""
     before = sorted(bare.parent.iterdir())
@@ -114,7 +142,9 @@ def test_statics_still_stand(bare):
 
 
 def test_the_skeleton_is_a_sidecar_that_is_read(tmp_path):
-    """Written beside the URDF as it is printed, it describes every joint; all its values show as assumed."""
+    """Written beside the URDF as it is printed, it describes every joint; all its values show as
+    assumed.
+    """
     path = tmp_path / "arm.urdf"
     path.write_text(urdf(), encoding="utf-8")
     arm = lostmotion.read(path)
@@ -130,31 +160,46 @@ def test_the_skeleton_is_a_sidecar_that_is_read(tmp_path):
 @pytest.mark.parametrize("name", ["base/j1", "joint 3.0", "ä"])
 def test_names_of_joints_are_quoted_where_they_must_be(tmp_path, name):
     """Whatever a joint is called, its table in the skeleton carries that name."""
-    joint = RevoluteJoint.model_construct(**{**dict(RevoluteJoint(name="A", limits=(-1.0, 1.0))), "name": name})
+    joint = RevoluteJoint.model_construct(
+        **{**dict(RevoluteJoint(name="A", limits=(-1.0, 1.0))), "name": name}
+    )
     plain = Arm(name="x", joints=(RevoluteJoint(name="A", limits=(-1.0, 1.0)),))
     odd = Arm.model_construct(**{**dict(plain), "joints": (joint,)})
     loads = drive_loads(plain)
-    text = skeleton(odd, tmp_path / "arm.urdf", dataclasses.replace(loads, loads={name: loads.loads["A"]})).text
+    text = skeleton(
+        odd, tmp_path / "arm.urdf", dataclasses.replace(loads, loads={name: loads.loads["A"]})
+    ).text
     import tomllib
 
     assert list(tomllib.loads(text)["joints"]) == [name]
 
 
 def test_the_skeleton_adds_to_the_sidecar_that_is_there(tmp_path):
-    """Tables that the sidecar has already are not written twice: what belongs in them is a comment."""
+    """Tables that the sidecar has already are not written twice: what belongs in them is a
+    comment.
+    """
     path, sidecar = tmp_path / "arm.urdf", tmp_path / "arm.toml"
     path.write_text(urdf(3), encoding="utf-8")
-    sidecar.write_text('[payload]\nmass = "1 kg"\n[gearboxes.large]\nratio = 50\n[joints.joint_1]\ngearbox = "large"\n', encoding="utf-8")
+    sidecar.write_text(
+        (
+            '[payload]\nmass = "1 kg"\n[gearboxes.large]\nratio = 50\n[joints.joint_1]\ngearbox = '
+            '"large"\n'
+        ),
+        encoding="utf-8",
+    )
     arm = lostmotion.read(path)
     lines = skeleton(arm, path, drive_loads(arm))
     assert lines.file == "arm.toml"
     sidecar.write_text(sidecar.read_text(encoding="utf-8") + lines.text, encoding="utf-8")
-    assert states(lostmotion.read(path)).ideal_joints == ("joint_1",)  # its lines are a comment: its table is there already
+    # its lines are a comment: its table is there already
+    assert states(lostmotion.read(path)).ideal_joints == ("joint_1",)
     assert "# drive = { torque = " in lines.text
 
 
 def test_the_skeleton_of_a_toml_says_where_each_line_goes(tmp_path):
-    """The tables of parts go to the end; each joint's lines, without their #, go into its own table."""
+    """The tables of parts go to the end; each joint's lines, without their #, go into its own
+    table.
+    """
     path = tmp_path / "arm.toml"
     path.write_text(NATIVE, encoding="utf-8")
     arm = lostmotion.read(path)
@@ -174,22 +219,48 @@ def test_the_skeleton_of_a_toml_says_where_each_line_goes(tmp_path):
 
 
 def test_explicit_zeros_are_a_description():
-    """Where everything is stated as perfect, the headline says that this predicts nothing, and names joints without any statement."""
-    joints = (RevoluteJoint(name="A", limits=(-1.0, 1.0), lumped={"angle": 0.0}, link=Link(length=0.5)), PrismaticJoint(name="B", limits=(0.0, 1.0)))
+    """Where everything is stated as perfect, the headline says that this predicts nothing, and
+    names joints without any statement.
+    """
+    joints = (
+        RevoluteJoint(name="A", limits=(-1.0, 1.0), lumped={"angle": 0.0}, link=Link(length=0.5)),
+        PrismaticJoint(name="B", limits=(0.0, 1.0)),
+    )
     study = lostmotion.study(Arm(name="x", joints=joints), 8, 4, 2)
     assert study.sampled.group_hist.sum() > 0
-    assert study.sheet.verdict.startswith("Every error that is described is zero, and nothing is described for B (taken as perfect)")
+    assert study.sheet.verdict.startswith(
+        "Every error that is described is zero, and nothing is described for B (taken as perfect)"
+    )
 
 
 def test_zero_is_no_prediction():
-    """Where every described error is zero, or none differs from visit to visit, headline and cards predict nothing instead of printing 0 µm."""
-    cases = (({}, "Every error that is described is zero"), ({"length_tolerance": 1e-4}, "No described error differs between visits"))
+    """Where every described error is zero, or none differs from visit to visit, headline and cards
+    predict nothing instead of printing 0 µm.
+    """
+    cases = (
+        ({}, "Every error that is described is zero"),
+        ({"length_tolerance": 1e-4}, "No described error differs between visits"),
+    )
     for tolerance, said in cases:
         link = {"length": 0.5, "rigid": True, **tolerance}
-        arm = lostmotion.Arm(name="plain", joints=({"name": "A", "type": "revolute", "limits": (-1.0, 1.0), "link": link, "lumped": {"angle": 0.0}},))
+        arm = lostmotion.Arm(
+            name="plain",
+            joints=(
+                {
+                    "name": "A",
+                    "type": "revolute",
+                    "limits": (-1.0, 1.0),
+                    "link": link,
+                    "lumped": {"angle": 0.0},
+                },
+            ),
+        )
         sheet = lostmotion.study(arm, poses=8, robots=20, visits=3).sheet
         assert said in first_screen(sheet)
         assert " 0 µm" not in sheet.verdict
         assert "0 µm" not in {card.number for card in sheet.cards}
         if not tolerance:
-            assert "Every error that is described is zero" in lostmotion.study(arm, poses=8, method="analytic").sheet.verdict
+            assert (
+                "Every error that is described is zero"
+                in lostmotion.study(arm, poses=8, method="analytic").sheet.verdict
+            )

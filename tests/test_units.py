@@ -16,7 +16,14 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.band import Band
 from lostmotion.laws.distributions import Table, product_mean
-from lostmotion.parts.error_source import AngleDim, AngularStiffness, ClearanceDim, Length, LengthDim, Share
+from lostmotion.parts.error_source import (
+    AngleDim,
+    AngularStiffness,
+    ClearanceDim,
+    Length,
+    LengthDim,
+    Share,
+)
 from lostmotion.unit_registry import _UNITS_IN_WORDS, UnitError, unit_in_words
 from lostmotion.units import Quantity, Toleranced, read_quantity, table_rows
 
@@ -62,14 +69,18 @@ ARCMIN = math.pi / 180 / 60
     ],
 )
 def test_a_quantity_means_what_the_si_brochure_says(text: str, si: str, value: float):
-    """Every spelling of a unit that a data sheet uses gives the value in SI that tables of units give."""
+    """Every spelling of a unit that a data sheet uses gives the value in SI that tables of units
+    give.
+    """
     assert read_quantity(text, si) == Toleranced(pytest.approx(value, rel=1e-14), 0.0)
 
 
 @pytest.mark.parametrize("sign", ["±", " ± ", "+/-", " +/- ", "+-", " +- "])
 def test_a_tolerance_may_be_typed_on_any_keyboard(sign: str):
     """±, +/- and +- all state a tolerance, with or without spaces."""
-    assert read_quantity(f"400 mm{sign}50 µm", "m") == Toleranced(pytest.approx(0.4), pytest.approx(5e-5))
+    assert read_quantity(f"400 mm{sign}50 µm", "m") == Toleranced(
+        pytest.approx(0.4), pytest.approx(5e-5)
+    )
 
 
 @pytest.mark.parametrize(
@@ -84,8 +95,12 @@ def test_a_tolerance_may_be_typed_on_any_keyboard(sign: str):
         ("0 deg ± 1 deg", "rad", 0.0, math.pi / 180, "normal"),
     ],
 )
-def test_a_tolerance_follows_the_value_or_its_own_unit(text: str, si: str, nominal: float, tolerance: float, law: str):
-    """A tolerance without a unit takes the value's, one in per cent is a share of the value, and the law may be named."""
+def test_a_tolerance_follows_the_value_or_its_own_unit(
+    text: str, si: str, nominal: float, tolerance: float, law: str
+):
+    """A tolerance without a unit takes the value's, one in per cent is a share of the value, and
+    the law may be named.
+    """
     found = read_quantity(text, si)
     assert (found.nominal, found.tolerance) == (pytest.approx(nominal), pytest.approx(tolerance))
     assert found.law == law
@@ -109,7 +124,9 @@ def test_a_tolerance_follows_the_value_or_its_own_unit(text: str, si: str, nomin
     ],
 )
 def test_another_dimension_is_refused(text: str, si: str):
-    """A torque is no stiffness, an angle no plain number, a mass no force: the reader says which dimension was wanted."""
+    """A torque is no stiffness, an angle no plain number, a mass no force: the reader says which
+    dimension was wanted.
+    """
     with pytest.raises(UnitError, match="unit of"):
         read_quantity(text, si)
 
@@ -150,7 +167,9 @@ def test_another_dimension_is_refused(text: str, si: str):
     ],
 )
 def test_what_is_no_length_is_refused(text: str):
-    """Text that is not one finite number with one length unit raises UnitError, and nothing else."""
+    """Text that is not one finite number with one length unit raises UnitError, and nothing
+    else.
+    """
     with pytest.raises(UnitError):
         read_quantity(text, "m")
 
@@ -174,7 +193,9 @@ def test_what_is_no_length_is_refused(text: str):
 )
 @pytest.mark.parametrize("si", ["m", ""])
 def test_hostile_text_is_refused_at_once(text: str, si: str):
-    """No text, however long or nested, keeps the reader busy: it is refused within a fraction of a second."""
+    """No text, however long or nested, keeps the reader busy: it is refused within a fraction of a
+    second.
+    """
     read_quantity("1 mm", "m")  # the unit table is loaded once
     start = time.perf_counter()
     try:
@@ -185,14 +206,19 @@ def test_hostile_text_is_refused_at_once(text: str, si: str):
     assert time.perf_counter() - start < 0.5
 
 
-@given(st.text(alphabet="0123456789.eE+-±%°'\"µμ/*^·() mNradgksPGinoml_[],!@²٣", max_size=40), st.sampled_from(sorted(_UNITS_IN_WORDS)))
+@given(
+    st.text(alphabet="0123456789.eE+-±%°'\"µμ/*^·() mNradgksPGinoml_[],!@²٣", max_size=40),
+    st.sampled_from(sorted(_UNITS_IN_WORDS)),
+)
 @example("5 m·/m", "")
 @example("1 1/1/m", "")
 @example("5 %%", "")
 @example("5 N m /", "N m")
 @settings(deadline=None, max_examples=600)
 def test_any_text_is_a_quantity_or_a_unit_error(text: str, si: str):
-    """Whatever is typed, the reader gives a finite value with a tolerance that is not negative, or raises UnitError: nothing else comes out."""
+    """Whatever is typed, the reader gives a finite value with a tolerance that is not negative, or
+    raises UnitError: nothing else comes out.
+    """
     try:
         found = read_quantity(text, si)
     except UnitError:
@@ -217,8 +243,12 @@ UNITS = {
     st.sampled_from(["normal", "uniform"]),
 )
 @settings(deadline=None, max_examples=200)
-def test_what_is_written_is_read_again(pair: tuple[str, str], value: float, tolerance: float, law: str):
-    """A value and tolerance written in any unit come back as the same SI value: reading is value times factor, to the last digit but one."""
+def test_what_is_written_is_read_again(
+    pair: tuple[str, str], value: float, tolerance: float, law: str
+):
+    """A value and tolerance written in any unit come back as the same SI value: reading is value
+    times factor, to the last digit but one.
+    """
     si, unit = pair
     one = read_quantity(f"1 {unit}", si).nominal
     found = read_quantity(f"{value!r} {unit} ± {tolerance!r} {unit} ({law})", si)
@@ -256,9 +286,14 @@ def refusal(*, from_file: bool = False, **fields: object) -> str:
 
 
 def test_from_python_a_number_is_si_and_from_a_file_it_needs_a_unit():
-    """From Python 0.4 is 0.4 m; from a file a bare 0.4 is refused, since nobody knows of what; a share is a plain number in both."""
+    """From Python 0.4 is 0.4 m; from a file a bare 0.4 is refused, since nobody knows of what; a
+    share is a plain number in both.
+    """
     assert Sample(length=0.4).length == 0.4
-    assert Sample.model_validate({"length": "400 mm", "scatter": 0.1}, context={"text": True}).length == 0.4
+    assert (
+        Sample.model_validate({"length": "400 mm", "scatter": 0.1}, context={"text": True}).length
+        == 0.4
+    )
     assert "a number without a unit" in refusal(length=0.4, from_file=True)
 
 
@@ -282,8 +317,12 @@ def test_from_python_a_number_is_si_and_from_a_file_it_needs_a_unit():
         ({"length": [1.0]}, "not a quantity"),
     ],
 )
-def test_a_value_out_of_range_is_refused_with_what_was_expected(fields: dict[str, object], why: str):
-    """A field refuses what cannot be (negative play, soft nothing, infinite length) and says what it takes instead."""
+def test_a_value_out_of_range_is_refused_with_what_was_expected(
+    fields: dict[str, object], why: str
+):
+    """A field refuses what cannot be (negative play, soft nothing, infinite length) and says what
+    it takes instead.
+    """
     message = refusal(**fields)
     assert why in message
     assert "expected" in message
@@ -291,10 +330,19 @@ def test_a_value_out_of_range_is_refused_with_what_was_expected(fields: dict[str
 
 def test_a_field_says_what_it_takes():
     """A field states its dimension, its range and whether it takes a tolerance."""
-    assert Quantity("N m/rad", "1 N m/rad", above=0).expected == "angular stiffness (N m/arcmin, N m/rad), above zero"
-    assert Quantity("", "10 %", low=0, high=0.33).expected == "a plain number or per cent, zero or more, at most 0.33 (33 %)"
+    assert (
+        Quantity("N m/rad", "1 N m/rad", above=0).expected
+        == "angular stiffness (N m/arcmin, N m/rad), above zero"
+    )
+    assert (
+        Quantity("", "10 %", low=0, high=0.33).expected
+        == "a plain number or per cent, zero or more, at most 0.33 (33 %)"
+    )
     assert Quantity("", "2", low=1).expected == "a plain number, at least 1"
-    assert Quantity("m", "1 mm", toleranced=True).expected == "length (mm, µm, m, in), with or without ± tolerance"
+    assert (
+        Quantity("m", "1 mm", toleranced=True).expected
+        == "length (mm, µm, m, in), with or without ± tolerance"
+    )
 
 
 def test_the_schema_asks_for_text_with_a_unit():
@@ -307,19 +355,29 @@ def test_the_schema_asks_for_text_with_a_unit():
 
 @pytest.mark.parametrize(
     ("text", "law"),
-    [("400 mm ± 50 µm", "normal"), ("400 mm ± 50 µm (uniform)", "uniform"), ("400 mm ± 50 µm (normal without limits)", "normal without limits")],
+    [
+        ("400 mm ± 50 µm", "normal"),
+        ("400 mm ± 50 µm (uniform)", "uniform"),
+        ("400 mm ± 50 µm (normal without limits)", "normal without limits"),
+    ],
 )
 def test_a_word_behind_a_tolerance_is_its_distribution(text: str, law: str):
     """A length takes each distribution by its word in brackets, or with its value in a table."""
     field = Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)
     assert field(text) == Toleranced(0.4, pytest.approx(5e-5), law)
-    assert field({"value": "400 mm ± 50 µm", "law": law}) == Toleranced(0.4, pytest.approx(5e-5), law)
+    assert field({"value": "400 mm ± 50 µm", "law": law}) == Toleranced(
+        0.4, pytest.approx(5e-5), law
+    )
 
 
 def test_a_tolerance_takes_a_table():
     """Rows of value and probability stand beside the value, as shares of its tolerance."""
     field = Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)
-    assert field({"value": "400 mm ± 50 µm", "law": [[-1, 0], [0.2, 0.5], [1, 1]]}).law == ((-1.0, 0.0), (0.2, 0.5), (1.0, 1.0))
+    assert field({"value": "400 mm ± 50 µm", "law": [[-1, 0], [0.2, 0.5], [1, 1]]}).law == (
+        (-1.0, 0.0),
+        (0.2, 0.5),
+        (1.0, 1.0),
+    )
 
 
 @pytest.mark.parametrize(
@@ -340,15 +398,21 @@ def test_a_tolerance_takes_a_table():
     ],
 )
 def test_a_table_that_is_no_distribution_is_refused(value: object, why: str):
-    """A table that does not rise from probability 0 to 1, or a word that names none, says what is wrong with it."""
+    """A table that does not rise from probability 0 to 1, or a word that names none, says what is
+    wrong with it.
+    """
     with pytest.raises(PydanticCustomError, match=why):
         Quantity("m", "400 mm ± 50 µm", toleranced=True, any_law=True)(value)
 
 
 def test_a_play_has_limits():
-    """A play, a fit or a size is checked at its limits: a distribution without any is refused there."""
+    """A play, a fit or a size is checked at its limits: a distribution without any is refused
+    there.
+    """
     with pytest.raises(PydanticCustomError, match="limits must hold"):
-        Quantity("rad", "0.5 arcmin ± 0.2 arcmin", low=0, toleranced=True)("0.5 arcmin ± 0.2 arcmin (normal without limits)")
+        Quantity("rad", "0.5 arcmin ± 0.2 arcmin", low=0, toleranced=True)(
+            "0.5 arcmin ± 0.2 arcmin (normal without limits)"
+        )
 
 
 @given(
@@ -357,7 +421,9 @@ def test_a_play_has_limits():
 )
 @settings(deadline=None, max_examples=200)
 def test_every_table_that_is_taken_is_a_distribution(values: list[float], steps: list[float]):
-    """Whatever a table holds, it is refused, or its draws have mean zero, variance one, and stay within their bound."""
+    """Whatever a table holds, it is refused, or its draws have mean zero, variance one, and stay
+    within their bound.
+    """
     edges = [0.0]
     for step in steps[: len(values) - 1]:
         edges.append(edges[-1] + step)
@@ -372,9 +438,13 @@ def test_every_table_that_is_taken_is_a_distribution(values: list[float], steps:
     assert np.abs(table.quantile(u)).max() <= table.bound * (1 + 1e-12)
 
 
-@pytest.mark.parametrize("text", ["1.3 .. 3.0 GPa", "1.3..3 GPa", "1300 MPa .. 3 GPa", "1.3 GPa .. 3", " 1.3e0 ..3.GPa "])
+@pytest.mark.parametrize(
+    "text", ["1.3 .. 3.0 GPa", "1.3..3 GPa", "1300 MPa .. 3 GPa", "1.3 GPa .. 3", " 1.3e0 ..3.GPa "]
+)
 def test_a_range_has_a_unit_at_either_end(text: str):
-    """A range of a modulus has the geometric mean as its number, and one of a dimension the arithmetic mean."""
+    """A range of a modulus has the geometric mean as its number, and one of a dimension the
+    arithmetic mean.
+    """
     modulus = Quantity("Pa", "70 GPa", above=0, band="log-uniform")(text)
     assert isinstance(modulus, Band)
     assert (modulus.low, modulus.high) == (pytest.approx(1.3e9), pytest.approx(3e9))
@@ -385,7 +455,9 @@ def test_a_range_has_a_unit_at_either_end(text: str):
 
 def test_a_size_may_be_both_unknown_and_scattered():
     """A dimension takes a range of its nominal value, the tolerance of each part, or both."""
-    found = Quantity("m", "40 mm", above=0, toleranced=True, band="uniform")("12 .. 12.2 mm ± 0.05 mm")
+    found = Quantity("m", "40 mm", above=0, toleranced=True, band="uniform")(
+        "12 .. 12.2 mm ± 0.05 mm"
+    )
     assert isinstance(found, Toleranced)
     assert found == Toleranced(pytest.approx(0.0121), pytest.approx(5e-5))
     assert repr(found.nominal) == "Band(0.012, 0.012199999999999999, 'uniform')"

@@ -1,11 +1,14 @@
-"""Write z-arm.csv and z-arm-loads.csv: what a laser tracker would have read of one robot of examples/z-arm.toml, simulated by lostmotion itself.
+"""Write z-arm.csv and z-arm-loads.csv: what a laser tracker would have read of one robot of
+examples/z-arm.toml, simulated by lostmotion itself.
 
     python examples/measured/make.py visits > examples/measured/z-arm.csv
     python examples/measured/make.py loads > examples/measured/z-arm-loads.csv
 
-One robot, built with another seed than a study's, in a cube of 500 mm, with the standard's order of poses. The first file: P1 to P5, 30 cycles, and
-P1, P2, P4 from three sides, at the full payload. The second: at 100 % and at 10 % of it P1 to P5, 30 cycles, and the line from P2 to P4, 10 cycles,
-read about every 36 mm. Every reading is off by 5 µm (standard deviation, each coordinate), and base and tool frame are known only to
+One robot, built with another seed than a study's, in a cube of 500 mm, with the standard's order of
+poses. The first file: P1 to P5, 30 cycles, and P1, P2, P4 from three sides, at the full payload.
+The second: at 100 % and at 10 % of it P1 to P5, 30 cycles, and the line from P2 to P4, 10 cycles,
+read about every 36 mm. Every reading is off by 5 µm (standard deviation, each coordinate), and base
+and tool frame are known only to
 about 0.1 mm.
 """
 
@@ -16,7 +19,12 @@ import numpy as np
 
 import lostmotion
 from lostmotion.analyses.iso9283.cube import NAMES, Cube, cube_from_arguments
-from lostmotion.analyses.iso9283.joint_motion import cycle_approach, path_approach, path_poses, side_approach
+from lostmotion.analyses.iso9283.joint_motion import (
+    cycle_approach,
+    path_approach,
+    path_poses,
+    side_approach,
+)
 from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, with_payload_share
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.propagation.exact import draws_of
@@ -25,15 +33,26 @@ from lostmotion.spatial import pose_of
 SEED, ROBOT, VISITS, CYCLES, READING = 2026, 4, 30, 10, 5e-6
 ORDER = (4, 3, 2, 1, 0)
 FRAME = pose_of((1e-4, -8e-5, 5e-5), (1e-4, -5e-5, 1e-4))
-# Places along the path at which the robot has its own error, linear between them; each cycle is read there, within a share of their distance.
+# Places along the path at which the robot has its own error, linear between them; each cycle is
+# read there, within a share of their distance.
 PLACES, BESIDE = 20, 0.03
 
 
-def visited(arm: lostmotion.Arm, q: np.ndarray, approach: np.ndarray, first: int, visits: int = VISITS) -> np.ndarray:
+def visited(
+    arm: lostmotion.Arm, q: np.ndarray, approach: np.ndarray, first: int, visits: int = VISITS
+) -> np.ndarray:
     """Return the errors (pose, visit, 3) of the one robot, m."""
     matrix = screws(arm, q, approach=approach)
     numbers = np.arange(visits)
-    return np.stack([(matrix.tool[k, 3:] @ draws_of(matrix, k, SEED, first + k, np.full(visits, ROBOT), numbers)).T for k in range(len(q))])
+    return np.stack(
+        [
+            (
+                matrix.tool[k, 3:]
+                @ draws_of(matrix, k, SEED, first + k, np.full(visits, ROBOT), numbers)
+            ).T
+            for k in range(len(q))
+        ]
+    )
 
 
 def read(at: np.ndarray, readings: np.random.Generator) -> str:
@@ -52,10 +71,18 @@ def of_visits(arm: lostmotion.Arm, cube: Cube) -> None:
     command, readings = cube.poses[:, :3, 3], np.random.default_rng(SEED)
     arrives, _ = cycle_approach(cube.q)
     errors = visited(arm, cube.q, arrives, 0)
-    rows = [(NAMES[k], cycle + 1, "", k, errors[k, cycle]) for cycle in range(VISITS) for k in ORDER]
+    rows = [
+        (NAMES[k], cycle + 1, "", k, errors[k, cycle]) for cycle in range(VISITS) for k in ORDER
+    ]
     for k in FROM_THREE_SIDES:
-        errors = visited(arm, np.tile(cube.q[k], (3, 1)), side_approach(arm, cube, k, arrives[k]), 100 + 3 * k)
-        rows += [(NAMES[k], visit + 1, "xyz"[side], k, errors[side, visit]) for side in range(3) for visit in range(VISITS)]
+        errors = visited(
+            arm, np.tile(cube.q[k], (3, 1)), side_approach(arm, cube, k, arrives[k]), 100 + 3 * k
+        )
+        rows += [
+            (NAMES[k], visit + 1, "xyz"[side], k, errors[side, visit])
+            for side in range(3)
+            for visit in range(VISITS)
+        ]
     print("pose,cycle,side,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]")
     for name, cycle, side, k, error in rows:
         print(f"{name},{cycle},{side},{read(command[k] + error, readings)},{stated(command[k])}")
@@ -73,21 +100,35 @@ def of_loads(arm: lostmotion.Arm, cube: Cube) -> None:
         errors = visited(loaded, cube.q, arrives, 200 + 100 * number)
         for cycle in range(VISITS):
             for k in ORDER:
-                print(f"{NAMES[k]},,{cycle + 1},{100 * load:g},{read(command[k] + errors[k, cycle], readings)},{stated(command[k])}")
-        errors = visited(loaded, q, path_approach(q, arrives[DISTANCE[0]]), 400 + 100 * number, CYCLES)
+                print(
+                    f"{NAMES[k]},,{cycle + 1},{100 * load:g},{read(command[k] + errors[k, cycle], readings)},{stated(command[k])}"  # noqa: E501
+                )
+        errors = visited(
+            loaded, q, path_approach(q, arrives[DISTANCE[0]]), 400 + 100 * number, CYCLES
+        )
         places = np.linspace(0, 1, PLACES)
         for cycle in range(CYCLES):
             for way in places + readings.uniform(-BESIDE, BESIDE, PLACES) / (PLACES - 1):
                 error = [np.interp(way, places, errors[:, cycle, axis]) for axis in range(3)]
-                print(f",P2-P4,{cycle + 1},{100 * load:g},{read(line[0] + way * (line[1] - line[0]) + error, readings)},,,")
+                print(
+                    f",P2-P4,{cycle + 1},{100 * load:g},{read(line[0] + way * (line[1] - line[0]) + error, readings)},,,"  # noqa: E501
+                )
 
 
 def main() -> None:
     """Print the file asked for."""
     arm = lostmotion.read(Path(__file__).parents[1] / "z-arm.toml")
-    print("# Simulated, not measured: one robot of examples/z-arm.toml, written by examples/measured/make.py with lostmotion itself.")
-    print("# Readings off by 5 µm (standard deviation of each coordinate); base frame off by about 0.1 mm.")
-    {"visits": of_visits, "loads": of_loads}[sys.argv[1]](arm, cube_from_arguments(arm, np.array([0.52, 0.0, 1.05]), 0.5))
+    print(
+        "# Simulated, not measured: one robot of examples/z-arm.toml, written by "
+        "examples/measured/make.py with lostmotion itself."
+    )
+    print(
+        "# Readings off by 5 µm (standard deviation of each coordinate); base frame off by "
+        "about 0.1 mm."
+    )
+    {"visits": of_visits, "loads": of_loads}[sys.argv[1]](
+        arm, cube_from_arguments(arm, np.array([0.52, 0.0, 1.05]), 0.5)
+    )
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""Every number that the paper prints: as printed, corrected, and as lostmotion finds it for the same arm.
+"""Every number that the paper prints: as printed, corrected, and as lostmotion finds it for the
+same arm.
 
     python examples/paper/run.py            print the comparison (about ten seconds)
     python examples/paper/run.py --readme   write it into README.md as well
 
-"as printed" and "corrected" come from paper_method.py, which knows nothing of lostmotion; the last column comes from lostmotion's engine on
-z-arm-lumped.toml.
+"as printed" and "corrected" come from paper_method.py, which knows nothing of lostmotion; the last
+column comes from lostmotion's engine on z-arm-lumped.toml.
 """
 
 from __future__ import annotations
@@ -39,31 +40,45 @@ STUDIES = ((125, 8), (1250, 8), (6250, 16), (15_625, 64), (20_000, 500))
 BEGIN, END = "<!-- what run.py prints -->", "<!-- end of what run.py prints -->"
 
 NOTES = (
-    "[1] Eqs. (2), (3), assumed weights. The total is no moment on a level chassis but the largest over its tilts: `worst_torques_over_tilts`.",
     (
-        "[2] 0.00066 rad = 2.2689′, printed as 2.26′. What turns the disc is the displacement field, or in a catalogue the stiffness: "
+        "[1] Eqs. (2), (3), assumed weights. The total is no moment on a level chassis but the "
+        "largest over its tilts: `worst_torques_over_tilts`."
+    ),
+    (
+        "[2] 0.00066 rad = 2.2689′, printed as 2.26′. What turns the disc is the displacement "
+        "field, or in a catalogue the stiffness: "
         "the one given winds up by 2.2689′ under Ma, links in line."
     ),
-    "[3] At 3 % of the rated torque. Lost motion = play + twice the wind-up there; lostmotion for 412 N m and 113 N m/arcmin, assumed.",
     (
-        "[4] Assumed weights, BC and CD level and in line, tube with a wall of a twentieth of its diameter, 70 GPa. Eq. (6) as printed gives "
-        "another number in other units. lostmotion's link is a Timoshenko beam: shear adds to the deflection but not to the slope."
+        "[3] At 3 % of the rated torque. Lost motion = play + twice the wind-up there; lostmotion "
+        "for 412 N m and 113 N m/arcmin, assumed."
+    ),
+    (
+        "[4] Assumed weights, BC and CD level and in line, tube with a wall of a twentieth of "
+        "its diameter, 70 GPa. Eq. (6) as printed gives "
+        "another number in other units. lostmotion's link is a Timoshenko beam: shear adds to "
+        "the deflection but not to the slope."
     ),
     "[5] The paper allows 0.5′ and adds up 0.00177′ without saying for which section and load.",
     (
-        "[6] The rounded parts add to 3.26177′; with the unrounded 2.2689′ the sum is 3.2707′, which is the paper's 3.27′. "
+        "[6] The rounded parts add to 3.26177′; with the unrounded 2.2689′ the sum is "
+        "3.2707′, which is the paper's 3.27′. "
         "lostmotion: mean ± half-range of the law, for the stated 3.27′."
     ),
     "Offsets along the chassis in the first two columns, across the joints' axes in lostmotion's.",
     "[8] The extremes of a sample mean nothing without its size; see below.",
     (
-        "[9] Output stage of examples/gearbox/two-stage-lobes.toml, all dimensions assumed, under Ma, links in line: its largest equivalent strain "
-        "read as an angle, and its own rotation, plane strain. Both branches of the envelope; needs the extra `fem`."
+        "[9] Output stage of examples/gearbox/two-stage-lobes.toml, all dimensions assumed, "
+        "under Ma, links in line: its largest equivalent strain "
+        "read as an angle, and its own rotation, plane strain. Both branches of the envelope; "
+        "needs the extra `fem`."
     ),
 )
 PROPERTIES = (
-    "Properties of the assumed geometry and weights, not of the paper: the moments, the tube, all deviations and their quantiles. Properties of the "
-    "method alone: 2.2689′, 3.26177′, 3.2707′, ±30 µm, the tilt of 4.13′, and what is wrong with each formula."
+    "Properties of the assumed geometry and weights, not of the paper: the moments, the tube, "
+    "all deviations and their quantiles. Properties of the "
+    "method alone: 2.2689′, 3.26177′, 3.2707′, ±30 µm, the tilt of 4.13′, and what is wrong "
+    "with each formula."
 )
 
 # Poses of the drawing: all links in line with OA, and Fig. 5 (CD pointing down).
@@ -74,7 +89,9 @@ LEVEL = np.radians([[0.0, 180.0, 135.0, 180.0]])
 
 
 def arm_with(joint: str | None = None, **parts: Any) -> lostmotion.Arm:  # noqa: ANN401 - parts as a file states them
-    """Read the arm; where `joint` is named, that joint gets `parts` and no joint its lumped error."""
+    """Read the arm; where `joint` is named, that joint gets `parts` and no joint its lumped
+    error.
+    """
     if joint is None:
         return lostmotion.read(ARM_FILE)
     described = tomllib.loads(ARM_FILE.read_text("utf-8"))
@@ -103,8 +120,12 @@ def corrected_deviations() -> paper.Floats:
 
 @cache
 def studied(poses: int, robots: int) -> lostmotion.Study:
-    """Run lostmotion on the same arm: the paper's law of poses, one visit each, so that every sample is a fresh draw."""
-    return lostmotion.study(arm_with(), poses=poses, robots=robots, visits=1, seed=SEED, pose_law="normal")
+    """Run lostmotion on the same arm: the paper's law of poses, one visit each, so that every
+    sample is a fresh draw.
+    """
+    return lostmotion.study(
+        arm_with(), poses=poses, robots=robots, visits=1, seed=SEED, pose_law="normal"
+    )
 
 
 def error_figures(study: lostmotion.Study) -> dict[str, dict[str, Any]]:
@@ -119,12 +140,22 @@ def smallest_and_largest(study: lostmotion.Study) -> tuple[float, float]:
     return float(bin_edges()[np.flatnonzero(counts)[0]]), float(study.sampled.per_pose[:, 3].max())
 
 
-def part_screws(arm: lostmotion.Arm, q: paper.Floats, owner: str) -> dict[str, tuple[paper.Floats, float]]:
-    """Return a part's terms at one pose in its own frame: name -> screw (6,) per unit draw, and the largest draw."""
+def part_screws(
+    arm: lostmotion.Arm, q: paper.Floats, owner: str
+) -> dict[str, tuple[paper.Floats, float]]:
+    """Return a part's terms at one pose in its own frame: name -> screw (6,) per unit draw, and the
+    largest draw.
+    """
     matrix = lostmotion.screws(arm, q)
     # Without what friction changes from robot to robot: no load is near it here.
-    mine = [(k, info) for k, info in enumerate(matrix.infos) if info.owner == owner and info.closing is None]
-    return {info.name.removeprefix(owner + "."): (matrix.local[0, :, k], info.bound) for k, info in mine}
+    mine = [
+        (k, info)
+        for k, info in enumerate(matrix.infos)
+        if info.owner == owner and info.closing is None
+    ]
+    return {
+        info.name.removeprefix(owner + "."): (matrix.local[0, :, k], info.bound) for k, info in mine
+    }
 
 
 def arcmin(value: float, digits: int = 4) -> str:
@@ -150,9 +181,20 @@ def moment_rows() -> Rows:
     arm, z_arm, weights = arm_with(), paper.ZArm(), paper.Weights()
     rows: Rows = []
     for name, q in (("links in line", STRAIGHT), ("pose as in Fig. 5", DRAWN)):
-        printed, corrected = (float(paper.static_moment(z_arm, weights, q, reading)[2][0]) for reading in ("printed", "corrected"))
+        printed, corrected = (
+            float(paper.static_moment(z_arm, weights, q, reading)[2][0])
+            for reading in ("printed", "corrected")
+        )
         ours = float(lostmotion.worst_torques_over_tilts(arm, q)[0, 1])
-        rows.append((f"moment Ma at A, {name} [1]", "no value", f"{printed:.2f} N m", f"{corrected:.2f} N m", f"{ours:.2f} N m"))
+        rows.append(
+            (
+                f"moment Ma at A, {name} [1]",
+                "no value",
+                f"{printed:.2f} N m",
+                f"{corrected:.2f} N m",
+                f"{ours:.2f} N m",
+            )
+        )
     return rows
 
 
@@ -162,33 +204,77 @@ def transmission_rows() -> Rows:
     torque = float(lostmotion.worst_torques_over_tilts(arm_with(), STRAIGHT)[0, 1])
     boxed = arm_with("A", gearbox={"backlash": "0.5 arcmin", "transmission_error": "0.5 arcmin"})
     terms = part_screws(boxed, STRAIGHT, "joints.A.gearbox")
-    play = sum(abs(float(screw[1])) * bound for name, (screw, bound) in terms.items() if "transmission" not in name)
-    amplitude = math.hypot(*(float(screw[1]) * math.sqrt(2) for name, (screw, _) in terms.items() if "transmission" in name))
+    play = sum(
+        abs(float(screw[1])) * bound
+        for name, (screw, bound) in terms.items()
+        if "transmission" not in name
+    )
+    amplitude = math.hypot(
+        *(
+            float(screw[1]) * math.sqrt(2)
+            for name, (screw, _) in terms.items()
+            if "transmission" in name
+        )
+    )
     reducer = {"lost_motion": "1 arcmin", "rated_torque": "412 N m", "stiffness": "113 N m/arcmin"}
     terms = part_screws(arm_with("A", gearbox=reducer), STRAIGHT, "joints.A.gearbox")
-    dead = sum(abs(float(screw[1])) * bound for name, (screw, bound) in terms.items() if name.startswith("backlash"))
+    dead = sum(
+        abs(float(screw[1])) * bound
+        for name, (screw, bound) in terms.items()
+        if name.startswith("backlash")
+    )
     return [
-        ("transmission, from a strain of 0.00066 [2]", "2.26′", f"{read:.4f}′", "a strain is no rotation", f"Ma on {torque / read:.1f} N m/arcmin"),
+        (
+            "transmission, from a strain of 0.00066 [2]",
+            "2.26′",
+            f"{read:.4f}′",
+            "a strain is no rotation",
+            f"Ma on {torque / read:.1f} N m/arcmin",
+        ),
         *element_rows(torque),
-        ("backlash", "0.3 to 0.5′", "0 to 0.5′", "±0.25′ about its middle", f"±{arcmin(play / ARCMIN)}"),
-        ("lost motion, catalogue [3]", "1′ at most", "not used", "play and wind-up", f"±{arcmin(dead / ARCMIN, 3)} of it play"),
-        ("manufacture", "0.5′", "0 to 0.5′", "±0.25′ if peak to peak", f"±{arcmin(amplitude / ARCMIN)}"),
+        (
+            "backlash",
+            "0.3 to 0.5′",
+            "0 to 0.5′",
+            "±0.25′ about its middle",
+            f"±{arcmin(play / ARCMIN)}",
+        ),
+        (
+            "lost motion, catalogue [3]",
+            "1′ at most",
+            "not used",
+            "play and wind-up",
+            f"±{arcmin(dead / ARCMIN, 3)} of it play",
+        ),
+        (
+            "manufacture",
+            "0.5′",
+            "0 to 0.5′",
+            "±0.25′ if peak to peak",
+            f"±{arcmin(amplitude / ARCMIN)}",
+        ),
     ]
 
 
 def element_rows(torque: float) -> Rows:
-    """Compare strain read as an angle with the rotation of the same stage, by finite elements of a drive of assumed dimensions."""
+    """Compare strain read as an angle with the rotation of the same stage, by finite elements of a
+    drive of assumed dimensions.
+    """
     name = "transmission, finite elements [9]"
     if importlib.util.find_spec("ngsolve") is None:
         return [(name, "2.26′", "pip install 'lostmotion[fem]'", "", "")]
     gearbox = read_gearbox(HERE.parent / "gearbox" / "two-stage-lobes.toml", None).part
     (found,) = finite_elements(gearbox.model_copy(update={"first_stage": None}), torque)
     rotation = f"{found.rotation[0, -1] / ARCMIN:.2f}′ of rotation"
-    return [(name, "2.26′", f"{found.strain[-1] / ARCMIN:.1f}′", "a strain is no rotation", rotation)]
+    return [
+        (name, "2.26′", f"{found.strain[-1] / ARCMIN:.1f}′", "a strain is no rotation", rotation)
+    ]
 
 
 def link_rows() -> Rows:
-    """Compare the limits of condition (4) with eqs. (6) and (7): link BC, sized so that the limits just hold."""
+    """Compare the limits of condition (4) with eqs. (6) and (7): link BC, sized so that the limits
+    just hold.
+    """
     z_arm, w = paper.ZArm(), paper.Weights()
     length, next_length = z_arm.lengths[2:]
     force = w.node_c + w.link4 + w.node_d + w.payload
@@ -213,16 +299,44 @@ def link_rows() -> Rows:
     outer = (64 * stiffness / young / (math.pi * (1 - hollow**4))) ** 0.25
     wall = outer * (1 - hollow) / 2
     sized = arm_with(
-        "B", link={"section": {"kind": "tube", "outer": outer, "wall": wall}, "material": {"young": young, "poisson": 0.33, "density": 2700.0}}
+        "B",
+        link={
+            "section": {"kind": "tube", "outer": outer, "wall": wall},
+            "material": {"young": young, "poisson": 0.33, "density": 2700.0},
+        },
     )
-    bent = np.sum([screw for screw, _ in part_screws(sized, LEVEL, "joints.B.link").values()], axis=0)
+    bent = np.sum(
+        [screw for screw, _ in part_screws(sized, LEVEL, "joints.B.link").values()], axis=0
+    )
     slopes = slope / ARCMIN, abs(float(bent[1])) / ARCMIN
     deflections = deflection, float(np.hypot(bent[4], bent[5]))
     return [
-        ("link BC at its limit [θ], slope [4]", "0.5′", f"{by_unit[0]:.3f}′ in m, {by_unit[1]:.1f}′ in mm", *(f"{x:.4f}′" for x in slopes)),
-        ("link BC, deflection, limit l/2500", mm(length * paper.DEFLECTION_LIMIT), "no length", *(mm(x) for x in deflections)),
-        ("link BC, tube that just holds it", "no value", "", f"E I = {stiffness / 1e3:.1f} kN m²", f"Ø {outer * 1e3:.1f} x {wall * 1e3:.1f} mm"),
-        ("link, slope in the sum [5]", "0.00177′", "0.00177′", f"E I would be {slope / ARCMIN / paper.LINK_ARCMIN:.0f} times that", ""),
+        (
+            "link BC at its limit [θ], slope [4]",
+            "0.5′",
+            f"{by_unit[0]:.3f}′ in m, {by_unit[1]:.1f}′ in mm",
+            *(f"{x:.4f}′" for x in slopes),
+        ),
+        (
+            "link BC, deflection, limit l/2500",
+            mm(length * paper.DEFLECTION_LIMIT),
+            "no length",
+            *(mm(x) for x in deflections),
+        ),
+        (
+            "link BC, tube that just holds it",
+            "no value",
+            "",
+            f"E I = {stiffness / 1e3:.1f} kN m²",
+            f"Ø {outer * 1e3:.1f} x {wall * 1e3:.1f} mm",
+        ),
+        (
+            "link, slope in the sum [5]",
+            "0.00177′",
+            "0.00177′",
+            f"E I would be {slope / ARCMIN / paper.LINK_ARCMIN:.0f} times that",
+            "",
+        ),
     ]
 
 
@@ -231,9 +345,16 @@ def input_rows() -> Rows:
     lumped = part_screws(arm_with(), STRAIGHT, "joints.A.lumped")
     mean, (spread, bound) = float(lumped["mean angle"][0][1]), lumped["angle"]
     half = float(spread[1]) * bound
-    shift = max(float(np.abs(screw[3:]).max()) * limit for name, (screw, limit) in lumped.items() if name.startswith("offset"))
+    shift = max(
+        float(np.abs(screw[3:]).max()) * limit
+        for name, (screw, limit) in lumped.items()
+        if name.startswith("offset")
+    )
     mean, half, um = mean / ARCMIN, half / ARCMIN, paper.CLEARANCE / 2 * 1e6
-    rounded, unrounded = paper.sum_of_maxima(paper.TRANSMISSION_ARCMIN), paper.sum_of_maxima(paper.strain_read_as_angle())
+    rounded, unrounded = (
+        paper.sum_of_maxima(paper.TRANSMISSION_ARCMIN),
+        paper.sum_of_maxima(paper.strain_read_as_angle()),
+    )
     return [
         (
             "largest angle per joint, the sum [6]",
@@ -242,7 +363,13 @@ def input_rows() -> Rows:
             f"{unrounded:.4f}′",
             f"{mean:.3f}′ ± {half:.3f}′, to {mean + half:.2f}′",
         ),
-        ("bearing offset, half of 60 µm", "±30 µm", f"±{um:.0f} µm", f"±{um:.0f} µm", f"±{shift * 1e6:.0f} µm"),
+        (
+            "bearing offset, half of 60 µm",
+            "±30 µm",
+            f"±{um:.0f} µm",
+            f"±{um:.0f} µm",
+            f"±{shift * 1e6:.0f} µm",
+        ),
     ]
 
 
@@ -256,23 +383,53 @@ def deviation_rows() -> Rows:
 
     def mean_of(values: paper.Floats) -> str:
         half = 1.96 * float(values.std()) / math.sqrt(len(values))
-        return bracket(float(values.mean()), float(values.mean()) - half, float(values.mean()) + half)
+        return bracket(
+            float(values.mean()), float(values.mean()) - half, float(values.mean()) + half
+        )
 
     def figure(label: str) -> str:
         f = figures[label]
         return f"{f['value']:.4f} ({f['interval'][0]:.4f} … {f['interval'][1]:.4f}) mm"
 
-    rows: Rows = [("deviation, mean [7]", "no value", mean_of(printed), mean_of(corrected), figure("mean"))]
+    rows: Rows = [
+        ("deviation, mean [7]", "no value", mean_of(printed), mean_of(corrected), figure("mean"))
+    ]
     ordered = np.sort(printed), np.sort(corrected)
     for level in (0.5, 0.95, 0.99):
         both = (bracket(*paper.quantile_with_interval(values, level)) for values in ordered)
         label = f"{100 * level:.0f}th percentile"
         rows.append((f"deviation, {label}", "no value", *both, figure(label)))
     least, most = smallest_and_largest(ours)
-    at = [f" of {count(n)}" for n in (len(printed), len(corrected), STUDIES[-1][0] * STUDIES[-1][1])]
-    rows.append(("largest deviation [8]", "0.91 mm", mm(float(printed.max())) + at[0], mm(float(corrected.max())) + at[1], mm(most) + at[2]))
-    rows.append(("smallest deviation [8]", "0.03625 mm", mm(float(printed.min())) + at[0], mm(float(corrected.min())) + at[1], mm(least) + at[2]))
-    rows.append(("everything at its limit at once, worst pose", "no value", "", "", mm(float(ours.sampled.worst.max()))))
+    at = [
+        f" of {count(n)}" for n in (len(printed), len(corrected), STUDIES[-1][0] * STUDIES[-1][1])
+    ]
+    rows.append(
+        (
+            "largest deviation [8]",
+            "0.91 mm",
+            mm(float(printed.max())) + at[0],
+            mm(float(corrected.max())) + at[1],
+            mm(most) + at[2],
+        )
+    )
+    rows.append(
+        (
+            "smallest deviation [8]",
+            "0.03625 mm",
+            mm(float(printed.min())) + at[0],
+            mm(float(corrected.min())) + at[1],
+            mm(least) + at[2],
+        )
+    )
+    rows.append(
+        (
+            "everything at its limit at once, worst pose",
+            "no value",
+            "",
+            "",
+            mm(float(ours.sampled.worst.max())),
+        )
+    )
     return rows
 
 
@@ -281,7 +438,10 @@ def extremes_rows() -> Rows:
     rows: Rows = []
     for poses, robots in STUDIES:
         n = poses * robots
-        cells = [f"{v[:n].min() * 1e3:.5f} / {v[:n].max() * 1e3:.3f}" if n <= len(v) else "" for v in (printed_deviations(), corrected_deviations())]
+        cells = [
+            f"{v[:n].min() * 1e3:.5f} / {v[:n].max() * 1e3:.3f}" if n <= len(v) else ""
+            for v in (printed_deviations(), corrected_deviations())
+        ]
         least, most = smallest_and_largest(studied(poses, robots))
         rows.append((count(n), "", *cells, f"{least * 1e3:.5f} / {most * 1e3:.3f}"))
     return [("not printed", "0.03625 / 0.91", "", "", ""), *rows]
@@ -291,10 +451,15 @@ def tilt_note() -> str:
     """Return a note on the effect of the same 60 µm when they tilt an axis."""
     tilting = arm_with("O", bearing={"kind": "rolling", "clearance": "60 µm", "span": "50 mm"})
     matrix = lostmotion.screws(tilting, LEVEL)
-    tilt, moved = float(np.linalg.norm(matrix.bias[0, :3])) / ARCMIN, float(np.linalg.norm(matrix.bias[0, 3:]))
+    tilt, moved = (
+        float(np.linalg.norm(matrix.bias[0, :3])) / ARCMIN,
+        float(np.linalg.norm(matrix.bias[0, 3:])),
+    )
     return (
-        f"And the offset is the small part of it: the same 60 µm in two bearings 50 mm apart let the axis tilt by {tilt:.2f}′, more than the whole "
-        f"{paper.JOINT_ARCMIN}′. lostmotion's bearing at O, tilted by the arm's weight at BC and CD level, moves the tool by {mm(moved)}."
+        "And the offset is the small part of it: the same 60 µm in two bearings 50 mm apart "
+        f"let the axis tilt by {tilt:.2f}′, more than the whole "
+        f"{paper.JOINT_ARCMIN}′. lostmotion's bearing at O, tilted by the arm's weight at BC "
+        f"and CD level, moves the tool by {mm(moved)}."
     )
 
 
@@ -303,10 +468,13 @@ def extremes_note() -> str:
     values = corrected_deviations()
     above, below = float((values > paper.LARGEST).mean()), float((values < paper.SMALLEST).mean())
     return (
-        f"By the corrected formulas {above * 1e6:.0f} samples in a million lie above 0.91 mm and {below * 1e6:.0f} below 0.03625 mm: "
-        f"an even chance to see a largest of 0.91 mm takes about {math.log(2) / above:.0f} samples, a smallest of 0.03625 mm about "
+        f"By the corrected formulas {above * 1e6:.0f} samples in a million lie above 0.91 mm "
+        f"and {below * 1e6:.0f} below 0.03625 mm: "
+        f"an even chance to see a largest of 0.91 mm takes about {math.log(2) / above:.0f} "
+        "samples, a smallest of 0.03625 mm about "
         f"{math.log(2) / below:.0f}. "
-        "Under a law that reaches down to zero the smallest tends to zero as samples are added, whatever the arm: it reflects the "
+        "Under a law that reaches down to zero the smallest tends to zero as samples are "
+        "added, whatever the arm: it reflects the "
         "number of samples, not the accuracy of the arm."
     )
 
@@ -314,8 +482,13 @@ def extremes_note() -> str:
 def markdown(header: tuple[str, ...], rows: Rows) -> str:
     """Lay rows out as a Markdown table that reads well as plain text too."""
     widths = [max(len(row[k]) for row in (header, *rows)) for k in range(len(header))]
-    lines = ["| " + " | ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) + " |" for row in (header, *rows)]
-    return "\n".join([lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]])
+    lines = [
+        "| " + " | ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) + " |"
+        for row in (header, *rows)
+    ]
+    return "\n".join(
+        [lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]]
+    )
 
 
 def report() -> str:
@@ -324,8 +497,10 @@ def report() -> str:
     table = [*moment_rows(), *transmission_rows(), *link_rows(), *input_rows(), *deviation_rows()]
     big = STUDIES[-1]
     sizes = (
-        f"As printed: {count(PRINTED_SAMPLES)} samples, corrected: {count(CORRECTED_SAMPLES)}, a fresh pose each; "
-        f"lostmotion: {big[0]} poses x {big[1]} robots, its interval counts robots and sets of poses."
+        f"As printed: {count(PRINTED_SAMPLES)} samples, corrected: {count(CORRECTED_SAMPLES)}, "
+        "a fresh pose each; "
+        f"lostmotion: {big[0]} poses x {big[1]} robots, its interval counts robots and sets of "
+        "poses."
     )
     notes = [*NOTES[:6], f"[7] 95 % intervals. {sizes} {NOTES[6]}", *NOTES[7:]]
     return "\n".join(

@@ -1,6 +1,7 @@
 """Public names with their homes: the questions, reading, their results, then the pieces in between, then what can go wrong."""
 
 # isort: off
+# fmt: off
 from lostmotion.analyses.accuracy.command import study as study
 from lostmotion.analyses.workspace_map.command import map as map
 from lostmotion.analyses.iso9283.command import iso9283 as iso9283

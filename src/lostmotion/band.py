@@ -7,18 +7,21 @@ from typing import Literal, Self, TypeAlias
 
 from lostmotion.unit_registry import UnitError
 
-# Distribution of a value that is unknown between two limits: every value, or every factor, is equally probable.
+# Distribution of a value that is unknown between two limits: every value, or every factor, is
+# equally probable.
 BandLaw: TypeAlias = Literal["uniform", "log-uniform"]
 
 
 class Band(float):
-    """A value that is unknown between two limits, as "1.3 .. 3.0 GPa" states it. As a number it is the middle of the range.
+    """A value that is unknown between two limits, as "1.3 .. 3.0 GPa" states it. As a number it is
+    the middle of the range.
 
     low, high  the limits, in SI
-    law        "uniform", with the arithmetic mean as the middle, or "log-uniform", with the geometric mean
+    law        "uniform", with the arithmetic mean as the middle, or "log-uniform", with the
+               geometric mean
 
-    Ignorance, not scatter: the value is the same for all gearboxes or robots of a study, whereas ± differs from one to the next. A field that takes
-    ranges (`Quantity.band`) sets the law.
+    Ignorance, not scatter: the value is the same for all gearboxes or robots of a study, whereas ±
+    differs from one to the next. A field that takes ranges (`Quantity.band`) sets the law.
     """
 
     __slots__ = ("high", "law", "low")
@@ -27,7 +30,9 @@ class Band(float):
     law: BandLaw
 
     def __new__(cls, low: float, high: float, law: BandLaw = "uniform") -> Self:
-        """Build the range. Raises UnitError for limits that do not rise, are not finite, or, of a log-uniform one, not above zero."""
+        """Build the range. Raises UnitError for limits that do not rise, are not finite, or, of a
+        log-uniform one, not above zero.
+        """
         low, high = float(low), float(high)
         if not (math.isfinite(low) and math.isfinite(high)):
             raise UnitError("not a finite number")
@@ -35,7 +40,9 @@ class Band(float):
             raise UnitError("a range a .. b whose ends do not rise")
         if law == "log-uniform" and low <= 0:
             raise UnitError("out of range")
-        out = super().__new__(cls, math.sqrt(low) * math.sqrt(high) if law == "log-uniform" else low / 2 + high / 2)
+        out = super().__new__(
+            cls, math.sqrt(low) * math.sqrt(high) if law == "log-uniform" else low / 2 + high / 2
+        )
         out.low, out.high, out.law = low, high, law
         return out
 
@@ -46,7 +53,9 @@ class Band(float):
         return self.low + share * (self.high - self.low)
 
     def __repr__(self) -> str:
-        """Return the range; two bands with one middle differ here, though they are equal as numbers."""
+        """Return the range; two bands with one middle differ here, though they are equal as
+        numbers.
+        """
         return f"Band({self.low!r}, {self.high!r}, {self.law!r})"
 
     def __reduce__(self) -> tuple[type[Self], tuple[float, float, BandLaw]]:

@@ -1,8 +1,9 @@
 """Compiled kernels on the disk, so that the next run need not compile them.
 
-Numba's own cache compares the time of the file of a function alone: after a change of a constant in another file it returns the old code, and a
-damaged file stops it. Here the folder is named by a hash of all source that a kernel can see and of the versions that compile it, and each file
-contains a checksum of its key and content. A file that does not match is compiled again and replaced.
+Numba's own cache compares the time of the file of a function alone: after a change of a constant in
+another file it returns the old code, and a damaged file stops it. Here the folder is named by a
+hash of all source that a kernel can see and of the versions that compile it, and each file contains
+a checksum of its key and content. A file that does not match is compiled again and replaced.
 """
 
 from __future__ import annotations
@@ -23,17 +24,22 @@ from lostmotion.source_hash import is_unchanged, source_hash
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-# Number of folders above which the least recently used are deleted: a version of the package has one for each layer with kernels.
+# Number of folders above which the least recently used are deleted: a version of the package has
+# one for each layer with kernels.
 _MOST: Final = 24
 
 
 class KernelCache:
-    """Compiled forms of one function, in the way that Numba's dispatcher asks for them. Whatever cannot be read or written is compiled each time."""
+    """Compiled forms of one function, in the way that Numba's dispatcher asks for them. Whatever
+    cannot be read or written is compiled each time.
+    """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         """Take the Python function, which is one of this package."""
         self._function = function
-        self._about = f"{function.__module__}.{function.__qualname__}:{function.__code__.co_firstlineno}"
+        self._about = (
+            f"{function.__module__}.{function.__qualname__}:{function.__code__.co_firstlineno}"
+        )
         self._layer = function.__module__.split(".")[1]
 
     @property
@@ -81,17 +87,25 @@ class KernelCache:
         from numba.core.serialize import dumps
 
         closure = self._function.__closure__
-        contents = hashlib.sha256(dumps(tuple(cell.cell_contents for cell in closure)) if closure else b"").hexdigest()
+        contents = hashlib.sha256(
+            dumps(tuple(cell.cell_contents for cell in closure)) if closure else b""
+        ).hexdigest()
         return f"{self._about} {signature} {codegen.magic_tuple()} {contents}".encode()
 
     def _file(self, key: bytes) -> Path | None:
         folder = folder_of(self._layer)
-        return None if folder is None else folder / f"{self._function.__name__}-{hashlib.sha256(key).hexdigest()[:32]}.kernel"
+        return (
+            None
+            if folder is None
+            else folder / f"{self._function.__name__}-{hashlib.sha256(key).hexdigest()[:32]}.kernel"
+        )
 
 
 @functools.cache
 def folder_of(layer: str) -> Path | None:
-    """Return the folder of the kernels of a layer of the package; None where nothing can be kept."""
+    """Return the folder of the kernels of a layer of the package; None where nothing can be
+    kept.
+    """
     import llvmlite
     import numba
     import numpy as np
@@ -99,7 +113,10 @@ def folder_of(layer: str) -> Path | None:
     source, base = source_hash(layer), base_folder()
     if source is None or base is None:
         return None
-    about = f"{source} {sys.implementation.cache_tag} {numba.__version__} {llvmlite.__version__} {np.__version__}"
+    about = (
+        f"{source} {sys.implementation.cache_tag} {numba.__version__} {llvmlite.__version__} "
+        f"{np.__version__}"
+    )
     folder = base / f"{layer}-{hashlib.sha256(about.encode()).hexdigest()[:32]}"
     with suppress(OSError):
         os.utime(folder)  # used now
@@ -108,16 +125,24 @@ def folder_of(layer: str) -> Path | None:
 
 @functools.cache
 def base_folder() -> Path | None:
-    """Return where the folders of kernels are: in $NUMBA_CACHE_DIR, else the user's cache folder, else beside the package.
+    """Return where the folders of kernels are: in $NUMBA_CACHE_DIR, else the user's cache folder,
+    else beside the package.
 
-    Where none can be written to, this process and those that it starts get a folder that is deleted when it ends. A folder that others can write to
-    would let them run code here.
+    Where none can be written to, this process and those that it starts get a folder that is deleted
+    when it ends. A folder that others can write to would let them run code here.
     """
     if named := os.environ.get("NUMBA_CACHE_DIR"):
         return Path(named, "lostmotion").absolute()
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path(os.path.expanduser("~"), ".cache"))  # noqa: PTH111 - gives "~" back where there is no home
     kept = [home / "lostmotion-kernels"] if home.is_absolute() else []
-    found = next((each for each in (*kept, Path(__file__).parent / "__pycache__" / "kernels") if _can_write(each)), None)
+    found = next(
+        (
+            each
+            for each in (*kept, Path(__file__).parent / "__pycache__" / "kernels")
+            if _can_write(each)
+        ),
+        None,
+    )
     if found is not None:
         return found
     import atexit
@@ -138,9 +163,15 @@ def _can_write(folder: Path) -> bool:
 
 
 def _delete_least_recent(new: Path) -> None:
-    """Delete the folders beside a new one that were not used for the longest time, beyond the number that is kept."""
+    """Delete the folders beside a new one that were not used for the longest time, beyond the
+    number that is kept.
+    """
     import shutil
 
-    others = sorted((each for each in new.parent.iterdir() if each.is_dir() and each != new), key=lambda each: each.stat().st_mtime, reverse=True)
+    others = sorted(
+        (each for each in new.parent.iterdir() if each.is_dir() and each != new),
+        key=lambda each: each.stat().st_mtime,
+        reverse=True,
+    )
     for each in others[_MOST - 1 :]:
         shutil.rmtree(each, ignore_errors=True)

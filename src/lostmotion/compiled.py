@@ -1,4 +1,6 @@
-"""How kernels are compiled: cached, without the interpreter's lock, and without fast mathematics, so that every sum runs in its written order."""
+"""How kernels are compiled: cached, without the interpreter's lock, and without fast mathematics,
+so that every sum runs in its written order.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +27,15 @@ class Kernel(Protocol):
 
 
 def compiled_with(**options: Any) -> Callable[[Callable[..., Any]], Kernel]:  # noqa: ANN401 - options of Numba
-    """Return a decorator that compiles a kernel with further options of Numba, `fastmath` for one."""
+    """Return a decorator that compiles a kernel with further options of Numba, `fastmath` for
+    one.
+    """
     options = _OPTIONS | options
 
     def compile_later(function: Callable[..., Any]) -> Kernel:
         dispatcher: Any = njit(**options)(function)
-        # It is the function itself with NUMBA_DISABLE_JIT. Functions of others do not belong to the source that the cache's key covers.
+        # It is the function itself with NUMBA_DISABLE_JIT. Functions of others do not belong to the
+        # source that the cache's key covers.
         if dispatcher is not function and function.__module__.startswith("lostmotion."):
             dispatcher._cache = KernelCache(function)  # noqa: SLF001 - where Numba's own `enable_caching` puts its cache
         return cast("Kernel", dispatcher)

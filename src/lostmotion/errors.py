@@ -22,10 +22,12 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One mistake: where it stands, what was found, what belongs there, and an example that would pass.
+    """One mistake: where it stands, what was found, what belongs there, and an example that would
+    pass.
 
-    Without a file, `key` names arguments of a call ("cube, centre"), and `passing` has values for them that would pass. Here they are spelled as in
-    Python; whoever was asked otherwise, as on the command line, spells them so.
+    Without a file, `key` names arguments of a call ("cube, centre"), and `passing` has values for
+    them that would pass. Here they are spelled as in Python; whoever was asked otherwise, as on the
+    command line, spells them so.
     """
 
     file: str
@@ -41,7 +43,9 @@ class Problem:
         lines = [": ".join(part for part in (self.file, self.key) if part)]
         lines.append(f"  found     {self.found}")
         lines.append(f"  expected  {self.expected}")
-        example = self.example or ", ".join(f"{name} = {_literal(value)}" for name, value in self.passing)
+        example = self.example or ", ".join(
+            f"{name} = {_literal(value)}" for name, value in self.passing
+        )
         if example:
             lines.append(f"  example   {example}")
         if self.nearest:
@@ -59,7 +63,8 @@ def _literal(value: object) -> str:
 class LostmotionError(Exception):
     """Anything this package refuses to do, reported in one message for the user.
 
-    Names and paths may come from a stranger's file: control characters in the message are written out, so that a terminal obeys none of them.
+    Names and paths may come from a stranger's file: control characters in the message are written
+    out, so that a terminal obeys none of them.
     """
 
     def __init__(self, message: object = "") -> None:
@@ -79,14 +84,18 @@ class InputError(LostmotionError, ValueError):
 
 
 class Mistakes:
-    """Mistakes collected one after the other, reported together by an InputError where `with Mistakes() as mistakes:` ends."""
+    """Mistakes collected one after the other, reported together by an InputError where `with
+    Mistakes() as mistakes:` ends.
+    """
 
     def __init__(self) -> None:
         """Begin without any."""
         self._problems: list[Problem] = []
 
     def of(self, read: Callable[P, T], *given: P.args, **named: P.kwargs) -> T:
-        """Return what `read` makes of these; where it refuses them, keep its mistakes and return None, which never reaches the caller."""
+        """Return what `read` makes of these; where it refuses them, keep its mistakes and return
+        None, which never reaches the caller.
+        """
         try:
             return read(*given, **named)
         except InputError as error:
@@ -112,8 +121,20 @@ class DidNotConvergeError(LostmotionError):
 
 
 def refuse_argument(name: str, found: object, expected: str, /, **passing: object) -> InputError:
-    """Return the error for one argument of a call, or several ("cube, centre"), with values by argument that would pass."""
-    return InputError([Problem("", name, "nothing" if found is None else shown(found), expected, passing=tuple(passing.items()))])
+    """Return the error for one argument of a call, or several ("cube, centre"), with values by
+    argument that would pass.
+    """
+    return InputError(
+        [
+            Problem(
+                "",
+                name,
+                "nothing" if found is None else shown(found),
+                expected,
+                passing=tuple(passing.items()),
+            )
+        ]
+    )
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -122,8 +143,8 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return close[0] if close else ""
 
 
-# Categories of characters that a terminal obeys, hides or has no shape for: controls, formats, halves of characters, separators of lines, private
-# and unassigned ones.
+# Categories of characters that a terminal obeys, hides or has no shape for: controls, formats,
+# halves of characters, separators of lines, private and unassigned ones.
 _UNSEEN: Final = frozenset({"Cc", "Cf", "Cn", "Co", "Cs", "Zl", "Zp"})
 
 
@@ -131,7 +152,10 @@ def legible(text: str) -> str:
     r"""Write out what a terminal would obey or not show, "\x1b" for an escape; line breaks stay."""
     if text.isascii() and text.replace("\n", "").isprintable():
         return text
-    return "".join(ascii(char)[1:-1] if char != "\n" and unicodedata.category(char) in _UNSEEN else char for char in text)
+    return "".join(
+        ascii(char)[1:-1] if char != "\n" and unicodedata.category(char) in _UNSEEN else char
+        for char in text
+    )
 
 
 def shown(value: object, limit: int = 60) -> str:

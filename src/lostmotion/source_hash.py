@@ -1,7 +1,9 @@
-"""Hash of the package's source text: the key under which results of this source are stored between runs.
+"""Hash of the package's source text: the key under which results of this source are stored between
+runs.
 
-The hash covers contents, since a file can be replaced by another one of the same size and time (`cp -p`, `rsync -t`, archives). Times and inodes only
-serve to notice a change while this process runs: then what is in memory and what is on the disk differ, and there is no hash.
+The hash covers contents, since a file can be replaced by another one of the same size and time (`cp
+-p`, `rsync -t`, archives). Times and inodes only serve to notice a change while this process runs:
+then what is in memory and what is on the disk differ, and there is no hash.
 """
 
 from __future__ import annotations
@@ -15,14 +17,16 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-# Packages of the numeric core. Each imports those before it and the modules of the folder that contains them, and nothing else of this package.
+# Packages of the numeric core. Each imports those before it and the modules of the folder that
+# contains them, and nothing else of this package.
 LAYERS: Final = ("laws", "parts", "catalogue", "mechanism", "error_model", "propagation")
 _HERE: Final = Path(__file__).parent
 
 
 @functools.cache
 def source_hash(layer: str) -> str | None:
-    """Return a hash of all source that a layer can see: its own, that of the layers below and of the modules beside them.
+    """Return a hash of all source that a layer can see: its own, that of the layers below and of
+    the modules beside them.
 
     None where the source cannot be read, or has changed since the package was imported.
     """
@@ -51,12 +55,17 @@ def _files(layers: tuple[str, ...]) -> Iterator[str]:
 
 
 def _states() -> dict[str, tuple[int, ...]]:
-    """Return what changes with the content of each file: inode, size, and times of content and of inode; empty where there are no files."""
+    """Return what changes with the content of each file: inode, size, and times of content and of
+    inode; empty where there are no files.
+    """
     try:
         found = {path: os.stat(path) for path in _files(LAYERS)}  # noqa: PTH116 - as above
     except OSError:
         return {}
-    return {path: (state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns) for path, state in found.items()}
+    return {
+        path: (state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns)
+        for path, state in found.items()
+    }
 
 
 _AT_START: Final = _states()

@@ -1,7 +1,10 @@
-"""Rigid-body geometry, batched: poses (..., 4, 4), twists (..., 6) as (rad, m), wrenches (..., 6) as (N m, N).
+"""Rigid-body geometry, batched: poses (..., 4, 4), twists (..., 6) as (rad, m), wrenches (..., 6)
+as (N m, N).
 
-A twist is (rotation, displacement of the frame's origin); a wrench is (moment about the frame's origin, force).
-Angular parts come first in both. Source of the closed forms: K. Lynch, F. Park, Modern Robotics, 2017, ch. 3.
+A twist is (rotation, displacement of the frame's origin); a wrench is (moment about the frame's
+origin, force).
+Angular parts come first in both. Source of the closed forms: K. Lynch, F. Park, Modern Robotics,
+2017, ch. 3.
 """
 
 from __future__ import annotations
@@ -19,7 +22,8 @@ if TYPE_CHECKING:
     # Rows of a matrix: each entry one number, or one for each pose (pose,).
     Matrix = Sequence[Sequence[Floats | float]]
 
-# Below this angle the series of the closed forms is exact to rounding, and the closed forms are not.
+# Below this angle the series of the closed forms is exact to rounding, and the closed forms are
+# not.
 _SMALL_ANGLE = 1e-4
 
 
@@ -46,17 +50,23 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 
 def mapped(matrix: Floats, vectors: Floats) -> Floats:
-    """Return matrix @ vector for vectors (pose, k): (pose, m) for a matrix (m, k), (pose,) for a vector (k,).
+    """Return matrix @ vector for vectors (pose, k): (pose, m) for a matrix (m, k), (pose,) for a
+    vector (k,).
 
-    Summed in one order, so that one vector has the same bits alone as among others; the matrix product of NumPy does not ensure that.
+    Summed in one order, so that one vector has the same bits alone as among others; the matrix
+    product of NumPy does not ensure that.
     """
-    return np.asarray(sum(np.multiply.outer(matrix[..., k], vectors[:, k]) for k in range(matrix.shape[-1]))).T
+    return np.asarray(
+        sum(np.multiply.outer(matrix[..., k], vectors[:, k]) for k in range(matrix.shape[-1]))
+    ).T
 
 
 def combined(parts: Floats, matrix: Matrix, out: Floats | None = None) -> Floats:
-    """Return parts @ matrix (row, m, pose) for parts (row, k, pose), written to `out` where that is given.
+    """Return parts @ matrix (row, m, pose) for parts (row, k, pose), written to `out` where that is
+    given.
 
-    Summed in one order as `mapped`, along the poses, which lie innermost in memory. Zeros of the matrix are skipped.
+    Summed in one order as `mapped`, along the poses, which lie innermost in memory. Zeros of the
+    matrix are skipped.
     """
     result = np.empty((len(parts), len(matrix[0]), parts.shape[2])) if out is None else out
     for j in range(len(matrix[0])):
@@ -81,12 +91,16 @@ def out_of(frame: Floats, vector: Floats) -> Floats:
 
 
 def into(frame: Floats, vector: Floats) -> Floats:
-    """Return a vector (3,) of the base's axes in the axes of the frames (pose, 4, 4); the result has shape (pose, 3)."""
+    """Return a vector (3,) of the base's axes in the axes of the frames (pose, 4, 4); the result
+    has shape (pose, 3).
+    """
     return np.asarray(combined(frame.transpose(2, 1, 0)[:3, :3], vector[:, None].tolist())[:, 0].T)
 
 
 def across(axis: Floats) -> tuple[Floats, Floats]:
-    """Return two unit directions (3,) that are perpendicular to a unit axis (3,) and to each other."""
+    """Return two unit directions (3,) that are perpendicular to a unit axis (3,) and to each
+    other.
+    """
     round_axis = skew(axis)
     first = round_axis[:, int(np.argmin(np.abs(axis)))]
     first = first / np.linalg.norm(first)
@@ -94,12 +108,16 @@ def across(axis: Floats) -> tuple[Floats, Floats]:
 
 
 def motion(twist: Floats, amount: Floats) -> Matrix:
-    """Return the pose of a pure rotation or translation along a unit twist (6,) by angles or lengths (pose,), rad or m: exp(amount twist)."""
+    """Return the pose of a pure rotation or translation along a unit twist (6,) by angles or
+    lengths (pose,), rad or m: exp(amount twist).
+    """
     out: list[list[Floats | float]] = [[*row] for row in np.eye(4).tolist()]
     if twist[:3].any():
         sine, less = np.sin(amount), 1 - np.cos(amount)
         axis = skew(twist[:3])
-        for (i, j), a, b in zip(np.ndindex(3, 3), axis.ravel().tolist(), (axis @ axis).ravel().tolist(), strict=True):
+        for (i, j), a, b in zip(
+            np.ndindex(3, 3), axis.ravel().tolist(), (axis @ axis).ravel().tolist(), strict=True
+        ):
             if a or b:
                 out[i][j] = out[i][j] + a * sine + b * less
     else:
@@ -109,7 +127,9 @@ def motion(twist: Floats, amount: Floats) -> Matrix:
 
 
 def exp(twist: Floats) -> Floats:
-    """Return the pose (..., 4, 4) that a twist (..., 6) leads to in unit time; any angle, zero included."""
+    """Return the pose (..., 4, 4) that a twist (..., 6) leads to in unit time; any angle, zero
+    included.
+    """
     twist = np.asarray(twist, dtype=float)
     omega, velocity = twist[..., :3], twist[..., 3:]
     angle = np.linalg.norm(omega, axis=-1)
@@ -118,7 +138,8 @@ def exp(twist: Floats) -> Floats:
     safe = np.where(small, 1.0, angle)
     # a = sin t / t, b = (1 - cos t)/t^2, c = (t - sin t)/t^3
     a = np.where(small, 1 - square / 6, np.sin(safe) / safe)
-    b = np.where(small, 0.5 - square / 24, 2 * np.sin(safe / 2) ** 2 / safe**2)  # 1 - cos t itself cancels at small angles
+    # 1 - cos t itself cancels at small angles
+    b = np.where(small, 0.5 - square / 24, 2 * np.sin(safe / 2) ** 2 / safe**2)
     c = np.where(small, 1 / 6 - square / 120, (safe - np.sin(safe)) / safe**3)
     cross = skew(omega)
     cross2 = cross @ cross
@@ -141,8 +162,12 @@ def inverse(pose: Floats) -> Floats:
     return out
 
 
-def pose_of(xyz: Sequence[float] | Floats = (0, 0, 0), rpy: Sequence[float] | Floats = (0, 0, 0)) -> Floats:
-    """Return the pose (4, 4) at xyz (m) with roll, pitch, yaw (rad) about the fixed x, y, z axes, in that order (URDF)."""
+def pose_of(
+    xyz: Sequence[float] | Floats = (0, 0, 0), rpy: Sequence[float] | Floats = (0, 0, 0)
+) -> Floats:
+    """Return the pose (4, 4) at xyz (m) with roll, pitch, yaw (rad) about the fixed x, y, z axes,
+    in that order (URDF).
+    """
     roll, pitch, yaw = (float(angle) for angle in rpy)
     out = turn((0, 0, 1), yaw) @ turn((0, 1, 0), pitch) @ turn((1, 0, 0), roll)
     out[:3, 3] = xyz

@@ -57,11 +57,17 @@ ABSOLUTE: Final = "K above absolute zero"
 ZERO_CELSIUS: Final = 273.15
 _FAHRENHEIT: Final = (5 / 9, 459.67 * 5 / 9)
 # Size in kelvins and zero point, K, of the scales of temperature.
-_SCALES: Final = {"K": (1.0, 0.0), **dict.fromkeys(("°C", "degC"), (1.0, ZERO_CELSIUS)), **dict.fromkeys(("°F", "degF"), _FAHRENHEIT)}
+_SCALES: Final = {
+    "K": (1.0, 0.0),
+    **dict.fromkeys(("°C", "degC"), (1.0, ZERO_CELSIUS)),
+    **dict.fromkeys(("°F", "degF"), _FAHRENHEIT),
+}
 
 
 def zero_point(unit: str, si: str) -> float:
-    """Return the zero of `unit` in `si` units: not zero for a scale of temperature only. Raises UnitError as `factor`."""
+    """Return the zero of `unit` in `si` units: not zero for a scale of temperature only. Raises
+    UnitError as `factor`.
+    """
     return _scale(unit)[1] if si == ABSOLUTE else 0.0
 
 
@@ -74,7 +80,9 @@ def _scale(unit: str) -> tuple[float, float]:
 
 @functools.lru_cache(maxsize=1024)
 def factor(unit: str, si: str) -> float:
-    """Return how many `si` units one `unit` is. Raises UnitError for another dimension or an unknown word."""
+    """Return how many `si` units one `unit` is. Raises UnitError for another dimension or an
+    unknown word.
+    """
     import pint
 
     if si == ABSOLUTE:
@@ -85,11 +93,23 @@ def factor(unit: str, si: str) -> float:
     plain = plain.replace("′", "arcmin").replace("'", "arcmin").replace("·", "*")
     registry = _registry()
     try:
-        return float(registry.Quantity(1.0, registry.parse_units(plain)).to(registry.parse_units(si)).magnitude)
+        return float(
+            registry.Quantity(1.0, registry.parse_units(plain))
+            .to(registry.parse_units(si))
+            .magnitude
+        )
     except pint.DimensionalityError:
         problem = f"'{unit}' is not a unit of" if unit else "without a unit of"
         raise UnitError(f"{problem} {_UNITS_IN_WORDS.get(si, si)}") from None
-    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, ValueError, TypeError, AttributeError, KeyError):  # "m^0" is a KeyError to pint
+    except (
+        pint.UndefinedUnitError,
+        pint.DefinitionSyntaxError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        KeyError,
+    ):
+        # "m^0" is a KeyError to pint
         raise UnitError(f"'{unit}' is not a known unit") from None
 
 

@@ -1,6 +1,8 @@
-"""Text with units in, SI numbers out: "0.5 arcmin" -> 1.454e-4, "400 mm ± 50 µm" -> 0.4 within 5e-5.
+"""Text with units in, SI numbers out: "0.5 arcmin" -> 1.454e-4, "400 mm ± 50 µm" -> 0.4 within
+5e-5.
 
-Angle is a dimension here, so "50 N m" is refused where a stiffness in N m/rad belongs. Unit text lives at
+Angle is a dimension here, so "50 N m" is refused where a stiffness in N m/rad belongs. Unit text
+lives at
 the edges only; everything inside the package is a float in SI (m, rad, kg, N, s).
 """
 
@@ -14,7 +16,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
 from lostmotion.band import Band, BandLaw, limits_of
-from lostmotion.unit_registry import ABSOLUTE, ZERO_CELSIUS, UnitError, factor, unit_in_words, zero_point
+from lostmotion.unit_registry import (
+    ABSOLUTE,
+    ZERO_CELSIUS,
+    UnitError,
+    factor,
+    unit_in_words,
+    zero_point,
+)
 
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
@@ -23,7 +32,8 @@ if TYPE_CHECKING:
 # Taken whole or not at all (?>): else "51/m" could be read as 5 with the unit 1/m.
 # The point of a number is not the first of the two in a range "1..3".
 _NUMBER: Final = r"(?>[+-]?(?:[0-9]+(?:\.(?!\.)[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-# Words with a one-digit power at most, so that no text from a file can make the unit parser compute a giant.
+# Words with a one-digit power at most, so that no text from a file can make the unit parser compute
+# a giant.
 _WORD: Final = r"(?:[A-Za-zµμ°]{1,12}|[%'″′\"])(?:(?:\^|\*\*)-?[0-9])?"
 _UNIT: Final = rf"(?:1\s*/\s*)?{_WORD}(?:[ */·]{{1,3}}{_WORD}){{0,5}}|"
 _TEXT: Final = re.compile(
@@ -33,14 +43,17 @@ _TEXT: Final = re.compile(
     r"\s*(?:\((?P<law>normal without limits|normal|uniform)\))?\s*$",
 )
 _LONGEST_TEXT: Final = 120
-# In SI; no part of an arm is larger or smaller, heavier or stiffer, and powers of it still fit a float.
+# In SI; no part of an arm is larger or smaller, heavier or stiffer, and powers of it still fit a
+# float.
 LARGEST: Final = 1e15
 _SMALLEST: Final = 1e-20
 
-# (value, probability that a draw lies below it), both rising; values are shares of the stated amount.
+# (value, probability that a draw lies below it), both rising; values are shares of the stated
+# amount.
 TableRows: TypeAlias = tuple[tuple[float, float], ...]
 ToleranceLaw: TypeAlias = Literal["normal", "uniform", "normal without limits"] | TableRows
-# Of a table of a distribution; and the values in it are shares of the stated amount, so that larger ones are a slip of the unit.
+# Of a table of a distribution; and the values in it are shares of the stated amount, so that larger
+# ones are a slip of the unit.
 _MOST_ROWS: Final = 1000
 _LARGEST_SHARE: Final = 1e6
 # Of the whole width, and of one: what rounding could take away.
@@ -49,13 +62,15 @@ _LEAST_STEP: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Toleranced:
-    """A nominal value and how far a made part may stand off it: "400 mm ± 50 µm" is Toleranced(0.4, 5e-5).
+    """A nominal value and how far a made part may stand off it: "400 mm ± 50 µm" is Toleranced(0.4,
+    5e-5).
 
     The nominal value may be a `Band`: "12 .. 12.2 mm ± 0.05 mm".
 
-    The tolerance is the limit at which a part is scrapped. `law` is the distribution of parts: "normal" is a normal distribution whose three
-    sigma reach the limit, cut there; "uniform"; "normal without limits" has the limit as its three sigma and exceeds it in 0.27 % of parts; a table
-    has rows (value as a share of the tolerance, probability that a part lies below it).
+    The tolerance is the limit at which a part is scrapped. `law` is the distribution of parts:
+    "normal" is a normal distribution whose three sigma reach the limit, cut there; "uniform";
+    "normal without limits" has the limit as its three sigma and exceeds it in 0.27 % of parts; a
+    table has rows (value as a share of the tolerance, probability that a part lies below it).
     """
 
     nominal: float
@@ -69,7 +84,8 @@ _LIMITED: Final = ("normal", "uniform")
 def table_rows(value: object) -> TableRows:
     """Return a distribution's table as rows (value, cumulative probability), checked.
 
-    Both columns rise from row to row, the probability from 0 to 1: the distribution is uniform between neighbouring values.
+    Both columns rise from row to row, the probability from 0 to 1: the distribution is uniform
+    between neighbouring values.
     Raises UnitError that says what is wrong.
     """
     if not isinstance(value, list | tuple) or not 2 <= len(value) <= _MOST_ROWS:  # noqa: PLR2004 - a lower and an upper end
@@ -77,14 +93,23 @@ def table_rows(value: object) -> TableRows:
     rows = []
     for row in value:
         numbers = row if isinstance(row, list | tuple) else ()
-        if len(numbers) != 2 or any(isinstance(x, bool) or not isinstance(x, int | float) or not abs(x) <= _LARGEST_SHARE for x in numbers):  # noqa: PLR2004 - a pair
+        if len(numbers) != 2 or any(  # noqa: PLR2004
+            isinstance(x, bool) or not isinstance(x, int | float) or not abs(x) <= _LARGEST_SHARE
+            for x in numbers
+        ):
             raise UnitError("a row that is not [value, probability], two finite numbers")
         rows.append((float(numbers[0]), float(numbers[1])))
     least = _LEAST_STEP * (rows[-1][0] - rows[0][0])
-    if any(not later[0] - sooner[0] > max(least, 0.0) or not later[1] - sooner[1] > _LEAST_STEP for sooner, later in itertools.pairwise(rows)):
+    if any(
+        not later[0] - sooner[0] > max(least, 0.0) or not later[1] - sooner[1] > _LEAST_STEP
+        for sooner, later in itertools.pairwise(rows)
+    ):
         raise UnitError("a table whose values or probabilities do not rise from row to row")
     if rows[0][1] != 0 or rows[-1][1] != 1:
-        raise UnitError(f"a table whose probabilities go from {rows[0][1]:g} to {rows[-1][1]:g}, not from 0 to 1")
+        raise UnitError(
+            f"a table whose probabilities go from {rows[0][1]:g} to {rows[-1][1]:g}, not from "
+            "0 to 1"
+        )
     if rows[-1][0] - rows[0][0] < 1e-6 * max(-rows[0][0], rows[-1][0]):
         raise UnitError("a table whose values hardly differ")
     return tuple(rows)
@@ -92,14 +117,20 @@ def table_rows(value: object) -> TableRows:
 
 @dataclass(frozen=True)
 class Distribution:
-    """Marks a field of a part that names a distribution: one of `words`, or a table (`table_rows`)."""
+    """Marks a field of a part that names a distribution: one of `words`, or a table
+    (`table_rows`).
+    """
 
     words: tuple[str, ...]
 
     @property
     def expected(self) -> str:
         """Return the description of the values that this field takes."""
-        return "one of " + ", ".join(f'"{word}"' for word in self.words) + ", or rows [value in units of the amount, probability of a smaller one]"
+        return (
+            "one of "
+            + ", ".join(f'"{word}"' for word in self.words)
+            + ", or rows [value in units of the amount, probability of a smaller one]"
+        )
 
     @property
     def example(self) -> str:
@@ -107,7 +138,9 @@ class Distribution:
         return self.words[0]
 
     def __call__(self, value: Any) -> str | TableRows:  # noqa: ANN401 - whatever a file holds
-        """Return the word or the checked table; raises pydantic's error with `expected` and `example` in its context."""
+        """Return the word or the checked table; raises pydantic's error with `expected` and
+        `example` in its context.
+        """
         from pydantic_core import PydanticCustomError
 
         if isinstance(value, str) and value in self.words:
@@ -117,15 +150,21 @@ class Distribution:
         except UnitError as error:
             why = "not a known distribution" if isinstance(value, str) else str(error)
             context = {"why": why, "expected": self.expected, "example": f'"{self.example}"'}
-            raise PydanticCustomError("distribution", "{why}; expected {expected}", context) from None
+            raise PydanticCustomError(
+                "distribution", "{why}; expected {expected}", context
+            ) from None
 
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
         """Let pydantic validate this field by calling the marker."""
         from pydantic_core import core_schema
 
         return core_schema.no_info_plain_validator_function(self)
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
         """Describe the field for editors."""
         return {"anyOf": [{"enum": list(self.words)}, _TABLE_SCHEMA], "description": self.expected}
 
@@ -136,12 +175,14 @@ _TABLE_SCHEMA: Final = {"type": "array", "items": {"type": "array", "items": {"t
 def read_quantity(text: str, si: str) -> Toleranced:
     """Return the SI value and the tolerance that a text states.
 
-    `si` is the SI unit wanted ("rad", "N m/rad", "" for a plain number). A temperature above absolute zero (`unit_registry.ABSOLUTE`) is read on its
-    scale, "35 °C", and its tolerance is a difference, "± 5 K". A tolerance without a unit takes the value's own
-    ("400 ± 0.05 mm" is refused, "400 mm ± 0.05" is not); one in per cent is a share of the value ("20 N m/arcmin ± 10 %"). The ends of a range,
-    "1.3 .. 3.0 GPa", have a unit each, or share one.
+    `si` is the SI unit wanted ("rad", "N m/rad", "" for a plain number). A temperature above
+    absolute zero (`unit_registry.ABSOLUTE`) is read on its scale, "35 °C", and its tolerance is a
+    difference, "± 5 K". A tolerance without a unit takes the value's own
+    ("400 ± 0.05 mm" is refused, "400 mm ± 0.05" is not); one in per cent is a share of the value
+    ("20 N m/arcmin ± 10 %"). The ends of a range, "1.3 .. 3.0 GPa", have a unit each, or share one.
 
-    Raises UnitError for text that is no quantity, another dimension, an unknown unit, or a value that is not finite.
+    Raises UnitError for text that is no quantity, another dimension, an unknown unit, or a value
+    that is not finite.
     """
     match = _TEXT.match(text) if len(text) <= _LONGEST_TEXT else None
     if match is None:
@@ -167,13 +208,17 @@ def read_quantity(text: str, si: str) -> Toleranced:
 
 
 def states_tolerance(value: object) -> bool:
-    """Return whether a value that `Quantity` accepts states a tolerance, zero included: text with ±, or a Toleranced."""
+    """Return whether a value that `Quantity` accepts states a tolerance, zero included: text with
+    ±, or a Toleranced.
+    """
     match = _TEXT.match(value) if isinstance(value, str) else None
     return isinstance(value, Toleranced) or (match is not None and match["tolerance"] is not None)
 
 
 def states_zero_tolerance(value: object, si: str) -> bool:
-    """Return whether a text, or the `value` of a table with a distribution, states a tolerance of zero: "400 mm ± 0 mm"."""
+    """Return whether a text, or the `value` of a table with a distribution, states a tolerance of
+    zero: "400 mm ± 0 mm".
+    """
     text = value.get("value") if isinstance(value, dict) else value
     if not isinstance(text, str) or not states_tolerance(text):
         return False
@@ -187,10 +232,13 @@ def states_zero_tolerance(value: object, si: str) -> bool:
 class Quantity:
     """Marks a field of a part: which SI unit it holds, which values pass, and an example that does.
 
-    From a file (validation context {"text": True}) a dimensioned quantity must carry its unit in the text. From Python
-    a bare number is taken as SI. With `toleranced` the field holds a Toleranced, without it a float. With `any_law` its tolerance may have no
-    limits, or a table: `{ value = "400 mm ± 50 µm", law = [[-1, 0], [0.2, 0.5], [1, 1]] }`; elsewhere limits must hold, because sizes, plays and
-    fits are checked at them. With `band` the value may be unknown within a range (`Band`), with this distribution.
+    From a file (validation context {"text": True}) a dimensioned quantity must carry its unit in
+    the text. From Python
+    a bare number is taken as SI. With `toleranced` the field holds a Toleranced, without it a
+    float. With `any_law` its tolerance may have no limits, or a table: `{ value = "400 mm ± 50 µm",
+    law = [[-1, 0], [0.2, 0.5], [1, 1]] }`; elsewhere limits must hold, because sizes, plays and
+    fits are checked at them. With `band` the value may be unknown within a range (`Band`), with
+    this distribution.
     """
 
     si: str
@@ -216,7 +264,11 @@ class Quantity:
             words += f", above {self._limit_text(self.above)}"
         if math.isfinite(self.high):
             words += f", at most {self._limit_text(self.high)}"
-        return words + (", with or without ± tolerance" if self.toleranced else "") + (", or a range a .. b" if self.band else "")
+        return (
+            words
+            + (", with or without ± tolerance" if self.toleranced else "")
+            + (", or a range a .. b" if self.band else "")
+        )
 
     @property
     def _is_share(self) -> bool:
@@ -231,9 +283,17 @@ class Quantity:
         return f"{math.degrees(end):g} deg" if self.si == "rad" else f"{end:g} {self.si}".rstrip()
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> float | Toleranced:  # noqa: ANN401 - whatever a file holds
-        """Convert an input value to SI; raises pydantic's error with `expected` and `example` in its context."""
+        """Convert an input value to SI; raises pydantic's error with `expected` and `example` in
+        its context.
+        """
         try:
-            found = self._in_band(self._of_law(self._read(value, from_file=bool(info and info.context and info.context.get("text")))))
+            found = self._in_band(
+                self._of_law(
+                    self._read(
+                        value, from_file=bool(info and info.context and info.context.get("text"))
+                    )
+                )
+            )
             self._check(found)
         except UnitError as error:
             raise self.refusal(str(error)) from None
@@ -292,11 +352,15 @@ class Quantity:
             raise UnitError("the tolerance reaches out of range")
 
     def _of_law(self, found: Toleranced) -> Toleranced:
-        """Return the quantity with its distribution checked; only limits that hold are taken where the field needs them."""
+        """Return the quantity with its distribution checked; only limits that hold are taken where
+        the field needs them.
+        """
         if isinstance(found.law, str) and found.law in _LIMITED:
             return found
         if not self.any_law:
-            raise UnitError("a distribution other than normal or uniform, and here limits must hold")
+            raise UnitError(
+                "a distribution other than normal or uniform, and here limits must hold"
+            )
         if not found.tolerance:
             raise UnitError("a distribution without a ± tolerance")
         if isinstance(found.law, str):
@@ -305,19 +369,34 @@ class Quantity:
             return found
         return replace(found, law=table_rows(found.law))
 
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
         """Let pydantic validate this field by calling the marker."""
         from pydantic_core import core_schema
 
         return core_schema.with_info_plain_validator_function(self)
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Describe the field for editors: text with a unit, or a plain number where there is no unit."""
-        described: dict[str, Any] = {"type": "string", "description": self.expected, "examples": [self.example]}
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Describe the field for editors: text with a unit, or a plain number where there is no
+        unit.
+        """
+        described: dict[str, Any] = {
+            "type": "string",
+            "description": self.expected,
+            "examples": [self.example],
+        }
         if not self.si:
             described["type"] = ["string", "number"]
         if not self.any_law:
             return described
         law = {"anyOf": [{"enum": [*_LIMITED, "normal without limits"]}, _TABLE_SCHEMA]}
-        with_law = {"type": "object", "properties": {"value": described, "law": law}, "required": ["value", "law"], "additionalProperties": False}
+        with_law = {
+            "type": "object",
+            "properties": {"value": described, "law": law},
+            "required": ["value", "law"],
+            "additionalProperties": False,
+        }
         return {"anyOf": [described, with_law], "description": self.expected}

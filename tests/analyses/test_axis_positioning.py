@@ -1,4 +1,6 @@
-"""Positioning of an axis from two sides: the definitions of ISO 230-2 written out again, lines of poses, and the sheet of a measured file."""
+"""Positioning of an axis from two sides: the definitions of ISO 230-2 written out again, lines of
+poses, and the sheet of a measured file.
+"""
 
 import math
 import statistics
@@ -15,7 +17,12 @@ from tests.analyses.test_iso9283_measured import visits_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
-    ("positioning of an axis by ISO 230-2", "the standard's definitions written out point by point; two offset sides in closed form", "1e-12", ""),
+    (
+        "positioning of an axis by ISO 230-2",
+        "the standard's definitions written out point by point; two offset sides in closed form",
+        "1e-12",
+        "",
+    ),
 )
 
 
@@ -30,18 +37,34 @@ def on_a_line(axis, places, errors, sides, count):
 
 
 def test_two_offset_sides_in_closed_form():
-    """A scale of 1e-4 and a play of 20 µm between exact sides: B is the play, R equals it, E and A are scale times travel plus play, M the scale."""
+    """A scale of 1e-4 and a play of 20 µm between exact sides: B is the play, R equals it, E and A
+    are scale times travel plus play, M the scale.
+    """
     places = np.linspace(0.0, 0.4, 5)
-    errors = np.stack([np.repeat((1e-4 * places + half)[:, None], 5, axis=1) for half in (10e-6, -10e-6)])
+    errors = np.stack(
+        [np.repeat((1e-4 * places + half)[:, None], 5, axis=1) for half in (10e-6, -10e-6)]
+    )
     (found,) = axis_positionings(on_a_line(1, places, errors, ("+", "-"), 5))
     assert found.axis == "y"
     assert found.sides == ("+", "-")
-    expected = {"B": 20e-6, "mean B": 20e-6, "R": 20e-6, "E": 60e-6, "A": 60e-6, "M": 40e-6, "E1": 40e-6, "A2": 40e-6, "R1": 0.0}
+    expected = {
+        "B": 20e-6,
+        "mean B": 20e-6,
+        "R": 20e-6,
+        "E": 60e-6,
+        "A": 60e-6,
+        "M": 40e-6,
+        "E1": 40e-6,
+        "A2": 40e-6,
+        "R1": 0.0,
+    }
     assert {name: found.figures[name] for name in expected} == pytest.approx(expected, abs=1e-15)
 
 
 def test_the_definitions_written_out():
-    """Random deviations, point by point as the standard's clause 3 defines them, in plain Python."""
+    """Random deviations, point by point as the standard's clause 3 defines them, in plain
+    Python.
+    """
     rng = np.random.default_rng(2)
     places = np.array([-0.2, -0.05, 0.03, 0.11, 0.3, 0.42])
     errors = rng.normal(0, 2e-6, (2, 6, 7)) + rng.normal(0, 5e-6, (2, 6, 1))
@@ -51,7 +74,9 @@ def test_the_definitions_written_out():
     s_up, s_down = ([statistics.stdev(at) for at in side] for side in (up, down))
     reversal = [a - b for a, b in zip(mean_up, mean_down, strict=True)]
     each = zip(s_up, s_down, reversal, strict=True)
-    assert found.figures["R"] == pytest.approx(max(max(2 * a + 2 * b + abs(c), 4 * a, 4 * b) for a, b, c in each))
+    assert found.figures["R"] == pytest.approx(
+        max(max(2 * a + 2 * b + abs(c), 4 * a, 4 * b) for a, b, c in each)
+    )
     assert found.figures["B"] == pytest.approx(max(map(abs, reversal)))
     assert found.figures["mean B"] == pytest.approx(statistics.fmean(reversal))
     high = [m + 2 * s for m, s in zip(mean_up + mean_down, s_up + s_down, strict=True)]
@@ -67,7 +92,9 @@ def test_the_definitions_written_out():
 
 
 def rows(points, sides, *, heading="approach"):
-    """Return a file of visits to points, mm, three from each side, with a play of 0.05 mm along every axis."""
+    """Return a file of visits to points, mm, three from each side, with a play of 0.05 mm along
+    every axis.
+    """
     lines = [f"pose,cycle,{heading},xc [mm],yc [mm],zc [mm],x [mm],y [mm],z [mm],spindle"]
     for k, point in enumerate(points, 1):
         for side, half in zip(sides, (0.025, -0.025), strict=True):
@@ -78,7 +105,9 @@ def rows(points, sides, *, heading="approach"):
 
 
 def test_two_axes_of_a_machine_have_a_table_each(tmp_path):
-    """Poses along x and along y, crossing in one point, are two lines; the headline gives accuracy, repeatability and reversal value of each."""
+    """Poses along x and along y, crossing in one point, are two lines; the headline gives accuracy,
+    repeatability and reversal value of each.
+    """
     points = [(x, 0, 0) for x in (0, 100, 200, 300, 400)] + [(0, y, 0) for y in (80, 160, 240, 320)]
     path = tmp_path / "mill.csv"
     path.write_text(rows(points, ("forward", "backward")), encoding="utf-8")
@@ -98,7 +127,11 @@ def test_two_axes_of_a_machine_have_a_table_each(tmp_path):
     note = next(section for section in sheet.sections if section.key == "iso230-x-1").note
     assert "the standard asks for 5 positions and 5 approaches" in note
     assert any("'spindle'" in each for each in sheet.notes)
-    rp = [pose.repeatability.value for load in lostmotion.iso9283(measured=path).measured.loads for pose in load.poses]
+    rp = [
+        pose.repeatability.value
+        for load in lostmotion.iso9283(measured=path).measured.loads
+        for pose in load.poses
+    ]
     assert max(rp) < 10e-6  # of each side; pooled it would be 90 µm
 
 
@@ -106,13 +139,17 @@ def test_two_axes_of_a_machine_have_a_table_each(tmp_path):
 def test_the_side_may_be_headed_as_people_head_it(tmp_path, heading):
     """A column approach or direction is the side from which a pose was approached."""
     path = tmp_path / "axis.csv"
-    path.write_text(rows([(x, 0, 0) for x in (0, 10, 20)], ("up", "down"), heading=heading), encoding="utf-8")
+    path.write_text(
+        rows([(x, 0, 0) for x in (0, 10, 20)], ("up", "down"), heading=heading), encoding="utf-8"
+    )
     assert set(read_measured(path).side) == {"up", "down"}
     assert read_measured(path).unused == ("spindle",)
 
 
 def test_what_is_no_line_has_no_figures():
-    """Two positions, one approach from a side, three sides, and scattered poses are no axis by ISO 230-2."""
+    """Two positions, one approach from a side, three sides, and scattered poses are no axis by ISO
+    230-2.
+    """
     places = np.linspace(0, 0.4, 5)
     errors = np.random.default_rng(0).normal(0, 1e-6, (3, 5, 4))
     assert axis_positionings(on_a_line(0, places[:2], errors[:2, :2], ("a", "b"), 4)) == ()
@@ -124,18 +161,30 @@ def test_what_is_no_line_has_no_figures():
 
 
 def test_a_lost_target_is_excluded_and_named(tmp_path):
-    """Rows without a reading are excluded from every figure, and their lines are named on the first screen; the rest is evaluated."""
+    """Rows without a reading are excluded from every figure, and their lines are named on the first
+    screen; the rest is evaluated.
+    """
     head = "pose,cycle,x [mm],y [mm],z [mm],xc [mm],yc [mm],zc [mm]\n"
     text = (
-        head + "".join(f"P1,{k},{500 + 0.01 * (k % 3)},0,{'' if k == 4 else 600},500,0,600\n" for k in range(1, 11)) + "P1,11,nan,nan,nan,500,0,600\n"
+        head
+        + "".join(
+            f"P1,{k},{500 + 0.01 * (k % 3)},0,{'' if k == 4 else 600},500,0,600\n"
+            for k in range(1, 11)
+        )
+        + "P1,11,nan,nan,nan,500,0,600\n"
     )
     path = tmp_path / "visits.csv"
     path.write_text(text, encoding="utf-8")
     found = lostmotion.iso9283(measured=path)
     assert found.measured.loads[0].poses[0].visits == 9
     assert math.isfinite(found.measured.loads[0].poses[0].repeatability.value)
-    assert any("2 rows without a reading excluded (line 5, 12)" in note for note in found.sheet.warnings)
-    assert [each["line"] for each in found.sheet.facts["measured"]["rows_without_a_reading"]] == [5, 12]
+    assert any(
+        "2 rows without a reading excluded (line 5, 12)" in note for note in found.sheet.warnings
+    )
+    assert [each["line"] for each in found.sheet.facts["measured"]["rows_without_a_reading"]] == [
+        5,
+        12,
+    ]
 
 
 def test_a_workbook_is_named_as_one(tmp_path):

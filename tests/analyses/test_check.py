@@ -1,4 +1,6 @@
-"""`lostmotion check`: what a file states, assumes and leaves ideal, the static loads, and a picture of the arm."""
+"""`lostmotion check`: what a file states, assumes and leaves ideal, the static loads, and a picture
+of the arm.
+"""
 
 from __future__ import annotations
 
@@ -20,39 +22,78 @@ ARM = EXAMPLES / "z-arm.toml"
 
 def _rows(checked, key):
     """Return the rows of a section by label."""
-    return {row.label: row for section in checked.sheet.sections if section.key == key for row in section.rows}
+    return {
+        row.label: row
+        for section in checked.sheet.sections
+        if section.key == key
+        for row in section.rows
+    }
 
 
 def test_a_check_shows_ranges_masses_and_loads_of_each_joint():
-    """Beside the rated torque; the loads of a planar chain by hand: weights times levers when stretched out."""
+    """Beside the rated torque; the loads of a planar chain by hand: weights times levers when
+    stretched out.
+    """
     checked = lostmotion.check(ARM)
     rows = _rows(checked, "joints")
-    assert [str(figure) for figure in rows["A"].figures] == ["-20 … 120°", "400 mm", "5.85 kg", "99.5 N m", "167 N m"]
+    assert [str(figure) for figure in rows["A"].figures] == [
+        "-20 … 120°",
+        "400 mm",
+        "5.85 kg",
+        "99.5 N m",
+        "167 N m",
+    ]
     arm = lostmotion.read(ARM)
-    (a, b, c, roll) = (next(joint for joint in arm.joints if joint.name == name) for name in ("A", "B", "C", "roll"))
-    levers = (0.2 * a.link.total_mass, 0.4 * b.total_mass, 0.6 * b.link.total_mass, 0.8 * c.total_mass, 0.8 * roll.total_mass)
-    tip = 0.9 * roll.link.total_mass + 1.03 * arm.payload.mass  # the payload's centre is 30 mm beyond the tool
+    (a, b, c, roll) = (
+        next(joint for joint in arm.joints if joint.name == name)
+        for name in ("A", "B", "C", "roll")
+    )
+    levers = (
+        0.2 * a.link.total_mass,
+        0.4 * b.total_mass,
+        0.6 * b.link.total_mass,
+        0.8 * c.total_mass,
+        0.8 * roll.total_mass,
+    )
+    # the payload's centre is 30 mm beyond the tool
+    tip = 0.9 * roll.link.total_mass + 1.03 * arm.payload.mass
     assert rows["A"].figures[3].value <= 9.80665 * (sum(levers) + tip) * (1 + 1e-9)
-    assert rows["A"].figures[3].value == pytest.approx(9.80665 * (sum(levers) + tip), rel=0.02)  # no pose is exactly horizontal
+    # no pose is exactly horizontal
+    assert rows["A"].figures[3].value == pytest.approx(9.80665 * (sum(levers) + tip), rel=0.02)
 
 
-@pytest.mark.parametrize(("centre", "flange", "point", "moment"), [(("40 mm", "0 mm", "0 mm"), 40, -60, 0.44), (None, 100, 0, 0.5)])
-def test_a_check_shows_the_centre_of_a_tool_from_flange_and_tool_point(tmp_path, centre, flange, point, moment):
-    """A gripper of 2 kg on a bar of 400 mm, its centre 40 mm beyond the flange and the tool point at 100 mm: the drive holds 2 g (0.4 + 0.04) N m."""
+@pytest.mark.parametrize(
+    ("centre", "flange", "point", "moment"),
+    [(("40 mm", "0 mm", "0 mm"), 40, -60, 0.44), (None, 100, 0, 0.5)],
+)
+def test_a_check_shows_the_centre_of_a_tool_from_flange_and_tool_point(
+    tmp_path, centre, flange, point, moment
+):
+    """A gripper of 2 kg on a bar of 400 mm, its centre 40 mm beyond the flange and the tool point
+    at 100 mm: the drive holds 2 g (0.4 + 0.04) N m.
+    """
     file = tmp_path / "arm.toml"
     stated = f"centre_of_mass = {list(centre)}\n" if centre else ""
     file.write_text(
-        'name = "bar"\n[tool]\nmass = "2 kg"\nframe = { xyz = ["100 mm", "0 mm", "0 mm"] }\n' + stated + "[[joints]]\n"
-        'name = "A"\ntype = "revolute"\naxis = "y"\nlimits = ["-90 deg", "90 deg"]\nlink = { length = "400 mm", rigid = true }\n',
+        'name = "bar"\n[tool]\nmass = "2 kg"\nframe = { xyz = ["100 mm", "0 mm", "0 mm"] }\n'
+        + stated
+        + "[[joints]]\n"
+        'name = "A"\ntype = "revolute"\naxis = "y"\nlimits = ["-90 deg", "90 deg"]\nlink = { '
+        'length = "400 mm", rigid = true }\n',
         "utf-8",
     )
     checked = lostmotion.check(file)
     ((name, row),) = _rows(checked, "centres").items()
-    assert [str(figure) for figure in row.figures] == [f"({flange}, 0, 0) mm", f"({point}, 0, 0) mm"]
+    assert [str(figure) for figure in row.figures] == [
+        f"({flange}, 0, 0) mm",
+        f"({point}, 0, 0) mm",
+    ]
     assert ("not stated" in name) is (centre is None)
     (line,) = (text for title, text in checked.sheet.brief if title == "tool")
     assert f"at ({flange}, 0, 0) mm from the flange, ({point}, 0, 0) mm from the tool point" in line
-    assert _rows(checked, "joints")["A"].figures[3].value == pytest.approx(2 * 9.80665 * moment, rel=2e-3)
+    assert _rows(checked, "joints")["A"].figures[3].value == pytest.approx(
+        2 * 9.80665 * moment, rel=2e-3
+    )
 
 
 def test_the_poses_of_a_check_include_the_limits():
@@ -67,7 +108,9 @@ def test_the_poses_of_a_check_include_the_limits():
 def test_the_states_are_those_of_a_study():
     """The same table in both, and of a URDF with its sidecar every joint is listed."""
     checked = lostmotion.check(EXAMPLES / "ur5e.urdf")
-    assert {row.label for row in _rows(checked, "states").values()} == {joint.name for joint in lostmotion.read(EXAMPLES / "ur5e.urdf").moving}
+    assert {row.label for row in _rows(checked, "states").values()} == {
+        joint.name for joint in lostmotion.read(EXAMPLES / "ur5e.urdf").moving
+    }
     assert checked.result()["states"]["joints"][0]["states"]["stiffness"] == "assumed"
     assert "assumed values" in checked.sheet.verdict
 
@@ -75,7 +118,10 @@ def test_the_states_are_those_of_a_study():
 def test_an_arm_of_which_nothing_is_known_is_not_called_accurate(tmp_path):
     """The check says that no accuracy can be predicted, and lists a note of the file once."""
     (tmp_path / "bare.toml").write_text(
-        'name = "x"\nnotes = ["a sketch"]\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["0 deg", "90 deg"]\nlink = { length = "1 m" }\n',
+        (
+            'name = "x"\nnotes = ["a sketch"]\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits '
+            '= ["0 deg", "90 deg"]\nlink = { length = "1 m" }\n'
+        ),
         "utf-8",
     )
     sheet = lostmotion.check(tmp_path / "bare.toml").sheet
@@ -83,7 +129,13 @@ def test_an_arm_of_which_nothing_is_known_is_not_called_accurate(tmp_path):
     assert sheet.notes.count("a sketch") == 1
 
 
-@pytest.mark.parametrize(("file", "state"), [("gearbox/rv-like.toml", {"backlash": "assumed"}), ("bearing/6209.toml", {"bearing": "stated"})])
+@pytest.mark.parametrize(
+    ("file", "state"),
+    [
+        ("gearbox/rv-like.toml", {"backlash": "assumed"}),
+        ("bearing/6209.toml", {"bearing": "stated"}),
+    ],
+)
 def test_a_gearbox_and_a_bearing_by_themselves_are_checked(file, state, tmp_path, monkeypatch):
     """Each kind of error with its state; there is no picture, and nothing is written."""
     monkeypatch.chdir(tmp_path)
@@ -94,15 +146,22 @@ def test_a_gearbox_and_a_bearing_by_themselves_are_checked(file, state, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("file", ["z-arm.toml", "ur5e.urdf", "gantry.toml", "scara.toml", "tracked-base.toml"])
+@pytest.mark.parametrize(
+    "file", ["z-arm.toml", "ur5e.urdf", "gantry.toml", "scara.toml", "tracked-base.toml"]
+)
 def test_the_picture_shows_each_joint_in_three_views_to_one_scale(file):
-    """Well-formed SVG in which every polygon is within its view; the scale bar has the length that it states."""
+    """Well-formed SVG in which every polygon is within its view; the scale bar has the length that
+    it states.
+    """
     arm = lostmotion.read(EXAMPLES / file)
     svg = etree.fromstring(lostmotion.check(EXAMPLES / file).picture.encode())
     name = "{http://www.w3.org/2000/svg}"
     texts = [each.text for each in svg.iter(f"{name}text")]
     assert all(texts.count(joint.name) == 3 for joint in arm.moving)
-    polygons = [np.array([list(map(float, pair.split(","))) for pair in each.get("points").split()]) for each in svg.iter(f"{name}polygon")]
+    polygons = [
+        np.array([list(map(float, pair.split(","))) for pair in each.get("points").split()])
+        for each in svg.iter(f"{name}polygon")
+    ]
     assert len(polygons) == 3 * len(arm.bodies)
     panels = [each for each in svg.iter(f"{name}rect") if each.get("width") == "380"]
     for k, panel in enumerate(panels):
@@ -110,12 +169,20 @@ def test_the_picture_shows_each_joint_in_three_views_to_one_scale(file):
         drawn = np.concatenate(polygons[k * len(arm.bodies) : (k + 1) * len(arm.bodies)])
         assert x <= drawn[:, 0].min() <= drawn[:, 0].max() <= x + 380
         assert y <= drawn[:, 1].min() <= drawn[:, 1].max() <= y + 380
-    side, _, above = (np.concatenate(polygons[k * len(arm.bodies) : (k + 1) * len(arm.bodies)]) for k in range(3))
+    side, _, above = (
+        np.concatenate(polygons[k * len(arm.bodies) : (k + 1) * len(arm.bodies)]) for k in range(3)
+    )
     assert np.ptp(side[:, 0]) == pytest.approx(np.ptp(above[:, 0]), abs=0.3)  # both show x
     bar = float(re.search(r"h([\d.]+)", next(svg.iter(f"{name}path")).get("d"))[1])
-    size, unit = next(text for text in texts if text.endswith(" mm") or re.fullmatch(r"\d+ m", text)).split()
-    corners = np.concatenate([body.corners() @ at[:3, :3].T + at[:3, 3] for body, at in _placed(arm)])
-    assert bar / (float(size) * (1e-3 if unit == "mm" else 1)) == pytest.approx(np.ptp(side[:, 0]) / np.ptp(corners[:, 0]), rel=0.01)
+    size, unit = next(
+        text for text in texts if text.endswith(" mm") or re.fullmatch(r"\d+ m", text)
+    ).split()
+    corners = np.concatenate(
+        [body.corners() @ at[:3, :3].T + at[:3, 3] for body, at in _placed(arm)]
+    )
+    assert bar / (float(size) * (1e-3 if unit == "mm" else 1)) == pytest.approx(
+        np.ptp(side[:, 0]) / np.ptp(corners[:, 0]), rel=0.01
+    )
 
 
 TALL = """
@@ -135,19 +202,32 @@ link = { length = "1200 mm", direction = "z", rigid = true }
 """
 
 
-@pytest.mark.parametrize("file", ["z-arm.toml", "six-axis.toml", "planar-2r.toml", "gantry.toml", "upright"])
+@pytest.mark.parametrize(
+    "file", ["z-arm.toml", "six-axis.toml", "planar-2r.toml", "gantry.toml", "upright"]
+)
 def test_nothing_is_drawn_over_the_titles_of_a_picture(file, tmp_path):
-    """No body and no joint's name reaches into a title, however tall the arm: a tall arm fills its view up to the top."""
+    """No body and no joint's name reaches into a title, however tall the arm: a tall arm fills its
+    view up to the top.
+    """
     path = EXAMPLES / file
     if file == "upright":
         path = tmp_path / "arm.toml"
         path.write_text(TALL, "utf-8")
     svg = etree.fromstring(lostmotion.check(path).picture.encode())
     name, height = "{http://www.w3.org/2000/svg}", 13
-    words = [(each.text or "", float(each.get("x")), float(each.get("y"))) for each in svg.iter(f"{name}text")]
+    words = [
+        (each.text or "", float(each.get("x")), float(each.get("y")))
+        for each in svg.iter(f"{name}text")
+    ]
     titles = [each for each in words if "→" in each[0]]
-    joints = [each for each in words if each[0] in {joint.name for joint in lostmotion.read(path).moving}]
-    points = [tuple(map(float, pair.split(","))) for each in svg.iter(f"{name}polygon") for pair in each.get("points").split()]
+    joints = [
+        each for each in words if each[0] in {joint.name for joint in lostmotion.read(path).moving}
+    ]
+    points = [
+        tuple(map(float, pair.split(",")))
+        for each in svg.iter(f"{name}polygon")
+        for pair in each.get("points").split()
+    ]
     assert len(titles) == 3
     for title, left, base in titles:
         for x, y in [*points, *((x, y - height) for _, x, y in joints)]:
@@ -174,12 +254,18 @@ def test_a_picture_replaces_an_earlier_one_and_nothing_else(tmp_path):
 
 
 def test_a_check_draws_no_samples_and_compiles_nothing(tmp_path):
-    """The command loads neither Numba nor SciPy's distributions nor matplotlib, prints the table, and names the picture."""
+    """The command loads neither Numba nor SciPy's distributions nor matplotlib, prints the table,
+    and names the picture.
+    """
     code = (
-        f"import sys; sys.argv = ['lostmotion', 'check', {str(ARM)!r}]\nfrom lostmotion.cli import main\ntry:\n    main()\nexcept SystemExit:\n"
-        "    sys.__stderr__.write(' '.join(m for m in ('scipy.stats', 'matplotlib', 'xarray', 'numba') if m in sys.modules))\n"
+        f"import sys; sys.argv = ['lostmotion', 'check', {str(ARM)!r}]\nfrom lostmotion.cli "
+        "import main\ntry:\n    main()\nexcept SystemExit:\n"
+        "    sys.__stderr__.write(' '.join(m for m in ('scipy.stats', 'matplotlib', 'xarray', "
+        "'numba') if m in sys.modules))\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
+    )
     assert done.stderr == ""
     assert "Picture: z-arm.svg" in done.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["z-arm.svg"]
@@ -187,8 +273,21 @@ def test_a_check_draws_no_samples_and_compiles_nothing(tmp_path):
 
 def test_a_mistake_is_reported_with_its_line(tmp_path):
     """As every command reports it."""
-    (tmp_path / "arm.toml").write_text(ARM.read_text("utf-8").replace('mass = "5 kg"', 'mass = "5 m"', 1), "utf-8")
-    line = ARM.read_text("utf-8").split("\n").index(next(row for row in ARM.read_text("utf-8").split("\n") if row.startswith('mass = "5 kg"'))) + 1
+    (tmp_path / "arm.toml").write_text(
+        ARM.read_text("utf-8").replace('mass = "5 kg"', 'mass = "5 m"', 1), "utf-8"
+    )
+    line = (
+        ARM.read_text("utf-8")
+        .split("\n")
+        .index(
+            next(
+                row for row in ARM.read_text("utf-8").split("\n") if row.startswith('mass = "5 kg"')
+            )
+        )
+        + 1
+    )
     with pytest.raises(InputError) as caught:
         lostmotion.check(tmp_path / "arm.toml")
-    assert [problem.file for problem in caught.value.problems] == [f"{tmp_path / 'arm.toml'}:{line}"]
+    assert [problem.file for problem in caught.value.problems] == [
+        f"{tmp_path / 'arm.toml'}:{line}"
+    ]

@@ -1,4 +1,6 @@
-"""Commanded tool points of compared arms: closed forms of two planar arms, and every surface that states the distance."""
+"""Commanded tool points of compared arms: closed forms of two planar arms, and every surface that
+states the distance.
+"""
 
 import json
 import math
@@ -12,7 +14,10 @@ import lostmotion
 VALIDATES = (
     (
         "distance of the commanded tool points of two arms",
-        "two planar arms with other link lengths, in closed form: a constant, and an elliptic integral over the elbow's angle",
+        (
+            "two planar arms with other link lengths, in closed form: a constant, and an elliptic "
+            "integral over the elbow's angle"
+        ),
         "1e-12; 0.1 % for the mean over 2 048 poses, which its interval contains",
         "analyses/compare/tool_points.py",
     ),
@@ -42,9 +47,16 @@ SMALL = {"poses": 2048, "robots": 20, "visits": 2, "threads": 1}
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    """Return the paths of three arms: the last link of one is 2.3 mm longer, and of another also the first by 1 mm."""
+    """Return the paths of three arms: the last link of one is 2.3 mm longer, and of another also
+    the first by 1 mm.
+    """
     folder = tmp_path_factory.mktemp("arms")
-    for name, text in (("one", ARM), ("longer", LONGER), ("both", BOTH_LONGER), ("narrow", LONGER.replace("180 deg", "170 deg"))):
+    for name, text in (
+        ("one", ARM),
+        ("longer", LONGER),
+        ("both", BOTH_LONGER),
+        ("narrow", LONGER.replace("180 deg", "170 deg")),
+    ):
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return {path.stem: path for path in folder.iterdir()}
 
@@ -59,20 +71,28 @@ def test_a_longer_last_link_moves_the_tool_by_its_difference_at_every_pose(found
     """The distance is 2.3 mm at all poses, along the last link."""
     apart = found.changes[0].apart
     assert apart.distances == pytest.approx(np.full(2048, 2.3e-3), rel=1e-12)
-    assert (apart.mean.value, apart.p95.value, apart.largest) == pytest.approx((2.3e-3,) * 3, rel=1e-12)
+    assert (apart.mean.value, apart.p95.value, apart.largest) == pytest.approx(
+        (2.3e-3,) * 3, rel=1e-12
+    )
     angle = found.arms[0].poses.q.sum(axis=1)
-    assert apart.vectors == pytest.approx(2.3e-3 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(2048)]), abs=1e-15)
+    assert apart.vectors == pytest.approx(
+        2.3e-3 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(2048)]), abs=1e-15
+    )
 
 
 def test_two_longer_links_add_by_the_law_of_cosines(files):
-    """The distance is |1 mm e1 + 2.3 mm e12|: its mean over the elbow's angle an elliptic integral, the largest 3.3 mm where the arm is stretched."""
+    """The distance is |1 mm e1 + 2.3 mm e12|: its mean over the elbow's angle an elliptic integral,
+    the largest 3.3 mm where the arm is stretched.
+    """
     first, second = 1e-3, 2.3e-3
     both = lostmotion.compare(files["one"], files["both"], **SMALL).changes[0].apart
     mean = 2 / math.pi * (first + second) * ellipe(4 * first * second / (first + second) ** 2)
     assert both.mean.value == pytest.approx(mean, rel=1e-3)
     assert both.mean.low <= mean <= both.mean.high
     elbow = math.pi * 0.05  # the 5 % of poses with the straightest elbow
-    assert both.p95.value == pytest.approx(math.sqrt(first**2 + second**2 + 2 * first * second * math.cos(elbow)), rel=1e-3)
+    assert both.p95.value == pytest.approx(
+        math.sqrt(first**2 + second**2 + 2 * first * second * math.cos(elbow)), rel=1e-3
+    )
     assert both.largest == pytest.approx(first + second, rel=1e-4)
     assert both.largest <= first + second
 
@@ -91,7 +111,9 @@ def test_every_surface_states_the_distance(found):
 
 
 def test_equal_geometry_is_equal_and_stays_out_of_the_headline(files):
-    """An arm and its copy command the same tool points: the table says so, the headline nothing, and there is no map."""
+    """An arm and its copy command the same tool points: the table says so, the headline nothing,
+    and there is no map.
+    """
     same = lostmotion.compare(files["one"], lostmotion.read(files["one"]), **SMALL)
     assert same.changes[0].apart.is_zero
     assert "tool point" not in same.sheet.verdict
@@ -100,7 +122,9 @@ def test_equal_geometry_is_equal_and_stays_out_of_the_headline(files):
 
 
 def test_arms_at_other_joint_values_are_not_compared(files):
-    """With other joint limits the arms do not stand at the same joint values: no distance is stated."""
+    """With other joint limits the arms do not stand at the same joint values: no distance is
+    stated.
+    """
     other = lostmotion.compare(files["one"], files["narrow"], **SMALL)
     assert other.changes[0].apart is None
     assert other.result()["commanded_tool_points"] == [None]
@@ -111,5 +135,7 @@ def test_arms_at_other_joint_values_are_not_compared(files):
 
 def test_several_arms_are_named_each_with_its_distance(files):
     """The headline of three arms names the mean distance of those that differ."""
-    found = lostmotion.compare(files["one"], files["longer"], files["both"], poses=64, robots=20, visits=2, threads=1)
+    found = lostmotion.compare(
+        files["one"], files["longer"], files["both"], poses=64, robots=20, visits=2, threads=1
+    )
     assert "apart from those of one, on average: longer 2.30 mm, both 2." in found.sheet.verdict

@@ -61,23 +61,36 @@ def printed(tmp_path):
 
 
 def test_the_headline_is_a_range_of_one_digit_that_says_that_it_is_assumed(ur5e):
-    """In one sentence: assumed by class, the range of accuracy and repeatability, the arm's own class; no interval, and no number of more digits."""
+    """In one sentence: assumed by class, the range of accuracy and repeatability, the arm's own
+    class; no interval, and no number of more digits.
+    """
     study = lostmotion.study(ur5e, poses=64, robots=50, visits=10)
     sentence = study.sheet.verdict.partition(". ")[0]
-    assert sentence.startswith("Assumed by class of drive, stepper to industrial: expect 95 % of positions within ")
+    assert sentence.startswith(
+        "Assumed by class of drive, stepper to industrial: expect 95 % of positions within "
+    )
     assert "(RP, ISO cycle)" in sentence
     assert "as small strain wave arm" in sentence
     assert "…" not in study.sheet.verdict
     for number in re.findall(r"(?<![\d.])([\d.]+)(?= (?:mm|µm|to))", sentence):
         assert len(number.replace(".", "").strip("0")) <= 1, number
-    assert not any(card.title.startswith(("95 %", "mean position", "accuracy AP", "repeatability")) for card in study.sheet.cards)
+    assert not any(
+        card.title.startswith(("95 %", "mean position", "accuracy AP", "repeatability"))
+        for card in study.sheet.cards
+    )
 
 
 def test_the_table_and_the_result_hold_the_class_and_its_neighbours(ur5e):
-    """Three classes side by side, in SI in result.json, the arm's own marked; better drives give smaller figures."""
+    """Three classes side by side, in SI in result.json, the arm's own marked; better drives give
+    smaller figures.
+    """
     study = lostmotion.study(ur5e, poses=64, method="analytic")
     (section,) = (each for each in study.sheet.sections if each.key == "drive_classes")
-    assert [row.label for row in section.rows] == ["as stepper arm", "as small strain wave arm", "as industrial arm"]
+    assert [row.label for row in section.rows] == [
+        "as stepper arm",
+        "as small strain wave arm",
+        "as industrial arm",
+    ]
     facts = json.loads(json.dumps(study.sheet.facts["drive_classes"]))
     assert [each["default"] for each in facts] == [False, True, False]
     for key in ("within_95", "rp_iso"):
@@ -90,7 +103,10 @@ def test_a_stated_drive_ends_the_comparison_of_classes(ur5e):
     """With one real gearbox the headline is that of any study, with its interval."""
     sidecar = ur5e.with_suffix(".toml")
     text = sidecar.read_text("utf-8")
-    sidecar.write_text(text.replace("[joints.elbow_joint]", '[joints.elbow_joint]\ngearbox = "CSG-25-100"', 1), "utf-8")
+    sidecar.write_text(
+        text.replace("[joints.elbow_joint]", '[joints.elbow_joint]\ngearbox = "CSG-25-100"', 1),
+        "utf-8",
+    )
     study = lostmotion.study(ur5e, poses=64, robots=50, visits=10)
     assert study.classes == ()
     assert study.sheet.verdict.startswith("Expect 95 % of positions within ")
@@ -107,20 +123,29 @@ def test_a_bare_robot_file_has_a_first_answer_by_class(printed):
 
 
 def test_a_small_printed_arm_is_a_servo_arm_of_centimetres(printed):
-    """Its effort limits are placeholders; by its own presets of servo, print and mounting 95 % lie within a figure that the range contains."""
+    """Its effort limits are placeholders; by its own presets of servo, print and mounting 95 % lie
+    within a figure that the range contains.
+    """
     lostmotion.new(urdf=printed).report()
     figures = class_figures(lostmotion.read(printed))
     own = next(each for each in figures if each.default)
-    printed.with_suffix(".toml").write_text('presets = { revolute = "hobby servo", link = "printed PLA", mounting = "printed" }\n', "utf-8")
+    printed.with_suffix(".toml").write_text(
+        'presets = { revolute = "hobby servo", link = "printed PLA", mounting = "printed" }\n',
+        "utf-8",
+    )
     by_presets = lostmotion.study(printed, poses=64, method="analytic").pooled.quantiles
     reference = max(each.value for each in by_presets[:3])
     assert own.name == "hobby servo"
-    assert min(each.within for each in figures) < reference < 2 * max(each.within for each in figures)
+    assert (
+        min(each.within for each in figures) < reference < 2 * max(each.within for each in figures)
+    )
     assert own.within == pytest.approx(reference, rel=1.0)
 
 
 def test_the_repeatability_of_a_class_is_that_of_simulated_robots_in_the_iso_cycle(ur5e):
-    """By another method: robots drawn one by one follow the standard's cycle at its five poses; the sum over terms agrees within a factor of 1.5."""
+    """By another method: robots drawn one by one follow the standard's cycle at its five poses; the
+    sum over terms agrees within a factor of 1.5.
+    """
     arm = lostmotion.read(ur5e)
     cube = cube_of(arm, 0.3, np.array([0.4, 0.0, 0.4]), None, 0.0, None, None)
     simulated = predict_robots(arm, cube, robots=100, seed=1).loads[0].repeatability.mean()
@@ -138,7 +163,12 @@ def test_a_better_class_is_more_repeatable(printed):
     lostmotion.new(urdf=printed).report()
     arm = lostmotion.read(printed)
     order = list(drive_classes().values())[:4]
-    repeats = [next(each for each in class_figures(with_class(arm, each_class)) if each.default).repeatability for each_class in order]
+    repeats = [
+        next(
+            each for each in class_figures(with_class(arm, each_class)) if each.default
+        ).repeatability
+        for each_class in order
+    ]
     assert class_of_arm(arm) is not None
     assert repeats == sorted(repeats, reverse=True)
 
@@ -155,4 +185,8 @@ def test_a_better_class_is_more_repeatable(printed):
 )
 def test_a_length_has_one_digit(value, near, down, up):
     """Rounded to the nearest, or outward but for three per cent."""
-    assert (rounded_length(value), rounded_length(value, -1.0), rounded_length(value, 1.0)) == (near, down, up)
+    assert (rounded_length(value), rounded_length(value, -1.0), rounded_length(value, 1.0)) == (
+        near,
+        down,
+        up,
+    )

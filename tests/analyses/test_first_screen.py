@@ -1,4 +1,6 @@
-"""What the first screen of a study shows: bars of the largest contributors and of the remedies, and the headline."""
+"""What the first screen of a study shows: bars of the largest contributors and of the remedies, and
+the headline.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -26,25 +28,33 @@ def _cost(name, share, levels=None):
 
 
 def test_bars_show_the_figures_of_the_tables(study):
-    """Share and effect of halving are those of the error budget, what remedies leave that of the waterfall; all bars together are the whole."""
+    """Share and effect of halving are those of the error budget, what remedies leave that of the
+    waterfall; all bars together are the whole.
+    """
     sheet = study.sheet
     blame, remedies = sheet.bars
     for bar in blame.bars[:-1]:
         row = find_row(sheet.sections, "budget", bar.label)
         assert bar.figure.value == row.figures[1].value == pytest.approx(100 * bar.size)
-        assert bar.effect.value * {"mm": 1e3, "µm": 1}[bar.effect.unit] == pytest.approx(row.figures[2].value)
+        assert bar.effect.value * {"mm": 1e3, "µm": 1}[bar.effect.unit] == pytest.approx(
+            row.figures[2].value
+        )
         assert sum(bar.parts) == pytest.approx(bar.size)
     assert sum(bar.size for bar in blame.bars) == pytest.approx(1)
     assert blame.bars[-1].label == "12 others"
     rows = next(section for section in sheet.sections if section.key == "waterfall").rows
-    assert len(remedies.bars) == len(STAGES) < len(rows)  # further remedies, listed below these, leave no less of this arm's error
+    # further remedies, listed below these, leave no less of this arm's error
+    assert len(remedies.bars) == len(STAGES) < len(rows)
     assert [bar.figure for bar in remedies.bars] == [
-        replace(row.figures[1], samples=bar.figure.samples) for row, bar in zip(rows[: len(STAGES)], remedies.bars, strict=True)
+        replace(row.figures[1], samples=bar.figure.samples)
+        for row, bar in zip(rows[: len(STAGES)], remedies.bars, strict=True)
     ]
 
 
 def test_without_sampling_bars_show_root_mean_squares():
-    """An analytic study knows no percentile of a remedy: its bars show what each remedy leaves of the root mean square."""
+    """An analytic study knows no percentile of a remedy: its bars show what each remedy leaves of
+    the root mean square.
+    """
     found = lostmotion.study(EXAMPLES / "z-arm.toml", 64, method="analytic").sheet
     assert [bars.key for bars in found.bars] == ["budget", "remedies"]
     row = find_row(found.sections, "levels", "left after compensation of load and pose")
@@ -53,7 +63,9 @@ def test_without_sampling_bars_show_root_mean_squares():
 
 
 def test_a_part_that_cancels_others_has_a_bar_to_the_left():
-    """A large negative share is among the bars, below zero on the scale; six parts have a bar each, of more the smallest share one."""
+    """A large negative share is among the bars, below zero on the scale; six parts have a bar each,
+    of more the smallest share one.
+    """
     many = [_cost(f"J{k}", 0.15) for k in range(8)] + [_cost("B", -0.3), _cost("C", 0.1)]
     (blame,) = blame_bars(many, {}, "")
     assert [bar.label for bar in blame.bars] == [f"J{k}" for k in range(4)] + ["B", "5 others"]
@@ -67,7 +79,9 @@ def test_a_part_that_cancels_others_has_a_bar_to_the_left():
 
 
 def test_reductions_share_one_unit():
-    """What halving takes off is in µm where the largest is below 1 mm, else in mm; none without a run."""
+    """What halving takes off is in µm where the largest is below 1 mm, else in mm; none without a
+    run.
+    """
     gains = {"joints.A": Estimate(2e-4, 1e-4, 3e-4), "joints.B": Estimate(1e-6, 0.0, 2e-6)}
     (blame,) = blame_bars([_cost("A", 0.9), _cost("B", 0.1)], gains, "")
     assert [bar.effect.unit for bar in blame.bars] == ["µm", "µm"]

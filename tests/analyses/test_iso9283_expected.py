@@ -1,4 +1,6 @@
-"""Expected RP_l of normally distributed visits: its limits, and agreement with sampling for few visits."""
+"""Expected RP_l of normally distributed visits: its limits, and agreement with sampling for few
+visits.
+"""
 
 import numpy as np
 import pytest
@@ -21,23 +23,41 @@ SHAPES = [(1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.25, 0.04), 
 
 def _mean_length(variances, power):
     """Return E l^p by averaging over a fine grid of directions, an independent calculation."""
-    upward, around = np.meshgrid((np.arange(600) + 0.5) / 600, (np.arange(600) + 0.5) / 600 * np.pi / 2, indexing="ij")
+    upward, around = np.meshgrid(
+        (np.arange(600) + 0.5) / 600, (np.arange(600) + 0.5) / 600 * np.pi / 2, indexing="ij"
+    )
     flat = 1 - upward**2
-    square = variances[0] * flat * np.cos(around) ** 2 + variances[1] * flat * np.sin(around) ** 2 + variances[2] * upward**2
-    return 2 ** (power / 2) * gamma((3 + power) / 2) / gamma(1.5) * float((square ** (power / 2)).mean())
+    square = (
+        variances[0] * flat * np.cos(around) ** 2
+        + variances[1] * flat * np.sin(around) ** 2
+        + variances[2] * upward**2
+    )
+    return (
+        2 ** (power / 2)
+        * gamma((3 + power) / 2)
+        / gamma(1.5)
+        * float((square ** (power / 2)).mean())
+    )
 
 
 def _sampled(variances, visits, sets, seed=5):
     """Return mean and standard deviation of RP_l over sampled sets, each with its standard error.
 
-    Variance reduction: only the remainder beyond a sum over independent visits is sampled, whose mean and variance are known.
+    Variance reduction: only the remainder beyond a sum over independent visits is sampled, whose
+    mean and variance are known.
     """
     mean, cube = (_mean_length(variances, power) for power in (1, 3))
     total = sum(variances)
     spread = np.sqrt(total - mean**2)
     # Per visit: z + 3 (z^2 - 1) / 2 of its standard length z, the first order of RP_l.
     third = (cube - 3 * mean * total + 2 * mean**3) / spread**3
-    fourth = (total**2 + 2 * sum(x**2 for x in variances) - 4 * mean * cube + 6 * mean**2 * total - 3 * mean**4) / spread**4
+    fourth = (
+        total**2
+        + 2 * sum(x**2 for x in variances)
+        - 4 * mean * cube
+        + 6 * mean**2 * total
+        - 3 * mean**4
+    ) / spread**4
     known = (1 + 3 * third + 9 / 4 * (fourth - 1)) * spread**2 / visits
     rng, parts = np.random.Generator(np.random.SFC64(seed)), []
     axes = np.sqrt([x for x in variances if x])
@@ -56,7 +76,9 @@ def _sampled(variances, visits, sets, seed=5):
 
 
 def _without(values, chance):
-    """Return the mean of values, less its regression on values of known zero mean, and its standard error."""
+    """Return the mean of values, less its regression on values of known zero mean, and its standard
+    error.
+    """
     less = np.linalg.solve(chance @ chance.T, chance @ (values - values.mean())) @ chance
     return (values - less).mean(), (values - less).std() / np.sqrt(len(values))
 
@@ -72,7 +94,9 @@ def test_repeatability_of_many_visits_tends_to_its_constant(axes, limit):
 @pytest.mark.parametrize("sets", [200_000, pytest.param(800_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_repeatability_of_thirty_visits_holds_to_a_thousandth(shape, sets):
-    """Mean and standard deviation over sets of 30 visits, in space, in a plane, on a line and for unequal axes, agree with sampling to 0.05 %."""
+    """Mean and standard deviation over sets of 30 visits, in space, in a plane, on a line and for
+    unequal axes, agree with sampling to 0.05 %.
+    """
     mean, deviation = (value[0] for value in expected_repeatability(np.diag(shape)[None], 30))
     sampled, by_chance, spread, spread_by_chance = _sampled(shape, 30, sets)
     assert by_chance < 1e-4 * sampled
@@ -82,14 +106,19 @@ def test_repeatability_of_thirty_visits_holds_to_a_thousandth(shape, sets):
 
 
 def test_thirty_visits_of_a_round_scatter_show_the_known_figures():
-    """In space the mean is 3.536 standard deviations per axis with a standard deviation of 0.329; the latter is 0.337 in a plane, 0.355 on a line."""
+    """In space the mean is 3.536 standard deviations per axis with a standard deviation of 0.329;
+    the latter is 0.337 in a plane, 0.355 on a line.
+    """
     covariance = np.stack([np.diag(shape) for shape in SHAPES[:3]])
     mean, deviation = expected_repeatability(covariance, 30)
     assert mean[0] == pytest.approx(3.536, abs=5e-4)
     assert deviation == pytest.approx([0.3293, 0.3367, 0.3546], abs=3e-4)
 
 
-@pytest.mark.parametrize(("visits", "of_mean", "of_deviation"), [(10, 5e-4, 3e-3), (7, 5e-4, 5e-3), (5, 2e-3, 0.02), (3, 0.011, 0.11)])
+@pytest.mark.parametrize(
+    ("visits", "of_mean", "of_deviation"),
+    [(10, 5e-4, 3e-3), (7, 5e-4, 5e-3), (5, 2e-3, 0.02), (3, 0.011, 0.11)],
+)
 @pytest.mark.parametrize("shape", [SHAPES[0], SHAPES[2], SHAPES[3]])
 def test_repeatability_of_few_visits_is_as_good_as_it_says(shape, visits, of_mean, of_deviation):
     """The stated error for few visits is not exceeded."""
@@ -100,15 +129,24 @@ def test_repeatability_of_few_visits_is_as_good_as_it_says(shape, visits, of_mea
 
 
 def test_two_visits_lie_as_far_from_their_middle():
-    """RP_l of two visits is half their distance: sqrt(1 / pi) on average on a line with unit standard deviation."""
-    mean, deviation = (value[0] for value in expected_repeatability(np.diag([1.0, 0.0, 0.0])[None], 2))
+    """RP_l of two visits is half their distance: sqrt(1 / pi) on average on a line with unit
+    standard deviation.
+    """
+    mean, deviation = (
+        value[0] for value in expected_repeatability(np.diag([1.0, 0.0, 0.0])[None], 2)
+    )
     assert mean == pytest.approx(np.sqrt(1 / np.pi), rel=1e-10)
     assert deviation == pytest.approx(np.sqrt(0.5 - 1 / np.pi), rel=1e-10)
 
 
 def test_what_does_not_scatter_repeats_and_what_is_no_number_stays_none():
-    """Zero scatter gives zero; NaN gives NaN without affecting other covariances, of any magnitude."""
-    mean, deviation = expected_repeatability(np.stack([np.zeros((3, 3)), np.full((3, 3), np.nan), 1e-12 * np.eye(3), 1e6 * np.eye(3)]), 30)
+    """Zero scatter gives zero; NaN gives NaN without affecting other covariances, of any
+    magnitude.
+    """
+    mean, deviation = expected_repeatability(
+        np.stack([np.zeros((3, 3)), np.full((3, 3), np.nan), 1e-12 * np.eye(3), 1e6 * np.eye(3)]),
+        30,
+    )
     assert mean[0] == deviation[0] == 0
     assert np.isnan(mean[1])
     assert np.isnan(deviation[1])
@@ -119,7 +157,11 @@ def test_what_does_not_scatter_repeats_and_what_is_no_number_stays_none():
 
 @pytest.mark.parametrize("axes", [1, 2, 3, 5])
 def test_moments_of_a_round_length_are_those_of_chi(axes):
-    """E l^p by quadrature equals the gamma-function form for any number of axes, and additional zero variances change nothing."""
+    """E l^p by quadrature equals the gamma-function form for any number of axes, and additional
+    zero variances change nothing.
+    """
     moments = length_moments(np.array([1 / axes] * axes + [0.0] * (5 - axes)))
     for power, found in enumerate(moments):
-        assert found == pytest.approx((2 / axes) ** (power / 2) * gamma((axes + power) / 2) / gamma(axes / 2), rel=1e-11)
+        assert found == pytest.approx(
+            (2 / axes) ** (power / 2) * gamma((axes + power) / 2) / gamma(axes / 2), rel=1e-11
+        )

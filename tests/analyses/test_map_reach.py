@@ -1,4 +1,6 @@
-"""Reachable cells, corners and configurations of a map against the closed-form inverse kinematics of an arm of three joints."""
+"""Reachable cells, corners and configurations of a map against the closed-form inverse kinematics
+of an arm of three joints.
+"""
 
 import math
 
@@ -16,7 +18,9 @@ EDGE = 0.05
 
 
 def turret(**parts):
-    """Return an arm that rotates about z, with two links in the vertical plane; `parts` of its joints by name."""
+    """Return an arm that rotates about z, with two links in the vertical plane; `parts` of its
+    joints by name.
+    """
     axes, lengths = ("z", "-y", "-y"), (0.0, UPPER, FORE)
     joints = [
         {
@@ -34,7 +38,9 @@ def turret(**parts):
 
 
 def configurations(point):
-    """Return the joint values within the limits that bring the tool there: forward or overhead, either elbow."""
+    """Return the joint values within the limits that bring the tool there: forward or overhead,
+    either elbow.
+    """
     x, y, z = point[0], point[1], point[2] - HEIGHT
     out = []
     for turn, r in ((math.atan2(y, x), math.hypot(x, y)), (math.atan2(-y, -x), -math.hypot(x, y))):
@@ -42,7 +48,9 @@ def configurations(point):
         if abs(bend) > 1 + 1e-12:
             continue
         for elbow in {math.acos(np.clip(bend, -1, 1)), -math.acos(np.clip(bend, -1, 1))}:
-            lean = math.atan2(z, r) - math.atan2(FORE * math.sin(elbow), UPPER + FORE * math.cos(elbow))
+            lean = math.atan2(z, r) - math.atan2(
+                FORE * math.sin(elbow), UPPER + FORE * math.cos(elbow)
+            )
             q = (np.array([turn, lean, elbow]) + math.pi) % (2 * math.pi) - math.pi
             if (q >= LIMITS[:, 0] - 1e-9).all() and (q <= LIMITS[:, 1] + 1e-9).all():
                 out.append(q)
@@ -70,10 +78,14 @@ def test_every_configuration_of_a_cell_is_found_once(reached):
 
 
 def test_no_middle_or_corner_in_reach_is_missed(reached, monkeypatch):
-    """The tool reaches every centre and corner that the closed form reaches, including the stretched arm, and no other."""
+    """The tool reaches every centre and corner that the closed form reaches, including the
+    stretched arm, and no other.
+    """
     everywhere = np.argwhere(np.ones(reached.grid.shape, bool))
     middles = reached.grid.low + EDGE * (everywhere + 0.5)
-    assert np.array_equal(reached.centre.ravel(), [bool(configurations(middle)) for middle in middles])
+    assert np.array_equal(
+        reached.centre.ravel(), [bool(configurations(middle)) for middle in middles]
+    )
     from lostmotion.analyses.workspace_map import placement
 
     calls = []
@@ -92,6 +104,20 @@ def test_no_middle_or_corner_in_reach_is_missed(reached, monkeypatch):
 
 def test_what_counts_as_one_configuration():
     """Full turns and tiny differences do not count; poses are compared only within their cell."""
-    q = np.array([[0.1, 0.2, 0.3], [0.1 + 2 * math.pi, 0.2, 0.3], [0.1, 0.2, 0.35], [0.1, 0.2, 0.301], [0.1, 0.2, 0.3]])
-    assert distinct_configurations(turret(), q, np.array([4, 4, 4, 4, 7]), EDGE).tolist() == [True, False, True, False, True]
+    q = np.array(
+        [
+            [0.1, 0.2, 0.3],
+            [0.1 + 2 * math.pi, 0.2, 0.3],
+            [0.1, 0.2, 0.35],
+            [0.1, 0.2, 0.301],
+            [0.1, 0.2, 0.3],
+        ]
+    )
+    assert distinct_configurations(turret(), q, np.array([4, 4, 4, 4, 7]), EDGE).tolist() == [
+        True,
+        False,
+        True,
+        False,
+        True,
+    ]
     assert distinct_configurations(turret(), q[:0], np.zeros(0, int), EDGE).tolist() == []

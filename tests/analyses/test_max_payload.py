@@ -1,4 +1,6 @@
-"""The largest payload of an arm and the stiffness of its tool along x, y and z, against closed forms."""
+"""The largest payload of an arm and the stiffness of its tool along x, y and z, against closed
+forms.
+"""
 
 import math
 
@@ -14,7 +16,10 @@ from lostmotion.reporting.sheet import find_row
 VALIDATES = (
     (
         "largest payload by drives, sag and accuracy",
-        "closed forms of a planar arm's torques and springs; the worst torque within a tilt; Monte Carlo at the worst pose",
+        (
+            "closed forms of a planar arm's torques and springs; the worst torque within a tilt; "
+            "Monte Carlo at the worst pose"
+        ),
         "1e-7; 1e-6; 1e-6; 2 %",
         "analyses/statics/payload.py",
     ),
@@ -93,14 +98,18 @@ def horizontal(q):
 
 
 def own_torques(q):
-    """Return what the weights of the planar arm's links ask of its drives (pose, joint), N m: each acts at the middle of its link."""
+    """Return what the weights of the planar arm's links ask of its drives (pose, joint), N m: each
+    acts at the middle of its link.
+    """
     fore = 2 * G * FORE / 2 * np.cos(q.sum(axis=1))
     upper = 3 * G * UPPER / 2 * np.cos(q[:, 0]) + 2 * G * UPPER * np.cos(q[:, 0])
     return np.column_stack([upper + fore, fore])
 
 
 def test_the_drives_of_a_planar_arm_hold_what_their_rated_torques_allow(tmp_path):
-    """The largest payload is (rated torque - own moment) / (g x horizontal distance), the smaller of both joints, at every pose."""
+    """The largest payload is (rated torque - own moment) / (g x horizontal distance), the smaller
+    of both joints, at every pose.
+    """
     found = max_payload(arm_of(tmp_path, PLANAR), Poses(POSES, "given"), None, None, None)
     each = (np.array([100.0, 30.0]) - own_torques(POSES)) / (G * horizontal(POSES))
     np.testing.assert_allclose(found.limits[0].values, each.min(axis=1), rtol=1e-7)
@@ -110,7 +119,9 @@ def test_the_drives_of_a_planar_arm_hold_what_their_rated_torques_allow(tmp_path
 
 
 def test_the_largest_payload_just_holds_on_a_tilted_base(tmp_path):
-    """With the largest payload within a tilt, one drive holds exactly its rated torque in the worst direction, and none holds more."""
+    """With the largest payload within a tilt, one drive holds exactly its rated torque in the worst
+    direction, and none holds more.
+    """
     arm, tilt = arm_of(tmp_path, PLANAR), math.radians(25)
     values = max_payload(arm, Poses(POSES, "given"), tilt, None, None).limits[0].values
     for q, mass in zip(POSES, values, strict=True):
@@ -122,7 +133,9 @@ def test_the_largest_payload_just_holds_on_a_tilted_base(tmp_path):
 
 
 def test_the_sag_of_a_planar_arm_follows_its_springs(tmp_path):
-    """Each joint turns by its torque over its stiffness and moves the tip by that times its distance: with the largest payload by the limit."""
+    """Each joint turns by its torque over its stiffness and moves the tip by that times its
+    distance: with the largest payload by the limit.
+    """
     arm, limit = arm_of(tmp_path, PLANAR), 2e-3
     values = max_payload(arm, Poses(POSES, "given"), None, limit, None).limits[1].values
     stiffness = np.array([20.0, 5.0]) / ARCMIN
@@ -131,12 +144,17 @@ def test_the_sag_of_a_planar_arm_follows_its_springs(tmp_path):
         elbow = UPPER * np.array([math.cos(q[0]), math.sin(q[0])])
         tip = elbow + FORE * np.array([math.cos(q.sum()), math.sin(q.sum())])
         turned = (own + mass * G * x) / stiffness
-        shift = sum(angle * np.array([arm_z, -arm_x]) for angle, (arm_x, arm_z) in zip(turned, (tip, tip - elbow), strict=True))
+        shift = sum(
+            angle * np.array([arm_z, -arm_x])
+            for angle, (arm_x, arm_z) in zip(turned, (tip, tip - elbow), strict=True)
+        )
         assert np.linalg.norm(shift) == pytest.approx(limit, rel=1e-6)
 
 
 def test_the_accuracy_limit_is_met_with_the_largest_payload_and_not_above(tmp_path):
-    """A study of the worst pose by Monte Carlo with that payload has 95 % of its positions within the limit, to 2 %; with a tenth more it has not."""
+    """A study of the worst pose by Monte Carlo with that payload has 95 % of its positions within
+    the limit, to 2 %; with a tenth more it has not.
+    """
     arm, limit = arm_of(tmp_path, PLANAR), 0.5e-3
     found = max_payload(arm, lostmotion.sample_poses(arm, 64), None, None, limit).limits[1]
     q = found.q[[found.worst]]
@@ -151,73 +169,129 @@ def test_the_accuracy_limit_is_met_with_the_largest_payload_and_not_above(tmp_pa
 
 
 def test_an_arm_that_cannot_hold_itself_holds_no_payload(tmp_path):
-    """A drive overloaded by the arm alone leaves nothing for a payload, and the headline says so with the number of poses."""
+    """A drive overloaded by the arm alone leaves nothing for a payload, and the headline says so
+    with the number of poses.
+    """
     weak = arm_of(tmp_path, PLANAR.replace('"30 N m"', '"1 N m"'))
     sheet = lostmotion.statics(weak, poses=64, max_payload=True).sheet
     over = int(
-        (np.abs(joint_torques(weak.with_payload(weak.payload.model_copy(update={"mass": 0.0})), lostmotion.sample_poses(weak, 64).q)) > [100, 1])
+        (
+            np.abs(
+                joint_torques(
+                    weak.with_payload(weak.payload.model_copy(update={"mass": 0.0})),
+                    lostmotion.sample_poses(weak, 64).q,
+                )
+            )
+            > [100, 1]
+        )
         .any(axis=1)
         .sum()
     )
-    assert f"No payload is held at every pose: without any, the drive of elbow is overloaded at {over} of 64 poses." in sheet.verdict
+    assert (
+        "No payload is held at every pose: without any, the drive of elbow is overloaded at "
+        f"{over} of 64 poses."
+    ) in sheet.verdict
 
 
 def test_drives_without_a_rating_set_no_payload_and_are_named(tmp_path):
-    """Without any rating there is no payload by the drives, rather than an infinite one; with one of two it is an upper bound."""
+    """Without any rating there is no payload by the drives, rather than an infinite one; with one
+    of two it is an upper bound.
+    """
     none = PLANAR.replace('rated_torque = "100 N m", ', "").replace('rated_torque = "30 N m", ', "")
     sheet = lostmotion.statics(arm_of(tmp_path, none), poses=64, max_payload=True).sheet
     assert "No drive that the payload loads has a rated torque" in sheet.verdict
-    assert next(card for card in sheet.cards if card.title == "largest payload, every pose").number == "not known"
-    assert [figure.words for figure in find_row(sheet.sections, "payload", "drives, rated torque").figures] == ["not rated"] * 3
-    one = lostmotion.statics(arm_of(tmp_path, PLANAR.replace('rated_torque = "100 N m", ', "")), poses=64, max_payload=True)
+    assert (
+        next(card for card in sheet.cards if card.title == "largest payload, every pose").number
+        == "not known"
+    )
+    assert [
+        figure.words
+        for figure in find_row(sheet.sections, "payload", "drives, rated torque").figures
+    ] == ["not rated"] * 3
+    one = lostmotion.statics(
+        arm_of(tmp_path, PLANAR.replace('rated_torque = "100 N m", ', "")),
+        poses=64,
+        max_payload=True,
+    )
     assert "is at most " in one.sheet.verdict
     assert "No rated torque is stated for shoulder: its load is not counted" in one.sheet.verdict
-    assert find_row(one.sheet.sections, "payload", "drives, rated torque").figures[0].bound == "upper"
+    assert (
+        find_row(one.sheet.sections, "payload", "drives, rated torque").figures[0].bound == "upper"
+    )
     assert one.result()["max_payload"]["not_rated"] == ["shoulder"]
 
 
 def test_each_criterion_is_answered_with_what_governs_and_where(tmp_path):
-    """A limit of sag or accuracy asks for the payload as well; the smallest of the three is the headline's, with its pose in result.json."""
-    found = lostmotion.statics(arm_of(tmp_path, PLANAR), poses=64, sag_limit="1 mm", accuracy_limit="0.5 mm")
+    """A limit of sag or accuracy asks for the payload as well; the smallest of the three is the
+    headline's, with its pose in result.json.
+    """
+    found = lostmotion.statics(
+        arm_of(tmp_path, PLANAR), poses=64, sag_limit="1 mm", accuracy_limit="0.5 mm"
+    )
     criteria = found.result()["max_payload"]["criteria"]
     assert list(criteria) == ["drives", "sag", "accuracy"]
     governing = min(criteria, key=lambda name: criteria[name]["every_pose_kg"])
     assert found.result()["max_payload"]["governing"] == governing
     assert criteria["sag"]["limit_m"] == 1e-3
     section = next(section for section in found.sheet.sections if section.key == "payload")
-    assert [row.label for row in section.rows] == ["drives, rated torque", "sag within 1 mm", "accuracy within 0.5 mm"]
+    assert [row.label for row in section.rows] == [
+        "drives, rated torque",
+        "sag within 1 mm",
+        "accuracy within 0.5 mm",
+    ]
     assert all("pose " in row.note and "tool at x " in row.note for row in section.rows)
     assert {plot.section for plot in found.plots} >= {"payload", "map"}
 
 
 def test_the_slides_of_a_mill_are_springs_in_series(tmp_path):
-    """Along x the spindle's screw and the bed's two carriages yield; along y the bed's screw, the spindle's carriages, and the bed's yaw times x."""
+    """Along x the spindle's screw and the bed's two carriages yield; along y the bed's screw, the
+    spindle's carriages, and the bed's yaw times x.
+    """
     arm = arm_of(tmp_path, MILL)
     found = lostmotion.statics(arm, poses=np.array([[0.0, 0.0], [0.03, 0.1]]))
     along_x = 1 / (1 / 0.65 + 1 / (2 * 0.65))
     yaw = 2 * 0.65e6 * 0.075**2  # N m/rad of two carriages 150 mm apart
     along_y = [1 / (1 / 0.39 + 1 / (2 * 3.9) + 1e6 * x**2 / yaw) for x in (0.0, 0.1)]
-    worst_x, _, best_x = (figure.value for figure in find_row(found.sheet.sections, "axes", "along x").figures)
-    worst_y, _, best_y = (figure.value for figure in find_row(found.sheet.sections, "axes", "along y").figures)
+    worst_x, _, best_x = (
+        figure.value for figure in find_row(found.sheet.sections, "axes", "along x").figures
+    )
+    worst_y, _, best_y = (
+        figure.value for figure in find_row(found.sheet.sections, "axes", "along y").figures
+    )
     assert worst_x == best_x == pytest.approx(along_x, rel=1e-6)
     assert (worst_y, best_y) == pytest.approx((along_y[1], along_y[0]), rel=1e-6)
     compliance = lostmotion.compliance(arm, found.poses.q)
-    np.testing.assert_allclose(found.axis_compliance, np.einsum("pii->pi", compliance[:, 3:, 3:]), rtol=1e-12)
-    parts = {row.label: [figure.value for figure in row.figures] for row in next(s for s in found.sheet.sections if s.key == "axes-parts").rows}
+    np.testing.assert_allclose(
+        found.axis_compliance, np.einsum("pii->pi", compliance[:, 3:, 3:]), rtol=1e-12
+    )
+    parts = {
+        row.label: [figure.value for figure in row.figures]
+        for row in next(s for s in found.sheet.sections if s.key == "axes-parts").rows
+    }
     assert parts["spindle.gearbox"] == [pytest.approx(0.65), math.inf, math.inf]
     assert parts["bed.gearbox"] == [math.inf, pytest.approx(0.39), math.inf]
     assert parts["bed.bearing"][0] == pytest.approx(2 * 0.65)
-    assert f"Along x, y, z the tool's stiffness is {along_x:.3f} N/µm, {along_y[1]:.3f} N/µm" in found.sheet.verdict
+    assert (
+        f"Along x, y, z the tool's stiffness is {along_x:.3f} N/µm, {along_y[1]:.3f} N/µm"
+        in found.sheet.verdict
+    )
 
 
 def test_a_cantilever_is_as_stiff_as_its_bending_and_stretching(tmp_path):
-    """3 E I / L^3 with the shear of a thin tube across the beam, E A / L along it; at 45 degrees the mean of both compliances."""
-    found = lostmotion.statics(arm_of(tmp_path, CANTILEVER), poses=np.radians([[0.0], [45.0], [90.0]]))
-    young, poisson = (getattr(found.arm.joints[0].link.material, name) for name in ("young", "poisson"))
+    """3 E I / L^3 with the shear of a thin tube across the beam, E A / L along it; at 45 degrees
+    the mean of both compliances.
+    """
+    found = lostmotion.statics(
+        arm_of(tmp_path, CANTILEVER), poses=np.radians([[0.0], [45.0], [90.0]])
+    )
+    young, poisson = (
+        getattr(found.arm.joints[0].link.material, name) for name in ("young", "poisson")
+    )
     outer, inner, span = 0.04, 0.036, 0.5
     area, second = math.pi / 4 * (outer**2 - inner**2), math.pi / 64 * (outer**4 - inner**4)
     bending, stretching = span**3 / (3 * young * second), span / (young * area)
-    shear = 2 * span / (young / (2 * (1 + poisson)) * area)  # a thin tube's shear factor is about one half
+    # a thin tube's shear factor is about one half
+    shear = 2 * span / (young / (2 * (1 + poisson)) * area)
     across, along = found.axis_compliance[0, 2], found.axis_compliance[0, 0]
     assert across == pytest.approx(bending + shear, rel=3e-3)
     assert along == pytest.approx(stretching, rel=1e-6)

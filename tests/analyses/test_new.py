@@ -22,7 +22,9 @@ from tests.io.urdfs import arm, link, robot
 
 @pytest.mark.parametrize("template", get_args(Template))
 def test_each_template_is_an_arm_with_an_accuracy_and_no_overloaded_drive(template, tmp_path):
-    """It is read as it stands, every moving joint is described, nothing is warned of, and a study predicts an error of its class."""
+    """It is read as it stands, every moving joint is described, nothing is warned of, and a study
+    predicts an error of its class.
+    """
     path = lostmotion.new("mine", template=template, out=tmp_path / "mine.toml").report()
     arm = lostmotion.read(path)
     assert arm.name == "mine"
@@ -53,9 +55,14 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
 
 
 def test_the_next_steps_and_the_refusal_of_a_second_study_name_force(tmp_path):
-    """Whoever changes the new file and studies it again learns beforehand how the first result is replaced, and again where it is refused."""
+    """Whoever changes the new file and studies it again learns beforehand how the first result is
+    replaced, and again where it is refused.
+    """
     begun = lostmotion.new("arm", out=tmp_path / "arm.toml")
-    assert f"`lostmotion study {tmp_path / 'arm.toml'} --force` replaces the first result" in begun.sheet.verdict
+    assert (
+        f"`lostmotion study {tmp_path / 'arm.toml'} --force` replaces the first result"
+        in begun.sheet.verdict
+    )
     study = lostmotion.study(begun.report(), poses=16, method="analytic")
     study.report(tmp_path / "first")
     with pytest.raises(OutputExistsError, match=r"--force.*--out"):
@@ -94,10 +101,14 @@ def test_the_sidecar_of_a_urdf_describes_each_joint_by_assumed_values(urdf):
 
 
 def test_three_reducers_are_proposed_with_a_margin_over_the_static_load(urdf):
-    """Rated for 1.5 times the load of their joint and of all farther out, by an independent set of poses; each as a comment."""
+    """Rated for 1.5 times the load of their joint and of all farther out, by an independent set of
+    poses; each as a comment.
+    """
     arm = lostmotion.read(urdf)
     text = urdf.with_suffix(".toml").read_text("utf-8")
-    q = arm.limits[:, 0] + np.random.default_rng(1).random((2000, len(arm.moving))) * np.ptp(arm.limits, axis=1)
+    q = arm.limits[:, 0] + np.random.default_rng(1).random((2000, len(arm.moving))) * np.ptp(
+        arm.limits, axis=1
+    )
     held = np.abs(joint_torques(arm, q)).max(axis=0)
     for k, joint in enumerate(arm.moving):
         table = text.partition(f"[joints.{joint.name}]")[2].partition("\n[")[0]
@@ -116,11 +127,16 @@ def test_three_reducers_are_proposed_with_a_margin_over_the_static_load(urdf):
 
 
 def test_the_commands_that_follow_replace_a_result_that_is_there(urdf, monkeypatch):
-    """A study of the URDF alone has left its folder: the printed command would be refused without --force."""
+    """A study of the URDF alone has left its folder: the printed command would be refused without
+    --force.
+    """
     monkeypatch.chdir(urdf.parent)
     (urdf.parent / "robot-accuracy").mkdir()
     verdict = lostmotion.new(urdf=urdf, force=True).sheet.verdict
-    assert f"`lostmotion study {urdf} --force` predicts the accuracy. It replaces the result in robot-accuracy" in verdict
+    assert (
+        f"`lostmotion study {urdf} --force` predicts the accuracy. It replaces the result in "
+        "robot-accuracy"
+    ) in verdict
 
 
 def test_a_load_that_is_rounding_is_printed_as_zero(urdf):
@@ -131,7 +147,9 @@ def test_a_load_that_is_rounding_is_printed_as_zero(urdf):
 
 
 def test_a_urdf_leads_to_a_prediction_in_two_commands(urdf):
-    """The sidecar as written gives an error between a hundredth of a millimetre and centimetres, and says what it rests on."""
+    """The sidecar as written gives an error between a hundredth of a millimetre and centimetres,
+    and says what it rests on.
+    """
     study = lostmotion.study(urdf, poses=64, method="analytic")
     assert "assumed" in study.sheet.verdict
     with pytest.raises(OutputExistsError):
@@ -139,25 +157,39 @@ def test_a_urdf_leads_to_a_prediction_in_two_commands(urdf):
 
 
 def test_the_commands_that_follow_name_the_sidecar_where_it_is_not_the_default(urdf, tmp_path):
-    """A sidecar written elsewhere would not be found by the URDF's name: the printed commands of `new` and of `check` state it."""
+    """A sidecar written elsewhere would not be found by the URDF's name: the printed commands of
+    `new` and of `check` state it.
+    """
     elsewhere = tmp_path / "elsewhere.toml"
     made = lostmotion.new(urdf=urdf, out=elsewhere)
     made.report(force=True)
     assert f"`lostmotion study {urdf} --sidecar {elsewhere}`" in made.sheet.verdict
-    assert f"`lostmotion study {urdf} --sidecar {elsewhere}`" in lostmotion.check(urdf, sidecar=elsewhere).sheet.verdict
+    assert (
+        f"`lostmotion study {urdf} --sidecar {elsewhere}`"
+        in lostmotion.check(urdf, sidecar=elsewhere).sheet.verdict
+    )
     assert "--sidecar" not in lostmotion.new(urdf=urdf, force=True).sheet.verdict
 
 
 def two_arms(folder):
     """Write a URDF of two arms, between which no reader chooses."""
     path = folder / "two.urdf"
-    parts = [link("torso"), *(part for side in ("left", "right") for part in arm(3, "torso", f"{side}_link", f"{side}_j")[1:])]
+    parts = [
+        link("torso"),
+        *(
+            part
+            for side in ("left", "right")
+            for part in arm(3, "torso", f"{side}_link", f"{side}_j")[1:]
+        ),
+    ]
     path.write_text(robot(*parts), encoding="utf-8")
     return path
 
 
 def test_the_tool_of_a_file_with_two_arms_is_named_by_an_option(tmp_path):
-    """Without it the question is asked with the option that answers it; the sidecar that is written then states the tip, and is read as it is."""
+    """Without it the question is asked with the option that answers it; the sidecar that is written
+    then states the tip, and is read as it is.
+    """
     path = two_arms(tmp_path)
     with pytest.raises(InputError, match=r"(?s)which of 2 arms\?.*--tip left_link3") as asked:
         lostmotion.new(urdf=path)
@@ -170,7 +202,11 @@ def test_the_tool_of_a_file_with_two_arms_is_named_by_an_option(tmp_path):
 
 @pytest.mark.parametrize(
     ("named", "given", "found"),
-    [({"tip": "left_lnk3"}, True, "left_lnk3"), ({"tip": "torso"}, True, "no joint that moves"), ({"tip": "left_link3"}, False, "of no file")],
+    [
+        ({"tip": "left_lnk3"}, True, "left_lnk3"),
+        ({"tip": "torso"}, True, "no joint that moves"),
+        ({"tip": "left_link3"}, False, "of no file"),
+    ],
 )
 def test_a_tool_that_is_none_is_refused_by_the_option(tmp_path, named, given, found):
     """With a link that would do."""

@@ -1,4 +1,6 @@
-"""Repeatability by how joints arrive, and the remedies against play: one meaning on every surface, and no sentence that forgets one."""
+"""Repeatability by how joints arrive, and the remedies against play: one meaning on every surface,
+and no sentence that forgets one.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +33,18 @@ from lostmotion.reporting.screen import print_sheet
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
-    ("RP of a study in the ISO cycle", "`iso9283` at its five poses", "1e-7", "propagation/montecarlo/repeatability.py"),
-    ("remedies: output encoders, known side", "arms with these encoders; Monte Carlo with fixed sides", "1e-9; 1e-12", "error_model/remedies.py"),
+    (
+        "RP of a study in the ISO cycle",
+        "`iso9283` at its five poses",
+        "1e-7",
+        "propagation/montecarlo/repeatability.py",
+    ),
+    (
+        "remedies: output encoders, known side",
+        "arms with these encoders; Monte Carlo with fixed sides",
+        "1e-9; 1e-12",
+        "error_model/remedies.py",
+    ),
 )
 
 HERE = Path(__file__).parent
@@ -41,14 +53,23 @@ MILL = HERE / "worn-mill.toml"
 
 
 def scattering_arm() -> Arm:
-    """Return an arm of three joints with everything that scatters from one side, and backlash and hysteresis besides."""
+    """Return an arm of three joints with everything that scatters from one side, and backlash and
+    hysteresis besides.
+    """
     joints = [
         {
             "name": name,
             "type": "revolute",
             "axis": axis,
             "limits": (-2.0, 2.0),
-            "gearbox": {"ratio": 50.0, "backlash": 4e-4, "hysteresis": 2e-4, "hysteresis_scatter": 0.3, "stiffness": 2e4, "rated_torque": 20.0},
+            "gearbox": {
+                "ratio": 50.0,
+                "backlash": 4e-4,
+                "hysteresis": 2e-4,
+                "hysteresis_scatter": 0.3,
+                "stiffness": 2e4,
+                "rated_torque": 20.0,
+            },
             "encoder": {"side": "motor", "resolution": 1e-3},
             "servo": {"dead_band": 5e-3},
             "link": {"length": 0.3, "mass": 1.0, "rigid": True},
@@ -59,9 +80,13 @@ def scattering_arm() -> Arm:
 
 
 def test_the_study_has_the_rp_of_the_iso_command_at_its_poses():
-    """At the five poses of a cube every robot has the RP of the standard's cycle and of any approach that `iso9283` computes from the same draws."""
+    """At the five poses of a cube every robot has the RP of the standard's cycle and of any
+    approach that `iso9283` computes from the same draws.
+    """
     arm = scattering_arm()
-    q = np.array([[0.1, -0.4, 0.9], [0.3, -0.2, 0.7], [0.3, -0.6, 1.2], [-0.2, -0.5, 1.1], [-0.3, -0.3, 0.8]])
+    q = np.array(
+        [[0.1, -0.4, 0.9], [0.3, -0.2, 0.7], [0.3, -0.6, 1.2], [-0.2, -0.5, 1.1], [-0.3, -0.3, 0.8]]
+    )
     cube = Cube(np.zeros(3), 0.1, None, q, frames(arm, q)[-1], 0, np.nan, "given")
     iso = predict_robots(arm, cube, cycles=30, robots=40, loads=(1.0,)).loads[0]
     study = lostmotion.study(arm, Poses(q, "given"), robots=40, visits=30)
@@ -72,27 +97,43 @@ def test_the_study_has_the_rp_of_the_iso_command_at_its_poses():
 
 
 def test_it_does_not_matter_which_run_the_study_makes_first():
-    """A study of joints that arrive moving up has the same two repeatabilities as one of joints that arrive from either side."""
-    studies = [lostmotion.study(scattering_arm(), 64, robots=30, visits=10, approach=way) for way in ("random", "up")]
+    """A study of joints that arrive moving up has the same two repeatabilities as one of joints
+    that arrive from either side.
+    """
+    studies = [
+        lostmotion.study(scattering_arm(), 64, robots=30, visits=10, approach=way)
+        for way in ("random", "up")
+    ]
     for one, other in zip(*(study.repeats for study in studies), strict=True):
         assert one.approach == other.approach
         np.testing.assert_allclose(one.per_pose, other.per_pose, rtol=1e-7)
-    assert [rp_name(each.approach) for each in studies[0].repeats] == ["RP, ISO cycle", "RP, any approach"]
+    assert [rp_name(each.approach) for each in studies[0].repeats] == [
+        "RP, ISO cycle",
+        "RP, any approach",
+    ]
 
 
 def test_shares_of_what_rp_is_made_of_are_those_of_the_variances():
-    """From one side: uniform dead band and count, cut normal friction; the same of every joint, so that any pose has these shares."""
+    """From one side: uniform dead band and count, cut normal friction; the same of every joint, so
+    that any pose has these shares.
+    """
     study = lostmotion.study(scattering_arm(), 64, robots=20, visits=4)
     cut = 0.97334  # of the variance of a normal distribution, cut at three standard deviations
     band, friction, count = (5e-3 / 50) ** 2 / 3, (0.3 * 1e-4 / 3) ** 2 * cut, (1e-3 / 50) ** 2 / 12
     whole = band + friction + count
-    expected = {"servo dead band": band / whole, "gearbox hysteresis scatter": friction / whole, "encoder resolution": count / whole}
+    expected = {
+        "servo dead band": band / whole,
+        "gearbox hysteresis scatter": friction / whole,
+        "encoder resolution": count / whole,
+    }
     assert dict(study.repeats[0].causes) == pytest.approx(expected, rel=1e-4)
     assert sum(share for _, share in study.repeats[1].causes) == pytest.approx(1.0)
 
 
 def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
-    """Both approaches have a block of bars, of the table's own figures and on one scale to 100 %, on the page and in the full output alone."""
+    """Both approaches have a block of bars, of the table's own figures and on one scale to 100 %,
+    on the page and in the full output alone.
+    """
     study = lostmotion.study(scattering_arm(), 32, robots=20, visits=4)
     section = next(each for each in study.sheet.sections if each.key == "rp_made_of")
     repeats = {
@@ -102,8 +143,12 @@ def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
         for row in each.rows
     }
     assert len(section.bars) == len(section.columns) == 2
-    for column, (block, name) in enumerate(zip(section.bars, ("RP, ISO cycle", "RP, any approach"), strict=True)):
-        assert [(bar.label, bar.figure) for bar in block.bars] == [(row.label, row.figures[column]) for row in section.rows]
+    for column, (block, name) in enumerate(
+        zip(section.bars, ("RP, ISO cycle", "RP, any approach"), strict=True)
+    ):
+        assert [(bar.label, bar.figure) for bar in block.bars] == [
+            (row.label, row.figures[column]) for row in section.rows
+        ]
         assert sum(bar.size for bar in block.bars) == pytest.approx(100)
         assert block.ends == (0, 100)
         # No bearing is described, so that RP is a lower bound.
@@ -123,16 +168,29 @@ def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
 
 
 def test_an_approach_without_scatter_has_no_bars():
-    """Where backlash alone errs, it repeats in the standard's cycle: no RP is predicted there, neither by a bar nor by a share of zero."""
-    joint = {"name": "A", "type": "revolute", "axis": "z", "limits": (-1, 1), "gearbox": {"backlash": 4e-4}, "link": {"length": 0.3, "rigid": True}}
-    sheet = lostmotion.study(Arm.model_validate({"name": "play", "joints": [joint]}), 16, robots=8, visits=4).sheet
+    """Where backlash alone errs, it repeats in the standard's cycle: no RP is predicted there,
+    neither by a bar nor by a share of zero.
+    """
+    joint = {
+        "name": "A",
+        "type": "revolute",
+        "axis": "z",
+        "limits": (-1, 1),
+        "gearbox": {"backlash": 4e-4},
+        "link": {"length": 0.3, "rigid": True},
+    }
+    sheet = lostmotion.study(
+        Arm.model_validate({"name": "play", "joints": [joint]}), 16, robots=8, visits=4
+    ).sheet
     section = next(each for each in sheet.sections if each.key == "rp_made_of")
     assert [str(figure) for figure in section.rows[0].figures] == ["not predicted", "100 %"]
     assert [block.title.partition(":")[0] for block in section.bars] == ["RP, any approach"]
 
 
 def test_a_mill_with_worn_screws_is_cured_by_a_known_side():
-    """Play of 0.2 mm: no compensation or calibration helps, a known side leaves less than a tenth, and the answer says so."""
+    """Play of 0.2 mm: no compensation or calibration helps, a known side leaves less than a tenth,
+    and the answer says so.
+    """
     study = lostmotion.study(MILL, 256, robots=200, visits=10)
     left = {stage.name: stage.q95.value for stage in study.waterfall.stages}
     assert left["as manufactured"] == pytest.approx(0.1e-3, rel=0.05)
@@ -147,7 +205,9 @@ def test_a_mill_with_worn_screws_is_cured_by_a_known_side():
 
 @pytest.mark.parametrize("approach", [0.0, 1.0])
 def test_remedies_without_sampling_leave_the_mean_square_of_bias_and_covariance(approach):
-    """At every stage the r.m.s. error is that of the mean vector and covariance, which are summed by cumulants instead of by columns."""
+    """At every stage the r.m.s. error is that of the mean vector and covariance, which are summed
+    by cumulants instead of by columns.
+    """
     arm = scattering_arm()
     poses = sample_poses(arm, 64, "sobol", 1)
     found = remedies.remaining_rms(arm, poses, approach=approach)
@@ -159,21 +219,34 @@ def test_remedies_without_sampling_leave_the_mean_square_of_bias_and_covariance(
 
 
 def test_a_study_without_sampling_shows_the_remedies_against_play():
-    """The bars of worn screws without sampling name the known side and output encoders, and the table has every remedy."""
+    """The bars of worn screws without sampling name the known side and output encoders, and the
+    table has every remedy.
+    """
     sheet = lostmotion.study(MILL, 64, method="analytic").sheet
-    bars = {bar.label: bar.figure for block in sheet.bars if block.key == "remedies" for bar in block.bars}
+    bars = {
+        bar.label: bar.figure
+        for block in sheet.bars
+        if block.key == "remedies"
+        for bar in block.bars
+    }
     assert list(bars)[-2:] == ["side of arrival known", "output encoders"]
     # y scatters by half of its ±25 µm: a normal distribution, cut at three standard deviations
     assert bars["side of arrival known"].value == pytest.approx(12.5 / 3 * 0.98658, rel=1e-4)
-    rows = [row.label for section in sheet.sections if section.key == "remedies" for row in section.rows]
+    rows = [
+        row.label for section in sheet.sections if section.key == "remedies" for row in section.rows
+    ]
     assert rows == list(remedies.EVERY_STAGE)
 
 
 def test_a_known_side_leaves_what_fixed_sides_leave_but_for_their_mean():
-    """Arriving from one side is a run with fixed sides; a known side takes off what changes its sign with the side, and nothing else."""
+    """Arriving from one side is a run with fixed sides; a known side takes off what changes its
+    sign with the side, and nothing else.
+    """
     arm, poses = scattering_arm(), Poses(np.random.default_rng(1).uniform(-1, 1, (16, 3)), "given")
     up, down = (run(arm, poses, 50, 4, 1, approach=side).bias[:, 3:] for side in (1.0, -1.0))
-    one_side, known = (analytic(arm, poses, stage=stage) for stage in (remedies.ONE_SIDE, remedies.SIDE_KNOWN))
+    one_side, known = (
+        analytic(arm, poses, stage=stage) for stage in (remedies.ONE_SIDE, remedies.SIDE_KNOWN)
+    )
     np.testing.assert_allclose(one_side.bias, up, rtol=1e-12, atol=1e-18)
     np.testing.assert_allclose(one_side.covariance, known.covariance, rtol=1e-12)
     # what the side adds changes its sign with the side, so that the middle of both is free of it
@@ -182,12 +255,25 @@ def test_a_known_side_leaves_what_fixed_sides_leave_but_for_their_mean():
 
 
 def test_output_encoders_leave_what_an_arm_with_them_has():
-    """The same arm with encoders on its outputs, where they and the dead bands of the servos are as large as now: mean and covariance are equal."""
+    """The same arm with encoders on its outputs, where they and the dead bands of the servos are as
+    large as now: mean and covariance are equal.
+    """
     arm, poses = scattering_arm(), Poses(np.random.default_rng(2).uniform(-1, 1, (16, 3)), "given")
 
     def measured(joint):
-        encoder = joint.encoder.model_copy(update={"side": "output", "resolution": joint.encoder.resolution / 50, "dead_band": None})
-        return joint.model_copy(update={"encoder": encoder, "servo": joint.servo.model_copy(update={"dead_band": 5e-3 / 50})})
+        encoder = joint.encoder.model_copy(
+            update={
+                "side": "output",
+                "resolution": joint.encoder.resolution / 50,
+                "dead_band": None,
+            }
+        )
+        return joint.model_copy(
+            update={
+                "encoder": encoder,
+                "servo": joint.servo.model_copy(update={"dead_band": 5e-3 / 50}),
+            }
+        )
 
     found = analytic(arm, poses, stage=remedies.OUTPUT_ENCODERS)
     other = analytic(arm.model_copy(update={"joints": tuple(map(measured, arm.joints))}), poses)
@@ -197,9 +283,14 @@ def test_output_encoders_leave_what_an_arm_with_them_has():
 
 
 def test_torque_sensors_take_a_part_of_what_load_compensation_takes():
-    """The nominal wind-up of drives goes; hysteresis and what differs from robot to robot or visit to visit stays."""
+    """The nominal wind-up of drives goes; hysteresis and what differs from robot to robot or visit
+    to visit stays.
+    """
     arm, poses = scattering_arm(), Poses(np.random.default_rng(3).uniform(-1, 1, (16, 3)), "given")
-    plain, sensed, compensated = (analytic(arm, poses, stage=stage) for stage in ("as manufactured", remedies.TORQUE_SENSORS, "load compensated"))
+    plain, sensed, compensated = (
+        analytic(arm, poses, stage=stage)
+        for stage in ("as manufactured", remedies.TORQUE_SENSORS, "load compensated")
+    )
     np.testing.assert_allclose(sensed.covariance, plain.covariance, rtol=1e-12)
     # links are rigid here, so that the drives are all that a load deflects
     np.testing.assert_allclose(sensed.bias, compensated.bias, atol=1e-15)
@@ -215,20 +306,52 @@ def _asked():
     yield "study from above", lostmotion.study(arm, 16, **few, approach="up")
     yield "study in a zone", lostmotion.study(arm, 64, **few, zone="z -1..1 m")
     yield "study until", lostmotion.study(arm, 16, **few, until="50 %", most_robots=40)
-    yield "compare", lostmotion.compare(arm, arm.model_copy(update={"name": "other"}), poses=16, **few)
-    yield "compare from below", lostmotion.compare(arm, arm.model_copy(update={"name": "other"}), poses=16, **few, approach="down")
+    yield (
+        "compare",
+        lostmotion.compare(arm, arm.model_copy(update={"name": "other"}), poses=16, **few),
+    )
+    yield (
+        "compare from below",
+        lostmotion.compare(
+            arm, arm.model_copy(update={"name": "other"}), poses=16, **few, approach="down"
+        ),
+    )
     for key in ("rp_iso", "rp_any"):
         yield f"target {key}", lostmotion.target(arm, **{key: "0.5 mm"}, poses=16, **few)
 
 
-@pytest.mark.parametrize("name", ["study", "study from above", "study in a zone", "study until", "compare", "compare from below"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "study",
+        "study from above",
+        "study in a zone",
+        "study until",
+        "compare",
+        "compare from below",
+    ],
+)
 def test_rp_is_never_shown_without_the_approach(results, name):
-    """Card titles, row labels, columns, answers and statements name the approach wherever they name RP."""
+    """Card titles, row labels, columns, answers and statements name the approach wherever they name
+    RP.
+    """
     sheet = results[name].sheet
-    texts = [card.title for card in sheet.cards] + [sheet.verdict] + [text for word, text in sheet.brief if word != "RP"]
-    texts += [f"RP, {text.split('RP, ', 1)[1]}" for word, text in sheet.brief if word == "RP" and "RP, " in text]
+    texts = (
+        [card.title for card in sheet.cards]
+        + [sheet.verdict]
+        + [text for word, text in sheet.brief if word != "RP"]
+    )
+    texts += [
+        f"RP, {text.split('RP, ', 1)[1]}"
+        for word, text in sheet.brief
+        if word == "RP" and "RP, " in text
+    ]
     for section in sheet.sections:
-        texts += [*section.columns, *(row.label for row in section.rows)] if section.key != "inputs" else []
+        texts += (
+            [*section.columns, *(row.label for row in section.rows)]
+            if section.key != "inputs"
+            else []
+        )
     assert [text for text in texts if NAMED.search(text)] == []
     assert any("ISO cycle" in text or "any approach" in text for text in texts)
 
@@ -237,9 +360,15 @@ def test_both_repeatabilities_are_on_the_first_screen(results):
     """As cards and in the statement on RP, with the largest causes of each."""
     sheet = results["study"].sheet
     titles = [card.title for card in sheet.cards]
-    assert {"RP, ISO cycle, 95 % of robots within", "RP, any approach, 95 % of robots within"} <= set(titles)
+    assert {
+        "RP, ISO cycle, 95 % of robots within",
+        "RP, any approach, 95 % of robots within",
+    } <= set(titles)
     (text,) = [text for word, text in sheet.brief if word == "RP"]
-    assert re.search(r"RP, ISO cycle (?:at least )?\S+ \S+ \(servo dead band .*RP, any approach (?:at least )?\S+ \S+ \(gearbox", text)
+    assert re.search(
+        r"RP, ISO cycle (?:at least )?\S+ \S+ \(servo dead band .*RP, any approach (?:at least )?\S+ \S+ \(gearbox",
+        text,
+    )
 
 
 @pytest.mark.parametrize(("key", "other"), [("rp_iso", "rp_any"), ("rp_any", "rp_iso")])
@@ -262,9 +391,15 @@ def test_the_old_target_on_repeatability_asks_which_one_is_meant():
     """Without a side it is ambiguous; with one it is that of the ISO cycle, as before."""
     with pytest.raises(lostmotion.InputError, match="rp_iso"):
         lostmotion.target(scattering_arm(), repeatability="0.5 mm", poses=16, robots=20, visits=3)
-    old = lostmotion.target(scattering_arm(), repeatability="0.5 mm", approach="up", poses=16, robots=20, visits=3)
+    old = lostmotion.target(
+        scattering_arm(), repeatability="0.5 mm", approach="up", poses=16, robots=20, visits=3
+    )
     new = lostmotion.target(scattering_arm(), rp_iso="0.5 mm", poses=16, robots=20, visits=3)
-    assert (old.current.value, old.current.low, old.approach) == (new.current.value, new.current.low, new.approach)
+    assert (old.current.value, old.current.low, old.approach) == (
+        new.current.value,
+        new.current.low,
+        new.approach,
+    )
 
 
 @pytest.mark.parametrize(("of", "approach"), [("rp_iso", 1.0), ("rp_any", 0.0)])
@@ -274,23 +409,45 @@ def test_a_sizing_for_rp_sums_what_differs_between_visits(of, approach):
     sums = ErrorCache(arm, q, of).of(arm)
     covariance = visit_covariance(screws(arm, q, approach=approach))
     assert not sums[BIAS].any()
-    np.testing.assert_allclose(sums[COVARIANCE], [covariance[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))], atol=1e-20)
+    np.testing.assert_allclose(
+        sums[COVARIANCE],
+        [covariance[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))],
+        atol=1e-20,
+    )
 
 
 def test_parts_are_selected_for_rp_in_the_iso_cycle():
-    """A heavier drive with less scatter of friction is taken only where the target needs it, and the figure is the study's own."""
+    """A heavier drive with less scatter of friction is taken only where the target needs it, and
+    the figure is the study's own.
+    """
     arm = scattering_arm()
 
     def offered(joint):
         quiet = joint.gearbox.model_copy(update={"hysteresis_scatter": 0.03})
         stated = Candidate("as stated", None, 1.0)
-        return Slot(joint.name, "gearbox", (stated, Candidate("quiet", quiet, 2.0)), stated, mass_in_joint=1.0)
+        return Slot(
+            joint.name,
+            "gearbox",
+            (stated, Candidate("quiet", quiet, 2.0)),
+            stated,
+            mass_in_joint=1.0,
+        )
 
     slots = tuple(map(offered, arm.joints))
     poses = sample_poses(arm, 64)
     size = StudySize(50, 10)
     found = {
-        target: select_parts(arm, slots, Objective(), target, sample_poses(arm, 16), poses, study_size=size, of="rp_iso") for target in (1.0, 1e-9)
+        target: select_parts(
+            arm,
+            slots,
+            Objective(),
+            target,
+            sample_poses(arm, 16),
+            poses,
+            study_size=size,
+            of="rp_iso",
+        )
+        for target in (1.0, 1e-9)
     }
     loose, strict = found[1.0], found[1e-9]
     assert [part.selected.name for part in loose.parts] == ["as stated"] * 3

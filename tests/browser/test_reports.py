@@ -1,4 +1,6 @@
-"""Reports of every kind in a real browser: on a wide screen and a phone, light and dark, and on paper."""
+"""Reports of every kind in a real browser: on a wide screen and a phone, light and dark, and on
+paper.
+"""
 
 from __future__ import annotations
 
@@ -15,26 +17,45 @@ from tests.browser.chromium import CHROMIUM, Browser
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
 AXE = importlib.util.find_spec("axe_playwright_python")
-SWEEP = '[sweep]\n"joints.A.gearbox.backlash" = ["0.5 arcmin", "1 arcmin", "2 arcmin"]\n"payload.mass" = ["1 kg", "5 kg"]\n'
+SWEEP = (
+    '[sweep]\n"joints.A.gearbox.backlash" = ["0.5 arcmin", "1 arcmin", "2 arcmin"]\n'
+    '"payload.mass" = ["1 kg", "5 kg"]\n'
+)
 REPORTS = {
     "study": lambda _: lostmotion.study(Z_ARM, poses=256, robots=100, visits=10),
-    "map": lambda _: lostmotion.map(Z_ARM, cell="150 mm", poses=2048, target="1 mm", box="300 mm x 200 mm x 100 mm"),
+    "map": lambda _: lostmotion.map(
+        Z_ARM, cell="150 mm", poses=2048, target="1 mm", box="300 mm x 200 mm x 100 mm"
+    ),
     "gear": lambda _: lostmotion.gear(EXAMPLES / "gearbox" / "printed.toml", gearboxes=20),
     "bearing": lambda _: lostmotion.bearing(EXAMPLES / "bearing" / "6209-pair.toml", bearings=50),
-    "iso9283": lambda _: lostmotion.iso9283(Z_ARM, measured=EXAMPLES / "measured" / "z-arm.csv", robots=60, instrument="5 µm"),
-    "target": lambda _: lostmotion.target(EXAMPLES / "planar-2r.toml", error="1 mm", robots=60, visits=4, poses=64),
+    "iso9283": lambda _: lostmotion.iso9283(
+        Z_ARM, measured=EXAMPLES / "measured" / "z-arm.csv", robots=60, instrument="5 µm"
+    ),
+    "target": lambda _: lostmotion.target(
+        EXAMPLES / "planar-2r.toml", error="1 mm", robots=60, visits=4, poses=64
+    ),
     "size": lambda _: lostmotion.size(Z_ARM, poses=64),
-    "compare": lambda _: lostmotion.compare(Z_ARM, EXAMPLES / "gantry.toml", EXAMPLES / "scara.toml", poses=64, robots=60, visits=4),
-    "compare two": lambda _: lostmotion.compare(Z_ARM, EXAMPLES / "z-arm-drawn.toml", poses=64, robots=60, visits=4),
+    "compare": lambda _: lostmotion.compare(
+        Z_ARM, EXAMPLES / "gantry.toml", EXAMPLES / "scara.toml", poses=64, robots=60, visits=4
+    ),
+    "compare two": lambda _: lostmotion.compare(
+        Z_ARM, EXAMPLES / "z-arm-drawn.toml", poses=64, robots=60, visits=4
+    ),
     "statics": lambda _: lostmotion.statics(Z_ARM, poses=64, tilt="10 deg"),
-    "sweep": lambda folder: lostmotion.sweep(Z_ARM, folder / "sweep.toml", poses=64, robots=20, visits=4, out=folder / "run"),
+    "sweep": lambda folder: lostmotion.sweep(
+        Z_ARM, folder / "sweep.toml", poses=64, robots=20, visits=4, out=folder / "run"
+    ),
 }
-# Whole numbers that are counted, and so are exact: alone in a cell of a table, or before what was counted.
-COUNTED = re.compile(r"\d+(?= (?:paired samples|samples|evaluated poses|evaluated|poses|cells|visits)\b)|^\d+$")
+# Whole numbers that are counted, and so are exact: alone in a cell of a table, or before what was
+# counted.
+COUNTED = re.compile(
+    r"\d+(?= (?:paired samples|samples|evaluated poses|evaluated|poses|cells|visits)\b)|^\d+$"
+)
 NAMED = re.compile(r"\d+\.\d+\.\d+(?:[.\w+]*)|(?:ISO|ISO/TS|EN) [\d-]+")  # versions and standards
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:[eE][+−-]?\d+)?")
 
-# What sticks out of the page to the right and does not scroll by itself; on paper, what is wider than its section.
+# What sticks out of the page to the right and does not scroll by itself; on paper, what is wider
+# than its section.
 STICKS_OUT = """[...document.querySelectorAll('body *')].filter(each => !each.closest('.skip, .table, pre')
     && each.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map(each => each.outerHTML.slice(0, 80))"""
 TOO_WIDE = """[...document.querySelectorAll('table, svg, pre')].filter(each => each.getBoundingClientRect().width
@@ -57,7 +78,10 @@ NAMELESS = """[...document.querySelectorAll('svg, img, canvas')].filter(each => 
 VIOLATIONS = """axe.run({resultTypes: ['violations']}).then(
     found => found.violations.map(each => each.id + ': ' + each.nodes.map(node => node.target.join(' ')).join(', ')))"""
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine"),
+]
 
 
 @pytest.fixture(scope="module")
@@ -92,19 +116,31 @@ def page(browser, folder):
 
 
 def test_a_report_loads_itself_alone_and_without_an_error(page, folder):
-    """The page asks nothing of the network, its scripts and its security policy agree, and the console stays empty."""
+    """The page asks nothing of the network, its scripts and its security policy agree, and the
+    console stays empty.
+    """
     page.wait("document.readyState === 'complete'")
     assert page.errors == []
-    assert [each for each in page.requests if not each.startswith("data:")] == [(folder / "report.html").as_uri()]
+    assert [each for each in page.requests if not each.startswith("data:")] == [
+        (folder / "report.html").as_uri()
+    ]
 
 
-@pytest.mark.skipif(AXE is None, reason="axe-playwright-python, which brings axe-core, is not installed")
-@pytest.mark.parametrize(("width", "dark"), [(1440, False), (390, True)], ids=["light", "dark-phone"])
+@pytest.mark.skipif(
+    AXE is None, reason="axe-playwright-python, which brings axe-core, is not installed"
+)
+@pytest.mark.parametrize(
+    ("width", "dark"), [(1440, False), (390, True)], ids=["light", "dark-phone"]
+)
 def test_axe_finds_nothing(page, width, dark):
-    """Contrast, names, order and keyboard access hold by the rules of axe-core, in light on a screen and in dark on a phone."""
+    """Contrast, names, order and keyboard access hold by the rules of axe-core, in light on a
+    screen and in dark on a phone.
+    """
     page.resize(width, 900)
     page.show(dark=dark)
-    page.value(f"{(Path(AXE.submodule_search_locations[0]) / 'axe.min.js').read_text(encoding='utf-8')}; 0")
+    page.value(
+        f"{(Path(AXE.submodule_search_locations[0]) / 'axe.min.js').read_text(encoding='utf-8')}; 0"
+    )
     assert page.value(VIOLATIONS) == []
 
 
@@ -125,7 +161,10 @@ def test_nothing_is_wider_than_the_screen(page):
 def test_notes_of_a_table_that_scrolls_are_read_without_scrolling(page):
     """On a phone a note fills the width of the screen at most, also where its table is wider."""
     page.resize(375, 812)
-    widths = page.value("[...document.querySelectorAll('tfoot div, tr.remark div')].map(each => each.getBoundingClientRect().right)")
+    widths = page.value(
+        "[...document.querySelectorAll('tfoot div, tr.remark div')].map(each => "
+        "each.getBoundingClientRect().right)"
+    )
     assert widths
     assert max(widths) <= 375
 
@@ -136,8 +175,13 @@ def test_texts_of_charts_are_whole_and_apart(page):
 
 
 def test_no_number_has_more_than_four_significant_digits(page):
-    """Only what is counted, a version and the number of a standard are printed to more digits; no power of ten stands on a page for people."""
-    shown = page.value("[document.body.innerText, ...[...document.querySelectorAll('svg text')].map(each => each.textContent)].join('\\n')")
+    """Only what is counted, a version and the number of a standard are printed to more digits; no
+    power of ten stands on a page for people.
+    """
+    shown = page.value(
+        "[document.body.innerText, ...[...document.querySelectorAll('svg text')].map(each => "
+        "each.textContent)].join('\\n')"
+    )
     found = []
     for words in re.split(r"[\t\n]", shown):
         for number in NUMBER.findall(COUNTED.sub("", NAMED.sub("", words))):
@@ -148,19 +192,26 @@ def test_no_number_has_more_than_four_significant_digits(page):
 
 
 def test_a_report_prints_on_a4_with_every_figure(page, folder):
-    """On paper nothing sticks out and every figure is there; the report of a study takes three to four pages."""
+    """On paper nothing sticks out and every figure is there; the report of a study takes three to
+    four pages.
+    """
     page.value("document.querySelectorAll('details').forEach(each => each.open = false)")
     page.show(on_paper=True)
     page.resize(695, 1000)  # the width of A4 within its margins, 184 mm
     assert page.value(STICKS_OUT) == []
     assert page.value(TOO_WIDE) == []
-    figures = page.value("[...document.querySelectorAll('svg')].map(each => each.getBoundingClientRect().height)")
+    figures = page.value(
+        "[...document.querySelectorAll('svg')].map(each => each.getBoundingClientRect().height)"
+    )
     page.show()
     printed = page.pdf()
     assert min(figures) > 60
-    assert printed.count(b"/Alt ") == len(figures)  # bars beside a table that has their figures are left to the screen
+    # bars beside a table that has their figures are left to the screen
+    assert printed.count(b"/Alt ") == len(figures)
     sizes = re.findall(rb"/MediaBox \[([\d. ]+)\]", printed)
-    assert {tuple(round(float(side)) for side in size.split()) for size in sizes} == {(0, 0, 595, 842)}
+    assert {tuple(round(float(side)) for side in size.split()) for size in sizes} == {
+        (0, 0, 595, 842)
+    }
     if json.loads((folder / "result.json").read_text(encoding="utf-8"))["figures"].get("waterfall"):
         assert 3 <= len(sizes) <= 4
 
@@ -170,5 +221,9 @@ def test_the_first_screen_of_a_study_has_answer_arm_and_largest_contributors(pag
     """At 1440 x 900 all three are seen without scrolling."""
     page.value("document.querySelectorAll('details').forEach(each => each.open = false)")
     for what in ("h1", ".viewer", ".numbers", ".bars"):
-        assert page.value(f"document.querySelector('{what}').getBoundingClientRect().height") > 30, what
-        assert page.value(f"document.querySelector('{what}').getBoundingClientRect().bottom") <= 900, what
+        assert (
+            page.value(f"document.querySelector('{what}').getBoundingClientRect().height") > 30
+        ), what
+        assert (
+            page.value(f"document.querySelector('{what}').getBoundingClientRect().bottom") <= 900
+        ), what

@@ -1,4 +1,6 @@
-"""The arm in three dimensions in a real browser: it draws in the colours of the legend, turns, cuts, and keeps quiet."""
+"""The arm in three dimensions in a real browser: it draws in the colours of the legend, turns,
+cuts, and keeps quiet.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +18,22 @@ from lostmotion.reporting.palette import DARK, LIGHT
 from tests.browser.chromium import CHROMIUM, Browser
 from tests.test_plots import small_study
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
+]
 DRAWN = "document.querySelector('.viewer').dataset.drawn"
 
 
 def picture(browser: Browser, what: str = "canvas") -> np.ndarray:
     """Return the pixels of an element (row, column, 3), 0..255, after the next frame."""
-    browser.value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))).then(() => true)")
-    box = json.loads(browser.value(f"JSON.stringify(document.querySelector('{what}').getBoundingClientRect())"))
+    browser.value(
+        "new Promise(done => requestAnimationFrame(() => "
+        "requestAnimationFrame(done))).then(() => true)"
+    )
+    box = json.loads(
+        browser.value(f"JSON.stringify(document.querySelector('{what}').getBoundingClientRect())")
+    )
     clip = {name: box[name] for name in ("x", "y", "width", "height")} | {"scale": 1}
     png = base64.b64decode(browser.ask("Page.captureScreenshot", format="png", clip=clip)["data"])
     return np.round(255 * matplotlib.image.imread(io.BytesIO(png))[:, :, :3]).astype(int)
@@ -42,7 +52,10 @@ def classes(pixels: np.ndarray, palette: dict[str, str]) -> set[str]:
 
 def choose(browser: Browser, cut: str) -> None:
     """Choose a cut in the menu."""
-    browser.value(f"(menu => {{ menu.value = '{cut}'; menu.dispatchEvent(new Event('change')) }})(document.querySelector('.cut select'))")
+    browser.value(
+        f"(menu => {{ menu.value = '{cut}'; menu.dispatchEvent(new Event('change')) "
+        f"}})(document.querySelector('.cut select'))"
+    )
 
 
 def coloured() -> str:
@@ -52,11 +65,15 @@ def coloured() -> str:
     cells = first.scene.cells
     layers = 7 * np.arange(cells.classes.shape[2]) // cells.classes.shape[2]
     shown = replace(cells, classes=np.where(cells.classes < 0, -1, layers))
-    return page(study.sheet, [replace(first, scene=replace(first.scene, cells=shown)), *others], "0")
+    return page(
+        study.sheet, [replace(first, scene=replace(first.scene, cells=shown)), *others], "0"
+    )
 
 
 def test_the_viewer_draws_turns_and_cuts(tmp_path):
-    """Cells have the colours of the legend in both schemes; keys, buttons, cut and slider change the picture; nothing is fetched or goes wrong."""
+    """Cells have the colours of the legend in both schemes; keys, buttons, cut and slider change
+    the picture; nothing is fetched or goes wrong.
+    """
     written = tmp_path / "report.html"
     written.write_text(coloured(), encoding="utf-8")
     with Browser(written.as_uri(), (1440, 900)) as browser:
@@ -68,8 +85,12 @@ def test_the_viewer_draws_turns_and_cuts(tmp_path):
         assert sum(share(first, LIGHT[f"c{k}"]) for k in range(7)) > 0.05
         # Answer, arm and largest contributors are seen without scrolling.
         for what in ("h1", ".shown", ".bars tbody tr:last-child"):
-            assert browser.value(f"document.querySelector('{what}').getBoundingClientRect().bottom <= innerHeight"), what
-        assert browser.value("getComputedStyle(document.querySelector('#plot-arm')).display") == "none"
+            assert browser.value(
+                f"document.querySelector('{what}').getBoundingClientRect().bottom <= innerHeight"
+            ), what
+        assert (
+            browser.value("getComputedStyle(document.querySelector('#plot-arm')).display") == "none"
+        )
 
         browser.value("document.querySelector('canvas').focus()")
         seen = [first]
@@ -84,7 +105,9 @@ def test_the_viewer_draws_turns_and_cuts(tmp_path):
         browser.value("document.querySelectorAll('.controls button')[1].click()")
         best = picture(browser)
         assert (best != first).any(axis=2).mean() > 0.01
-        assert browser.value("document.querySelector('.shown').textContent").startswith("Best pose: mean error")
+        assert browser.value("document.querySelector('.shown').textContent").startswith(
+            "Best pose: mean error"
+        )
         for cut in ("x", "y", "z", "all", "none"):
             choose(browser, cut)
             now = picture(browser)
@@ -92,7 +115,10 @@ def test_the_viewer_draws_turns_and_cuts(tmp_path):
             assert (len(classes(now, LIGHT)) == 0) == (cut == "none"), cut
         choose(browser, "z")
         before = picture(browser)
-        browser.value("(at => { at.value = +at.value - 200; at.dispatchEvent(new Event('input')) })(document.querySelector('.cut input'))")
+        browser.value(
+            "(at => { at.value = +at.value - 200; at.dispatchEvent(new Event('input')) "
+            "})(document.querySelector('.cut input'))"
+        )
         assert (picture(browser) != before).any(axis=2).mean() > 0.01
 
         choose(browser, "x")
@@ -100,19 +126,30 @@ def test_the_viewer_draws_turns_and_cuts(tmp_path):
         assert len(classes(picture(browser), DARK)) > 3
         assert share(picture(browser), DARK["panel"]) > 0.2
         browser.show(on_paper=True)
-        shown = [browser.value(f"document.querySelector('{what}').checkVisibility()") for what in (".viewer", "#plot-arm", "#plot-arm-best")]
+        shown = [
+            browser.value(f"document.querySelector('{what}').checkVisibility()")
+            for what in (".viewer", "#plot-arm", "#plot-arm-best")
+        ]
         assert shown == [False, True, True]
         assert browser.errors == []
         assert browser.requests == [written.as_uri()]
 
 
 def test_without_webgl_the_pictures_stay(tmp_path):
-    """Both cuts are in the page as drawings before any script runs; a machine that cannot draw the viewer shows them, without a complaint."""
+    """Both cuts are in the page as drawings before any script runs; a machine that cannot draw the
+    viewer shows them, without a complaint.
+    """
     written = small_study().report(tmp_path / "report")
     with Browser("about:blank", (1440, 900)) as browser:
-        browser.ask("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null")
+        browser.ask(
+            "Page.addScriptToEvaluateOnNewDocument",
+            source="HTMLCanvasElement.prototype.getContext = () => null",
+        )
         browser.ask("Page.navigate", url=(written / "report.html").as_uri())
         browser.wait("document.scripts.length === 4")  # the loader has added the viewer
-        shown = [browser.value(f"document.querySelector('{what}').checkVisibility()") for what in (".viewer", "#plot-arm", "#plot-arm-best")]
+        shown = [
+            browser.value(f"document.querySelector('{what}').checkVisibility()")
+            for what in (".viewer", "#plot-arm", "#plot-arm-best")
+        ]
         assert shown == [False, True, True]
         assert browser.errors == []

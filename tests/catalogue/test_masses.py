@@ -1,4 +1,6 @@
-"""Masses of gearboxes: added at the joint where its mass is not stated, included where it is, reported where unknown."""
+"""Masses of gearboxes: added at the joint where its mass is not stated, included where it is,
+reported where unknown.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,12 @@ from lostmotion.mechanism.serial import joint_torques
 from tests.catalogue.test_own_reducers import ROW
 
 LIMITS = 'type = "revolute"\naxis = "-y"\nlimits = ["-90 deg", "90 deg"]\n'
-TWO = 'name = "x"\n[[joints]]\nname = "A"\n' + LIMITS + 'link = { length = "500 mm" }\n[[joints]]\nname = "B"\n' + LIMITS
+TWO = (
+    'name = "x"\n[[joints]]\nname = "A"\n'
+    + LIMITS
+    + 'link = { length = "500 mm" }\n[[joints]]\nname = "B"\n'
+    + LIMITS
+)
 
 
 def arm_from(tmp_path, text):
@@ -24,18 +31,25 @@ def arm_from(tmp_path, text):
 
 
 def test_a_heavier_reducer_loads_the_joints_before_it(tmp_path):
-    """At the elbow 0.5 m out, an RV-40E of 9.3 kg adds 9.3 x 9.80665 x 0.5 N m at the shoulder, and nothing at the elbow."""
+    """At the elbow 0.5 m out, an RV-40E of 9.3 kg adds 9.3 x 9.80665 x 0.5 N m at the shoulder, and
+    nothing at the elbow.
+    """
     arm = arm_from(tmp_path, TWO + 'gearbox = "RV-40E-121"\n')
     assert joint_torques(arm, [[0.0, 0.3]])[0] == pytest.approx([9.3 * STANDARD_GRAVITY * 0.5, 0.0])
     assert arm.mass == pytest.approx(9.3)
-    assert any("added at joints whose own mass is not stated" in note and "B 9.3 kg" in note for note in arm.remarks)
+    assert any(
+        "added at joints whose own mass is not stated" in note and "B 9.3 kg" in note
+        for note in arm.remarks
+    )
 
 
 def test_a_stated_mass_of_a_joint_includes_its_reducer(tmp_path):
     """Nothing is weighed twice: 12 kg stay 12 kg, and zero stays zero."""
     for stated in (12.0, 0.0):
         arm = arm_from(tmp_path, TWO + f'mass = "{stated} kg"\ngearbox = "RV-40E-121"\n')
-        assert joint_torques(arm, [[0.0, 0.3]])[0] == pytest.approx([stated * STANDARD_GRAVITY * 0.5, 0.0])
+        assert joint_torques(arm, [[0.0, 0.3]])[0] == pytest.approx(
+            [stated * STANDARD_GRAVITY * 0.5, 0.0]
+        )
         assert any("includes" in note and "B 9.3 kg" in note for note in arm.remarks)
 
 
@@ -46,7 +60,9 @@ def test_a_stated_mass_has_priority_over_the_catalogue(tmp_path):
 
 
 def test_a_reducer_of_unknown_mass_is_named(tmp_path):
-    """A row without a mass weighs nothing, and every result of the arm reports it; with the joint's own mass stated nothing is missing."""
+    """A row without a mass weighs nothing, and every result of the arm reports it; with the joint's
+    own mass stated nothing is missing.
+    """
     arm = arm_from(tmp_path, TWO + 'gearbox = "X-10-81"\n' + ROW)
     assert "mass of X-10-81 not stated: counted as zero" in arm.remarks
     arm = arm_from(tmp_path, TWO + 'mass = "3 kg"\ngearbox = "X-10-81"\n' + ROW)
@@ -70,11 +86,15 @@ def test_the_bodies_of_a_urdf_include_their_drives(tmp_path):
 
 def test_the_catalogue_shows_masses_and_names_rows_without():
     """Each row with its mass; rows without one are named."""
-    own = GearboxRow.model_validate({"models": ["X"], "maker": "X", "part": {"stiffness": "20 N m/arcmin"}, "source": "none"})
+    own = GearboxRow.model_validate(
+        {"models": ["X"], "maker": "X", "part": {"stiffness": "20 N m/arcmin"}, "source": "none"}
+    )
     sheet = catalogue_sheet(Criteria(ratio=121.0), "gearbox", own=[own])
     assert "mass of X not stated: counted as zero" in sheet.notes
     figures = {row.label: row.figures[3] for section in sheet.sections for row in section.rows}
     assert (figures["RV-40E"].value, figures["RV-40E"].unit) == (9.3, "kg")
     assert any("no output bearing" in note for note in sheet.notes)
     (section,) = catalogue_sheet(Criteria(), name="X", own=[own]).sections
-    assert ("mass", "not stated: counted as zero") in [(row.label, row.note) for row in section.rows]
+    assert ("mass", "not stated: counted as zero") in [
+        (row.label, row.note) for row in section.rows
+    ]

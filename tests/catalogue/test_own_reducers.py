@@ -1,4 +1,6 @@
-"""A user's own reducers: in the arm file, in a file of rows beside it, and validated as those of the package."""
+"""A user's own reducers: in the arm file, in a file of rows beside it, and validated as those of
+the package.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ def written(tmp_path, text, name="arm.toml"):
     return path
 
 
-@pytest.mark.parametrize("row", [pytest.param(row, id=f"{row.models[0]}, ratio {row.ratios}") for row in gearboxes()])
+@pytest.mark.parametrize(
+    "row", [pytest.param(row, id=f"{row.models[0]}, ratio {row.ratios}") for row in gearboxes()]
+)
 def test_the_rows_of_the_package_pass_the_users_check(row):
     """Every row of the package passes the validation of a user's row."""
     assert isinstance(row.figures, CheckedRow)
@@ -44,10 +48,22 @@ def test_rows_in_the_arm_file_are_found_by_model(tmp_path):
 
 @pytest.mark.parametrize("name", ["my.toml", "parts/my.toml", "./my.toml"])
 def test_rows_may_be_in_a_file_beside_the_arm(tmp_path, name):
-    """The arm names a file of rows in its folder or below it; rows in the arm file can be used together with it."""
+    """The arm names a file of rows in its folder or below it; rows in the arm file can be used
+    together with it.
+    """
     written(tmp_path, ROW, name)
     own = ROW.replace("X-10", "Y-20")
-    arm = read(written(tmp_path, HEAD + f'catalogue = "{name}"\n' + USE + JOINT.replace('"A"', '"B"') + 'gearbox = "Y-20"\n' + own))
+    arm = read(
+        written(
+            tmp_path,
+            HEAD
+            + f'catalogue = "{name}"\n'
+            + USE
+            + JOINT.replace('"A"', '"B"')
+            + 'gearbox = "Y-20"\n'
+            + own,
+        )
+    )
     assert [joint.gearbox.model for joint in arm.moving] == ["X-10-81", "Y-20"]
 
 
@@ -56,7 +72,11 @@ def test_own_rows_have_priority_over_those_of_the_package(tmp_path):
     arm = read(
         written(
             tmp_path,
-            HEAD + USE.replace("X-10-81", "RV-40E-121") + JOINT.replace('"A"', '"B"') + 'gearbox = "RV-20E"\n' + ROW.replace("X-10", "RV-40E"),
+            HEAD
+            + USE.replace("X-10-81", "RV-40E-121")
+            + JOINT.replace('"A"', '"B"')
+            + 'gearbox = "RV-20E"\n'
+            + ROW.replace("X-10", "RV-40E"),
         )
     )
     assert arm.moving[0].gearbox.rated_torque == 50
@@ -65,14 +85,24 @@ def test_own_rows_have_priority_over_those_of_the_package(tmp_path):
 
 def test_a_class_of_ratios_holds_for_own_rows_too(mistakes_in):  # noqa: F811 - the fixture
     """With rows for 50 and above, a ratio of 40 is refused, and the model without its ratio."""
-    rows = ROW.replace("maker", "ratio = 50\nmaker") + ROW.replace("maker", "ratio_above = 50\nmaker")
-    assert "50 or above 50" in mistakes_in(HEAD + USE.replace("81", "40") + rows)["joints.A.gearbox"].expected
-    assert "its ratio appended" in mistakes_in(HEAD + USE.replace("-81", "") + rows)["joints.A.gearbox"].expected
+    rows = ROW.replace("maker", "ratio = 50\nmaker") + ROW.replace(
+        "maker", "ratio_above = 50\nmaker"
+    )
+    assert (
+        "50 or above 50"
+        in mistakes_in(HEAD + USE.replace("81", "40") + rows)["joints.A.gearbox"].expected
+    )
+    assert (
+        "its ratio appended"
+        in mistakes_in(HEAD + USE.replace("-81", "") + rows)["joints.A.gearbox"].expected
+    )
 
 
 def test_the_nearest_own_row_is_offered(mistakes_in):  # noqa: F811 - the fixture
     """A misspelt own model is refused with the nearest one, and its maker is named."""
-    found = mistakes_in(HEAD + USE.replace("X-10-81", "Xrated-1") + ROW.replace("X-10", "Xrated-10"))["joints.A.gearbox"]
+    found = mistakes_in(
+        HEAD + USE.replace("X-10-81", "Xrated-1") + ROW.replace("X-10", "Xrated-10")
+    )["joints.A.gearbox"]
     assert found.nearest == "Xrated-10"
     assert "by X" in found.expected
 
@@ -82,9 +112,21 @@ def test_the_nearest_own_row_is_offered(mistakes_in):  # noqa: F811 - the fixtur
     [
         (ROW.replace("maker", "makr"), "reducers[0].maker", "text"),
         (ROW.replace("backlash", "backlsh"), "reducers[0].part.backlsh", "backlash"),
-        (ROW.replace('"20 N m/arcmin"', '"20 N m"'), "reducers[0].part.stiffness", "angular stiffness"),
-        (ROW.replace("part = {", 'part = { kind = "worm",'), "reducers[0].part.kind", '"catalogue"'),
-        (ROW.replace("maker", 'upper_limits = ["hysteresis"]\nmaker'), "reducers[0]", "keys that part states"),
+        (
+            ROW.replace('"20 N m/arcmin"', '"20 N m"'),
+            "reducers[0].part.stiffness",
+            "angular stiffness",
+        ),
+        (
+            ROW.replace("part = {", 'part = { kind = "worm",'),
+            "reducers[0].part.kind",
+            '"catalogue"',
+        ),
+        (
+            ROW.replace("maker", 'upper_limits = ["hysteresis"]\nmaker'),
+            "reducers[0]",
+            "keys that part states",
+        ),
         (ROW.replace("maker", "ratio = 3\nratio_above = 2\nmaker"), "reducers[0]", "one of them"),
         (ROW.replace("maker", "ratio = -3\nmaker"), "reducers[0].ratio", "above zero"),
         (ROW.replace('"measured on 5 pieces"', '""'), "reducers[0].source", "at least 1"),
@@ -102,7 +144,9 @@ def test_the_nearest_own_row_is_offered(mistakes_in):  # noqa: F811 - the fixtur
     ],
 )
 def test_a_mistake_in_own_rows_is_reported(mistakes_in, text, key, expected):  # noqa: F811 - the fixture
-    """Every key of a row is checked as in the package, and files outside the folder are not opened."""
+    """Every key of a row is checked as in the package, and files outside the folder are not
+    opened.
+    """
     top, rows = ("", text) if text.startswith("[[") else (text, "")
     found = mistakes_in(HEAD + top + JOINT + rows)
     assert key in found
@@ -111,8 +155,16 @@ def test_a_mistake_in_own_rows_is_reported(mistakes_in, text, key, expected):  #
 
 def test_all_mistakes_are_reported_at_once(mistakes_in):  # noqa: F811 - the fixture
     """Rows, the file of rows and the joints are checked in one pass."""
-    found = mistakes_in(HEAD + 'catalogue = "nowhere.toml"\n' + JOINT + 'gearbox = "RV-41E"\nmas = "1 kg"\n' + ROW.replace("maker", "makr"))
-    assert {"", "joints.A.gearbox", "joints.A.mas", "reducers[0].makr", "reducers[0].maker"} == set(found)
+    found = mistakes_in(
+        HEAD
+        + 'catalogue = "nowhere.toml"\n'
+        + JOINT
+        + 'gearbox = "RV-41E"\nmas = "1 kg"\n'
+        + ROW.replace("maker", "makr")
+    )
+    assert {"", "joints.A.gearbox", "joints.A.mas", "reducers[0].makr", "reducers[0].maker"} == set(
+        found
+    )
 
 
 def test_a_link_out_of_the_folder_is_refused(tmp_path):
@@ -125,7 +177,9 @@ def test_a_link_out_of_the_folder_is_refused(tmp_path):
 
 
 def test_a_file_of_rows_contains_rows(tmp_path):
-    """Read on its own it yields rows, or the mistakes in them; any other content is a mistake; an arm file yields its rows."""
+    """Read on its own it yields rows, or the mistakes in them; any other content is a mistake; an
+    arm file yields its rows.
+    """
     assert [row.models for row in read_reducers(written(tmp_path, ROW))] == [["X-10"]]
     assert [row.models for row in read_reducers(written(tmp_path, HEAD + USE + ROW))] == [["X-10"]]
     for text, said in (
@@ -140,7 +194,8 @@ def test_a_file_of_rows_contains_rows(tmp_path):
 def test_a_urdfs_sidecar_may_have_own_rows(tmp_path):
     """Files named in a URDF's sidecar are found in the sidecar's folder."""
     robot = (
-        '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
+        '<robot name="r"><link name="a"/><link name="b"/><joint name="j" '
+        'type="revolute"><parent link="a"/><child link="b"/>'
         '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
     written(tmp_path, robot, "r.urdf")
@@ -159,5 +214,7 @@ def test_rows_are_found_by_any_of_their_models():
 def test_a_part_by_itself_may_have_own_rows(tmp_path):
     """A file about one gearbox finds it among the rows beside it."""
     written(tmp_path, ROW, "my.toml")
-    part = read_gearbox(written(tmp_path, 'catalogue = "my.toml"\ngearbox = "X-10-81"\n', "part.toml")).part
+    part = read_gearbox(
+        written(tmp_path, 'catalogue = "my.toml"\ngearbox = "X-10-81"\n', "part.toml")
+    ).part
     assert (part.ratio, part.rated_torque) == (81, 50)

@@ -1,4 +1,6 @@
-"""The catalogue searched and shown: rows that meet the criteria, rows that do not state them, whole entries; in Python and on the command line."""
+"""The catalogue searched and shown: rows that meet the criteria, rows that do not state them, whole
+entries; in Python and on the command line.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,13 @@ def names(rows) -> list[str]:
 
 def catalog(*words: str, cwd=None) -> subprocess.CompletedProcess[str]:
     """Run the command."""
-    return subprocess.run([sys.executable, "-m", "lostmotion", "catalog", *words], cwd=cwd, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [sys.executable, "-m", "lostmotion", "catalog", *words],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 # the planetary gear units of ratio 5 that carry 300 N m
@@ -34,11 +42,20 @@ FIVE = ["TP050-MF", "TP300-MF", "TP500-MF", "SP180-MF", "SP240-MF", "NPS045-MF",
 @pytest.mark.parametrize(
     ("wanted", "found"),
     [
-        (Criteria(min_torque=784.0, maker="nab"), ["RV-80E", "RV-110E", "RV-160E", "RV-320E", "RV-450E"]),
+        (
+            Criteria(min_torque=784.0, maker="nab"),
+            ["RV-80E", "RV-110E", "RV-160E", "RV-320E", "RV-450E"],
+        ),
         (Criteria(min_torque=784.1, min_stiffness=500 / ARCMIN, ratio=121), ["RV-320E", "RV-450E"]),
-        (Criteria(min_torque=300, ratio=5), ["RV-42N", *(f"RV-{size}E" for size in (40, 80, 110, 160, 320, 450)), *FIVE]),
+        (
+            Criteria(min_torque=300, ratio=5),
+            ["RV-42N", *(f"RV-{size}E" for size in (40, 80, 110, 160, 320, 450)), *FIVE],
+        ),
         (Criteria(min_torque=1.0, max_lost_motion=0.9 * ARCMIN), []),
-        (Criteria(max_lost_motion=ARCMIN, maker="NABTESCO", min_stiffness=400 / ARCMIN), ["RV-320E", "RV-450E"]),
+        (
+            Criteria(max_lost_motion=ARCMIN, maker="NABTESCO", min_stiffness=400 / ARCMIN),
+            ["RV-320E", "RV-450E"],
+        ),
         (Criteria(maker="harm", ratio=30, min_stiffness=10e3), ["CSF-25", "CSF-32"]),
         (Criteria(maker="harm", ratio=30.5), []),
     ],
@@ -49,14 +66,27 @@ def test_rows_that_meet_the_criteria_are_found(wanted: Criteria, found: list[str
 
 
 def test_rows_without_a_figure_are_listed_separately():
-    """Every row of the package states a rated torque; own rows without one are listed separately, less those that fail by a stated figure."""
+    """Every row of the package states a rated torque; own rows without one are listed separately,
+    less those that fail by a stated figure.
+    """
     assert not search(gearboxes(), Criteria(min_torque=1.0)).not_stated
     parts = {"soft": {"stiffness": "1 N m/arcmin"}, "stiff": {"stiffness": "100 N m/arcmin"}}
-    own = [GearboxRow.model_validate({"models": [name], "maker": "X", "part": part, "source": "none"}) for name, part in parts.items()]
-    assert names(search(own, Criteria(min_torque=1.0)).not_stated["rated torque"]) == ["soft", "stiff"]
-    assert names(search(own, Criteria(min_torque=1.0, min_stiffness=300e3)).not_stated["rated torque"]) == ["stiff"]
+    own = [
+        GearboxRow.model_validate({"models": [name], "maker": "X", "part": part, "source": "none"})
+        for name, part in parts.items()
+    ]
+    assert names(search(own, Criteria(min_torque=1.0)).not_stated["rated torque"]) == [
+        "soft",
+        "stiff",
+    ]
+    assert names(
+        search(own, Criteria(min_torque=1.0, min_stiffness=300e3)).not_stated["rated torque"]
+    ) == ["stiff"]
     backlash_only = search(gearboxes(), Criteria(max_lost_motion=2 * ARCMIN)).not_stated
-    assert {row.maker for row in backlash_only["lost motion"]} == {"Beckhoff (Wittenstein)", "Beckhoff (Neugart)"}
+    assert {row.maker for row in backlash_only["lost motion"]} == {
+        "Beckhoff (Wittenstein)",
+        "Beckhoff (Neugart)",
+    }
 
 
 def test_search_agrees_with_every_row_checked_one_by_one():
@@ -64,12 +94,21 @@ def test_search_agrees_with_every_row_checked_one_by_one():
     for torque in (50.0, 500.0):
         for stiffness in (1e4, 3e5):
             found = search(gearboxes(), Criteria(min_torque=torque, min_stiffness=stiffness))
-            kept = {id(row) for row in (*found.rows, *(row for rows in found.not_stated.values() for row in rows))}
+            kept = {
+                id(row)
+                for row in (
+                    *found.rows,
+                    *(row for rows in found.not_stated.values() for row in rows),
+                )
+            }
             for row in gearboxes():
                 figures = searchable_figures(row)
                 fails = figures["rated torque"] < torque or figures["stiffness"] < stiffness
                 assert (id(row) not in kept) == fails
-    assert all(math.isnan(searchable_figures(row)["lost motion"]) == row.maker.startswith("Beckhoff") for row in gearboxes())
+    assert all(
+        math.isnan(searchable_figures(row)["lost motion"]) == row.maker.startswith("Beckhoff")
+        for row in gearboxes()
+    )
 
 
 def test_a_row_without_any_figure_is_listed_under_all():
@@ -85,7 +124,15 @@ def test_an_unknown_maker_is_refused():
         search(gearboxes(), Criteria(maker="Nabtasco"))
 
 
-ENTRIES = [*dict.fromkeys(row.models[-1] for row in gearboxes()), "RV-40E-121", "CSF-25-100", "steel", "PLA", "shaft", "deep-groove ball"]
+ENTRIES = [
+    *dict.fromkeys(row.models[-1] for row in gearboxes()),
+    "RV-40E-121",
+    "CSF-25-100",
+    "steel",
+    "PLA",
+    "shaft",
+    "deep-groove ball",
+]
 
 
 @pytest.mark.parametrize("name", ENTRIES)
@@ -103,20 +150,35 @@ def test_a_name_without_its_ratio_shows_all_its_rows():
     """CSF-25 has three rows; with a ratio it is one."""
     assert len(catalogue_sheet(Criteria(), name="CSF-25").sections) == 3
     (section,) = catalogue_sheet(Criteria(ratio=30), name="CSF-25").sections
-    assert {row.label: row.note for row in section.rows}["in an arm file"] == 'gearbox = "CSF-25-30"'
+    assert {row.label: row.note for row in section.rows}[
+        "in an arm file"
+    ] == 'gearbox = "CSF-25-30"'
     with pytest.raises(InputError, match="30, 50 or above 50"):
         catalogue_sheet(Criteria(ratio=40), name="CSF-25")
 
 
 def test_the_whole_catalogue_is_shown_without_criteria():
-    """Reducers by source, bearing tables, fits, materials, presets; with a kind, that kind alone."""
+    """Reducers by source, bearing tables, fits, materials, presets; with a kind, that kind
+    alone.
+    """
     keys = [section.key for section in catalogue_sheet(Criteria()).sections]
     assert keys == ["gearboxes"] * 9 + ["bearings"] * 2 + ["materials", "presets"]
-    assert {section.key for section in catalogue_sheet(Criteria(), "bearing").sections} == {"bearings"}
-    assert {section.key for section in catalogue_sheet(Criteria(min_torque=1.0)).sections} == {"gearboxes"}
+    assert {section.key for section in catalogue_sheet(Criteria(), "bearing").sections} == {
+        "bearings"
+    }
+    assert {section.key for section in catalogue_sheet(Criteria(min_torque=1.0)).sections} == {
+        "gearboxes"
+    }
     facts = catalogue_sheet(Criteria()).facts
     assert len(facts["gearboxes"]) == len(gearboxes())
-    assert facts["bearings"] == ["deep-groove ball", "cylindrical roller", "shaft", "bearing bore", "housing", "bearing outside"]
+    assert facts["bearings"] == [
+        "deep-groove ball",
+        "cylindrical roller",
+        "shaft",
+        "bearing bore",
+        "housing",
+        "bearing outside",
+    ]
     assert "PLA" in facts["materials"]
     with pytest.raises(InputError, match="figures of gearboxes"):
         catalogue_sheet(Criteria(min_torque=1.0), "material")
@@ -125,7 +187,9 @@ def test_the_whole_catalogue_is_shown_without_criteria():
 
 
 def test_the_command_searches_and_names_rows_without_a_figure():
-    """A table with source and confidence, and a note on the rows that do not state a required figure."""
+    """A table with source and confidence, and a note on the rows that do not state a required
+    figure.
+    """
     done = catalog("--min-torque", "300 N m", "--max-lost-motion", "1 arcmin")
     assert done.returncode == 0, done.stderr
     for words in (
@@ -154,8 +218,13 @@ def test_the_command_writes_json():
 
 
 def test_the_command_searches_own_rows(tmp_path):
-    """A file of rows has priority over the package's, brackets in its texts are not markup; a mistake in it is reported."""
-    (tmp_path / "my.toml").write_text(ROW.replace("measured", "[/bold] measured [red]").replace('"X"', '"[/b] X"'), encoding="utf-8")
+    """A file of rows has priority over the package's, brackets in its texts are not markup; a
+    mistake in it is reported.
+    """
+    (tmp_path / "my.toml").write_text(
+        ROW.replace("measured", "[/bold] measured [red]").replace('"X"', '"[/b] X"'),
+        encoding="utf-8",
+    )
     done = catalog("--file", "my.toml", "--min-torque", "50 N m", cwd=tmp_path)
     assert done.stdout.index("X-10") < done.stdout.index("RV-42N")
     assert "[/b] X" in done.stdout

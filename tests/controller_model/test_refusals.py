@@ -31,19 +31,30 @@ ZERO = ("joints.A.encoder.zero", Normal())
     ],
 )
 def test_estimates_that_no_robot_can_have_are_refused(streams, mean, covariance, said):
-    """A number that is not finite would become a robot without errors; a misspelt draw would be no calibration at all."""
+    """A number that is not finite would become a robot without errors; a misspelt draw would be no
+    calibration at all.
+    """
     with pytest.raises(InputError, match=said):
-        lostmotion.controller(Z_ARM, calibration=lostmotion.Calibration(streams, np.array(mean), np.array(covariance)))
+        lostmotion.controller(
+            Z_ARM, calibration=lostmotion.Calibration(streams, np.array(mean), np.array(covariance))
+        )
 
 
 def test_the_draws_of_an_arm_are_known():
-    """Every one of them may be estimated; the robot with all estimates at zero has no more scatter from robot to robot."""
+    """Every one of them may be estimated; the robot with all estimates at zero has no more scatter
+    from robot to robot.
+    """
     arm = lostmotion.read(Z_ARM)
     streams = known_streams(arm.terms)
     assert ZERO in streams
-    nominal = lostmotion.Calibration(streams, np.zeros(len(streams)), np.zeros((len(streams), len(streams))))
+    nominal = lostmotion.Calibration(
+        streams, np.zeros(len(streams)), np.zeros((len(streams), len(streams)))
+    )
     q = np.zeros(len(arm.moving))
-    whole, known = (lostmotion.controller(arm, calibration=each).predict(q).mean_square[0] for each in (None, nominal))
+    whole, known = (
+        lostmotion.controller(arm, calibration=each).predict(q).mean_square[0]
+        for each in (None, nominal)
+    )
     assert known < whole
 
 
@@ -78,9 +89,14 @@ def test_three_passes_are_refused():
 
 
 def test_an_export_says_what_it_rests_on(tmp_path):
-    """Assumed values and overloaded drives, as a study does, in the answer and in the README of the model."""
+    """Assumed values and overloaded drives, as a study does, in the answer and in the README of the
+    model.
+    """
     heavy = tmp_path / "heavy.toml"
-    heavy.write_text(Z_ARM.read_text(encoding="utf-8").replace('mass = "5 kg"', 'mass = "60 kg"', 1), encoding="utf-8")
+    heavy.write_text(
+        Z_ARM.read_text(encoding="utf-8").replace('mass = "5 kg"', 'mass = "60 kg"', 1),
+        encoding="utf-8",
+    )
     found = lostmotion.export_c(heavy, out=tmp_path / "c")
     assert any("assumed" in each for each in found["remarks"])
     assert any("overloaded" in each for each in found["remarks"])
@@ -108,5 +124,11 @@ def test_names_cannot_break_the_sources(tmp_path):
     path.write_text(f'{head}name = "a /* b */ Ärmchen ??/ {rest}', encoding="utf-8")
     lostmotion.export_c(path, out=tmp_path / "c")
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Isrc", "-c"]
-    done = subprocess.run(["gcc", *flags, "src/lm_model.c", "-o", "model.o"], cwd=tmp_path / "c", capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        ["gcc", *flags, "src/lm_model.c", "-o", "model.o"],
+        cwd=tmp_path / "c",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr

@@ -7,8 +7,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
-TOUR = (ROOT / "README.md", ROOT / "docs" / "tour.md", ROOT / "docs" / "how-to.md", *sorted((ROOT / "docs" / "tour").glob("*.md")))
-PAGES = (*TOUR, ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if path not in TOUR))
+TOUR = (
+    ROOT / "README.md",
+    ROOT / "docs" / "tour.md",
+    ROOT / "docs" / "how-to.md",
+    *sorted((ROOT / "docs" / "tour").glob("*.md")),
+)
+PAGES = (
+    *TOUR,
+    ROOT / "CHANGELOG.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted(path for path in (ROOT / "docs").rglob("*.md") if path not in TOUR),
+)
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -28,5 +38,8 @@ class Snippet(NamedTuple):
 def snippets(page: Path, language: str) -> list[Snippet]:
     """Return the blocks of a page in a language, in their order."""
     text = page.read_text("utf-8")
-    blocks = [Snippet(page, text.count("\n", 0, found.start()) + 1, found[1], found[2]) for found in _BLOCK.finditer(text)]
+    blocks = [
+        Snippet(page, text.count("\n", 0, found.start()) + 1, found[1], found[2])
+        for found in _BLOCK.finditer(text)
+    ]
     return [block for block in blocks if block.language == language]

@@ -1,4 +1,6 @@
-"""docs/extending.md, applied to a copy of the source: it shows everything that must be written, and the results are those of closed forms."""
+"""docs/extending.md, applied to a copy of the source: it shows everything that must be written, and
+the results are those of closed forms.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ FRESH = ("python", "toml")
 
 
 class Change(NamedTuple):
-    """A block of the page that writes a file, or changes one: where the reader finds it, the file, and the lines before and after."""
+    """A block of the page that writes a file, or changes one: where the reader finds it, the file,
+    and the lines before and after.
+    """
 
     heading: str
     file: str
@@ -44,11 +48,15 @@ def _change(block: Snippet) -> Change:
         return Change(heading, first.removeprefix("# "), "", block.text)
     lines = [line if line.strip() else " \n" for line in rest.splitlines(keepends=True)]
     assert all(line[0] in " +" for line in lines)
-    before, after = ("".join(line[1:] for line in lines if line[0] in kinds) for kinds in (" ", " +"))
+    before, after = (
+        "".join(line[1:] for line in lines if line[0] in kinds) for kinds in (" ", " +")
+    )
     return Change(heading, first.removeprefix("+++ "), before, after)
 
 
-CHANGES = [_change(block) for language in ("python", "toml", "diff") for block in snippets(PAGE, language)]
+CHANGES = [
+    _change(block) for language in ("python", "toml", "diff") for block in snippets(PAGE, language)
+]
 
 
 class Copy(NamedTuple):
@@ -60,7 +68,14 @@ class Copy(NamedTuple):
     def run(self, *words, check=0):
         """Run Python on the changed package; return what it prints, or what it complains of."""
         environment = {**os.environ, "PYTHONPATH": str(self.folder), "COLUMNS": "200"}
-        done = subprocess.run([sys.executable, *words], cwd=self.work, env=environment, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [sys.executable, *words],
+            cwd=self.work,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         assert done.returncode == check, done.stderr
         return done.stdout if check == 0 else done.stderr
 
@@ -69,13 +84,18 @@ class Copy(NamedTuple):
 def copy(tmp_path_factory):
     """Apply every block of the page to a copy, and run its commands from top to bottom."""
     made = Copy(tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("work"))
-    shutil.copytree(ROOT / "src" / "lostmotion", made.folder / "lostmotion")  # compiled kernels with it
+    # compiled kernels with it
+    shutil.copytree(ROOT / "src" / "lostmotion", made.folder / "lostmotion")
     for change in CHANGES:
-        path = (made.work if change.file.endswith(".toml") else made.folder / "lostmotion") / change.file
+        path = (
+            made.work if change.file.endswith(".toml") else made.folder / "lostmotion"
+        ) / change.file
         path.parent.mkdir(exist_ok=True)
         text = path.read_text("utf-8") if change.before else ""
         assert text.count(change.before) == 1 or not change.before, change
-        path.write_text(text.replace(change.before, change.after) if change.before else change.after, "utf-8")
+        path.write_text(
+            text.replace(change.before, change.after) if change.before else change.after, "utf-8"
+        )
     for block in snippets(PAGE, "sh"):
         for line in block.text.splitlines():
             made.run("-m", *shlex.split(line))
@@ -87,9 +107,15 @@ def _figures(copy, folder):
 
 
 def test_each_extension_costs_what_the_page_promises():
-    """A gearbox kind is one new file and one line, a row or a plot changes one file, a question is one new folder and one line."""
+    """A gearbox kind is one new file and one line, a row or a plot changes one file, a question is
+    one new folder and one line.
+    """
     kind, figure, question = (
-        [change for change in CHANGES if change.heading == heading and not change.file.endswith(".toml")]
+        [
+            change
+            for change in CHANGES
+            if change.heading == heading and not change.file.endswith(".toml")
+        ]
         for heading in ("A gearbox kind", "A figure in a report", "A question")
     )
     assert [change.file for change in kind if not change.before] == ["parts/gearbox/spur.py"]
@@ -98,19 +124,25 @@ def test_each_extension_costs_what_the_page_promises():
     row, plot = dict.fromkeys(change.file for change in figure)
     assert [change.added for change in figure if change.file == row] == [1]
     assert plot.startswith("analyses/accuracy/plots/")
-    assert {str(Path(change.file).parent) for change in question if not change.before} == {"analyses/resolution"}
+    assert {str(Path(change.file).parent) for change in question if not change.before} == {
+        "analyses/resolution"
+    }
     assert [change.added for change in question if change.before] == [1]
     assert len(CHANGES) == len([*kind, *figure, *question]) + 1
 
 
 @pytest.mark.slow
 def test_the_new_gearbox_errs_as_its_closed_form(copy):
-    """Backlash to either side and a harmonic of the pinion: the r.m.s. rotation is √(b²/4 + a²/2), of which the pinion has its share."""
+    """Backlash to either side and a harmonic of the pinion: the r.m.s. rotation is √(b²/4 + a²/2),
+    of which the pinion has its share.
+    """
     found = _figures(copy, "one-joint-accuracy")
     backlash, amplitude = 2.0, 0.5  # arcmin
     square = backlash**2 / 4 + amplitude**2 / 2
     assert found["error"]["rotation_rms"]["value"] == pytest.approx(math.sqrt(square), rel=1e-9)
-    assert found["causes"]["gearbox_pinion"]["share"]["value"] == pytest.approx(100 * amplitude**2 / 2 / square, rel=1e-9)
+    assert found["causes"]["gearbox_pinion"]["share"]["value"] == pytest.approx(
+        100 * amplitude**2 / 2 / square, rel=1e-9
+    )
     assert found["states"]["A"]["transm_error"]["words"] == "stated"
     waves = json.dumps(_figures(copy, "one-joint-gearbox"))
     assert "pinion" in waves
@@ -122,7 +154,12 @@ def test_a_mistake_in_the_new_gearbox_is_refused_as_in_any_other(copy):
     """A length where an angle belongs, and an unknown key, are refused with what is expected."""
     text = (copy.work / "one-joint.toml").read_text("utf-8")
     wrong = copy.work / "wrong.toml"
-    wrong.write_text(text.replace('pinion_error = "0.5 arcmin"', 'pinion_error = "5 mm", wheel_eror = "1 arcmin"'), "utf-8")
+    wrong.write_text(
+        text.replace(
+            'pinion_error = "0.5 arcmin"', 'pinion_error = "5 mm", wheel_eror = "1 arcmin"'
+        ),
+        "utf-8",
+    )
     message = copy.run("-m", "lostmotion", "study", "wrong.toml", check=2)
     assert "pinion_error" in message
     assert "5 mm" in message
@@ -131,9 +168,19 @@ def test_a_mistake_in_the_new_gearbox_is_refused_as_in_any_other(copy):
 
 @pytest.mark.slow
 def test_the_new_row_and_the_new_plot_show_the_distance_from_the_axis(copy):
-    """Only the first of two joints has backlash: the stretched arm is 2 m from it, the bent one √2 m, so worst to best is √2 to 1."""
-    joint = '[[joints]]\nname = "{}"\ntype = "revolute"\naxis = "z"\nlimits = ["-180 deg", "180 deg"]\nlink = {{ length = "1 m", rigid = true }}\n'
-    arm = 'name = "two"\n' + joint.format("A") + 'gearbox = { backlash = "2 arcmin" }\n' + joint.format("B")
+    """Only the first of two joints has backlash: the stretched arm is 2 m from it, the bent one √2
+    m, so worst to best is √2 to 1.
+    """
+    joint = (
+        '[[joints]]\nname = "{}"\ntype = "revolute"\naxis = "z"\nlimits = ["-180 deg", "180 deg"]\n'
+        'link = {{ length = "1 m", rigid = true }}\n'
+    )
+    arm = (
+        'name = "two"\n'
+        + joint.format("A")
+        + 'gearbox = { backlash = "2 arcmin" }\n'
+        + joint.format("B")
+    )
     (copy.work / "two.toml").write_text(arm, "utf-8")
     code = """
 import json, lostmotion, numpy
@@ -146,26 +193,44 @@ print(json.dumps({"ratio": row["value"], "x": list(map(float, line.get_xdata()))
     found = json.loads(copy.run("-c", code))
     assert found["ratio"] == pytest.approx(math.sqrt(2), rel=1e-9)
     small = math.radians(1 / 60) * 1e3  # mm at 1 m
-    share = {round(y, 6) for x, y in zip(found["x"], found["y"], strict=True) if 1.5 * small < x < 1.9 * small}
+    share = {
+        round(y, 6)
+        for x, y in zip(found["x"], found["y"], strict=True)
+        if 1.5 * small < x < 1.9 * small
+    }
     assert share == {50.0}
     assert found["y"][-1] == pytest.approx(100)
 
 
 @pytest.mark.slow
 def test_the_new_question_is_asked_from_python_and_from_the_command_line(copy):
-    """Both give increment times arm length; `--help` lists the question and its argument; a mistake is refused with an example."""
+    """Both give increment times arm length; `--help` lists the question and its argument; a mistake
+    is refused with an example.
+    """
     (block,) = snippets(PAGE, "pycon")
     examples = doctest.DocTestParser().get_examples(block.text)
     assert len(examples) == 3
-    code = "import doctest\n" + f"text = {block.text!r}\n" + "test = doctest.DocTestParser().get_doctest(text, {}, 'page', None, 0)\n"
-    assert "failed=0, attempted=3" in copy.run("-c", code + "print(doctest.DocTestRunner().run(test))")
+    code = (
+        "import doctest\n"
+        f"text = {block.text!r}\n"
+        "test = doctest.DocTestParser().get_doctest(text, {}, 'page', None, 0)\n"
+    )
+    assert "failed=0, attempted=3" in copy.run(
+        "-c", code + "print(doctest.DocTestRunner().run(test))"
+    )
     found = _figures(copy, "one-joint-resolution")
     expected = math.radians(30 / 3600) * 1e3
     assert found["steps"]["A"]["largest"]["value"] == pytest.approx(expected, rel=1e-9)
     assert found["steps"]["A"]["mean"]["value"] == pytest.approx(expected, rel=1e-9)
     assert (copy.work / "one-joint-resolution" / "report.html").stat().st_size > 1000
-    assert re.search(r"^ +resolution +Report how far", copy.run("-m", "lostmotion", "--help"), re.MULTILINE)
-    assert "Smallest turn of each joint, '1 arcmin'. Default: 1 arcmin." in " ".join(copy.run("-m", "lostmotion", "resolution", "--help").split())
-    message = copy.run("-m", "lostmotion", "resolution", "one-joint.toml", "--increment", "0 arcmin", check=2)
+    assert re.search(
+        r"^ +resolution +Report how far", copy.run("-m", "lostmotion", "--help"), re.MULTILINE
+    )
+    assert "Smallest turn of each joint, '1 arcmin'. Default: 1 arcmin." in " ".join(
+        copy.run("-m", "lostmotion", "resolution", "--help").split()
+    )
+    message = copy.run(
+        "-m", "lostmotion", "resolution", "one-joint.toml", "--increment", "0 arcmin", check=2
+    )
     assert "--increment" in message
     assert "1 arcmin" in message

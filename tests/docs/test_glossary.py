@@ -22,14 +22,40 @@ SEARCHED = (
         "repeatability RP",
         "accuracy AP",
     ),
-    *("ISO 9283", "reach", "payload", "sag", "droop", "stick-slip", "transmission error", "TCP", "flange", "DH parameters", "URDF", "SRDF", "MJCF"),
-    *("workspace", "compliance", "servo stiffness", "homing", "absolute encoder", "calibration", "singularity", "harmonic drive", "backdriving"),
+    *(
+        "ISO 9283",
+        "reach",
+        "payload",
+        "sag",
+        "droop",
+        "stick-slip",
+        "transmission error",
+        "TCP",
+        "flange",
+        "DH parameters",
+        "URDF",
+        "SRDF",
+        "MJCF",
+    ),
+    *(
+        "workspace",
+        "compliance",
+        "servo stiffness",
+        "homing",
+        "absolute encoder",
+        "calibration",
+        "singularity",
+        "harmonic drive",
+        "backdriving",
+    ),
 )
 
 
 def anchors(text):
     """Return the anchors of the headings of a page, as GitHub and the site make them."""
-    headings = re.findall(r"^#+ (.+)$", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE)
+    headings = re.findall(
+        r"^#+ (.+)$", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL), re.MULTILINE
+    )
     return {re.sub(r"[^\w\- ]", "", each.lower()).strip().replace(" ", "-") for each in headings}
 
 
@@ -54,8 +80,12 @@ def test_the_terms_of_the_field_are_there():
 
 
 def test_keys_of_the_glossary_are_keys_of_the_arm_file():
-    """Every key that an entry names is documented on the page of the arm file or on the page it links to."""
-    pages = "".join(path.read_text("utf-8") for path in (ROOT / "docs").rglob("*.md") if path != GLOSSARY)
+    """Every key that an entry names is documented on the page of the arm file or on the page it
+    links to.
+    """
+    pages = "".join(
+        path.read_text("utf-8") for path in (ROOT / "docs").rglob("*.md") if path != GLOSSARY
+    )
     for term, text in ENTRIES:
         for key in re.findall(r"`([a-z_]+)`", text):
             assert re.search(rf"\b{key}\b", pages), (term, key)

@@ -1,4 +1,6 @@
-"""Every command of the README's table runs as it is printed, in a folder that holds the examples and nothing else."""
+"""Every command of the README's table runs as it is printed, in a folder that holds the examples
+and nothing else.
+"""
 
 import os
 import re
@@ -21,7 +23,9 @@ ENDLESS = "lostmotion view "
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return an empty folder beside which the examples lie as they do in the project; a later command reads what an earlier one wrote."""
+    """Return an empty folder beside which the examples lie as they do in the project; a later
+    command reads what an earlier one wrote.
+    """
     here = tmp_path_factory.mktemp("reader")
     (here / "examples").symlink_to(ROOT / "examples")
     return here
@@ -30,17 +34,27 @@ def folder(tmp_path_factory):
 @pytest.mark.slow
 @pytest.mark.parametrize("command", [each for each in COMMANDS if not each.startswith(ENDLESS)])
 def test_a_command_of_the_readme_runs_as_printed(command, folder):
-    """It ends with exit code 0 and an answer, on lines of 80 columns, and the report that it names lies in the folder."""
+    """It ends with exit code 0 and an answer, on lines of 80 columns, and the report that it names
+    lies in the folder.
+    """
     words = [sys.executable, "-m", "lostmotion", *shlex.split(command)[1:]]
     done = subprocess.run(
-        words, cwd=folder, capture_output=True, text=True, encoding="utf-8", check=False, env={**os.environ, "PYTHONIOENCODING": "utf-8"}
+        words,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+        env={**os.environ, "PYTHONIOENCODING": "utf-8"},
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
     assert max(map(len, done.stdout.splitlines())) <= 80
     if command == COMMANDS[0]:
         assert done.stdout.strip() == SCREEN
-    for written in re.findall(r"^(?:Report|File|Picture): (.+?)(?:   --full.*)?$", done.stdout, re.MULTILINE):
+    for written in re.findall(
+        r"^(?:Report|File|Picture): (.+?)(?:   --full.*)?$", done.stdout, re.MULTILINE
+    ):
         assert (folder / written).stat().st_size > 0
 
 
@@ -49,5 +63,8 @@ def test_the_table_names_every_question_that_a_reader_may_ask():
     import lostmotion
     from lostmotion.cli.generator import command_name
 
-    named = {" ".join(each.split()[1:3]) if each.startswith("lostmotion export") else each.split()[1] for each in COMMANDS}
+    named = {
+        " ".join(each.split()[1:3]) if each.startswith("lostmotion export") else each.split()[1]
+        for each in COMMANDS
+    }
     assert {command_name(name) for name in lostmotion.QUESTIONS} - named == {"schema"}

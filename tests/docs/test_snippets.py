@@ -27,11 +27,15 @@ JOINT = {"name": "only", "type": "revolute", "limits": ["-90 deg", "90 deg"]}
 
 
 def _blocks(language):
-    return [pytest.param(block, id=str(block)) for page in TOUR for block in snippets(page, language)]
+    return [
+        pytest.param(block, id=str(block)) for page in TOUR for block in snippets(page, language)
+    ]
 
 
 def _arm_of(block):
-    """Return a block as a whole arm file: a name and a joint where it has none, and the shared parts of the page's other blocks."""
+    """Return a block as a whole arm file: a name and a joint where it has none, and the shared
+    parts of the page's other blocks.
+    """
     tree = tomllib.loads(block.text)
     for other in snippets(block.page, "toml"):
         for table, parts in tomllib.loads(other.text).items():
@@ -42,7 +46,9 @@ def _arm_of(block):
 
 @pytest.mark.parametrize("block", _blocks("toml"))
 def test_every_toml_snippet_is_accepted(block, tmp_path):
-    """An arm, a sidecar, a sizing file, a calibration or a sweep: each is read without a mistake, and each value has its unit."""
+    """An arm, a sidecar, a sizing file, a calibration or a sweep: each is read without a mistake,
+    and each value has its unit.
+    """
     tree = tomllib.loads(block.text)
     file = tmp_path / "snippet.toml"
     if "sizing" in tree:
@@ -53,7 +59,9 @@ def test_every_toml_snippet_is_accepted(block, tmp_path):
         assert lostmotion.read(EXAMPLES / "ur5e.urdf", file).joints
     elif "estimates" in tree:
         file.write_text(block.text, "utf-8")
-        assert len(read_calibration(file, lostmotion.read(EXAMPLES / "z-arm.toml").terms).streams) == len(tree["estimates"])
+        assert len(
+            read_calibration(file, lostmotion.read(EXAMPLES / "z-arm.toml").terms).streams
+        ) == len(tree["estimates"])
     elif "sweep" in tree and "gearboxes.cycloidal.backlash" in tree["sweep"]:
         file.write_text(block.text, "utf-8")
         assert len(read_sweep(EXAMPLES / "z-arm.toml", None, file)[1]) == len(tree["sweep"])
@@ -88,7 +96,9 @@ def test_every_command_of_a_table_is_one_that_the_command_takes(page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [page for page in TOUR if snippets(page, "python")], ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [page for page in TOUR if snippets(page, "python")], ids=lambda page: page.name
+)
 def test_the_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
     """A reader who types a page's snippets one after the other gets no error."""
     (tmp_path / "examples").symlink_to(EXAMPLES)
@@ -102,7 +112,9 @@ def test_every_option_of_the_tour_exists():
     """An option that the tour names is one of some command."""
     group = typer.main.get_command(app)
     commands = [group.get_command(None, name) for name in lostmotion.QUESTIONS]
-    known = {option for command in commands for parameter in command.params for option in parameter.opts}
+    known = {
+        option for command in commands for parameter in command.params for option in parameter.opts
+    }
     known |= {"--help"}
     for page in TOUR:
         for option in re.findall(r"`(--[a-z0-9-]+)", page.read_text("utf-8")):
@@ -111,7 +123,12 @@ def test_every_option_of_the_tour_exists():
 
 def test_every_link_leads_to_a_page_and_a_heading():
     """No link of a page is broken, whether to a file, a folder or a heading."""
-    for page in (*TOUR, *sorted((ROOT / "docs" / "theory").glob("*.md")), ROOT / "docs" / "conventions.md", ROOT / "docs" / "extending.md"):
+    for page in (
+        *TOUR,
+        *sorted((ROOT / "docs" / "theory").glob("*.md")),
+        ROOT / "docs" / "conventions.md",
+        ROOT / "docs" / "extending.md",
+    ):
         for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text("utf-8")):
             if target.startswith("http"):
                 continue
@@ -125,8 +142,13 @@ def test_every_link_leads_to_a_page_and_a_heading():
 def test_every_file_that_a_page_names_is_there():
     """Modules, tests and examples move; the pages that point to them follow."""
     for page in PAGES:
-        for name in re.findall(r"`((?:[a-z_0-9]+/)+[a-z_0-9-]+\.(?:py|toml|csv|urdf))`", page.read_text("utf-8")):
-            assert any((folder / name).exists() for folder in (ROOT, ROOT / "src" / "lostmotion", ROOT / "examples")), f"{page.name}: {name}"
+        for name in re.findall(
+            r"`((?:[a-z_0-9]+/)+[a-z_0-9-]+\.(?:py|toml|csv|urdf))`", page.read_text("utf-8")
+        ):
+            assert any(
+                (folder / name).exists()
+                for folder in (ROOT, ROOT / "src" / "lostmotion", ROOT / "examples")
+            ), f"{page.name}: {name}"
 
 
 def _anchors(page: Path) -> set[str]:

@@ -1,4 +1,6 @@
-"""The language is the trade's: expressions to avoid occur in no text, and a search for a common term finds its explanation."""
+"""The language is the trade's: expressions to avoid occur in no text, and a search for a common
+term finds its explanation.
+"""
 
 import ast
 import io
@@ -42,7 +44,9 @@ AVOID = {
 ALLOWED = (r"strain[ -]wave|wave[ _]generator|wavelength|wavy rim|waves or thinner rings",)
 FOLDERS = ("examples", "src/lostmotion")
 SUFFIXES = {".py", ".toml", ".md", ".urdf"}
-SOURCES = sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES)
+SOURCES = sorted(
+    path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES
+)
 
 # This test itself is full of the words to avoid.
 TESTS = sorted(path for path in (ROOT / "tests").rglob("*.py") if path != Path(__file__))
@@ -52,8 +56,15 @@ def unwanted(text):
     """Return the expressions to avoid in a text, each with its line and what to write instead."""
     for allowed in ALLOWED:
         text = re.sub(allowed, lambda found: "_" * len(found[0]), text, flags=re.IGNORECASE)
-    hits = [(found.start(), found[0], instead) for words, instead in AVOID.items() for found in re.finditer(words, text, re.IGNORECASE)]
-    return [f"line {text.count(chr(10), 0, at) + 1}: '{words}'; write {instead}" for at, words, instead in sorted(hits)]
+    hits = [
+        (found.start(), found[0], instead)
+        for words, instead in AVOID.items()
+        for found in re.finditer(words, text, re.IGNORECASE)
+    ]
+    return [
+        f"line {text.count(chr(10), 0, at) + 1}: '{words}'; write {instead}"
+        for at, words, instead in sorted(hits)
+    ]
 
 
 @pytest.mark.parametrize("path", [*PAGES, *SOURCES], ids=lambda path: str(path.relative_to(ROOT)))
@@ -72,25 +83,40 @@ def test_a_text_is_written_in_the_terms_of_the_trade(path):
     ],
 )
 def test_the_search_for_unwanted_words_finds_them(text, count):
-    """The test of the texts is itself able to fail, and does not object to the trade's own words."""
+    """The test of the texts is itself able to fail, and does not object to the trade's own
+    words.
+    """
     assert len(unwanted(text)) == count
 
 
 @pytest.mark.parametrize("path", TESTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_a_test_is_named_and_described_in_the_terms_of_the_trade(path):
-    """Names of files and functions, docstrings and comments of tests follow the same rule; data and messages in them may contain anything."""
+    """Names of files and functions, docstrings and comments of tests follow the same rule; data and
+    messages in them may contain anything.
+    """
     source = path.read_text("utf-8")
     texts = {f"name of {path.name}": path.stem.replace("_", " ")}
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             name, line = getattr(node, "name", path.stem), getattr(node, "lineno", 1)
-            texts |= {f"line {line}, name": name.replace("_", " "), f"line {line}, docstring": ast.get_docstring(node) or ""}
-    comments = (token for token in tokenize.generate_tokens(io.StringIO(source).readline) if token.type == tokenize.COMMENT)
+            texts |= {
+                f"line {line}, name": name.replace("_", " "),
+                f"line {line}, docstring": ast.get_docstring(node) or "",
+            }
+    comments = (
+        token
+        for token in tokenize.generate_tokens(io.StringIO(source).readline)
+        if token.type == tokenize.COMMENT
+    )
     texts |= {f"line {token.start[0]}, comment": token.string for token in comments}
     assert not {place: unwanted(text) for place, text in texts.items() if unwanted(text)}
 
 
-@pytest.mark.parametrize("path", [path for path in SOURCES if path.suffix == ".py"], ids=lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.parametrize(
+    "path",
+    [path for path in SOURCES if path.suffix == ".py"],
+    ids=lambda path: str(path.relative_to(ROOT)),
+)
 def test_a_docstring_states_what_a_function_returns_or_does(path):
     """Documentation opens with a statement, "Return the ...", "Write ...", and asks no question."""
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
@@ -108,10 +134,20 @@ EXPLAINED = [
     ("standard deviation", "docs/conventions.md", "Statistics", "all robots, poses and visits"),
     ("standard deviation", "docs/theory/accuracy.md", "Mean vector and covariance", "mean square"),
     ("confidence interval", "docs/conventions.md", "Statistics", "95 %"),
-    ("confidence", "docs/theory/accuracy.md", "Confidence intervals", "Student|Searle|Satterthwaite"),
+    (
+        "confidence",
+        "docs/theory/accuracy.md",
+        "Confidence intervals",
+        "Student|Searle|Satterthwaite",
+    ),
     ("largest contributor", "docs/conventions.md", "Statistics", "share"),
     ("percentile", "docs/conventions.md", "Statistics", "histogram"),
-    ("harmonic", "docs/theory/gearboxes.md", "Harmonics of the transmission error", "cycles per turn"),
+    (
+        "harmonic",
+        "docs/theory/gearboxes.md",
+        "Harmonics of the transmission error",
+        "cycles per turn",
+    ),
     ("compliance", "docs/theory/statics.md", "Compliance", "wrench"),
     ("tolerance", "docs/conventions.md", "Tolerances", "three standard deviations"),
     ("tolerance", "docs/tour/arm-file.md", "Tolerances", "uniform"),
@@ -125,9 +161,15 @@ def _sections(path):
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-@pytest.mark.parametrize(("term", "page", "heading", "word"), EXPLAINED, ids=lambda value: value if " " not in value else None)
+@pytest.mark.parametrize(
+    ("term", "page", "heading", "word"),
+    EXPLAINED,
+    ids=lambda value: value if " " not in value else None,
+)
 def test_a_search_for_a_common_term_finds_its_explanation(term, page, heading, word):
-    """The section that explains a term has it in its heading or in its text, beside the word that matters."""
+    """The section that explains a term has it in its heading or in its text, beside the word that
+    matters.
+    """
     text = _sections(page)[heading]
     assert re.search(term, f"{heading}\n{text}", re.IGNORECASE)
     assert re.search(word, text)

@@ -1,4 +1,5 @@
-"""The page of what each part of the computation is compared with, made of what the tests state in their constant VALIDATES.
+"""The page of what each part of the computation is compared with, made of what the tests state in
+their constant VALIDATES.
 
 Write the page with `python -m tests.docs.validation > docs/validation.md`.
 """
@@ -42,7 +43,9 @@ SECTIONS = {
 
 
 class Comparison(NamedTuple):
-    """One comparison: the quantity, what it is compared with, how closely they agree, and the files of the source and of the tests."""
+    """One comparison: the quantity, what it is compared with, how closely they agree, and the files
+    of the source and of the tests.
+    """
 
     quantity: str
     against: str
@@ -54,7 +57,10 @@ class Comparison(NamedTuple):
 def comparisons() -> list[Comparison]:
     """Return what the tests state, in the order of the page."""
     order = [*SECTIONS]
-    files = sorted((ROOT / "tests").rglob("test_*.py"), key=lambda path: (order.index(_folder(path)), path.name))
+    files = sorted(
+        (ROOT / "tests").rglob("test_*.py"),
+        key=lambda path: (order.index(_folder(path)), path.name),
+    )
     return [each for path in files for each in _stated(path)]
 
 
@@ -71,7 +77,13 @@ def _stated(path: Path) -> Iterator[Comparison]:
                 others = " ".join(files).split()
                 own = str(path.relative_to(ROOT))
                 tests = tuple(name for name in others if name.startswith("tests/"))
-                yield Comparison(quantity, against, within, tuple(name for name in others if name not in tests), (own, *tests))
+                yield Comparison(
+                    quantity,
+                    against,
+                    within,
+                    tuple(name for name in others if name not in tests),
+                    (own, *tests),
+                )
 
 
 def page() -> str:
@@ -81,14 +93,30 @@ def page() -> str:
     for folder, title in SECTIONS.items():
         rows = [each for each in found if _folder(ROOT / each.tests[0]) == folder]
         if rows:
-            lines += [f"## {title}", "", "| quantity | compared with | agreement | source | test |", "|---|---|---|---|---|"]
-            lines += [f"| {each.quantity} | {each.against} | {each.within} | {_links(each.sources)} | {_links(each.tests)} |" for each in rows]
+            lines += [
+                f"## {title}",
+                "",
+                "| quantity | compared with | agreement | source | test |",
+                "|---|---|---|---|---|",
+            ]
+            lines += [
+                (
+                    f"| {each.quantity} | {each.against} | {each.within} | {_links(each.sources)} "
+                    f"| {_links(each.tests)} |"
+                )
+                for each in rows
+            ]
             lines.append("")
     return "\n".join(lines)
 
 
 def _links(names: tuple[str, ...]) -> str:
-    return ", ".join(f"[{name}](../{name})" if name.startswith("tests/") else f"[{name}](../src/lostmotion/{name})" for name in names)
+    return ", ".join(
+        f"[{name}](../{name})"
+        if name.startswith("tests/")
+        else f"[{name}](../src/lostmotion/{name})"
+        for name in names
+    )
 
 
 if __name__ == "__main__":

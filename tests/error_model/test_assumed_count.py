@@ -1,4 +1,6 @@
-"""On how many assumed sources an arm or a part rests: what one source says counts once, and stating more never raises the count."""
+"""On how many assumed sources an arm or a part rests: what one source says counts once, and stating
+more never raises the count.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ from lostmotion.error_model.provenance import states
 from lostmotion.io.part_file import read_gearbox
 from tests.io.conftest import EXAMPLES
 
-JOINT = '[[joints]]\nname = "{}"\ntype = "revolute"\naxis = "-y"\nlimits = ["-60 deg", "60 deg"]\n{}\n'
+JOINT = (
+    '[[joints]]\nname = "{}"\ntype = "revolute"\naxis = "-y"\nlimits = ["-60 deg", "60 deg"]\n{}\n'
+)
 FULL = {
     "ratio": "100",
     "rated_torque": '"50 N m"',
@@ -42,20 +46,43 @@ def gearbox_of(stated, *, assumed=()):
 
 
 def test_values_of_one_source_count_once(tmp_path):
-    """All values of one preset, of one material, and of a part that joints share count once each, however many there are."""
-    servo = count_of(tmp_path, "".join(JOINT.format(name, 'preset = "hobby servo"') for name in "AB"))
+    """All values of one preset, of one material, and of a part that joints share count once each,
+    however many there are.
+    """
+    servo = count_of(
+        tmp_path, "".join(JOINT.format(name, 'preset = "hobby servo"') for name in "AB")
+    )
     assert len(servo.assumed) > 10
     assert servo.assumed_count == 2  # the preset, and the default friction of its bearing
-    link = 'link = { length = "300 mm ± 0.1 mm", section = { kind = "tube", outer = "60 mm", wall = "3 mm" }, material = "aluminium" }'
-    assert count_of(tmp_path, "".join(JOINT.format(name, link) for name in "ABC")).assumed_count == 1
-    shared = "[gearboxes.g]\n" + "\n".join(f"{key} = {value}" for key, value in FULL.items()) + '\nassumed = ["stiffness", "backlash"]\n'
-    assert count_of(tmp_path, "".join(JOINT.format(name, 'gearbox = "g"') for name in "ABC"), shared).assumed_count == 1
-    own = "".join(JOINT.format(name, gearbox_of({**FULL, "ratio": ratio}, assumed=["stiffness"])) for name, ratio in zip("ABC", "123", strict=True))
+    link = (
+        'link = { length = "300 mm ± 0.1 mm", section = { kind = "tube", outer = "60 mm", wall = '
+        '"3 mm" }, material = "aluminium" }'
+    )
+    assert (
+        count_of(tmp_path, "".join(JOINT.format(name, link) for name in "ABC")).assumed_count == 1
+    )
+    shared = (
+        "[gearboxes.g]\n"
+        + "\n".join(f"{key} = {value}" for key, value in FULL.items())
+        + '\nassumed = ["stiffness", "backlash"]\n'
+    )
+    assert (
+        count_of(
+            tmp_path, "".join(JOINT.format(name, 'gearbox = "g"') for name in "ABC"), shared
+        ).assumed_count
+        == 1
+    )
+    own = "".join(
+        JOINT.format(name, gearbox_of({**FULL, "ratio": ratio}, assumed=["stiffness"]))
+        for name, ratio in zip("ABC", "123", strict=True)
+    )
     assert count_of(tmp_path, own).assumed_count == 3
 
 
 def test_limits_of_one_catalogue_row_count_once(tmp_path):
-    """A maker's limits for a size are one source, whichever of its values they are and however many joints have it."""
+    """A maker's limits for a size are one source, whichever of its values they are and however many
+    joints have it.
+    """
     row = 'gearbox = { catalogue = "RV-42N", ratio = 126, friction_torque = "1 N m ± 20 %" }'
     known = count_of(tmp_path, "".join(JOINT.format(name, row) for name in "AB"))
     assert len(known.assumed) > 1
@@ -64,7 +91,9 @@ def test_limits_of_one_catalogue_row_count_once(tmp_path):
 
 @pytest.mark.parametrize("order", [list(FULL), list(reversed(FULL))], ids=["in order", "reversed"])
 def test_stating_a_value_never_raises_the_count_of_what_is_assumed_or_missing(tmp_path, order):
-    """One value of a gearbox after another is stated: what it rests on and what is missing of it together never become more."""
+    """One value of a gearbox after another is stated: what it rests on and what is missing of it
+    together never become more.
+    """
     counts = []
     for k in range(1, len(order) + 1):
         stated = {"ratio": "100", **{key: FULL[key] for key in order[:k]}}
@@ -77,18 +106,28 @@ def test_stating_a_value_never_raises_the_count_of_what_is_assumed_or_missing(tm
 @pytest.mark.parametrize("order", [list(FULL), list(reversed(FULL))], ids=["in order", "reversed"])
 def test_taking_marks_away_never_raises_the_count(tmp_path, order):
     """The fewer values are marked as assumed, the fewer sources there are, down to none."""
-    counts = [count_of(tmp_path, JOINT.format("A", gearbox_of(FULL, assumed=order[k:]))).assumed_count for k in range(len(order) + 1)]
+    counts = [
+        count_of(tmp_path, JOINT.format("A", gearbox_of(FULL, assumed=order[k:]))).assumed_count
+        for k in range(len(order) + 1)
+    ]
     assert counts == [1] * len(order) + [0]
 
 
 @pytest.mark.parametrize("file", ["printed.toml", "rv-like.toml", "two-stage-lobes.toml"])
 def test_a_drawing_that_states_more_rests_on_no_more(tmp_path, file):
-    """Of a drawn gearbox each key is omitted that can be: what its drawing leaves open then counts, bounded members among it, so none is fewer."""
-    text = re.sub(r"(?ms)^assumed = \[.*?^\]$|^assumed = \[.*?\]$", "", (EXAMPLES / "gearbox" / file).read_text(encoding="utf-8"))
+    """Of a drawn gearbox each key is omitted that can be: what its drawing leaves open then counts,
+    bounded members among it, so none is fewer.
+    """
+    text = re.sub(
+        r"(?ms)^assumed = \[.*?^\]$|^assumed = \[.*?\]$",
+        "",
+        (EXAMPLES / "gearbox" / file).read_text(encoding="utf-8"),
+    )
     path = tmp_path / "gearbox.toml"
     tried = 0
     raw = tomllib.loads(text)["gearbox"]
-    for key in ("", *(key for key in raw if key != "first_stage")):  # without a stage it is another gearbox
+    # without a stage it is another gearbox
+    for key in ("", *(key for key in raw if key != "first_stage")):
         path.write_text(_without(text, key), encoding="utf-8")
         try:
             found = read_gearbox(path).part

@@ -12,7 +12,9 @@ from tests.conftest import arm_of
 
 
 def test_a_stream_is_uniform_and_a_longer_one_begins_with_a_shorter_one():
-    """A stream passes a Kolmogorov-Smirnov test, lies between 0 and 1, and begins with the same values at any length."""
+    """A stream passes a Kolmogorov-Smirnov test, lies between 0 and 1, and begins with the same
+    values at any length.
+    """
     u = uniforms(1, "joints.A.gearbox.side", 20_000)
     assert stats.kstest(u, "uniform").pvalue > 1e-3
     assert u.min() > 0
@@ -29,19 +31,27 @@ def test_streams_of_different_names_or_seeds_are_uncorrelated():
 
 @pytest.mark.parametrize("law", [Normal(), Uniform(), TwoSided(), Cosine()])
 def test_visit_draws_are_standardised_and_uncorrelated(law):
-    """Draws per visit have mean 0 and variance 1, and are uncorrelated between visits, poses and robots."""
+    """Draws per visit have mean 0 and variance 1, and are uncorrelated between visits, poses and
+    robots.
+    """
     robot, visit = (x.ravel() for x in np.meshgrid(np.arange(300), np.arange(40), indexing="ij"))
-    values = np.stack([visit_draws(3, [Stream("s", law)], pose, robot, visit)[0] for pose in range(20)]).reshape(20, 300, 40)
+    values = np.stack(
+        [visit_draws(3, [Stream("s", law)], pose, robot, visit)[0] for pose in range(20)]
+    ).reshape(20, 300, 40)
     assert abs(values.mean()) < 5 / np.sqrt(values.size)
     assert values.var() == pytest.approx(1, abs=8 / np.sqrt(values.size))
     for a, b in ((values[:, :, :-1], values[:, :, 1:]), (values[:-1], values[1:])):
         assert abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 5 / np.sqrt(a.size)
     # adjacent robots read adjacent entries of one table
-    assert abs(np.corrcoef(values[:, :-1].ravel(), values[:, 1:].ravel())[0, 1]) < 4 / np.sqrt(TABLE)
+    assert abs(np.corrcoef(values[:, :-1].ravel(), values[:, 1:].ravel())[0, 1]) < 4 / np.sqrt(
+        TABLE
+    )
 
 
 def test_sine_and_cosine_of_a_harmonic_share_their_phase():
-    """The cosine and sine draws of one stream lie on a circle of radius sqrt 2, per robot and per visit."""
+    """The cosine and sine draws of one stream lie on a circle of radius sqrt 2, per robot and per
+    visit.
+    """
     pair = [Stream("phase", Cosine()), Stream("phase", Sine())]
     of_robots = robot_draws(1, pair, LANES)
     np.testing.assert_allclose((of_robots**2).sum(axis=1), 2.0, rtol=1e-12)

@@ -11,14 +11,26 @@ from lostmotion.error_model.poses import sample_poses
 
 def slides(count: int) -> Arm:
     """Return an arm of slides with a range from 0 to 1 m each."""
-    return Arm.model_validate({"name": "slides", "joints": [{"type": "prismatic", "name": f"J{k}", "limits": ("0 m", "1 m")} for k in range(count)]})
+    return Arm.model_validate(
+        {
+            "name": "slides",
+            "joints": [
+                {"type": "prismatic", "name": f"J{k}", "limits": ("0 m", "1 m")}
+                for k in range(count)
+            ],
+        }
+    )
 
 
 def test_a_grid_has_equal_steps_and_both_ends():
-    """A grid of ten poses of two joints has four equal steps per joint including both ends, and a grid of one pose is the middle."""
+    """A grid of ten poses of two joints has four equal steps per joint including both ends, and a
+    grid of one pose is the middle.
+    """
     found = sample_poses(slides(2), 10, "grid")
     steps = {0.0, 1 / 3, 2 / 3, 1.0}
-    assert {tuple(np.round(row, 12)) for row in found.q} == {tuple(np.round((a, b), 12)) for a in steps for b in steps}
+    assert {tuple(np.round(row, 12)) for row in found.q} == {
+        tuple(np.round((a, b), 12)) for a in steps for b in steps
+    }
     assert len(found) == 16
     np.testing.assert_array_equal(sample_poses(slides(2), 1, "grid").q, [[0.5, 0.5]])
 
@@ -39,18 +51,27 @@ def test_zero_poses_and_more_than_ten_million_are_rejected(law, count):
 
 
 def test_a_sobol_set_covers_a_joint_evenly_and_uniform_poses_are_independent():
-    """A Sobol set visits each of 128 equal intervals of a joint once, and 128 independent poses miss 1/e, about 37 %, of them."""
+    """A Sobol set visits each of 128 equal intervals of a joint once, and 128 independent poses
+    miss 1/e, about 37 %, of them.
+    """
     visited = {
-        law: [len(set((each * 128).astype(int))) for each in sample_poses(slides(1), 1024, law).q.reshape(8, 128)] for law in ("sobol", "uniform")
+        law: [
+            len(set((each * 128).astype(int)))
+            for each in sample_poses(slides(1), 1024, law).q.reshape(8, 128)
+        ]
+        for law in ("sobol", "uniform")
     }
     assert visited["sobol"] == [128] * 8
     assert np.mean(visited["uniform"]) == pytest.approx(128 * (1 - 1 / np.e), abs=3)
 
 
 def test_normal_poses_are_truncated_at_the_limits():
-    """Normal joint values have mid-range as mean and a sixth of the range as standard deviation, truncated at the limits."""
+    """Normal joint values have mid-range as mean and a sixth of the range as standard deviation,
+    truncated at the limits.
+    """
     q = sample_poses(slides(1), 4000, "normal").q[:, 0]
-    assert stats.kstest(q, stats.truncnorm(-3, 3, 0.5, 1 / 6).cdf).statistic < 0.03  # 0.1 % of independent samples exceed it
+    # 0.1 % of independent samples exceed it
+    assert stats.kstest(q, stats.truncnorm(-3, 3, 0.5, 1 / 6).cdf).statistic < 0.03
     assert 0 <= q.min() < q.max() <= 1
 
 

@@ -1,4 +1,6 @@
-"""Intervals where few robots or few poses make the figure: their coverage, and their closed forms."""
+"""Intervals where few robots or few poses make the figure: their coverage, and their closed
+forms.
+"""
 
 import math
 import tomllib
@@ -8,22 +10,41 @@ import pytest
 from scipy.stats import beta, binom, binomtest
 
 import lostmotion
-from lostmotion.error_model.intervals import mean_spread, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile, shrunk_means, two_way
+from lostmotion.error_model.intervals import (
+    mean_spread,
+    pooled_mean,
+    pooled_quantile,
+    pooled_robots_quantile,
+    quantile,
+    shrunk_means,
+    two_way,
+)
 from lostmotion.error_model.poses import sample_poses
-from lostmotion.error_model.small_counts import counting_floor, freedom_of_variance, order_statistics
+from lostmotion.error_model.small_counts import (
+    counting_floor,
+    freedom_of_variance,
+    order_statistics,
+)
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
     (
-        "intervals where a play opens in 0.5 % of poses, and of a 99th percentile that the worst of 200 robots make",
+        (
+            "intervals where a play opens in 0.5 % of poses, and of a 99th percentile that the "
+            "worst of 200 robots make"
+        ),
         "300 studies of 2 048 poses x 200 robots; four of 16 384 poses x 4 000 robots",
-        "at least 92 % cover mean RP, RP's 95th percentile of robots, and the 95th and 99th percentiles of the error; by the variance alone 83 %",
+        (
+            "at least 92 % cover mean RP, RP's 95th percentile of robots, and the 95th and 99th "
+            "percentiles of the error; by the variance alone 83 %"
+        ),
         "error_model/intervals.py",
     ),
 )
 
-# The play opens where the load, 8 kg at 0.8 m and 2 kg at 0.4 m, is below the friction: |cos A| < 0.0071, so in 0.47 % of -80° to 91°.
+# The play opens where the load, 8 kg at 0.8 m and 2 kg at 0.4 m, is below the friction: |cos A| <
+# 0.0071, so in 0.47 % of -80° to 91°.
 RARE = """
 name = "rare"
 [payload]
@@ -41,16 +62,22 @@ SETS = 8
 
 
 def test_the_floor_by_counting_is_the_limit_of_a_proportion_without_an_event():
-    """Eight sets with the same number of open plays: the mean is not known better than to 0.37 of a pose in each set (Clopper and Pearson)."""
+    """Eight sets with the same number of open plays: the mean is not known better than to 0.37 of a
+    pose in each set (Clopper and Pearson).
+    """
     values = np.zeros(2048)
     values[:8] = 660e-6
     upper = binomtest(0, SETS).proportion_ci().high
-    assert counting_floor(np.random.default_rng(1).permutation(values), SETS) == pytest.approx(SETS * upper * 660e-6 / 2048, rel=1e-9)
+    assert counting_floor(np.random.default_rng(1).permutation(values), SETS) == pytest.approx(
+        SETS * upper * 660e-6 / 2048, rel=1e-9
+    )
     assert counting_floor(values, 1) == 0
 
 
 def test_the_floor_by_counting_vanishes_where_errors_vary_smoothly():
-    """A sine over 2 048 poses has a floor below a ten thousandth of its mean, and a mean over robots keeps the interval of its variance."""
+    """A sine over 2 048 poses has a floor below a ten thousandth of its mean, and a mean over
+    robots keeps the interval of its variance.
+    """
     smooth = 1 + 0.5 * np.sin(np.linspace(0, 2 * np.pi, 2048))
     assert counting_floor(smooth, SETS) < 1e-4
     means = np.random.default_rng(2).normal(1, 0.1, (SETS, 50))
@@ -58,23 +85,36 @@ def test_the_floor_by_counting_vanishes_where_errors_vary_smoothly():
 
 
 def test_the_floor_replaces_the_part_of_the_poses_alone():
-    """Where equal sets show no variance, the half-width is the root of the squares of that of the robots and of the floor."""
-    robots, values = np.tile(np.random.default_rng(3).normal(1, 0.1, 1000), (SETS, 1)), np.where(np.arange(2048) < 8, 30.0, 1.0)
+    """Where equal sets show no variance, the half-width is the root of the squares of that of the
+    robots and of the floor.
+    """
+    robots, values = (
+        np.tile(np.random.default_rng(3).normal(1, 0.1, 1000), (SETS, 1)),
+        np.where(np.arange(2048) < 8, 30.0, 1.0),
+    )
     alone, floor = pooled_mean(robots), counting_floor(values, SETS)
-    assert pooled_mean(robots, values).half == pytest.approx(math.hypot(alone.half, floor), rel=1e-9)
+    assert pooled_mean(robots, values).half == pytest.approx(
+        math.hypot(alone.half, floor), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize(("level", "count"), [(0.5, 25), (0.95, 300), (0.99, 2000)])
 def test_ends_of_a_quantile_are_order_statistics(level, count):
-    """The share of true values beyond each end, by the beta law of an order statistic, is 2.5 % but for the step between two ranks."""
+    """The share of true values beyond each end, by the beta law of an order statistic, is 2.5 % but
+    for the step between two ranks.
+    """
     for end, tail in zip(order_statistics(level, count, 0.95), (0.975, 0.025), strict=True):
         rank = end * (count + 1)
-        steps = [beta.cdf(level, math.floor(rank) + k, count + 1 - math.floor(rank) - k) for k in (0, 1)]
+        steps = [
+            beta.cdf(level, math.floor(rank) + k, count + 1 - math.floor(rank) - k) for k in (0, 1)
+        ]
         assert min(steps) - 1e-9 <= tail <= max(steps) + 1e-9
 
 
 def test_two_hundred_samples_may_all_lie_below_the_99th_percentile():
-    """They do in 13 % of cases: the upper end is the largest sample; of 400 samples, 1.8 %, it is a rank below it."""
+    """They do in 13 % of cases: the upper end is the largest sample; of 400 samples, 1.8 %, it is a
+    rank below it.
+    """
     assert binom.pmf(200, 200, 0.99) == pytest.approx(0.134, abs=1e-3)
     assert order_statistics(0.99, 200, 0.95)[1] == 1
     assert order_statistics(0.01, 200, 0.95)[0] == 0
@@ -82,7 +122,9 @@ def test_two_hundred_samples_may_all_lie_below_the_99th_percentile():
 
 
 def test_a_variance_that_few_members_make_has_few_degrees_of_freedom():
-    """Normal members keep n - 1 but for their sampling; one member in 32 with everything leaves fewer than three."""
+    """Normal members keep n - 1 but for their sampling; one member in 32 with everything leaves
+    fewer than three.
+    """
     alone = np.zeros(32)
     alone[0] = 1
     assert 2 < freedom_of_variance(alone) < 3
@@ -92,7 +134,8 @@ def test_a_variance_that_few_members_make_has_few_degrees_of_freedom():
 
 @pytest.mark.slow
 def test_intervals_cover_where_few_robots_or_poses_make_the_figure():
-    """Of 300 studies so many cover that a coverage of 95 % is not refuted (binomial test, 1 %), for each of four figures.
+    """Of 300 studies so many cover that a coverage of 95 % is not refuted (binomial test, 1 %), for
+    each of four figures.
 
     By the variance between sets and groups alone 83 % cover mean RP and the 99th percentile.
     """
@@ -104,13 +147,24 @@ def test_intervals_cover_where_few_robots_or_poses_make_the_figure():
     def figures(found):
         means = found.robot_means[:, :, 2]
         of_poses = found.of_poses(2)
-        quantiles = [pooled_quantile(found.group_hist, found.replicate_hist, level) for level in (0.95, 0.99)]
-        return [pooled_mean(means, of_poses), pooled_robots_quantile(means, of_poses=of_poses), *quantiles], two_way(means).half
+        quantiles = [
+            pooled_quantile(found.group_hist, found.replicate_hist, level) for level in (0.95, 0.99)
+        ]
+        return [
+            pooled_mean(means, of_poses),
+            pooled_robots_quantile(means, of_poses=of_poses),
+            *quantiles,
+        ], two_way(means).half
 
     large = [sampled(16_384, 4000, 777 + k) for k in range(4)]
     counts = sum(each.replicate_hist.sum(axis=0) for each in large)
     robots = np.concatenate([shrunk_means(each.robot_means[:, :, 2]) for each in large])
-    truth = [robots.mean(), np.quantile(robots, 0.95), quantile(counts, 0.95), quantile(counts, 0.99)]
+    truth = [
+        robots.mean(),
+        np.quantile(robots, 0.95),
+        quantile(counts, 0.95),
+        quantile(counts, 0.99),
+    ]
     covered, by_variance = np.zeros(4), 0
     for seed in range(5000, 5300):
         found, half = figures(sampled(2048, 200, seed))

@@ -1,4 +1,6 @@
-"""examples/controller: robots that are drawn one by one arrive where the controller and the study say."""
+"""examples/controller: robots that are drawn one by one arrive where the controller and the study
+say.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,10 @@ import lostmotion
 VALIDATES = (
     (
         "drawn robots, compensated and calibrated",
-        "exact composition of all errors of 48 robots at the corrected commands, beside the study's waterfall",
+        (
+            "exact composition of all errors of 48 robots at the corrected commands, beside the "
+            "study's waterfall"
+        ),
         "95 % intervals overlap at every stage; 95 % of what gravity causes taken away",
     ),
 )
@@ -36,7 +41,9 @@ def example():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["z-arm-drawn.toml", "ur5e.urdf"])
 def test_drawn_robots_gain_what_the_study_predicts(example, name):
-    """At every stage the intervals of drawn robots and of the study overlap; with each robot mapped 95 % of what gravity causes is gone."""
+    """At every stage the intervals of drawn robots and of the study overlap; with each robot mapped
+    95 % of what gravity causes is gone.
+    """
     arm = lostmotion.read(FOLDER.parent / name)
     found = example.demonstrate(arm)
     stages = {stage.name: stage.q95 for stage in found.predicted.stages}

@@ -18,8 +18,13 @@ from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.first_screen import print_first_screen
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FILES = sorted(path for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urdf"), *EXAMPLES.glob("paper/*.toml")) if path.name != "ur5e.toml")
-# Arms with errors of degrees, and the share that first order neglects there: servos that yield by 2°, and a base that leans by 0.5°.
+FILES = sorted(
+    path
+    for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urdf"), *EXAMPLES.glob("paper/*.toml"))
+    if path.name != "ur5e.toml"
+)
+# Arms with errors of degrees, and the share that first order neglects there: servos that yield by
+# 2°, and a base that leans by 0.5°.
 LARGE = {"Printed hobby arm": 0.1, "Tracked base": 0.015}
 
 
@@ -40,19 +45,26 @@ def test_no_sample_exceeds_the_worst_case_nor_does_root_sum_square(found):
 
 
 def test_first_order_is_enough(found):
-    """The first-order sum differs from the exact composition by less than 0.2 % of the 95 % error; by more where joints or base err by degrees."""
+    """The first-order sum differs from the exact composition by less than 0.2 % of the 95 % error;
+    by more where joints or base err by degrees.
+    """
     arm, _, sampled = found
-    assert sampled.exact.largest < LARGE.get(arm.name, 0.002) * quantile(sampled.group_hist.sum(axis=0), 0.95)
+    assert sampled.exact.largest < LARGE.get(arm.name, 0.002) * quantile(
+        sampled.group_hist.sum(axis=0), 0.95
+    )
 
 
 def test_parts_add_up(found):
     """Shares of all parts add to one, and the exact mean square is what the samples show."""
     _, _, sampled = found
     assert sum(cost.share for cost in costs(sampled.tally)) == pytest.approx(1, abs=1e-12)
-    # Three standard errors over the robots: where robots differ much from each other, 300 of them know the mean square less well.
+    # Three standard errors over the robots: where robots differ much from each other, 300 of them
+    # know the mean square less well.
     errors = sampled.robot_means[:, :, 0].mean(axis=0)
     spread = 3 * 2 * errors.std(ddof=1) / errors.mean() / np.sqrt(sampled.robots)
-    assert sampled.per_pose[:, kernel.MEAN_SQUARE].mean() == pytest.approx(sampled.tally.total / sampled.tally.poses, rel=max(0.02, spread))
+    assert sampled.per_pose[:, kernel.MEAN_SQUARE].mean() == pytest.approx(
+        sampled.tally.total / sampled.tally.poses, rel=max(0.02, spread)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +74,9 @@ def study(found):
 
 
 def test_the_answer_fits_on_one_screen(study):
-    """At most 37 lines of 80 columns, 35 for the first arms of the README; a warning adds its own lines, the command two about the report."""
+    """At most 37 lines of 80 columns, 35 for the first arms of the README; a warning adds its own
+    lines, the command two about the report.
+    """
     stream = io.StringIO()
     print_first_screen(replace(study.sheet, warnings=()), Console(file=stream, width=80))
     lines = stream.getvalue().splitlines()
@@ -72,7 +86,9 @@ def test_the_answer_fits_on_one_screen(study):
 
 
 def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(study):
-    """No printed figure stands without its unit and sample, and none is invented where there is no number."""
+    """No printed figure stands without its unit and sample, and none is invented where there is no
+    number.
+    """
     for section in study.result()["sections"]:
         assert section["rows"], section["key"]
         for row in section["rows"]:
@@ -85,7 +101,9 @@ def test_every_figure_has_a_unit_and_says_what_it_was_counted_from(study):
                 assert figure["seed"] == 1
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("gearbox/*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sorted(EXAMPLES.glob("gearbox/*.toml")), ids=lambda path: path.stem
+)
 def test_every_gearbox_is_read_and_behaves(path):
     """Each has play, and a wind-up that grows with the torque."""
     gearbox = read_gearbox(path).part
@@ -98,7 +116,9 @@ def test_every_gearbox_is_read_and_behaves(path):
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("sizing/*.toml")), ids=lambda path: path.stem)
 def test_every_choice_of_parts_fits_its_arm(path):
-    """Each names gearboxes, bearings and sections that its arm can have, one of a kind to choose from at least."""
+    """Each names gearboxes, bearings and sections that its arm can have, one of a kind to choose
+    from at least.
+    """
     arm = lostmotion.read(EXAMPLES / path.name.replace("-target", ""))
     asked = read_request(path, {}, arm)
     assert asked.plan.target is not None

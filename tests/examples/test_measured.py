@@ -15,8 +15,14 @@ NUMBER = re.compile(r"-?\d+\.\d+")
 
 @pytest.mark.parametrize(("what", "file"), [("visits", "z-arm.csv"), ("loads", "z-arm-loads.csv")])
 def test_the_files_are_what_their_script_writes(what, file):
-    """Row by row, each reading to a micrometre: processors differ in the last digit; else run examples/measured/make.py."""
-    written = subprocess.run([sys.executable, FOLDER / "make.py", what], capture_output=True, text=True, check=True).stdout
+    """Row by row, each reading to a micrometre: processors differ in the last digit; else run
+    examples/measured/make.py.
+    """
+    written = subprocess.run(
+        [sys.executable, FOLDER / "make.py", what], capture_output=True, text=True, check=True
+    ).stdout
     stored = (FOLDER / file).read_text("utf-8")
     assert NUMBER.sub("#", written).split() == NUMBER.sub("#", stored).split()
-    assert list(map(float, NUMBER.findall(written))) == pytest.approx(list(map(float, NUMBER.findall(stored))), abs=1e-3)
+    assert list(map(float, NUMBER.findall(written))) == pytest.approx(
+        list(map(float, NUMBER.findall(stored))), abs=1e-3
+    )

@@ -1,4 +1,6 @@
-"""examples/paper: the comparison runs, names every number of the paper, and the README shows what it prints."""
+"""examples/paper: the comparison runs, names every number of the paper, and the README shows what
+it prints.
+"""
 
 import importlib.util
 import re
@@ -11,7 +13,19 @@ import pytest
 FOLDER = Path(__file__).parents[2] / "examples" / "paper"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e\d+)?")
 # Every result that the paper prints, as it prints it.
-PRINTED = ("0.00066", "2.26′", "3.27′", "0.00177′", "0.5′", "1′", "60 µm", "±30 µm", "l/2500", "0.91 mm", "0.03625 mm")
+PRINTED = (
+    "0.00066",
+    "2.26′",
+    "3.27′",
+    "0.00177′",
+    "0.5′",
+    "1′",
+    "60 µm",
+    "±30 µm",
+    "l/2500",
+    "0.91 mm",
+    "0.03625 mm",
+)
 
 pytestmark = pytest.mark.slow
 
@@ -19,7 +33,13 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def printed():
     """What run.py prints."""
-    run = subprocess.run([sys.executable, str(FOLDER / "run.py")], capture_output=True, check=True, encoding="utf-8", timeout=300)
+    run = subprocess.run(
+        [sys.executable, str(FOLDER / "run.py")],
+        capture_output=True,
+        check=True,
+        encoding="utf-8",
+        timeout=300,
+    )
     assert not run.stderr
     return run.stdout
 
@@ -37,25 +57,43 @@ def test_the_corrected_arithmetic_is_shown(printed, number):
 
 
 def test_strain_read_as_an_angle_is_many_times_the_rotation_of_the_same_stage(printed):
-    """By finite elements of one stage the paper's conversion is more than five times the rotation; NGSolve is part of the test extra."""
+    """By finite elements of one stage the paper's conversion is more than five times the rotation;
+    NGSolve is part of the test extra.
+    """
     assert importlib.util.find_spec("ngsolve") is not None
-    row = next(line for line in printed.splitlines() if line.startswith("| transmission, finite elements"))
+    row = next(
+        line for line in printed.splitlines() if line.startswith("| transmission, finite elements")
+    )
     _, read, _, turned = (cell.strip() for cell in row.split("|")[2:6])
     assert float(NUMBER.search(read).group()) > 5 * float(NUMBER.search(turned).group())
 
 
 def test_the_printed_extremes_lie_within_what_the_corrected_method_finds(printed):
-    """On links of 0.3, 0.4, 0.4 and 0.2 m the largest deviation of 1e4 to 1e6 samples is near 0.91 mm, the paper's figure."""
-    largest = {row.split("|")[1].strip(): float(row.split("|")[4].split("/")[1]) for row in printed.splitlines() if re.match(r"\| 1e", row)}
+    """On links of 0.3, 0.4, 0.4 and 0.2 m the largest deviation of 1e4 to 1e6 samples is near 0.91
+    mm, the paper's figure.
+    """
+    largest = {
+        row.split("|")[1].strip(): float(row.split("|")[4].split("/")[1])
+        for row in printed.splitlines()
+        if re.match(r"\| 1e", row)
+    }
     assert largest["1e4"] < 0.91 < largest["1e5"]
 
 
 def test_the_readme_shows_what_the_script_prints(printed):
-    """Word for word, and number for number to one unit of the last digit; else run `python examples/paper/run.py --readme`."""
+    """Word for word, and number for number to one unit of the last digit; else run `python
+    examples/paper/run.py --readme`.
+    """
     readme = (FOLDER / "README.md").read_text("utf-8")
-    shown = readme.partition("<!-- what run.py prints -->")[2].partition("<!-- end of what run.py prints -->")[0]
-    if importlib.util.find_spec("ngsolve") is None:  # the row of finite elements is computed where NGSolve is installed
-        shown, printed = ("\n".join(line for line in text.splitlines() if "finite elements [9]" not in line) for text in (shown, printed))
+    shown = readme.partition("<!-- what run.py prints -->")[2].partition(
+        "<!-- end of what run.py prints -->"
+    )[0]
+    # the row of finite elements is computed where NGSolve is installed
+    if importlib.util.find_spec("ngsolve") is None:
+        shown, printed = (
+            "\n".join(line for line in text.splitlines() if "finite elements [9]" not in line)
+            for text in (shown, printed)
+        )
     words = [" ".join(NUMBER.sub("#", text).replace("-", "").split()) for text in (shown, printed)]
     assert words[0] == words[1]
     for old, new in zip(NUMBER.findall(shown), NUMBER.findall(printed), strict=True):

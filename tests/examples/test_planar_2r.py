@@ -12,7 +12,10 @@ from lostmotion.propagation.montecarlo import kernel
 VALIDATES = (
     (
         "wind-up, joint zeros and lengths of a planar arm",
-        "the closed form of [`planar-2r.toml`](../examples/planar-2r.toml), bias and mean square at 256 poses; 2 000 simulated robots",
+        (
+            "the closed form of [`planar-2r.toml`](../examples/planar-2r.toml), bias and mean "
+            "square at 256 poses; 2 000 simulated robots"
+        ),
         "1e-12; 3.6 %, three standard errors",
     ),
 )
@@ -22,7 +25,8 @@ ARCMIN = np.pi / 180 / 60
 L1, L2, MASS, GRAVITY = 0.4, 0.3, 2.0, 9.80665
 K1, K2 = 8 / ARCMIN, 4 / ARCMIN
 ZERO, LENGTH = 1 * ARCMIN, 60e-6
-# Variance of a normal distribution that is cut at three standard deviations: 1 - 2 x 3 phi(3) / (2 Phi(3) - 1).
+# Variance of a normal distribution that is cut at three standard deviations: 1 - 2 x 3 phi(3) / (2
+# Phi(3) - 1).
 CUT = 1 - 6 * 0.00443184841193801 / 0.99730020393674
 
 
@@ -33,28 +37,42 @@ def study():
 
 
 def bias_and_variance(q):
-    """Return the displacement of the tool by the load (pose, 2), x and z, and the variance of the rest, at joint angles (pose, 2)."""
+    """Return the displacement of the tool by the load (pose, 2), x and z, and the variance of the
+    rest, at joint angles (pose, 2).
+    """
     a, b = q[:, 0], q[:, 0] + q[:, 1]
     wrist = L2 * np.column_stack([np.cos(b), np.sin(b)])
     whole = wrist + L1 * np.column_stack([np.cos(a), np.sin(a)])
-    wound = [MASS * GRAVITY * arm[:, :1] / stiffness for arm, stiffness in ((whole, K1), (wrist, K2))]
+    wound = [
+        MASS * GRAVITY * arm[:, :1] / stiffness for arm, stiffness in ((whole, K1), (wrist, K2))
+    ]
     # A turn that lowers the tool moves it along its lever arm turned by -90 degrees.
-    bias = sum(turn * np.column_stack([arm[:, 1], -arm[:, 0]]) for turn, arm in zip(wound, (whole, wrist), strict=True))
+    bias = sum(
+        turn * np.column_stack([arm[:, 1], -arm[:, 0]])
+        for turn, arm in zip(wound, (whole, wrist), strict=True)
+    )
     arms = L1**2 + L2**2 + 2 * L1 * L2 * np.cos(q[:, 1]) + L2**2
     return bias, CUT / 9 * (ZERO**2 * arms + 2 * LENGTH**2)
 
 
 def test_the_mean_square_error_is_the_closed_form(study):
-    """Wind-up under the payload, zeros and lengths add up as on paper: exactly where it is summed, and within sampling where it is drawn."""
+    """Wind-up under the payload, zeros and lengths add up as on paper: exactly where it is summed,
+    and within sampling where it is drawn.
+    """
     bias, variance = bias_and_variance(study.poses.q)
     np.testing.assert_allclose(study.sampled.bias[:, [3, 5]], bias, rtol=1e-12, atol=1e-18)
-    assert study.sampled.tally.total / study.sampled.tally.poses == pytest.approx(((bias**2).sum(axis=1) + variance).mean(), rel=1e-12)
+    assert study.sampled.tally.total / study.sampled.tally.poses == pytest.approx(
+        ((bias**2).sum(axis=1) + variance).mean(), rel=1e-12
+    )
     drawn = study.sampled.per_pose[:, kernel.MEAN_SQUARE]
-    # The mean of 2 000 robots is known to 2 |bias| x 70 µm / sqrt(2000), about 1.2 % of the mean square: three times that.
+    # The mean of 2 000 robots is known to 2 |bias| x 70 µm / sqrt(2000), about 1.2 % of the mean
+    # square: three times that.
     assert drawn.mean() == pytest.approx(((bias**2).sum(axis=1) + variance).mean(), rel=0.036)
 
 
 def test_nothing_differs_between_visits(study):
-    """Every visit of a robot finds the same zeros, lengths and load, so the repeatability is zero however its joints arrive."""
+    """Every visit of a robot finds the same zeros, lengths and load, so the repeatability is zero
+    however its joints arrive.
+    """
     found = study.result()["figures"]["iso9283"]
     assert [found[f"{key}_p95"]["value"] for key in ("RP_iso", "RP_any")] == [0, 0]

@@ -19,7 +19,9 @@ JOINT = '[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-90 deg", "90 deg
 
 
 def mistakes(path: Path, sidecar: Path | None = None) -> list[Problem]:
-    """Read a file that cannot be read, and return its mistakes; each states file, found, expected and an example."""
+    """Read a file that cannot be read, and return its mistakes; each states file, found, expected
+    and an example.
+    """
     with pytest.raises(InputError) as caught:
         read(path, sidecar)
     for problem in caught.value.problems:

@@ -1,8 +1,11 @@
-"""Files of every format, spoiled at random: examples and fragments of the tests with numbers, units, words and lines changed, lost or mixed.
+"""Files of every format, spoiled at random: examples and fragments of the tests with numbers,
+units, words and lines changed, lost or mixed.
 
-Run by itself, `python -m tests.io.fuzzed COUNT SEED`, it counts the outcomes and names the slowest files; stopped, it does so for those done.
-Of every tenth readable file a small study is made. Finds are: any exception but the project's own, a warning, a control character in a message, a
-figure that is no number, a file left behind, more than 20 s. `tests.io.fuzzed_by_coverage` spoils by what code a file reaches.
+Run by itself, `python -m tests.io.fuzzed COUNT SEED`, it counts the outcomes and names the slowest
+files; stopped, it does so for those done. Of every tenth readable file a small study is made. Finds
+are: any exception but the project's own, a warning, a control character in a message, a figure that
+is no number, a file left behind, more than 20 s. `tests.io.fuzzed_by_coverage` spoils by what code
+a file reaches.
 """
 
 from __future__ import annotations
@@ -24,8 +27,37 @@ from tests.io.fuzzed_formats import Format, formats
 
 # What stands in the place of a number.
 NUMBERS = (
-    *("0", "-0", "-1", "1", "2", "0.5", "1e-6", "1e-12", "1e-16", "1e-19", "1e-300", "5e-324", "1e15", "9e14", "1e16", "1e300"),
-    *("1.8e308", "1e400", "-1e400", "nan", "inf", "9" * 400, "0." + "0" * 390 + "1", "1e" + "9" * 30, "0x" + "f" * 300, "1_0", "٣"),
+    *(
+        "0",
+        "-0",
+        "-1",
+        "1",
+        "2",
+        "0.5",
+        "1e-6",
+        "1e-12",
+        "1e-16",
+        "1e-19",
+        "1e-300",
+        "5e-324",
+        "1e15",
+        "9e14",
+        "1e16",
+        "1e300",
+    ),
+    *(
+        "1.8e308",
+        "1e400",
+        "-1e400",
+        "nan",
+        "inf",
+        "9" * 400,
+        "0." + "0" * 390 + "1",
+        "1e" + "9" * 30,
+        "0x" + "f" * 300,
+        "1_0",
+        "٣",
+    ),
     *("1,5", "", " ", "--1", "1e", "true", "2020-01-01", "[1, 2]"),
 )
 UNITS = (
@@ -51,8 +83,44 @@ UNITS = (
     "m^9",
 )
 WORDS = (
-    *("", " ", "\0", "\x1b[31mred", "\x07", "\u202e", "\ufeff", "\ud7ff", "ä" * 300, "..", "../../etc/passwd", "/dev/zero", "a.b", "a\\nb", "'", '"'),
-    *("[[", "]]", "{", "}", "=", "#", "<", ">", "&lt;", "&x;", "<!DOCTYPE x>", "\\ud800", "\\u001b[31m", "±", "(uniform)", "(normal)", "NaN", "null"),
+    *(
+        "",
+        " ",
+        "\0",
+        "\x1b[31mred",
+        "\x07",
+        "\u202e",
+        "\ufeff",
+        "\ud7ff",
+        "ä" * 300,
+        "..",
+        "../../etc/passwd",
+        "/dev/zero",
+        "a.b",
+        "a\\nb",
+        "'",
+        '"',
+    ),
+    *(
+        "[[",
+        "]]",
+        "{",
+        "}",
+        "=",
+        "#",
+        "<",
+        ">",
+        "&lt;",
+        "&x;",
+        "<!DOCTYPE x>",
+        "\\ud800",
+        "\\u001b[31m",
+        "±",
+        "(uniform)",
+        "(normal)",
+        "NaN",
+        "null",
+    ),
 )
 WORDS_OF_A_FILE = re.compile(r"[A-Za-z_]{2,30}")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
@@ -94,12 +162,28 @@ def _unit(text: str, _: tuple[str, ...], chance: random.Random) -> str:
 
 def _word(text: str, others: tuple[str, ...], chance: random.Random) -> str:
     words = WORDS_OF_A_FILE.findall(chance.choice(others)) or [""]
-    return _put(text, WORDS_OF_A_FILE, chance.choice((chance.choice(words), chance.choice(words), chance.choice(WORDS))), chance)
+    return _put(
+        text,
+        WORDS_OF_A_FILE,
+        chance.choice((chance.choice(words), chance.choice(words), chance.choice(WORDS))),
+        chance,
+    )
 
 
 def _value(text: str, others: tuple[str, ...], chance: random.Random) -> str:
     values = QUOTED.findall(chance.choice(others)) or ['""']
-    other = chance.choice((chance.choice(values), chance.choice(NUMBERS), '["1 mm", 2]', "{ a = 1 }", "[]", "{}", "false", '"' + "x" * 999 + '"'))
+    other = chance.choice(
+        (
+            chance.choice(values),
+            chance.choice(NUMBERS),
+            '["1 mm", 2]',
+            "{ a = 1 }",
+            "[]",
+            "{}",
+            "false",
+            '"' + "x" * 999 + '"',
+        )
+    )
     return _put(text, QUOTED, other, chance)
 
 
@@ -132,11 +216,26 @@ def _cut(text: str, others: tuple[str, ...], chance: random.Random) -> str:
     return text[:at] + (other[chance.randrange(len(other) + 1) :] if chance.random() < 0.5 else "")
 
 
-_CHANGES = (_number, _number, _number, _unit, _word, _word, _value, _value, _line, _line, _insert, _cut)
+_CHANGES = (
+    _number,
+    _number,
+    _number,
+    _unit,
+    _word,
+    _word,
+    _value,
+    _value,
+    _line,
+    _line,
+    _insert,
+    _cut,
+)
 
 
 class Outcome(NamedTuple):
-    """What became of one file: refused, read, studied, or wrong with what was raised, and the processor seconds it took."""
+    """What became of one file: refused, read, studied, or wrong with what was raised, and the
+    processor seconds it took.
+    """
 
     format: str
     number: int
@@ -146,13 +245,17 @@ class Outcome(NamedTuple):
 
 
 def _rounds(kinds: tuple[Format, ...]) -> list[Format]:
-    """Return the kinds in the order in which they are spoiled, those that take long less often than the others."""
+    """Return the kinds in the order in which they are spoiled, those that take long less often than
+    the others.
+    """
     longest = max(kind.every for kind in kinds)
     return [kind for k in range(longest) for kind in kinds if k % kind.every == 0]
 
 
 def outcomes(folder: Path, first: int, last: int, seed: int = 1):
-    """Spoil files number `first` to `last`, each by itself reproducible, read each, and return what became of it."""
+    """Spoil files number `first` to `last`, each by itself reproducible, read each, and return what
+    became of it.
+    """
     kinds = formats(folder)
     rounds = _rounds(kinds)
     left = set(os.listdir(folder))  # noqa: PTH208 - names alone
@@ -161,7 +264,9 @@ def outcomes(folder: Path, first: int, last: int, seed: int = 1):
         chance = random.Random(f"{seed}.{number}")  # noqa: S311 - no secrets
         kind = rounds[number % len(rounds)]
         studied = kind.study is not None and chance.random() < STUDIED
-        raw = spoiled(chance.choice(kind.seeds), others if chance.random() < 0.2 else kind.seeds, chance)
+        raw = spoiled(
+            chance.choice(kind.seeds), others if chance.random() < 0.2 else kind.seeds, chance
+        )
         path = folder / kind.name
         path.write_bytes(raw)
         begin = time.process_time()
@@ -173,7 +278,11 @@ def outcomes(folder: Path, first: int, last: int, seed: int = 1):
                     kind.study(path)
             said = "studied" if studied else "read"
         except LostmotionError as error:
-            said = "refused" if str(error).isprintable() or _plain(str(error)) else "wrong: control characters in the message: " + ascii(str(error))
+            said = (
+                "refused"
+                if str(error).isprintable() or _plain(str(error))
+                else "wrong: control characters in the message: " + ascii(str(error))
+            )
         except Exception:  # noqa: BLE001 - whatever else is raised is what is looked for
             said = "wrong: " + traceback.format_exc(limit=-6)
         seconds = time.process_time() - begin
@@ -201,21 +310,26 @@ def main() -> None:
     slowest: list[tuple[float, str, int]] = []
     wrong: Counter[str] = Counter()
     stopped: list[bool] = []
-    signal.signal(signal.SIGINT, lambda *_: stopped.append(True))  # an exception in the middle of a file would count as a find
+    # an exception in the middle of a file would count as a find
+    signal.signal(signal.SIGINT, lambda *_: stopped.append(True))
     with tempfile.TemporaryDirectory() as name:
         for found in outcomes(Path(name), 0, count, seed):
             if stopped:
                 break
             kind = found.said.split(":")[0]
             counts[found.format, kind] += 1
-            slowest = sorted([*slowest, (found.seconds, found.format, found.number)], reverse=True)[:5]
+            slowest = sorted([*slowest, (found.seconds, found.format, found.number)], reverse=True)[
+                :5
+            ]
             if kind == "wrong":
                 wrong[found.said] += 1
                 if wrong[found.said] == 1:
                     sys.stdout.write(f"--- {found.format} number {found.number}\n{found.said}\n")
                     sys.stdout.flush()
             if found.seconds > longest(found):
-                sys.stdout.write(f"--- {found.format} number {found.number}: {found.seconds:.0f} s\n")
+                sys.stdout.write(
+                    f"--- {found.format} number {found.number}: {found.seconds:.0f} s\n"
+                )
     for each, number in sorted(counts.items()):
         sys.stdout.write(f"{each[0]:16} {each[1]:8} {number}\n")
     sys.stdout.write(f"slowest: {slowest}\n")

@@ -1,11 +1,14 @@
-"""Files that reach new code: Atheris changes texts of one kind, and keeps those that run lines which no text before has run.
+"""Files that reach new code: Atheris changes texts of one kind, and keeps those that run lines
+which no text before has run.
 
-`pip install -e '.[fuzz]'`, then `python -m tests.io.fuzzed_by_coverage KIND FOLDER [options of libFuzzer]`, for example
+`pip install -e '.[fuzz]'`, then `python -m tests.io.fuzzed_by_coverage KIND FOLDER [options of
+libFuzzer]`, for example
 
     python -m tests.io.fuzzed_by_coverage arm.toml /tmp/found -max_total_time=600 -seed=1
 
-KIND is a name of `tests.io.fuzzed_formats.formats`; FOLDER keeps the texts found, and is read again by the next run. A find stops the run with a
-traceback and the text as a file `crash-...`. Command lines are left to `tests.io.fuzzed`, which keeps them from writing elsewhere.
+KIND is a name of `tests.io.fuzzed_formats.formats`; FOLDER keeps the texts found, and is read again
+by the next run. A find stops the run with a traceback and the text as a file `crash-...`. Command
+lines are left to `tests.io.fuzzed`, which keeps them from writing elsewhere.
 """
 
 from __future__ import annotations

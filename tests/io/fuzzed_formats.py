@@ -1,6 +1,8 @@
-"""The kinds of input that are spoiled: sound texts of each, what reads it, and a small study of what it describes.
+"""The kinds of input that are spoiled: sound texts of each, what reads it, and a small study of
+what it describes.
 
-Sound texts are examples of the project, fragments of its tests, and the files of `tests/io/corpus`, in a folder for each kind.
+Sound texts are examples of the project, fragments of its tests, and the files of `tests/io/corpus`,
+in a folder for each kind.
 """
 
 from __future__ import annotations
@@ -76,12 +78,14 @@ CORPUS = Path(__file__).parent / "corpus"
 SMALL: dict[str, Any] = {"poses": 16, "robots": 8, "visits": 2, "threads": 1}
 # Compiled or expanded by another process, which takes as long as a hundred files of other kinds.
 SELDOM = 64
-# Words that a spoiled command may not have: it writes nowhere but below the folder, asks no network and starts no server.
+# Words that a spoiled command may not have: it writes nowhere but below the folder, asks no network
+# and starts no server.
 UNSAFE = ("view", "--dask", "--workers", "--install-completion", "--show-completion")
 
 
 class Format(NamedTuple):
-    """A kind of input: the name of its file, sound texts of it, what reads it and asks for a figure, and a small study of what was read.
+    """A kind of input: the name of its file, sound texts of it, what reads it and asks for a
+    figure, and a small study of what was read.
 
     every: it is spoiled in one of so many rounds
     """
@@ -102,8 +106,14 @@ def finite(values: object) -> None:
 def sound(found: Any) -> object:
     """Return a result that prints no figure that is no number, which can be written as JSON."""
     sheet = found.sheet
-    texts = [sheet.verdict, *(text for _, text in sheet.brief), *(card.number for card in sheet.cards)]
-    texts += [str(figure) for section in sheet.sections for row in section.rows for figure in row.figures]
+    texts = [
+        sheet.verdict,
+        *(text for _, text in sheet.brief),
+        *(card.number for card in sheet.cards),
+    ]
+    texts += [
+        str(figure) for section in sheet.sections for row in section.rows for figure in row.figures
+    ]
     for text in texts:
         assert not NO_NUMBER.search(text), text
     json.dumps(found.result(), allow_nan=False)
@@ -140,24 +150,37 @@ def of_arm(path: Path, sidecar: Path | None = None) -> object:
 
 
 def command(path: Path) -> object:
-    """Carry out a command line in the folder; refused, it leaves nothing behind, and what it writes is whole."""
+    """Carry out a command line in the folder; refused, it leaves nothing behind, and what it writes
+    is whole.
+    """
     try:
         words = shlex.split(path.read_text("utf-8", "surrogateescape"))
     except ValueError:
         return None
     path.unlink()
-    if not words or any(word in UNSAFE or word.startswith(("/", "~")) or "/" in word or ".." in word or "\0" in word for word in words):
+    if not words or any(
+        word in UNSAFE or word.startswith(("/", "~")) or "/" in word or ".." in word or "\0" in word
+        for word in words
+    ):
         return None
     before, here = set(os.listdir(path.parent)), Path.cwd()  # noqa: PTH208 - names alone
     os.chdir(path.parent)
     try:
-        with patch.object(sys, "argv", ["lostmotion", *words]), redirect_stdout(io.StringIO()) as printed, redirect_stderr(io.StringIO()):
+        with (
+            patch.object(sys, "argv", ["lostmotion", *words]),
+            redirect_stdout(io.StringIO()) as printed,
+            redirect_stderr(io.StringIO()),
+        ):
             code, message = import_module("lostmotion.cli.app")._carried_out()
     finally:
         os.chdir(here)
     made = [path.parent / name for name in set(os.listdir(path.parent)) - before]  # noqa: PTH208 - names alone
     left = sorted(str(each.name) for each in made)
-    results = [json.loads(file.read_bytes(), parse_constant=_no_number) for each in made for file in each.rglob("result.json")]
+    results = [
+        json.loads(file.read_bytes(), parse_constant=_no_number)
+        for each in made
+        for file in each.rglob("result.json")
+    ]
     for each in made:
         shutil.rmtree(each) if each.is_dir() else each.unlink()
     assert code in {0, 1, 2}, f"exit code {code}"
@@ -175,19 +198,29 @@ def _no_number(text: str) -> None:
 def in_corpus(name: str) -> tuple[str, ...]:
     """Return the texts of the corpus for a kind of input; of command lines each line is one."""
     texts = [path.read_text(encoding="utf-8") for path in sorted((CORPUS / name).glob("*"))]
-    return tuple(line for text in texts for line in text.splitlines()) if name == "command.txt" else tuple(texts)
+    return (
+        tuple(line for text in texts for line in text.splitlines())
+        if name == "command.txt"
+        else tuple(texts)
+    )
 
 
 def formats(folder: Path) -> tuple[Format, ...]:
     """Return every format; sound files that others go with are laid into the folder."""
 
     def texts(*patterns: str, lines: int = 0) -> tuple[str, ...]:
-        found = [path.read_text(encoding="utf-8") for pattern in patterns for path in sorted(EXAMPLES.glob(pattern))]
+        found = [
+            path.read_text(encoding="utf-8")
+            for pattern in patterns
+            for path in sorted(EXAMPLES.glob(pattern))
+        ]
         return tuple("\n".join(text.split("\n")[:lines]) if lines else text for text in found)
 
     plain, urdf, sidecar = folder / "sound.toml", folder / "robot.urdf", folder / "robot.toml"
     beside = {
-        "sound.toml": ARM.replace('gearbox = "small"', 'gearbox = "small"\nencoder = { zero = "1 arcmin" }'),
+        "sound.toml": ARM.replace(
+            'gearbox = "small"', 'gearbox = "small"\nencoder = { zero = "1 arcmin" }'
+        ),
         "robot.urdf": texts("ur5e.urdf")[0],
         "robot.toml": texts("ur5e.toml")[0],
         "j.toml": PRESETS,
@@ -201,35 +234,124 @@ def formats(folder: Path) -> tuple[Format, ...]:
     for name, text in beside.items():
         (folder / name).write_text(text, encoding="utf-8")
     arm, example, presets = read(plain), read(EXAMPLES / "z-arm.toml"), folder / "j.toml"
-    made_with = {"lostmotion": "0", "numpy": "0", "scipy": "0", "numba": "0", "zarr": "0", "numcodecs": "0"}
-    run = {"made_with": made_with, "arm": "a.toml", "files": {"a.toml": ARM}, "axes": [{"key": "payload.mass", "values": ["1 kg", "2 kg"]}]}
-    run |= {"poses": 64, "sets": 8, "law": "sobol", "given": None, "robots": 20, "visits": 3, "seed": 1, "approach": 0, "block": 4, "parts": ["A"]}
+    made_with = {
+        "lostmotion": "0",
+        "numpy": "0",
+        "scipy": "0",
+        "numba": "0",
+        "zarr": "0",
+        "numcodecs": "0",
+    }
+    run = {
+        "made_with": made_with,
+        "arm": "a.toml",
+        "files": {"a.toml": ARM},
+        "axes": [{"key": "payload.mass", "values": ["1 kg", "2 kg"]}],
+    }
+    run |= {
+        "poses": 64,
+        "sets": 8,
+        "law": "sobol",
+        "given": None,
+        "robots": 20,
+        "visits": 3,
+        "seed": 1,
+        "approach": 0,
+        "block": 4,
+        "parts": ["A"],
+    }
     kinds = (
-        Format("arm.toml", (ARM + SWEEP, 'name = "x"\n' + JOINT, *texts("*-*.toml", "paper/*.toml")), study, of_arm),
-        Format("arm.urdf", texts("*.urdf"), lambda path: study(path, sidecar), lambda path: of_arm(path, sidecar)),
-        Format("sidecar.toml", texts("ur5e.toml"), lambda path: study(urdf, path), lambda path: sound(lostmotion.study(urdf, sidecar=path, **SMALL))),
-        Format("arm.xacro", (), lambda path: study(path, presets), lambda path: of_arm(path, presets), SELDOM),
-        Format("arm.xml", (), lambda path: study(path, presets), lambda path: of_arm(path, presets), SELDOM),
-        Format("made.gearbox.toml", (*texts("gearbox/*.toml"), GEARBOX), look_at, lambda path: sound(gear(path, gearboxes=2))),
-        Format("made.bearing.toml", texts("bearing/*.toml"), read_bearing, lambda path: sound(lostmotion.bearing(path, bearings=2))),
+        Format(
+            "arm.toml",
+            (ARM + SWEEP, 'name = "x"\n' + JOINT, *texts("*-*.toml", "paper/*.toml")),
+            study,
+            of_arm,
+        ),
+        Format(
+            "arm.urdf",
+            texts("*.urdf"),
+            lambda path: study(path, sidecar),
+            lambda path: of_arm(path, sidecar),
+        ),
+        Format(
+            "sidecar.toml",
+            texts("ur5e.toml"),
+            lambda path: study(urdf, path),
+            lambda path: sound(lostmotion.study(urdf, sidecar=path, **SMALL)),
+        ),
+        Format(
+            "arm.xacro",
+            (),
+            lambda path: study(path, presets),
+            lambda path: of_arm(path, presets),
+            SELDOM,
+        ),
+        Format(
+            "arm.xml",
+            (),
+            lambda path: study(path, presets),
+            lambda path: of_arm(path, presets),
+            SELDOM,
+        ),
+        Format(
+            "made.gearbox.toml",
+            (*texts("gearbox/*.toml"), GEARBOX),
+            look_at,
+            lambda path: sound(gear(path, gearboxes=2)),
+        ),
+        Format(
+            "made.bearing.toml",
+            texts("bearing/*.toml"),
+            read_bearing,
+            lambda path: sound(lostmotion.bearing(path, bearings=2)),
+        ),
         Format("sweep.toml", (SWEEP,), lambda path: read_sweep(plain, None, path)),
-        Format("sizing.toml", texts("sizing/z-*.toml"), lambda path: read_request(path, {}, example)),
+        Format(
+            "sizing.toml", texts("sizing/z-*.toml"), lambda path: read_request(path, {}, example)
+        ),
         Format("reducers.toml", (REDUCERS,), read_reducers),
-        Format("made.calibration.toml", (), lambda path: read_calibration(path, arm.terms), lambda path: _calibrated(plain, path)),
+        Format(
+            "made.calibration.toml",
+            (),
+            lambda path: read_calibration(path, arm.terms),
+            lambda path: _calibrated(plain, path),
+        ),
         Format(
             "made.poses.csv",
             (POSES,),
             lambda path: finite(read_poses(path, arm)),
             lambda path: sound(lostmotion.study(plain, **{**SMALL, "poses": path})),
         ),
-        Format("made.measured.csv", texts("measured/z-*.csv", lines=30), read_measured, lambda path: sound(lostmotion.iso9283(measured=path))),
-        Format("compliance.csv", (COMPLIANCE,), lambda path: finite(read_compliance(path)["matrix"])),
-        Format("place.txt", ("A=10deg B=0deg", "B=20 deg A=-1 rad", "3"), lambda path: read_pose(path.read_text("utf-8", "replace"), arm)),
-        Format("zone.txt", ("x 0..1 m, z 200..300 mm", "y -0.5 m..0.5 m"), lambda path: read_zone(path.read_text("utf-8", "replace"))),
-        Format("run.json", (json.dumps(run, indent=1),), lambda path: order_of(path.read_bytes()).read(0)),
+        Format(
+            "made.measured.csv",
+            texts("measured/z-*.csv", lines=30),
+            read_measured,
+            lambda path: sound(lostmotion.iso9283(measured=path)),
+        ),
+        Format(
+            "compliance.csv", (COMPLIANCE,), lambda path: finite(read_compliance(path)["matrix"])
+        ),
+        Format(
+            "place.txt",
+            ("A=10deg B=0deg", "B=20 deg A=-1 rad", "3"),
+            lambda path: read_pose(path.read_text("utf-8", "replace"), arm),
+        ),
+        Format(
+            "zone.txt",
+            ("x 0..1 m, z 200..300 mm", "y -0.5 m..0.5 m"),
+            lambda path: read_zone(path.read_text("utf-8", "replace")),
+        ),
+        Format(
+            "run.json",
+            (json.dumps(run, indent=1),),
+            lambda path: order_of(path.read_bytes()).read(0),
+        ),
         Format("command.txt", (), command, None, 8),
     )
-    return tuple(kind._replace(seeds=(*kind.seeds, *in_corpus(kind.name.removeprefix("made.")))) for kind in kinds)
+    return tuple(
+        kind._replace(seeds=(*kind.seeds, *in_corpus(kind.name.removeprefix("made."))))
+        for kind in kinds
+    )
 
 
 def _calibrated(arm: Path, calibration: Path) -> object:

@@ -6,7 +6,11 @@ import pytest
 
 import lostmotion
 from lostmotion import InputError
-from lostmotion.catalogue.clearances import clearance_of_group, delivered_clearance, interference_of_zone
+from lostmotion.catalogue.clearances import (
+    clearance_of_group,
+    delivered_clearance,
+    interference_of_zone,
+)
 from lostmotion.io.part_file import read_bearing
 from tests.io.conftest import EXAMPLES
 
@@ -45,11 +49,14 @@ def file(tmp_path):
 
 def test_group_and_zones_become_dimensions(file):
     """CN, k5 and H7 of a 6209: the bands of ISO 5753-1, ISO 286-2 and ISO 492, by hand."""
-    part = read_bearing(file("[bearing]\n" + BALLS + 'clearance = "CN"\nshaft_fit = "k5"\nhousing_fit = "H7"\n')).part
+    part = read_bearing(
+        file("[bearing]\n" + BALLS + 'clearance = "CN"\nshaft_fit = "k5"\nhousing_fit = "H7"\n')
+    ).part
     assert part.clearance.nominal == pytest.approx((6 + 23) / 2 * UM)
     assert part.clearance.tolerance == pytest.approx((23 - 6) / 2 * UM)
     assert part.clearance.law == "uniform"
-    # shaft +2 … +13 in a bore -12 … 0: tight by 2 … 25 µm; ring -15 … 0 in a housing 0 … +35: loose by 0 … 50 µm
+    # shaft +2 … +13 in a bore -12 … 0: tight by 2 … 25 µm; ring -15 … 0 in a housing 0 … +35: loose
+    # by 0 … 50 µm
     assert part.shaft_interference.nominal == pytest.approx((2 + 25) / 2 * UM)
     assert part.shaft_interference.tolerance == pytest.approx((25 - 2) / 2 * UM)
     assert part.housing_interference.nominal == pytest.approx(-25 * UM)
@@ -60,23 +67,39 @@ def test_the_same_from_python():
     """What a file names can be had in Python by the same names."""
     low, high = delivered_clearance("deep-groove ball", 0.045, "C3")
     found = clearance_of_group("deep-groove ball", 0.045, "C3")
-    assert (found.nominal - found.tolerance, found.nominal + found.tolerance) == pytest.approx((low, high))
+    assert (found.nominal - found.tolerance, found.nominal + found.tolerance) == pytest.approx(
+        (low, high)
+    )
     assert interference_of_zone("shaft", 0.045, "k5").nominal == pytest.approx(13.5 * UM)
 
 
 def test_the_warning_appears_from_a_file(file):
-    """A normal-class cylindrical roller bearing above 50 mm bore: the paper's 60 µm do not hold, and the sheet and the arm say so."""
+    """A normal-class cylindrical roller bearing above 50 mm bore: the paper's 60 µm do not hold,
+    and the sheet and the arm say so.
+    """
     said = read_bearing(file("[bearing]\n" + ROLLERS + 'clearance = "CN"\n')).notes
     assert any("60 µm does not hold" in note for note in said)
     arm = lostmotion.read(file(ARM + "[joints.bearing]\n" + ROLLERS + 'clearance = "CN"\n'))
     assert any("60 µm does not hold" in note for note in arm.notes)
-    shared = lostmotion.read(file(ARM + 'bearing = "wide"\n[bearings.wide]\n' + ROLLERS + 'clearance = "CN"\n'))
+    shared = lostmotion.read(
+        file(ARM + 'bearing = "wide"\n[bearings.wide]\n' + ROLLERS + 'clearance = "CN"\n')
+    )
     assert shared.joints[0].bearing == arm.joints[0].bearing
     assert any("60 µm does not hold" in note for note in shared.notes)
-    assert any("60 µm does not hold" in note for note in read_bearing(EXAMPLES / "bearing" / "nu212-pair.toml").notes)
+    assert any(
+        "60 µm does not hold" in note
+        for note in read_bearing(EXAMPLES / "bearing" / "nu212-pair.toml").notes
+    )
 
 
-@pytest.mark.parametrize("text", [BALLS + 'clearance = "CN"\n', ROLLERS + 'clearance = "C2"\n', ROLLERS + 'clearance = "50 µm ± 5 µm"\n'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        BALLS + 'clearance = "CN"\n',
+        ROLLERS + 'clearance = "C2"\n',
+        ROLLERS + 'clearance = "50 µm ± 5 µm"\n',
+    ],
+)
 def test_no_warning_without_need(file, text):
     """Balls, a tighter group or a stated clearance raise no doubt."""
     assert read_bearing(file("[bearing]\n" + text)).notes == ()
@@ -109,15 +132,25 @@ def test_mistakes_are_reported_under_their_key(file, text, key, said):
 
 
 def test_sizes_beyond_the_tables_name_the_nearest_row(file):
-    """A bore that the tables do not hold is refused with the nearest range, for the group and for the fit."""
+    """A bore that the tables do not hold is refused with the nearest range, for the group and for
+    the fit.
+    """
     with pytest.raises(InputError) as refused:
-        read_bearing(file("[bearing]\n" + ROLLERS.replace('"60 mm"', '"2 mm"') + 'clearance = "CN"\nshaft_fit = "k5"\n'))
+        read_bearing(
+            file(
+                "[bearing]\n"
+                + ROLLERS.replace('"60 mm"', '"2 mm"')
+                + 'clearance = "CN"\nshaft_fit = "k5"\n'
+            )
+        )
     assert {problem.key for problem in refused.value.problems} == {"bearing.shaft_fit"}
     assert "over 3 to 250 mm" in refused.value.problems[0].expected
     # no zone helps there
     assert refused.value.problems[0].example.startswith("shaft_interference = ")
     with pytest.raises(InputError, match="the nearest row is over 80 to 100 mm"):
-        read_bearing(file("[bearing]\n" + BALLS.replace('"45 mm"', '"145 mm"') + 'clearance = "CN"\n'))
+        read_bearing(
+            file("[bearing]\n" + BALLS.replace('"45 mm"', '"145 mm"') + 'clearance = "CN"\n')
+        )
 
 
 def test_crossed_rollers_have_no_group(file):
@@ -125,4 +158,6 @@ def test_crossed_rollers_have_no_group(file):
     text = ROLLERS.replace("roller pair", "crossed roller bearing").replace('span = "80 mm"\n', "")
     with pytest.raises(InputError, match="no groups"):
         read_bearing(file("[bearing]\n" + text + 'clearance = "C2"\n'))
-    assert read_bearing(file("[bearing]\n" + text + 'clearance = "-5 µm ± 3 µm"\n')).part.clearance.nominal == pytest.approx(-5 * UM)
+    assert read_bearing(
+        file("[bearing]\n" + text + 'clearance = "-5 µm ± 3 µm"\n')
+    ).part.clearance.nominal == pytest.approx(-5 * UM)

@@ -15,7 +15,9 @@ from tests.io.conftest import EXAMPLES
 
 
 def test_the_z_arm_moves_as_the_papers_equations_say():
-    """Equation (1), with the sines that its third line must have, in interior angles q1 to q3 where 180 degrees is straight."""
+    """Equation (1), with the sines that its third line must have, in interior angles q1 to q3 where
+    180 degrees is straight.
+    """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     s, r, q0, lengths = 0.15, 0.35, math.radians(60), (0.3, 0.4, 0.4, 0.2)
     rng = np.random.default_rng(6)
@@ -30,13 +32,24 @@ def test_the_z_arm_moves_as_the_papers_equations_say():
 
 @pytest.mark.parametrize("name", ["z-arm.toml", "ur5e.urdf"])
 def test_an_example_errs_by_about_a_millimetre_and_repeats_far_better(name):
-    """What such arms do: uncompensated wind-up of about a millimetre, and hundredths from visit to visit."""
+    """What such arms do: uncompensated wind-up of about a millimetre, and hundredths from visit to
+    visit.
+    """
     arm = lostmotion.read(EXAMPLES / name)
     assert arm.notes == ()
     in_metres = {"mm": 1e-3, "µm": 1e-6}
-    figures = {row.label: row.figures[0] for section in sections(lostmotion.study(arm, 64, 50, 10)) for row in section.rows}
-    found = (figures[f"{name}, mean over poses and robots"] for name in ("AP", "RP, any approach", "RP, ISO cycle"))
-    accuracy, of_either_side, of_one_side = (figure.value * in_metres[figure.unit] for figure in found)
+    figures = {
+        row.label: row.figures[0]
+        for section in sections(lostmotion.study(arm, 64, 50, 10))
+        for row in section.rows
+    }
+    found = (
+        figures[f"{name}, mean over poses and robots"]
+        for name in ("AP", "RP, any approach", "RP, ISO cycle")
+    )
+    accuracy, of_either_side, of_one_side = (
+        figure.value * in_metres[figure.unit] for figure in found
+    )
     assert 0.3e-3 < accuracy < 2e-3
     assert 10e-6 < of_either_side < 100e-6
     assert 0 < of_one_side < of_either_side / 2

@@ -1,4 +1,6 @@
-"""Flexibilities that are kept in files: the same figures to the bit, computed once, and again where a file is damaged or of other laws."""
+"""Flexibilities that are kept in files: the same figures to the bit, computed once, and again where
+a file is damaged or of other laws.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "gearbox" / "two-stage-lobes.
 
 @pytest.fixture
 def computed(monkeypatch):
-    """Return the number of times that flexibilities were computed, as a list of one element each; nothing is remembered from other tests."""
+    """Return the number of times that flexibilities were computed, as a list of one element each;
+    nothing is remembered from other tests.
+    """
     kept.keep_in(None)  # a command that ran in this process may have set a folder
     calls = []
     law = drive._flexibilities
@@ -58,7 +62,10 @@ def spoil(raw):
     return raw[:middle] + bytes([raw[middle] ^ 1]) + raw[middle + 1 :]
 
 
-@pytest.mark.parametrize("damaged", [spoil, lambda raw: raw[:-8], lambda raw: raw[:0], lambda raw: raw[:40], lambda raw: raw * 100])
+@pytest.mark.parametrize(
+    "damaged",
+    [spoil, lambda raw: raw[:-8], lambda raw: raw[:0], lambda raw: raw[:40], lambda raw: raw * 100],
+)
 def test_a_damaged_file_is_computed_again(tmp_path, computed, drawn, damaged):
     """One wrong bit is enough: no figure ever follows from it, and the file is whole again."""
     kept.keep_in(FlexibilityFiles(tmp_path))

@@ -1,4 +1,6 @@
-"""Spoiled files of all formats: each is refused in words or gives finite figures. `python -m tests.io.fuzzed` spoils as many as one likes."""
+"""Spoiled files of all formats: each is refused in words or gives finite figures. `python -m
+tests.io.fuzzed` spoils as many as one likes.
+"""
 
 from __future__ import annotations
 
@@ -12,17 +14,25 @@ from tests.io.fuzzed_formats import formats
 
 
 def look_at(folder, count):
-    """Spoil and read so many files: none may be wrong or slow, and of each format some must be read and some refused."""
+    """Spoil and read so many files: none may be wrong or slow, and of each format some must be read
+    and some refused.
+    """
     counts = Counter()
     for found in outcomes(folder, 0, count):
-        assert not found.said.startswith("wrong"), f"{found.format}, number {found.number}: {found.said}\n{found.raw[:2000]!r}"
-        assert found.seconds < longest(found), f"{found.format}, number {found.number}: {found.seconds:.0f} s"
+        assert not found.said.startswith("wrong"), (
+            f"{found.format}, number {found.number}: {found.said}\n{found.raw[:2000]!r}"
+        )
+        assert found.seconds < longest(found), (
+            f"{found.format}, number {found.number}: {found.seconds:.0f} s"
+        )
         counts[found.format, found.said] += 1
     return counts
 
 
 def test_the_files_that_are_spoiled_are_sound_before(tmp_path):
-    """Every text that the spoiling begins with is read: else it would be refused for what nobody spoiled."""
+    """Every text that the spoiling begins with is read: else it would be refused for what nobody
+    spoiled.
+    """
     for kind in formats(tmp_path):
         for seed in kind.seeds:
             path = tmp_path / kind.name
@@ -32,7 +42,9 @@ def test_the_files_that_are_spoiled_are_sound_before(tmp_path):
 
 @pytest.mark.slow
 def test_what_is_described_before_spoiling_is_studied(tmp_path):
-    """Every text without a mistake has a small study with finite figures, or lacks any source of error."""
+    """Every text without a mistake has a small study with finite figures, or lacks any source of
+    error.
+    """
     for kind in (kind for kind in formats(tmp_path) if kind.study is not None):
         for seed in kind.seeds:
             path = tmp_path / kind.name
@@ -44,17 +56,24 @@ def test_what_is_described_before_spoiling_is_studied(tmp_path):
 
 
 def test_spoiled_files_are_refused_or_read(tmp_path):
-    """The first few of each format: a clean refusal or finite figures, no warning, nothing written."""
+    """The first few of each format: a clean refusal or finite figures, no warning, nothing
+    written.
+    """
     look_at(tmp_path, 140)
 
 
 @pytest.mark.slow
 def test_eight_thousand_spoiled_files_are_refused_or_read(tmp_path):
-    """Whatever is done to a file of any format: a refusal in words or finite figures, no traceback, warning or control character, nothing written."""
+    """Whatever is done to a file of any format: a refusal in words or finite figures, no traceback,
+    warning or control character, nothing written.
+    """
     counts = look_at(tmp_path, 8_000)
     rare: Counter[str] = Counter()
     for kind in formats(tmp_path):
-        outcome = {"readable": counts[kind.name, "read"] + counts[kind.name, "studied"], "refused": counts[kind.name, "refused"]}
+        outcome = {
+            "readable": counts[kind.name, "read"] + counts[kind.name, "studied"],
+            "refused": counts[kind.name, "refused"],
+        }
         if kind.every == 1:
             assert min(outcome.values()) > 20, (kind.name, counts)
         else:  # of each of these a dozen: counted together

@@ -16,7 +16,12 @@ from tests.io.test_urdf import ROBOT
 LINK = 'link = { length = "1 m", section = { kind = "rod", diameter = "9 mm" }, material = "m" }\n'
 NINES = "9" * 900
 HIDDEN = "words of another file"
-LAUGHS = "<!DOCTYPE robot [" + '<!ENTITY a0 "ha">' + "".join(f'<!ENTITY a{k} "{f"&a{k - 1};" * 10}">' for k in range(1, 10)) + "]>"
+LAUGHS = (
+    "<!DOCTYPE robot ["
+    '<!ENTITY a0 "ha">'
+    + "".join(f'<!ENTITY a{k} "{f"&a{k - 1};" * 10}">' for k in range(1, 10))
+    + "]>"
+)
 
 
 def with_type(declaration, name="r"):
@@ -27,7 +32,10 @@ def with_type(declaration, name="r"):
 def dangling(count):
     """Return a URDF whose joints all name links that nearly exist."""
     body = "".join(
-        f'<link name="link_number_{k}"/><joint name="j{k}" type="continuous"><parent link="lnik_number_{k}"/><child link="link_nubmer_{k}"/></joint>'
+        (
+            f'<link name="link_number_{k}"/><joint name="j{k}" type="continuous"><parent '
+            f'link="lnik_number_{k}"/><child link="link_nubmer_{k}"/></joint>'
+        )
         for k in range(count)
     )
     return f'<robot name="r">{body}</robot>'.encode()
@@ -35,13 +43,23 @@ def dangling(count):
 
 def astray(joints, parts):
     """Return a TOML whose joints all name parts that nearly exist."""
-    body = "".join(JOINT.replace('"A"', f'"A{k}"') + f'gearbox = "geabrox_number_{k}"\n' for k in range(joints))
-    return (f'name = "x"\n{body}' + "".join(f"[gearboxes.gearbox_number_{k}]\nratio = 3\n" for k in range(parts))).encode()
+    body = "".join(
+        JOINT.replace('"A"', f'"A{k}"') + f'gearbox = "geabrox_number_{k}"\n' for k in range(joints)
+    )
+    return (
+        f'name = "x"\n{body}'
+        + "".join(f"[gearboxes.gearbox_number_{k}]\nratio = 3\n" for k in range(parts))
+    ).encode()
 
 
 def shared(part):
     """Return a TOML whose 64 joints all use one part."""
-    return ('name = "x"\n' + "".join(JOINT.replace('"A"', f'"A{k}"') + 'gearbox = "g"\n' for k in range(64)) + "[gearboxes.g]\n" + part).encode()
+    return (
+        'name = "x"\n'
+        + "".join(JOINT.replace('"A"', f'"A{k}"') + 'gearbox = "g"\n' for k in range(64))
+        + "[gearboxes.g]\n"
+        + part
+    ).encode()
 
 
 XML = {
@@ -51,27 +69,36 @@ XML = {
     "a name of 1 MB": ROBOT.replace('"one"', f'"{"o" * 1_000_000}"').encode(),
     "billion laughs": with_type(LAUGHS, "&a9;"),
     "external entity": with_type('<!DOCTYPE robot [<!ENTITY x SYSTEM "secret.txt">]>', "&x;"),
-    "entity in the text": with_type('<!DOCTYPE robot [<!ENTITY x SYSTEM "secret.txt">]>').replace(b"</robot>", b"&x;</robot>"),
+    "entity in the text": with_type('<!DOCTYPE robot [<!ENTITY x SYSTEM "secret.txt">]>').replace(
+        b"</robot>", b"&x;</robot>"
+    ),
     "external type": with_type('<!DOCTYPE robot SYSTEM "secret.txt">'),
     "parameter entity": with_type('<!DOCTYPE robot [<!ENTITY % x SYSTEM "secret.txt"> %x;]>'),
     "network": with_type('<!DOCTYPE robot SYSTEM "http://127.0.0.1:9/x.dtd">'),
     "type behind a comment": b"<!-- " + b"x" * 100_000 + b" -->" + with_type(LAUGHS, "&a9;"),
     "entity without a type": ROBOT.replace('"r"', '"&x;"').encode(),
-    "another encoding": b'<?xml version="1.0" encoding="UTF-7"?>+ADwAIQ-DOCTYPE robot+AD4-' + ROBOT.encode(),
+    "another encoding": b'<?xml version="1.0" encoding="UTF-7"?>+ADwAIQ-DOCTYPE robot+AD4-'
+    + ROBOT.encode(),
     "utf-16": ROBOT.encode("utf-16"),
     "nested 100 000 deep": b"<robot>" * 100_000,
-    "100 000 links": b"<robot>" + b"".join(b'<link name="l%d"/>' % k for k in range(100_000)) + b"</robot>",
+    "100 000 links": b"<robot>"
+    + b"".join(b'<link name="l%d"/>' % k for k in range(100_000))
+    + b"</robot>",
     "a chain of 10 000": b'<robot><link name="l0"/>'
     + b"".join(
-        b'<link name="l%d"/><joint name="j%d" type="continuous"><parent link="l%d"/><child link="l%d"/></joint>' % (k, k, k - 1, k)
+        b'<link name="l%d"/><joint name="j%d" type="continuous"><parent link="l%d"/><child link="l%d"/></joint>'
+        % (k, k, k - 1, k)
         for k in range(1, 10_000)
     )
     + b"</robot>",
-    "an entity behind a repair": b'<?xml version="0.0"?>' + ROBOT.replace("</robot>", "<drake:tag/>&x;</robot>").encode(),
+    "an entity behind a repair": b'<?xml version="0.0"?>'
+    + ROBOT.replace("</robot>", "<drake:tag/>&x;</robot>").encode(),
     "Latin-1 with a type": b"<!-- \xff -->" + with_type('<!DOCTYPE robot SYSTEM "secret.txt">'),
     "300 000 declarations": b'<?xml version="1.0"?>' * 230_000 + b"<robot>&x;</robot>",
     "comments without end": b"<robot>" + b"<!--" * 1_200_000 + b"</robot>",
-    "300 000 prefixes": b"<robot>" + b"".join(b"<p%d:b/>" % k for k in range(300_000)) + b"</robot>",
+    "300 000 prefixes": b"<robot>"
+    + b"".join(b"<p%d:b/>" % k for k in range(300_000))
+    + b"</robot>",
     "no XML": b"\x7fELF" + bytes(range(1, 128)),
     "empty": b"",
 }
@@ -81,15 +108,28 @@ TOML = {
     "64 joints astray among 3000 parts": astray(64, 3000),
     "64 joints of one name": b'name = "x"\n' + JOINT.encode() * 64,
     "10 000 joints of one name": b'name = "x"\n' + JOINT.encode() * 10_000,
-    "60 000 unknown keys": (f'name = "x"\n{JOINT}' + "".join(f"k{k} = 1\n" for k in range(60_000))).encode(),
-    "15 000 unknown keys": (f'name = "x"\n{JOINT}' + "".join(f"k{k} = 1\n" for k in range(15_000))).encode(),
-    "unknown keys in a row": (f'name = "x"\n{JOINT}[joints.dh]\n' + "".join(f"k{k} = 1\n" for k in range(60_000))).encode(),
+    "60 000 unknown keys": (
+        f'name = "x"\n{JOINT}' + "".join(f"k{k} = 1\n" for k in range(60_000))
+    ).encode(),
+    "15 000 unknown keys": (
+        f'name = "x"\n{JOINT}' + "".join(f"k{k} = 1\n" for k in range(15_000))
+    ).encode(),
+    "unknown keys in a row": (
+        f'name = "x"\n{JOINT}[joints.dh]\n' + "".join(f"k{k} = 1\n" for k in range(60_000))
+    ).encode(),
     "unknown keys that all share": shared("".join(f"k{k} = 1\n" for k in range(60_000))),
     "fewer unknown keys that all share": shared("".join(f"k{k} = 1\n" for k in range(250))),
     "lists that all share": shared("stiffness = [" + "true,\n" * 90_000 + "]\n"),
-    "20 000 unknown reducers": ('name = "x"\n' + JOINT + "".join(f'[gearboxes.g{k}]\ncatalogue = "RV-41X{k}"\n' for k in range(20_000))).encode(),
+    "20 000 unknown reducers": (
+        'name = "x"\n'
+        + JOINT
+        + "".join(f'[gearboxes.g{k}]\ncatalogue = "RV-41X{k}"\n' for k in range(20_000))
+    ).encode(),
     "100 000 notes": b'name = "x"\nnotes = [' + b"1,\n" * 100_000 + b"]\n" + JOINT.encode(),
-    "an integer beyond every float": f'name = "x"\ngravity = {NINES}\n{JOINT}gearbox = {{ catalogue = "RV-40E", ratio = {NINES} }}\n'.encode(),
+    "an integer beyond every float": (
+        f'name = "x"\ngravity = {NINES}\n{JOINT}gearbox = {{ catalogue = "RV-40E", ratio = {NINES} '
+        f"}}\n"
+    ).encode(),
     "nested 100 000 deep": b"a = " + b"[" * 100_000,
     "tables 100 000 deep": b"a = " + b"{a=" * 100_000,
     "deep over many lines": b"a = " + b"[\n" * 100_000,
@@ -135,7 +175,9 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("name", "raw"), FILES)
 def test_a_hostile_file_is_refused_and_opens_no_other(folder, name, raw):
-    """Whatever it holds: an InputError in words, in seconds, without a control character and without another file's text."""
+    """Whatever it holds: an InputError in words, in seconds, without a control character and
+    without another file's text.
+    """
     global _opened  # noqa: PLW0603 - an audit hook cannot be removed, only disabled
     path = folder / name
     path.write_bytes(raw)
@@ -154,9 +196,13 @@ def test_a_hostile_file_is_refused_and_opens_no_other(folder, name, raw):
     assert len(text) < 50_000
 
 
-@pytest.mark.parametrize(("name", "raw"), [("arm.urdf", dangling(300)), ("arm.toml", astray(64, 3000))])
+@pytest.mark.parametrize(
+    ("name", "raw"), [("arm.urdf", dangling(300)), ("arm.toml", astray(64, 3000))]
+)
 def test_many_mistakes_are_cut_short_soon(folder, name, raw):
-    """At most fifty are reported, the last line states that there are more, and it takes no time."""
+    """At most fifty are reported, the last line states that there are more, and it takes no
+    time.
+    """
     (folder / name).write_bytes(raw)
     began = time.monotonic()
     found = mistakes(folder / name)
@@ -174,24 +220,37 @@ def test_many_mistakes_are_cut_short_soon(folder, name, raw):
         (f'name = "x"\nnotes = ["fine", "a!"]\n{JOINT}', "notes[1]"),
         (f'name = "x"\n{JOINT}gearbox = {{ model = "a!" }}\n', "joints.A.gearbox.model"),
         (
-            f'name = "x"\n[materials.m]\nyoung = "1 GPa"\npoisson = 0.1\ndensity = "9 kg/m^3"\nsource = "a!"\n{JOINT}{LINK}',
+            (
+                'name = "x"\n[materials.m]\nyoung = "1 GPa"\npoisson = 0.1\ndensity = "9 kg/m^3"\n'
+                f'source = "a!"\n{JOINT}{LINK}'
+            ),
             "materials.m.source",
         ),
         (f'name = "x"\n{JOINT.replace("A", "a!")}', "joints"),
     ],
 )
 def test_what_a_terminal_would_obey_is_refused(mistakes_in, text, key, escape):
-    """Escape codes, bells and line breaks reach no screen, neither as a name nor in the words that refuse them."""
+    """Escape codes, bells and line breaks reach no screen, neither as a name nor in the words that
+    refuse them.
+    """
     found = mistakes_in(text.replace("!", escape))
     assert all(name.startswith(key) for name in found)
-    assert all(char.isprintable() or char == "\n" for problem in found.values() for char in str(problem))
+    assert all(
+        char.isprintable() or char == "\n" for problem in found.values() for char in str(problem)
+    )
 
 
 def test_text_that_fills_a_screen_is_refused(mistakes_in):
     """Names and notes are bounded in length and number."""
     assert "at most 80" in mistakes_in(f'name = "{"x" * 81}"\n{JOINT}')["name"].expected
-    assert "at most 300" in mistakes_in(f'name = "x"\nnotes = ["{"x" * 301}"]\n{JOINT}')["notes[0]"].expected
-    assert "at most 200" in mistakes_in('name = "x"\nnotes = [' + '"x",\n' * 201 + f"]\n{JOINT}")["notes"].expected
+    assert (
+        "at most 300"
+        in mistakes_in(f'name = "x"\nnotes = ["{"x" * 301}"]\n{JOINT}')["notes[0]"].expected
+    )
+    assert (
+        "at most 200"
+        in mistakes_in('name = "x"\nnotes = [' + '"x",\n' * 201 + f"]\n{JOINT}")["notes"].expected
+    )
 
 
 @pytest.mark.parametrize("escape", ["&#10;", "&#155;31m", "&#x202e;"])
@@ -207,7 +266,16 @@ def test_what_a_terminal_would_obey_leaves_no_urdf(folder, escape):
     assert read(path).name.startswith("r?")
 
 
-@pytest.mark.parametrize("name", ["billion laughs", "external entity", "external type", "parameter entity", "type behind a comment"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "billion laughs",
+        "external entity",
+        "external type",
+        "parameter entity",
+        "type behind a comment",
+    ],
+)
 def test_a_document_type_meets_no_parser(folder, name, monkeypatch):
     """It is refused in the text, with its line, before anything could be expanded."""
     monkeypatch.setattr(etree, "fromstring", None)
@@ -251,7 +319,9 @@ def test_meshes_and_includes_are_never_opened(folder):
     mesh = '<visual><geometry><mesh filename="file://secret.txt"/></geometry></visual>'
     mesh += '<x:include xmlns:x="http://www.w3.org/2001/XInclude" href="secret.txt"/>'
     path = folder / "arm.urdf"
-    path.write_text(ROBOT.replace('<link name="base"/>', f'<link name="base">{mesh}</link>'), encoding="utf-8")
+    path.write_text(
+        ROBOT.replace('<link name="base"/>', f'<link name="base">{mesh}</link>'), encoding="utf-8"
+    )
     _opened = []
     try:
         assert read(path).moving

@@ -1,4 +1,6 @@
-"""Small layouts that readers misread: lifts, pantographs, carts, placeholders, models and packages of several folders."""
+"""Small layouts that readers misread: lifts, pantographs, carts, placeholders, models and packages
+of several folders.
+"""
 
 from __future__ import annotations
 
@@ -35,9 +37,14 @@ def test_an_arm_on_one_of_two_slides_is_read_whole(layout):
     assert found.mass == pytest.approx(8)
 
 
-@pytest.mark.parametrize(("file", "tip", "left"), [("pairmimic.urdf", "lower", ["j1", "j2"]), ("cut.urdf", "l2", ["j1", "j2"])])
+@pytest.mark.parametrize(
+    ("file", "tip", "left"),
+    [("pairmimic.urdf", "lower", ["j1", "j2"]), ("cut.urdf", "l2", ["j1", "j2"])],
+)
 def test_a_pantograph_is_answered_by_one_message(layout, file, tip, left):
-    """It names the joint that follows another one; the tip that it offers is read, with a note on what hangs on it and moves in the file."""
+    """It names the joint that follows another one; the tip that it offers is read, with a note on
+    what hangs on it and moves in the file.
+    """
     path = layout / file
     (found,) = mistakes(path)
     assert "joint 'j3' follows 'j2' (mimic, x -1): a linkage on the way to the tool" in found.found
@@ -45,16 +52,24 @@ def test_a_pantograph_is_answered_by_one_message(layout, file, tip, left):
     path.with_suffix(".toml").write_text(found.example, encoding="utf-8")
     arm = read(path)
     assert names(arm) == left
-    assert any("moving with the arm in the URDF: j3 (follows j2)" in note or "j3 (follows j2)" in note for note in arm.notes)
+    assert any(
+        "moving with the arm in the URDF: j3 (follows j2)" in note or "j3 (follows j2)" in note
+        for note in arm.notes
+    )
 
 
 def test_a_cart_is_met_with_its_base(layout):
-    """In URDF, where its way has limits, by a warning; in MJCF, where it has none, by the refusal."""
+    """In URDF, where its way has limits, by a warning; in MJCF, where it has none, by the
+    refusal.
+    """
     warnings = read(layout / "mobile.urdf").warnings
     assert any('base = "cart" in mobile.toml' in warning for warning in warnings)
     (found,) = mistakes(layout / "mj" / "robots" / "mobile.xml")
     assert (found.found, found.example) == ("a slide without range", 'base = "cart"')
-    for path, joints in ((layout / "mobile.urdf", ["shoulder", "elbow"]), (layout / "mj" / "robots" / "mobile.xml", ["j1", "j2"])):
+    for path, joints in (
+        (layout / "mobile.urdf", ["shoulder", "elbow"]),
+        (layout / "mj" / "robots" / "mobile.xml", ["j1", "j2"]),
+    ):
         path.with_suffix(".toml").write_text(found.example, encoding="utf-8")
         assert names(read(path)) == joints
 
@@ -72,7 +87,10 @@ def test_limits_are_repaired_in_the_sidecar(layout):
 def test_placeholders_are_named_in_words(layout):
     """What is doubtful is torques and sag."""
     (first, _) = read(layout / "placeholders.urdf").warnings
-    assert first == "every link weighs 1 kg: placeholders? Torques and sag are then no better than a guess"
+    assert (
+        first
+        == "every link weighs 1 kg: placeholders? Torques and sag are then no better than a guess"
+    )
 
 
 def test_a_model_of_two_folders_needs_its_project(layout):
@@ -94,7 +112,9 @@ def test_a_package_is_found_by_its_name(layout):
 
 @pytest.mark.parametrize("file", ["pair.urdf", "mobile.urdf", "placeholders.urdf", "nolimit.urdf"])
 def test_a_first_sidecar_is_read_as_it_is(layout, file):
-    """Also of an arm whose turning axes all stand upright: its drives accelerate what they carry, here 3 kg at 0.8 m by 5 m/s^2."""
+    """Also of an arm whose turning axes all stand upright: its drives accelerate what they carry,
+    here 3 kg at 0.8 m by 5 m/s^2.
+    """
     path = layout / file
     lostmotion.new(urdf=path, force=True).report()
     assert names(read(path))

@@ -1,4 +1,6 @@
-"""MJCF: the model that MuJoCo compiles becomes the same arm as a URDF; nothing in a file reaches beyond its folder."""
+"""MJCF: the model that MuJoCo compiles becomes the same arm as a URDF; nothing in a file reaches
+beyond its folder.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,10 @@ from tests.io.conftest import mistakes
 VALIDATES = (
     (
         "frames and static torques of MJCF",
-        "MuJoCo, random arms with several joints on a body, anchors, slides and bodies beside the chain, and a model of two files with a mesh",
+        (
+            "MuJoCo, random arms with several joints on a body, anchors, slides and bodies beside "
+            "the chain, and a model of two files with a mesh"
+        ),
         "1e-9",
         "io/mjcf.py",
     ),
@@ -41,20 +46,32 @@ def here(monkeypatch):
 
 def model(*parts, angle="radian", rest=""):
     """Return an MJCF file of these bodies."""
-    return f'<mujoco model="r">\n<compiler angle="{angle}"/>\n<worldbody>\n' + "\n".join(parts) + f"\n</worldbody>\n{rest}\n</mujoco>\n"
+    return (
+        f'<mujoco model="r">\n<compiler angle="{angle}"/>\n<worldbody>\n'
+        + "\n".join(parts)
+        + f"\n</worldbody>\n{rest}\n</mujoco>\n"
+    )
 
 
 def chain(*rest, kinds=("hinge", "hinge")):
-    """Return bodies link1, link2 ..., one in the other, with joints j1, j2 ...; `rest` stands in the last."""
+    """Return bodies link1, link2 ..., one in the other, with joints j1, j2 ...; `rest` stands in
+    the last.
+    """
     text = "\n".join(rest)
     for k in range(len(kinds), 0, -1):
-        joint = HINGE.format(f"j{k}") if kinds[k - 1] == "hinge" else f'<joint name="j{k}" type="{kinds[k - 1]}"/>'
+        joint = (
+            HINGE.format(f"j{k}")
+            if kinds[k - 1] == "hinge"
+            else f'<joint name="j{k}" type="{kinds[k - 1]}"/>'
+        )
         text = f'<body name="link{k}" pos="0.3 0 0.1">{INERTIAL.format(k)}{joint}{text}</body>'
     return text
 
 
 def random_arm(seed):
-    """Return a model whose bodies are turned, have up to two joints with anchors and zeros of their own, and carry other bodies that move."""
+    """Return a model whose bodies are turned, have up to two joints with anchors and zeros of their
+    own, and carry other bodies that move.
+    """
     rng = np.random.default_rng(seed)
 
     def words(count, size=0.3):
@@ -63,17 +80,30 @@ def random_arm(seed):
     text = f'<site name="tcp" pos="{words(3)}" quat="{words(4)}"/>'
     for k in range(4, 0, -1):
         joints = [
-            f'<joint name="j{k}{side}" type="{kind}" pos="{words(3)}" axis="{words(3)}" range="-1 1.2" ref="{words(1)}"/>'
-            for side, kind in zip("ab", rng.permutation(["hinge", "hinge", "slide"])[: 1 + k % 2], strict=False)
+            (
+                f'<joint name="j{k}{side}" type="{kind}" pos="{words(3)}" axis="{words(3)}" '
+                f'range="-1 1.2" ref="{words(1)}"/>'
+            )
+            for side, kind in zip(
+                "ab", rng.permutation(["hinge", "hinge", "slide"])[: 1 + k % 2], strict=False
+            )
         ]
-        finger = f'<body name="f{k}" pos="{words(3)}">{INERTIAL.format(0.3)}<joint name="f{k}" type="hinge" pos="{words(3)}"/></body>'
+        finger = (
+            f'<body name="f{k}" pos="{words(3)}">{INERTIAL.format(0.3)}<joint name="f{k}" '
+            f'type="hinge" pos="{words(3)}"/></body>'
+        )
         inertial = f'<inertial pos="{words(3)}" mass="{k}" diaginertia="0.1 0.1 0.1"/>'
-        text = f'<body name="b{k}" pos="{words(3)}" euler="{words(3, 3)}">{inertial}{"".join(joints)}{finger}{text}</body>'
+        text = (
+            f'<body name="b{k}" pos="{words(3)}" '
+            f'euler="{words(3, 3)}">{inertial}{"".join(joints)}{finger}{text}</body>'
+        )
     return model(text)
 
 
 def agrees_with_mujoco(path, arm, site):
-    """Compare the frame of a site and the static forces with MuJoCo's at ten poses. Other joints stand as in the file."""
+    """Compare the frame of a site and the static forces with MuJoCo's at ten poses. Other joints
+    stand as in the file.
+    """
     exact = mujoco.MjModel.from_xml_path(str(path))
     exact.opt.gravity = [0, 0, -arm.gravity]
     data = mujoco.MjData(exact)
@@ -92,7 +122,9 @@ def agrees_with_mujoco(path, arm, site):
 @pytest.mark.usefixtures("here")
 @pytest.mark.parametrize("seed", range(4))
 def test_the_arm_stands_and_holds_as_mujocos_does(tmp_path, seed):
-    """Anchors, several joints on one body, zeros that are not 0, slides, and bodies beside the chain."""
+    """Anchors, several joints on one body, zeros that are not 0, slides, and bodies beside the
+    chain.
+    """
     path = tmp_path / "r.xml"
     path.write_text(random_arm(seed), encoding="utf-8")
     arm = read(path)
@@ -104,12 +136,18 @@ def tetrahedron():
     """Return an STL with the corners (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), in m."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype="<f4")
     faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
-    return bytes(80) + struct.pack("<I", 4) + b"".join(bytes(12) + corners[list(face)].tobytes() + bytes(2) for face in faces)
+    return (
+        bytes(80)
+        + struct.pack("<I", 4)
+        + b"".join(bytes(12) + corners[list(face)].tobytes() + bytes(2) for face in faces)
+    )
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """Write a model in two files with defaults, degrees, a mesh that weighs, materials, actuators, a gripper and a free object."""
+    """Write a model in two files with defaults, degrees, a mesh that weighs, materials, actuators,
+    a gripper and a free object.
+    """
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes" / "solid.stl").write_bytes(tetrahedron())
     (tmp_path / "parts.xml").write_text(
@@ -144,11 +182,20 @@ def folder(tmp_path):
 def test_an_included_file_includes_from_its_own_folder_too(tmp_path, deeper):
     """As MuJoCo looks for it: beside the model, and only then beside the file that names it."""
     (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "arm.xml").write_text('<mujocoinclude><include file="link.xml"/></mujocoinclude>', encoding="utf-8")
-    link = '<mujocoinclude><body name="link">{}<joint name="{}" axis="0 1 0" range="-1 1"/><site name="tool"/></body></mujocoinclude>'
-    (tmp_path / "parts" / "link.xml").write_text(link.format(INERTIAL.format(1), "deeper"), encoding="utf-8")
+    (tmp_path / "parts" / "arm.xml").write_text(
+        '<mujocoinclude><include file="link.xml"/></mujocoinclude>', encoding="utf-8"
+    )
+    link = (
+        '<mujocoinclude><body name="link">{}<joint name="{}" axis="0 1 0" range="-1 1"/><site '
+        'name="tool"/></body></mujocoinclude>'
+    )
+    (tmp_path / "parts" / "link.xml").write_text(
+        link.format(INERTIAL.format(1), "deeper"), encoding="utf-8"
+    )
     if not deeper:
-        (tmp_path / "link.xml").write_text(link.format(INERTIAL.format(1), "beside"), encoding="utf-8")
+        (tmp_path / "link.xml").write_text(
+            link.format(INERTIAL.format(1), "beside"), encoding="utf-8"
+        )
     path = tmp_path / "r.xml"
     path.write_text(model('<include file="parts/arm.xml"/>'), encoding="utf-8")
     name = mujoco.MjModel.from_xml_path(str(path)).joint(0).name
@@ -156,20 +203,33 @@ def test_an_included_file_includes_from_its_own_folder_too(tmp_path, deeper):
 
 
 def test_a_model_of_several_files_is_read_in_a_process_of_its_own(folder, tmp_path):
-    """Includes, meshes, defaults, frames; what is not carried over is listed. MuJoCo, given the parts that are left, has the same arm."""
+    """Includes, meshes, defaults, frames; what is not carried over is listed. MuJoCo, given the
+    parts that are left, has the same arm.
+    """
     arm = read(folder)
     assert [each.name for each in arm.moving] == ["shoulder", "wrist"]
     assert arm.joints[-1].name == "pinch_fixed"
     assert arm.name == "two files"
     notes = "\n".join(arm.notes)
-    for part in ("tool: pinch", "1 actuator", "springs of wrist", "(gravcomp) of forearm", "'0 0 -3.7'", "finger, jaw (2 joints on link 'hand'"):
+    for part in (
+        "tool: pinch",
+        "1 actuator",
+        "springs of wrist",
+        "(gravcomp) of forearm",
+        "'0 0 -3.7'",
+        "finger, jaw (2 joints on link 'hand'",
+    ):
         assert part in notes
     solid = (0.3**3 / 6) * 700
     assert arm.mass == pytest.approx(solid + 1.5 + 0.4 + 0.2, rel=1e-6)
     plain = (
-        folder.read_text("utf-8").replace('<mesh name="shell" file="gone.stl"/>', "").replace(' file="t.png"', ' builtin="flat" width="8" height="8"')
+        folder.read_text("utf-8")
+        .replace('<mesh name="shell" file="gone.stl"/>', "")
+        .replace(' file="t.png"', ' builtin="flat" width="8" height="8"')
     )
-    plain = plain.replace('<geom type="mesh" mesh="shell" material="grey"/>', "").replace(' gravcomp="1"', "")
+    plain = plain.replace('<geom type="mesh" mesh="shell" material="grey"/>', "").replace(
+        ' gravcomp="1"', ""
+    )
     (tmp_path / "plain.xml").write_text(plain, encoding="utf-8")
     agrees_with_mujoco(tmp_path / "plain.xml", arm, "pinch")
 
@@ -181,7 +241,9 @@ def test_a_first_sidecar_is_written_for_mjcf(folder):
     sidecar = folder.with_suffix(".toml")
     assert 'tip = "pinch"' in sidecar.read_text("utf-8")
     assert all(each.gearbox is not None for each in read(folder).moving)
-    sidecar.write_text('tip = "forearm"\n[joints.wrist]\nencoder = { zero = "1 arcmin" }\n', encoding="utf-8")
+    sidecar.write_text(
+        'tip = "forearm"\n[joints.wrist]\nencoder = { zero = "1 arcmin" }\n', encoding="utf-8"
+    )
     assert [each.name for each in read(folder).joints] == ["shoulder", "wrist"]
 
 
@@ -190,7 +252,12 @@ def test_a_stored_run_holds_one_file(folder, tmp_path):
     """Includes are put in. A model whose masses follow from meshes cannot be stored as text."""
     with pytest.raises(ValueError, match="masses that follow from the meshes solid"):
         texts(folder, None, ())
-    folder.write_text(folder.read_text("utf-8").replace('type="mesh" mesh="solid" density="700"', 'size="0.1" mass="3"'), encoding="utf-8")
+    folder.write_text(
+        folder.read_text("utf-8").replace(
+            'type="mesh" mesh="solid" density="700"', 'size="0.1" mass="3"'
+        ),
+        encoding="utf-8",
+    )
     stored = tmp_path / "stored.xml"
     stored.write_text(texts(folder, None, ())["arm.xml"], encoding="utf-8")
     assert read(stored).joints == read(folder).joints
@@ -204,11 +271,25 @@ SIDE = f'<body name="crank">{INERTIAL.format(1)}{HINGE.format("crank")}</body>'
     ("text", "found"),
     [
         (
-            model(chain(kinds=["hinge"] * 3), rest='<equality><joint name="belt" joint1="j2" joint2="j1" polycoef="0 -1 0 0 0"/></equality>'),
+            model(
+                chain(kinds=["hinge"] * 3),
+                rest=(
+                    '<equality><joint name="belt" joint1="j2" joint2="j1" polycoef="0 -1 0 0 '
+                    '0"/></equality>'
+                ),
+            ),
             "'j2' follows 'j1' (equality",
         ),
-        (model(chain(), SIDE, rest=LOOP.format("crank", "link2")), "'j1' follows 'crank and link2' (equality 'rod' closes a loop)"),
-        (model(chain(), SIDE, rest=1001 * LOOP.format("crank", "link2").replace(' name="rod"', "")), "1001 elements in <equality>"),
+        (
+            model(chain(), SIDE, rest=LOOP.format("crank", "link2")),
+            "'j1' follows 'crank and link2' (equality 'rod' closes a loop)",
+        ),
+        (
+            model(
+                chain(), SIDE, rest=1001 * LOOP.format("crank", "link2").replace(' name="rod"', "")
+            ),
+            "1001 elements in <equality>",
+        ),
         (model(chain(kinds=("hinge", "ball", "hinge"))), "a ball joint"),
         (model(chain(kinds=("hinge", "slide"))), "a slide without range"),
         (model(chain(kinds=("hinge", "free"))), "free joint can only be used on top level"),
@@ -227,11 +308,19 @@ def test_what_makes_no_serial_arm_is_refused_by_name(tmp_path, text, found):
 
 @pytest.mark.usefixtures("here")
 def test_loops_beside_the_chain_and_ties_to_mocap_bodies_are_no_matter(tmp_path):
-    """A gripper's linkage is held as in the file; a body that a person moves is no part of the arm."""
-    jaws = f'<body name="jaw">{INERTIAL.format(0.1)}{HINGE.format("jaw")}</body><body name="rod">{INERTIAL.format(0.1)}{HINGE.format("rod")}</body>'
+    """A gripper's linkage is held as in the file; a body that a person moves is no part of the
+    arm.
+    """
+    jaws = (
+        f'<body name="jaw">{INERTIAL.format(0.1)}{HINGE.format("jaw")}</body><body '
+        f'name="rod">{INERTIAL.format(0.1)}{HINGE.format("rod")}</body>'
+    )
     ties = LOOP.format("jaw", "rod") + '<equality><weld body1="target" body2="link2"/></equality>'
     path = tmp_path / "r.xml"
-    path.write_text(model(chain(jaws, '<site name="tcp"/>'), '<body name="target" mocap="true"/>', rest=ties), encoding="utf-8")
+    path.write_text(
+        model(chain(jaws, '<site name="tcp"/>'), '<body name="target" mocap="true"/>', rest=ties),
+        encoding="utf-8",
+    )
     arm = read(path)
     assert [each.name for each in arm.moving] == ["j1", "j2"]
     assert any("mocap" in note for note in arm.notes)
@@ -247,11 +336,32 @@ def test_loops_beside_the_chain_and_ties_to_mocap_bodies_are_no_matter(tmp_path)
         (model('<include file="deep/r.xml"/>'), "an include of 'deep/r.xml'"),
         ('<!DOCTYPE x [<!ENTITY a "b">]>' + model("&a;"), "a document type"),
         (model(chain("<attach model='x' body='y'/>")), "a model attached from another file"),
-        (model(chain(), rest='<asset><model name="x" file="../secret.xml"/></asset>'), "a model attached from another file"),
-        (model('<body><joint/><geom type="mesh" mesh="m"/></body>', rest='<asset><mesh name="m" file="../m.stl"/></asset>'), "the mesh '../m.stl'"),
-        (model('<body><joint/><geom type="mesh" mesh="m"/></body>', rest='<asset><mesh file="m.stl"/></asset>'), "the mesh 'm.stl'"),
-        (model(chain(), rest='<default><mesh file="/etc/passwd"/></default>'), "a file named by <mesh>"),
-        (model('<body><joint/><geom type="box" file="x" size="1 1 1"/></body>'), "a file named by <geom>"),
+        (
+            model(chain(), rest='<asset><model name="x" file="../secret.xml"/></asset>'),
+            "a model attached from another file",
+        ),
+        (
+            model(
+                '<body><joint/><geom type="mesh" mesh="m"/></body>',
+                rest='<asset><mesh name="m" file="../m.stl"/></asset>',
+            ),
+            "the mesh '../m.stl'",
+        ),
+        (
+            model(
+                '<body><joint/><geom type="mesh" mesh="m"/></body>',
+                rest='<asset><mesh file="m.stl"/></asset>',
+            ),
+            "the mesh 'm.stl'",
+        ),
+        (
+            model(chain(), rest='<default><mesh file="/etc/passwd"/></default>'),
+            "a file named by <mesh>",
+        ),
+        (
+            model('<body><joint/><geom type="box" file="x" size="1 1 1"/></body>'),
+            "a file named by <geom>",
+        ),
     ],
 )
 def test_no_file_outside_the_folder_is_opened(tmp_path, monkeypatch, text, found):

@@ -13,7 +13,9 @@ HEAD = 'name = "x"\n'
 
 
 def test_a_whole_file_becomes_an_arm(tmp_path):
-    """Shared parts stand where joints name them, and materials come from the catalogue or from the file."""
+    """Shared parts stand where joints name them, and materials come from the catalogue or from the
+    file.
+    """
     path = tmp_path / "arm.toml"
     path.write_text(
         HEAD
@@ -52,11 +54,21 @@ def test_a_whole_file_becomes_an_arm(tmp_path):
 
 
 def test_a_gripper_of_two_fingers_stands_on_one_flange(tmp_path):
-    """A joint and the tool may each name the place that they stand on: the second finger and the tool share the flange with the first finger."""
+    """A joint and the tool may each name the place that they stand on: the second finger and the
+    tool share the flange with the first finger.
+    """
     path = tmp_path / "arm.toml"
-    finger = '[[joints]]\nname = "{}"\ntype = "fixed"\nafter = "A.tip"\nlink = {{ length = "80 mm", direction = "{}", mass = "2 kg" }}\n'
+    finger = (
+        '[[joints]]\nname = "{}"\ntype = "fixed"\nafter = "A.tip"\nlink = {{ length = "80 mm", '
+        'direction = "{}", mass = "2 kg" }}\n'
+    )
     path.write_text(
-        HEAD + JOINT + 'link = { length = "1 m" }\n' + finger.format("left", "y") + finger.format("right", "-y") + '[tool]\nafter = "A.tip"\n',
+        HEAD
+        + JOINT
+        + 'link = { length = "1 m" }\n'
+        + finger.format("left", "y")
+        + finger.format("right", "-y")
+        + '[tool]\nafter = "A.tip"\n',
         encoding="utf-8",
     )
     arm = read(path)
@@ -71,12 +83,17 @@ def test_a_gripper_of_two_fingers_stands_on_one_flange(tmp_path):
 
 
 def test_three_mistakes_are_reported_at_once(mistakes_in):
-    """A wrong unit, a misspelt key and a name that leads nowhere come in one message, each with its own near word."""
+    """A wrong unit, a misspelt key and a name that leads nowhere come in one message, each with its
+    own near word.
+    """
     found = mistakes_in(
         HEAD
         + '[gearboxes.shoulder]\nratio = 100\nstiffness = "50 N m"\n'
         + JOINT
-        + 'gearbox = "sholder"\n[[joints]]\nname = "B"\ntype = "revolute"\nlimitz = ["-90 deg", "90 deg"]\nlimits = ["0 deg", "1 deg"]\n'
+        + (
+            'gearbox = "sholder"\n[[joints]]\nname = "B"\ntype = "revolute"\nlimitz = ["-90 deg", '
+            '"90 deg"]\nlimits = ["0 deg", "1 deg"]\n'
+        )
         + 'gearbox = "shoulder"\n',
     )
     assert set(found) == {"joints.A.gearbox", "joints.B.limitz", "gearboxes.shoulder.stiffness"}
@@ -105,20 +122,52 @@ def test_distributions_are_read_from_a_file(tmp_path):
     [
         ("gearbox = { backlash = 3 }\n", "joints.A.gearbox.backlash", "angle"),
         ("gearbox = { stiffness = 3 }\n", "joints.A.gearbox.stiffness", "or a list"),
-        ('gearbox = { stiffness = ["1 N m/rad", "2 m"], zone_torques = ["1 N m"] }\n', "joints.A.gearbox.stiffness[1]", "stiffness"),
-        ('gearbox = { stiffness = ["2 N m/rad", "1 N m/rad"] }\n', "joints.A.gearbox", "zone torques"),
-        ('gearbox = { transmission_error = [{ amplitude = "1 mm", cycles = 2 }] }\n', "joints.A.gearbox.transmission_error[0].amplitude", "angle"),
+        (
+            'gearbox = { stiffness = ["1 N m/rad", "2 m"], zone_torques = ["1 N m"] }\n',
+            "joints.A.gearbox.stiffness[1]",
+            "stiffness",
+        ),
+        (
+            'gearbox = { stiffness = ["2 N m/rad", "1 N m/rad"] }\n',
+            "joints.A.gearbox",
+            "zone torques",
+        ),
+        (
+            'gearbox = { transmission_error = [{ amplitude = "1 mm", cycles = 2 }] }\n',
+            "joints.A.gearbox.transmission_error[0].amplitude",
+            "angle",
+        ),
         ("gearbox = 5\n", "joints.A.gearbox", "a table, or a name"),
         ('gearbox = ["g"]\n', "joints.A.gearbox", "a table, or a name"),
         ('bearing = { kind = "roling" }\n', "joints.A.bearing.kind", '"rolling"'),
         ('bearing = { span = "60 mm" }\n', "joints.A.bearing.kind", '"rolling"'),
         ('bearing = { kind = "rolling" }\n', "joints.A.bearing.span", "length"),
         ('encoder = { side = "motr" }\n', "joints.A.encoder.side", '"motor"'),
-        ('lumped = { angle = "1 arcmin", law = "norml" }\n', "joints.A.lumped.law", '"normal without limits"'),
-        ('lumped = { angle = "1 arcmin", law = [[0, 0], [1, 0.5]] }\n', "joints.A.lumped.law", "rows [value"),
-        ('encoder = { noise = "1 arcmin", noise_law = 3 }\n', "joints.A.encoder.noise_law", '"uniform"'),
-        ('link = { length = { value = "400 mm ± 50 µm", law = [[1, 0]] } }\n', "joints.A.link.length", "tolerance"),
-        ('gearbox = { backlash = "1 arcmin ± 1 arcmin (normal without limits)" }\n', "joints.A.gearbox.backlash", "tolerance"),
+        (
+            'lumped = { angle = "1 arcmin", law = "norml" }\n',
+            "joints.A.lumped.law",
+            '"normal without limits"',
+        ),
+        (
+            'lumped = { angle = "1 arcmin", law = [[0, 0], [1, 0.5]] }\n',
+            "joints.A.lumped.law",
+            "rows [value",
+        ),
+        (
+            'encoder = { noise = "1 arcmin", noise_law = 3 }\n',
+            "joints.A.encoder.noise_law",
+            '"uniform"',
+        ),
+        (
+            'link = { length = { value = "400 mm ± 50 µm", law = [[1, 0]] } }\n',
+            "joints.A.link.length",
+            "tolerance",
+        ),
+        (
+            'gearbox = { backlash = "1 arcmin ± 1 arcmin (normal without limits)" }\n',
+            "joints.A.gearbox.backlash",
+            "tolerance",
+        ),
         ('lumped = { offset_along = ["x", "w"] }\n', "joints.A.lumped.offset_along[1]", '"y"'),
         ("axis = [0, 0, 0]\n", "joints.A.axis", "not zero"),
         ("axis = [0, nan, 1]\n", "joints.A.axis", "finite"),
@@ -126,18 +175,33 @@ def test_distributions_are_read_from_a_file(tmp_path):
         ("axis = [0, 1]\n", "joints.A.axis", "a list of 3"),
         ('axis = "q"\n', "joints.A.axis", '"-z"'),
         ('origin = { xyz = ["1 mm", "2 mm"] }\n', "joints.A.origin.xyz", "a list of 3"),
-        ('origin = { xyz = ["1 mm", "2 mm", "3 mm", "4 mm"] }\n', "joints.A.origin.xyz", "at most 3"),
+        (
+            'origin = { xyz = ["1 mm", "2 mm", "3 mm", "4 mm"] }\n',
+            "joints.A.origin.xyz",
+            "at most 3",
+        ),
         ('mass = "-1 kg"\n', "joints.A.mass", "zero or more"),
         ("mass = nan\n", "joints.A.mass", "mass"),
         ("mass = 2020-01-01\n", "joints.A.mass", "mass"),
         ("mass = true\n", "joints.A.mass", "mass"),
         (
-            'link = { length = "400 mm", section = { kind = "tube", outer = "10 mm", wall = "6 mm" }, material = "steel" }\n',
+            (
+                'link = { length = "400 mm", section = { kind = "tube", outer = "10 mm", wall = '
+                '"6 mm" }, material = "steel" }\n'
+            ),
             "joints.A.link.section",
             "half",
         ),
-        ('link = { length = "400 mm", section = "t", material = "stel" }\n', "joints.A.link.material", "steel"),
-        ('link = { length = "400 mm", tip = { xyz = ["1 mm", "0 mm", "0 mm"] } }\n', "joints.A.link", "one of the two"),
+        (
+            'link = { length = "400 mm", section = "t", material = "stel" }\n',
+            "joints.A.link.material",
+            "steel",
+        ),
+        (
+            'link = { length = "400 mm", tip = { xyz = ["1 mm", "0 mm", "0 mm"] } }\n',
+            "joints.A.link",
+            "one of the two",
+        ),
         ('link = { length_tolerance = "50 µm" }\n', "joints.A.link", "a length or a tip"),
         ("link = 3\n", "joints.A.link", "a table"),
         ('after = "A.tip"\n', "joints.A.after", "of an earlier joint"),
@@ -145,7 +209,9 @@ def test_distributions_are_read_from_a_file(tmp_path):
     ],
 )
 def test_a_mistake_in_a_joint_is_one_problem_under_the_users_key(mistakes_in, lines, key, expected):
-    """Whatever alternatives the model tried, the user hears once what belongs where they wrote something else."""
+    """Whatever alternatives the model tried, the user hears once what belongs where they wrote
+    something else.
+    """
     found = mistakes_in(HEAD + '[sections.t]\nkind = "rod"\ndiameter = "9 mm"\n' + JOINT + lines)
     assert list(found) == [key]
     assert expected in found[key].expected
@@ -183,27 +249,50 @@ def test_a_mistake_in_the_frame_of_the_file_is_reported(mistakes_in, text, key, 
 
 
 def test_a_mistake_in_a_part_of_a_joint_of_unknown_type_is_reported(mistakes_in):
-    """The type of the joint and the backlash of the gearbox that it alone names are two mistakes, found in one reading."""
-    found = mistakes_in(HEAD + '[gearboxes.g]\nbacklash = "1 potato"\n' + JOINT.replace("revolute", "revolut") + 'gearbox = "g"\n')
+    """The type of the joint and the backlash of the gearbox that it alone names are two mistakes,
+    found in one reading.
+    """
+    found = mistakes_in(
+        HEAD
+        + '[gearboxes.g]\nbacklash = "1 potato"\n'
+        + JOINT.replace("revolute", "revolut")
+        + 'gearbox = "g"\n'
+    )
     assert set(found) == {"gearboxes.g.backlash", "joints.A.type"}
 
 
 def test_limits_that_do_not_rise_are_shown_as_the_file_states_them(mistakes_in):
     """Degrees stay degrees in the message."""
-    found = mistakes_in(HEAD + '[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["90 deg", "-30 deg"]\n')
+    found = mistakes_in(
+        HEAD + '[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["90 deg", "-30 deg"]\n'
+    )
     assert "90 deg" in found["joints.A.limits"].found
     assert found["joints.A.limits"].expected == "a lower limit below the upper one"
 
 
 def test_a_mistake_in_a_shared_part_is_reported_once(mistakes_in):
     """Two joints that share a gearbox share its mistake, reported under the gearbox."""
-    found = mistakes_in(HEAD + '[gearboxes.g]\nratio = "12 mm"\n' + JOINT + 'gearbox = "g"\n' + JOINT.replace('"A"', '"B"') + 'gearbox = "g"\n')
+    found = mistakes_in(
+        HEAD
+        + '[gearboxes.g]\nratio = "12 mm"\n'
+        + JOINT
+        + 'gearbox = "g"\n'
+        + JOINT.replace('"A"', '"B"')
+        + 'gearbox = "g"\n'
+    )
     assert list(found) == ["gearboxes.g.ratio"]
 
 
 def test_an_unused_part_is_noted():
     """A part that no joint names is probably a slip, but no mistake."""
-    arm = arm_of("x", {"name": "x", "gearboxes": {"g": {}}, "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"]}]})
+    arm = arm_of(
+        "x",
+        {
+            "name": "x",
+            "gearboxes": {"g": {}},
+            "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"]}],
+        },
+    )
     assert arm.notes == ("described and used by no joint: gearboxes.g",)
 
 
@@ -238,7 +327,14 @@ def test_a_path_that_is_no_arm_is_reported(tmp_path):
     assert "URDF only" in mistakes(tmp_path / "z-arm.toml", tmp_path / "s.toml")[0].expected
 
 
-@pytest.mark.parametrize("text", ['tip = "tool0"\n', 'tip = "tool0"\n[joints.A]\ngearbox = "g"\n', '[joints.A]\ngearbox = "g"\n'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        'tip = "tool0"\n',
+        'tip = "tool0"\n[joints.A]\ngearbox = "g"\n',
+        '[joints.A]\ngearbox = "g"\n',
+    ],
+)
 def test_a_sidecar_read_as_an_arm_is_reported_once(mistakes_in, text):
     """One message names the URDF to read instead."""
     found = mistakes_in(text)
@@ -266,14 +362,25 @@ def test_more_than_64_joints_are_one_mistake(mistakes_in):
 
 
 def test_a_shared_part_is_checked_before_any_joint_names_it(mistakes_in):
-    """Mistakes in parts that nobody uses yet are reported at once, each under its own table; sound ones are only noted."""
+    """Mistakes in parts that nobody uses yet are reported at once, each under its own table; sound
+    ones are only noted.
+    """
     found = mistakes_in(
-        HEAD + JOINT + '[gearboxes.slide]\nbacklash = "20 µm"\n[gearboxes.g]\nstiffness = "50 N m"\n'
+        HEAD
+        + JOINT
+        + '[gearboxes.slide]\nbacklash = "20 µm"\n[gearboxes.g]\nstiffness = "50 N m"\n'
         '[bearings.b]\nkind = "rolling"\nspan = "5 cm"\nclearence = "1 µm"\n'
-        '[sections.s]\nkind = "tube"\nouter = "10 mm"\nwall = "9 mm"\n[encoders.e]\nside = "sideways"\n'
+        '[sections.s]\nkind = "tube"\nouter = "10 mm"\nwall = "9 mm"\n[encoders.e]\nside = '
+        '"sideways"\n'
         '[materials.m]\nyoung = "-3 GPa"\npoisson = 0.3\ndensity = "1 kg/m^3"\n',
     )
-    assert set(found) == {"gearboxes.g.stiffness", "bearings.b.clearence", "sections.s", "encoders.e.side", "materials.m.young"}
+    assert set(found) == {
+        "gearboxes.g.stiffness",
+        "bearings.b.clearence",
+        "sections.s",
+        "encoders.e.side",
+        "materials.m.young",
+    }
 
 
 def test_a_link_of_negative_length_is_refused(mistakes_in):
@@ -285,6 +392,8 @@ def test_a_link_of_negative_length_is_refused(mistakes_in):
 
 
 def test_the_example_for_a_misspelt_key_keeps_the_name_that_was_meant(mistakes_in):
-    """An empty table as the example would describe an ideal gearbox, which its author never meant."""
+    """An empty table as the example would describe an ideal gearbox, which its author never
+    meant.
+    """
     found = mistakes_in(HEAD + "[gearboxes.elbow]\nratio = 2\n" + JOINT + 'gearbx = "elbow"\n')
     assert found["joints.A.gearbx"].example == 'gearbox = "elbow"'

@@ -1,4 +1,6 @@
-"""Names of joints as URDFs have them: anything printable, in keys, tables of poses, options and files."""
+"""Names of joints as URDFs have them: anything printable, in keys, tables of poses, options and
+files.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,18 @@ from lostmotion.io.toml import key_step, key_steps, quoted
 from tests.io.conftest import mistakes
 from tests.io.urdfs import LIMIT, link, robot
 
-NAMES = ["joint_3.0", "r2/fixed/waist", "_panda0_joint1", "a=b, c", "[deg]", 'q"\\', "ä <b>&amp;</b>", "x" * 80, "A.seat", "[red]joint[/red]"]
+NAMES = [
+    "joint_3.0",
+    "r2/fixed/waist",
+    "_panda0_joint1",
+    "a=b, c",
+    "[deg]",
+    'q"\\',
+    "ä <b>&amp;</b>",
+    "x" * 80,
+    "A.seat",
+    "[red]joint[/red]",
+]
 
 
 def escape(name):
@@ -30,16 +43,25 @@ def escape(name):
 
 @pytest.fixture
 def urdf(tmp_path):
-    """Write a URDF of three joints, the middle one with this name, and a sidecar that gives it a backlash."""
+    """Write a URDF of three joints, the middle one with this name, and a sidecar that gives it a
+    backlash.
+    """
 
     def write(name, sidecar=None):
         parts = [link("l0")]
         for k, each in enumerate(("first", escape(name), "last")):
             ends = f'<parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="0.2 0 0.1"/>'
-            parts += [f'<joint name="{each}" type="revolute">{ends}<axis xyz="0 1 0"/>{LIMIT}</joint>', link(f"l{k + 1}", k + 1)]
+            parts += [
+                f'<joint name="{each}" type="revolute">{ends}<axis xyz="0 1 0"/>{LIMIT}</joint>',
+                link(f"l{k + 1}", k + 1),
+            ]
         path = tmp_path / "r.urdf"
         path.write_text(robot(*parts), encoding="utf-8")
-        said = f'[joints.{key_step(name)}]\ngearbox = {{ backlash = "1 arcmin" }}\n' if sidecar is None else sidecar
+        said = (
+            f'[joints.{key_step(name)}]\ngearbox = {{ backlash = "1 arcmin" }}\n'
+            if sidecar is None
+            else sidecar
+        )
         path.with_suffix(".toml").write_text(said, encoding="utf-8")
         return path
 
@@ -48,7 +70,9 @@ def urdf(tmp_path):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_any_printable_name_may_be_read_swept_posed_and_reported(urdf, tmp_path, name):
-    """A name stands in a key of TOML, in a column of poses, in an option, in tables and in the report, and is the same one everywhere."""
+    """A name stands in a key of TOML, in a column of poses, in an option, in tables and in the
+    report, and is the same one everywhere.
+    """
     path = urdf(name)
     arm = read(path)
     assert arm.moving[1].name == name
@@ -63,9 +87,14 @@ def test_any_printable_name_may_be_read_swept_posed_and_reported(urdf, tmp_path,
     assert pose == pytest.approx(expected)
     key = f"joints.{key_step(name)}.gearbox.backlash"
     changed = read_design(path, None, {key: "2 arcmin"})
-    assert changed.moving[1].gearbox.backlash.nominal == pytest.approx(2 * arm.moving[1].gearbox.backlash.nominal)
+    assert changed.moving[1].gearbox.backlash.nominal == pytest.approx(
+        2 * arm.moving[1].gearbox.backlash.nominal
+    )
     sweep = tmp_path / "sweep.toml"
-    sweep.write_text(f'[sweep.joints.{key_step(name)}.gearbox]\nbacklash = ["1 arcmin", "3 arcmin"]\n', encoding="utf-8")
+    sweep.write_text(
+        f'[sweep.joints.{key_step(name)}.gearbox]\nbacklash = ["1 arcmin", "3 arcmin"]\n',
+        encoding="utf-8",
+    )
     _, (axis,) = read_sweep(path, None, sweep)
     assert axis.steps == ["joints", name, "gearbox", "backlash"]
     answer = study(arm, 8, 20, 2, 1)
@@ -106,7 +135,9 @@ def test_a_mistake_is_reported_under_a_key_of_toml(urdf, name):
 def test_a_name_is_one_step_of_a_key(name):
     """Quoted as TOML quotes it."""
     assert key_steps(f"joints.{key_step(name)}.link") == ["joints", name, "link"]
-    assert tomllib.loads(f"[joints.{key_step(name)}]\nname = {quoted(name)}") == {"joints": {name: {"name": name}}}
+    assert tomllib.loads(f"[joints.{key_step(name)}]\nname = {quoted(name)}") == {
+        "joints": {name: {"name": name}}
+    }
 
 
 def test_blanks_around_a_name_are_no_part_of_it(urdf):

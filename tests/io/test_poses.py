@@ -34,26 +34,43 @@ def refused(tmp_path, text):
 
 
 @pytest.mark.parametrize(
-    "text", ["A [deg],Z axis [mm]\n90,300\n-90,0\n", "Z axis[m], A [rad] \r\n0.3,1.5707963267948966\r\n\r\n0,-1.5707963267948966\r\n"]
+    "text",
+    [
+        "A [deg],Z axis [mm]\n90,300\n-90,0\n",
+        "Z axis[m], A [rad] \r\n0.3,1.5707963267948966\r\n\r\n0,-1.5707963267948966\r\n",
+    ],
 )
 def test_columns_are_read_by_name_and_unit(tmp_path, text):
     """In any order, in any unit of the right kind, and up to the very limits."""
     path = tmp_path / "poses.csv"
     path.write_text(text, encoding="utf-8", newline="")
-    assert read_poses(path, ARM) == pytest.approx(np.array([[math.pi / 2, 0.3], [-math.pi / 2, 0.0]]))
+    assert read_poses(path, ARM) == pytest.approx(
+        np.array([[math.pi / 2, 0.3], [-math.pi / 2, 0.0]])
+    )
 
 
 def test_all_mistakes_of_the_header_come_at_once(tmp_path):
     """An unknown joint, a unit of another kind and a doubled column."""
-    keys = {problem.key: problem for problem in refused(tmp_path, "A [mm],Z axs [mm],A [deg]\n0,0,0\n")}
+    keys = {
+        problem.key: problem for problem in refused(tmp_path, "A [mm],Z axs [mm],A [deg]\n0,0,0\n")
+    }
     assert set(keys) == {"line 1, column 1", "line 1, column 2", "line 1, column 3", "line 1"}
     assert keys["line 1, column 2"].nearest == "Z axis"
 
 
 def test_all_mistakes_of_the_rows_come_at_once(tmp_path):
     """Cells that are no number, not finite, missing or too many, each with its line."""
-    keys = [problem.key for problem in refused(tmp_path, "A [deg],Z axis [mm]\n1,x\nnan,inf\n1\n1,2,3\n1,2\n")]
-    assert keys == ["line 2, Z axis [mm]", "line 3, A [deg]", "line 3, Z axis [mm]", "line 4", "line 5"]
+    keys = [
+        problem.key
+        for problem in refused(tmp_path, "A [deg],Z axis [mm]\n1,x\nnan,inf\n1\n1,2,3\n1,2\n")
+    ]
+    assert keys == [
+        "line 2, Z axis [mm]",
+        "line 3, A [deg]",
+        "line 3, Z axis [mm]",
+        "line 4",
+        "line 5",
+    ]
 
 
 def test_a_pose_beyond_a_limit_is_reported_with_line_joint_and_limit(tmp_path):
@@ -64,7 +81,10 @@ def test_a_pose_beyond_a_limit_is_reported_with_line_joint_and_limit(tmp_path):
     assert "-90 deg to 90 deg" in found[0].expected
 
 
-@pytest.mark.parametrize("text", ["", "A [deg],Z axis [mm]\n", "A,Z axis [mm]\n1,2\n", "A [deg];Z axis [mm]\n1;2\n", "\n1,2\n"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "A [deg],Z axis [mm]\n", "A,Z axis [mm]\n1,2\n", "A [deg];Z axis [mm]\n1;2\n", "\n1,2\n"],
+)
 def test_a_file_without_poses_or_units_is_refused(tmp_path, text):
     """Degrees are never guessed."""
     assert refused(tmp_path, text)
@@ -79,7 +99,9 @@ def test_the_list_of_mistakes_stays_short(tmp_path):
     assert len(refused(tmp_path, "A [deg],Z axis [mm]\n" + "x,y\n" * 10)) == 20
 
 
-@pytest.mark.parametrize("cell", ["1_0", "infinity", "nan", "١٢", "１", "0x1p3", "1\u00a0", "", "1e999"])
+@pytest.mark.parametrize(
+    "cell", ["1_0", "infinity", "nan", "١٢", "１", "0x1p3", "1\u00a0", "", "1e999"]
+)
 def test_a_number_is_plain_decimal(tmp_path, cell):
     """What Python would read besides is refused in words."""
     (found,) = refused(tmp_path, f"A [deg],Z axis [mm]\n{cell},1\n")
@@ -90,7 +112,10 @@ def test_a_number_is_plain_decimal(tmp_path, cell):
 def test_many_rows_keep_their_order(tmp_path):
     """Row by row, as the file lists them."""
     path = tmp_path / "poses.csv"
-    path.write_text("A [deg],Z axis [mm]\n" + "".join(f"{k % 90},{k % 300}\n" for k in range(100_000)), encoding="utf-8")
+    path.write_text(
+        "A [deg],Z axis [mm]\n" + "".join(f"{k % 90},{k % 300}\n" for k in range(100_000)),
+        encoding="utf-8",
+    )
     q = read_poses(path, ARM)
     assert q.shape == (100_000, 2)
     assert q[777] == pytest.approx([math.radians(777 % 90), 0.001 * (777 % 300)])
@@ -98,7 +123,12 @@ def test_many_rows_keep_their_order(tmp_path):
 
 @pytest.mark.parametrize(
     "raw",
-    [b"A [deg],Z axis [mm]\n1,\xff\n", b"A [deg],Z axis [mm]\n1,\x00\n", b'A [deg],Z axis [mm]\n"' + b"9" * 200_000 + b'",1\n', b"A [deg]\r1\r\n"],
+    [
+        b"A [deg],Z axis [mm]\n1,\xff\n",
+        b"A [deg],Z axis [mm]\n1,\x00\n",
+        b'A [deg],Z axis [mm]\n"' + b"9" * 200_000 + b'",1\n',
+        b"A [deg]\r1\r\n",
+    ],
 )
 def test_bytes_that_are_no_table_are_refused(tmp_path, raw):
     """Neither other encodings nor endless cells are read."""

@@ -39,17 +39,35 @@ def arm(text: str):
 def one_joint(kind: str = "revolute", **keys):
     """Return the arm of one joint with these keys in its table."""
     link = {"length": "200 mm", **keys.pop("link", {})}
-    return arm_of("arm.toml", {"name": "x", "joints": [{"name": "A", "type": kind, "limits": LIMITS[kind], "link": link, **keys}]})
+    return arm_of(
+        "arm.toml",
+        {
+            "name": "x",
+            "joints": [{"name": "A", "type": kind, "limits": LIMITS[kind], "link": link, **keys}],
+        },
+    )
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row.part} {row.name}")
 def test_every_preset_is_accepted_and_all_of_its_values_count_as_assumed(row):
-    """Every value of a preset is assumed, under the name of the preset and with its source, and nothing of the joint is stated."""
+    """Every value of a preset is assumed, under the name of the preset and with its source, and
+    nothing of the joint is stated.
+    """
     kind = row.type or "revolute"
-    made = one_joint(kind, **({"preset": row.name} if row.part == "joint" else {row.part: {"preset": row.name}}))
+    made = one_joint(
+        kind, **({"preset": row.name} if row.part == "joint" else {row.part: {"preset": row.name}})
+    )
     found = states(made)
-    expected = {(part, key) for part in PARTS for key in row.values.get(part, {})} if row.part == "joint" else {(row.part, key) for key in row.values}
-    listed = {(each.owner.split(".")[2], each.key) for each in found.assumed if each.reason == f"preset {row.name}" and each.owner.count(".") == 2}
+    expected = (
+        {(part, key) for part in PARTS for key in row.values.get(part, {})}
+        if row.part == "joint"
+        else {(row.part, key) for key in row.values}
+    )
+    listed = {
+        (each.owner.split(".")[2], each.key)
+        for each in found.assumed
+        if each.reason == f"preset {row.name}" and each.owner.count(".") == 2
+    }
     assert listed == {(part, key) for part, key in expected if key != "kind"}
     assert all(each.source for each in found.assumed if each.reason == f"preset {row.name}")
     assert "stated" not in found.joints[0].states.values()
@@ -59,11 +77,16 @@ def test_every_preset_is_accepted_and_all_of_its_values_count_as_assumed(row):
 
 
 def test_an_arm_of_ten_lines_has_every_kind_of_error():
-    """Three presets describe play, stiffness, encoder, axes and links of every joint, all of them assumed."""
+    """Three presets describe play, stiffness, encoder, axes and links of every joint, all of them
+    assumed.
+    """
     found = states(arm(SHORT))
     assert len(SHORT.strip().splitlines()) <= 10
     assert found.ideal_joints == ()
-    assert {state for each in found.joints for state in each.states.values()} == {"assumed", "ideal"}
+    assert {state for each in found.joints for state in each.states.values()} == {
+        "assumed",
+        "ideal",
+    }
     assert set(found.ideal_kinds) == {"hysteresis"}
 
 
@@ -77,8 +100,14 @@ def test_a_stated_value_takes_precedence_over_the_preset():
 
 
 def test_a_part_of_another_kind_or_name_takes_nothing_from_the_preset_of_the_joint():
-    """A gearbox by its teeth or from the catalogue is described by itself, while the encoder remains that of the preset."""
-    for gearbox in ({"kind": "planetary", "sun_teeth": 20, "ring_teeth": 70}, "CSG-25-100", {"preset": "small planetary"}):
+    """A gearbox by its teeth or from the catalogue is described by itself, while the encoder
+    remains that of the preset.
+    """
+    for gearbox in (
+        {"kind": "planetary", "sun_teeth": 20, "ring_teeth": 70},
+        "CSG-25-100",
+        {"preset": "small planetary"},
+    ):
         joint = one_joint(preset="hobby servo", gearbox=gearbox).joints[0]
         assert joint.encoder.preset.name == "hobby servo"
         assert getattr(getattr(joint.gearbox, "preset", None), "name", "") != "hobby servo"
@@ -93,17 +122,27 @@ def test_a_changed_value_is_no_longer_that_of_the_preset():
 
 def test_a_stated_length_tolerance_replaces_that_of_the_process():
     """A link of a process has the general tolerance of its length unless it states its own."""
-    found, stated = (one_joint(link={"preset": "machined ISO 2768 m", "length": length}) for length in ("400 mm", "400 mm ± 30 µm"))
-    limits = [[term.term.scale * term.term.bound for term in each.terms if term.term.cause == "length"] for each in (found, stated)]
+    found, stated = (
+        one_joint(link={"preset": "machined ISO 2768 m", "length": length})
+        for length in ("400 mm", "400 mm ± 30 µm")
+    )
+    limits = [
+        [term.term.scale * term.term.bound for term in each.terms if term.term.cause == "length"]
+        for each in (found, stated)
+    ]
     assert limits == [[pytest.approx(process_tolerance("ISO 2768 m", 0.4))], [pytest.approx(30e-6)]]
     assert states(found).joints[0].states["link length"] == "assumed"
     assert states(stated).joints[0].states["link length"] == "stated"
 
 
 def test_presets_of_a_whole_arm_apply_where_a_joint_names_none(tmp_path):
-    """In the sidecar of a URDF three words describe all joints; a fixed frame gets no axis error, and the masses remain those of the URDF."""
+    """In the sidecar of a URDF three words describe all joints; a fixed frame gets no axis error,
+    and the masses remain those of the URDF.
+    """
     sidecar = tmp_path / "my.toml"
-    sidecar.write_text('presets = { revolute = "hobby servo", link = "printed PETG", mounting = "printed" }\n')
+    sidecar.write_text(
+        'presets = { revolute = "hobby servo", link = "printed PETG", mounting = "printed" }\n'
+    )
     found = read(EXAMPLES / "ur5e.urdf", sidecar)
     assert {joint.gearbox.preset.name for joint in found.moving} == {"hobby servo"}
     assert all(joint.mass == 0 for joint in found.moving)
@@ -118,7 +157,11 @@ def test_presets_of_a_whole_arm_apply_where_a_joint_names_none(tmp_path):
         ('preset = "belt axis"', "joints.A.preset", "a preset of a revolute joint"),
         ("preset = 3", "joints.A.preset", "hobby servo"),
         ('link = { length = "1 m", preset = "oak" }', "joints.A.link.preset", "printed PLA"),
-        ('gearbox = { kind = "worm", wheel_teeth = 60, preset = "small planetary" }', "joints.A.gearbox.kind", "small planetary"),
+        (
+            'gearbox = { kind = "worm", wheel_teeth = 60, preset = "small planetary" }',
+            "joints.A.gearbox.kind",
+            "small planetary",
+        ),
         ('encoder = { preset = "17 bits" }', "joints.A.encoder.preset", "there is none"),
         ('lumped = { preset = "hobby servo" }', "joints.A.lumped.preset", "angle"),
     ],
@@ -126,19 +169,34 @@ def test_presets_of_a_whole_arm_apply_where_a_joint_names_none(tmp_path):
 def test_a_wrong_name_of_a_preset_is_refused_with_those_that_fit(text, key, words):
     """The message names the key as the user wrote it, and the presets of that part."""
     with pytest.raises(InputError) as refused:
-        arm(f'name = "x"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-90 deg", "90 deg"]\n{text}')
+        arm(
+            'name = "x"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-90 deg", "90 '
+            f'deg"]\n{text}'
+        )
     (problem,) = refused.value.problems
     assert problem.key == key
     assert words in f"{problem.expected} {problem.example} {problem.nearest}"
 
 
 @pytest.mark.parametrize(
-    ("table", "key"), [({"turning": "hobby servo"}, "presets.turning"), ({"link": "hobby servo"}, "presets.link"), (3, "presets")]
+    ("table", "key"),
+    [
+        ({"turning": "hobby servo"}, "presets.turning"),
+        ({"link": "hobby servo"}, "presets.link"),
+        (3, "presets"),
+    ],
 )
 def test_a_wrong_entry_among_the_presets_of_all_joints_is_refused(table, key):
     """Unknown keys and names, and anything but a table."""
     with pytest.raises(InputError) as refused:
-        arm_of("arm.toml", {"name": "x", "presets": table, "joints": [{"name": "A", "type": "revolute", "limits": LIMITS["revolute"]}]})
+        arm_of(
+            "arm.toml",
+            {
+                "name": "x",
+                "presets": table,
+                "joints": [{"name": "A", "type": "revolute", "limits": LIMITS["revolute"]}],
+            },
+        )
     assert [problem.key for problem in refused.value.problems] == [key]
 
 
@@ -153,7 +211,9 @@ def test_the_catalogue_lists_every_preset_and_prints_one_with_all_its_values():
 
 
 def test_what_a_part_of_a_preset_consists_of_is_assumed_too():
-    """Height, width and wall of a section that a preset describes, and the values of its material, are not stated values of the arm."""
+    """Height, width and wall of a section that a preset describes, and the values of its material,
+    are not stated values of the arm.
+    """
     made = states(one_joint(link={"preset": "printed PLA"}))
     within = [each for each in made.given if each.owner.startswith("joints.A.link.")]
     assert {each.key for each in within} >= {"height", "width", "wall"}

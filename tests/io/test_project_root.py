@@ -1,4 +1,6 @@
-"""What a description may open: files of its own project, whose root is found or stated and is never the home or the machine's."""
+"""What a description may open: files of its own project, whose root is found or stated and is never
+the home or the machine's.
+"""
 
 from __future__ import annotations
 
@@ -20,28 +22,39 @@ from tests.io.test_xacro import HEAD
 from tests.io.urdfs import joint, link
 
 TOOL = '<site name="tcp" pos="0.3 0 0"/>'
-SOLID = f'<body name="solid" pos="0 0 0.1">{HINGE.format("j2")}<geom type="mesh" mesh="m" density="700"/>{TOOL}</body>'
+SOLID = (
+    f'<body name="solid" pos="0 0 0.1">{HINGE.format("j2")}<geom type="mesh" mesh="m" '
+    f'density="700"/>{TOOL}</body>'
+)
 PARTS = f'<body name="a">{INERTIAL.format(1)}{HINGE.format("j1")}{SOLID}</body>'
 
 
 @pytest.fixture
 def robot(tmp_path):
-    """Write an MJCF model in a folder of its own, whose bodies and mesh lie in folders beside it."""
+    """Write an MJCF model in a folder of its own, whose bodies and mesh lie in folders beside
+    it.
+    """
     for folder in ("robots", "parts", "meshes"):
         (tmp_path / "repository" / folder).mkdir(parents=True)
     root = tmp_path / "repository"
-    (root / "parts" / "a.xml").write_text(f"<mujocoinclude>{PARTS}</mujocoinclude>", encoding="utf-8")
+    (root / "parts" / "a.xml").write_text(
+        f"<mujocoinclude>{PARTS}</mujocoinclude>", encoding="utf-8"
+    )
     (root / "meshes" / "m.stl").write_bytes(tetrahedron())
     path = root / "robots" / "arm.xml"
     asset = '<asset><mesh name="m" file="m.stl"/></asset>'
-    text = model('<include file="../parts/a.xml"/>', rest=asset).replace('angle="radian"', 'angle="radian" meshdir="../meshes"')
+    text = model('<include file="../parts/a.xml"/>', rest=asset).replace(
+        'angle="radian"', 'angle="radian" meshdir="../meshes"'
+    )
     path.write_text(text, encoding="utf-8")
     return path
 
 
 @pytest.mark.parametrize("marker", [".git", ".hg", "package.xml", "pyproject.toml"])
 def test_a_model_may_name_files_of_its_project(robot, marker):
-    """Includes and meshes beside the model's folder, in the nearest folder above with one of the marks of a project."""
+    """Includes and meshes beside the model's folder, in the nearest folder above with one of the
+    marks of a project.
+    """
     assert "outside the project" in mistakes(robot)[0].found
     (robot.parents[1] / marker).mkdir()
     assert [each.name for each in read(robot).moving] == ["j1", "j2"]
@@ -58,12 +71,18 @@ def test_the_message_has_the_line_that_names_the_folder(robot):
     assert [each.name for each in read(robot).moving] == ["j1", "j2"]
     assert 'root = ".."' in new(urdf=robot).text
     (robot.parents[1] / "parts" / "a.xml").write_text(
-        f'<mujocoinclude><body name="a">{INERTIAL.format(1)}{HINGE.format("j1")}{TOOL}</body></mujocoinclude>', encoding="utf-8"
+        (
+            "<mujocoinclude><body "
+            f'name="a">{INERTIAL.format(1)}{HINGE.format("j1")}{TOOL}</body></mujocoinclude>'
+        ),
+        encoding="utf-8",
     )
     assert texts(robot, None, ())["arm.toml"] == 'tip = "tcp"\n'
 
 
-@pytest.mark.parametrize("stated", ['"/"', '"../../../../../../../../../.."', '"~"', '"parts"', "3", '""', '"../parts"'])
+@pytest.mark.parametrize(
+    "stated", ['"/"', '"../../../../../../../../../.."', '"~"', '"parts"', "3", '""', '"../parts"']
+)
 def test_a_root_that_is_none_is_refused_by_its_key(robot, stated):
     """The whole machine, a folder that does not hold the description, no folder, no text."""
     robot.with_suffix(".toml").write_text(f"root = {stated}\n", encoding="utf-8")
@@ -73,7 +92,9 @@ def test_a_root_that_is_none_is_refused_by_its_key(robot, stated):
 
 
 def test_the_home_and_what_holds_it_are_never_a_project(robot, monkeypatch):
-    """A home whose settings lie in a repository does not open all its files to a downloaded model, neither by a mark nor by `root`."""
+    """A home whose settings lie in a repository does not open all its files to a downloaded model,
+    neither by a mark nor by `root`.
+    """
     home = robot.parents[1]
     (home / ".git").mkdir()
     assert read(robot).moving
@@ -82,7 +103,12 @@ def test_the_home_and_what_holds_it_are_never_a_project(robot, monkeypatch):
     assert "outside the project" in mistakes(robot)[0].found
     robot.with_suffix(".toml").write_text('root = ".."\n', encoding="utf-8")
     assert mistakes(robot)[0].key == "root"
-    assert [is_safe(Path(each)) for each in ("/", "/usr", "/home", "/home/a/robots")] == [False, False, False, True]
+    assert [is_safe(Path(each)) for each in ("/", "/usr", "/home", "/home/a/robots")] == [
+        False,
+        False,
+        False,
+        True,
+    ]
 
 
 def test_a_mark_far_above_is_not_looked_for(tmp_path):
@@ -102,12 +128,17 @@ def test_a_link_does_not_lead_out(tmp_path):
     (tmp_path / "project" / "a.xml").symlink_to(tmp_path / "secret.xml")
     assert within(tmp_path / "project", tmp_path / "project", "a.xml") is None
     assert within(tmp_path, tmp_path / "project", "../secret.xml") is not None
-    assert [within(tmp_path, tmp_path, stated) for stated in (str(tmp_path / "secret.xml"), "", "a\0b", 3)] == [None] * 4
+    assert [
+        within(tmp_path, tmp_path, stated)
+        for stated in (str(tmp_path / "secret.xml"), "", "a\0b", 3)
+    ] == [None] * 4
 
 
 @pytest.fixture
 def workspace(tmp_path, monkeypatch):
-    """Write a ROS workspace in which folders and packages have other names; the macros lie two folders deep."""
+    """Write a ROS workspace in which folders and packages have other names; the macros lie two
+    folders deep.
+    """
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
 
@@ -116,10 +147,18 @@ def workspace(tmp_path, monkeypatch):
         config, description = root / "config", root / deep
         for folder, name in ((config, "acme_config"), (description, "acme_description")):
             folder.mkdir(parents=True)
-            (folder / "package.xml").write_text(f'<?xml version="1.0"?>\n<package format="3">\n <name>{name}</name></package>', encoding="utf-8")
-        (description / "arm.xacro").write_text(f"{HEAD}{link('base')}{joint('j1', 'base one')}{link('one')}</robot>", encoding="utf-8")
+            (folder / "package.xml").write_text(
+                f'<?xml version="1.0"?>\n<package format="3">\n <name>{name}</name></package>',
+                encoding="utf-8",
+            )
+        (description / "arm.xacro").write_text(
+            f"{HEAD}{link('base')}{joint('j1', 'base one')}{link('one')}</robot>", encoding="utf-8"
+        )
         path = config / "robot.urdf.xacro"
-        path.write_text(f'{HEAD}<xacro:include filename="$(find acme_description)/arm.xacro"/></robot>', encoding="utf-8")
+        path.write_text(
+            f'{HEAD}<xacro:include filename="$(find acme_description)/arm.xacro"/></robot>',
+            encoding="utf-8",
+        )
         return path
 
     return write
@@ -142,7 +181,10 @@ def test_packages_are_found_in_the_whole_repository(workspace, mark):
         assert read(moved).moving[0].name == "j1"
     else:
         (found,) = mistakes(moved)
-        assert "the package 'acme_description', which is not there, in '$(find acme_description)/arm.xacro'" in found.found
+        assert (
+            "the package 'acme_description', which is not there, in '$(find "
+            "acme_description)/arm.xacro'"
+        ) in found.found
         assert "<name>acme_description</name>" in found.expected
 
 
@@ -174,30 +216,63 @@ def test_the_search_is_bounded(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes have no names here")
 def test_a_pipe_in_place_of_a_manifest_is_not_waited_for(tmp_path):
-    """An unpacked archive may hold a pipe of this name: it is no package, and those below are found."""
+    """An unpacked archive may hold a pipe of this name: it is no package, and those below are
+    found.
+    """
     os.mkfifo(tmp_path / "package.xml")
     (tmp_path / "p").mkdir()
-    (tmp_path / "p" / "package.xml").write_text("<package><name>below</name></package>", encoding="utf-8")
-    search = f"from pathlib import Path; from lostmotion.io.project_root import packages_below; print(*packages_below([Path({str(tmp_path)!r})]))"
-    found = subprocess.run([sys.executable, "-c", search], capture_output=True, text=True, timeout=60, check=True)
+    (tmp_path / "p" / "package.xml").write_text(
+        "<package><name>below</name></package>", encoding="utf-8"
+    )
+    search = (
+        "from pathlib import Path; from lostmotion.io.project_root import packages_below; "
+        f"print(*packages_below([Path({str(tmp_path)!r})]))"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", search], capture_output=True, text=True, timeout=60, check=True
+    )
     assert found.stdout.split() == ["below"]
 
 
 @pytest.mark.parametrize(
     ("body", "found", "empty"),
     [
-        ('<xacro:include filename="../parts/wrist.xacro"/>', "an include of '../parts/wrist.xacro', which is not there", False),
-        ('<xacro:include filename="config/$(arg kind)/wrist.xacro"/>', "an include of 'config/wrist.xacro', which is not there", True),
+        (
+            '<xacro:include filename="../parts/wrist.xacro"/>',
+            "an include of '../parts/wrist.xacro', which is not there",
+            False,
+        ),
+        (
+            '<xacro:include filename="config/$(arg kind)/wrist.xacro"/>',
+            "an include of 'config/wrist.xacro', which is not there",
+            True,
+        ),
         ('<xacro:include filename="$(arg kind)"/>', "an include of '.', which is a folder", True),
         ('<link name="base"/><link name="$(arg kind)"/>', "no name", True),
-        ('<link name="base"><inertial><mass value="$(arg kind)"/></inertial></link>' + joint("j", "base one") + link("one"), "''", True),
-        ('<link name="base"/>' + joint("j", "base one", origin='xyz="0 0 ${2*$(arg kind)}"') + link("one"), "invalid syntax", True),
+        (
+            '<link name="base"><inertial><mass value="$(arg kind)"/></inertial></link>'
+            + joint("j", "base one")
+            + link("one"),
+            "''",
+            True,
+        ),
+        (
+            '<link name="base"/>'
+            + joint("j", "base one", origin='xyz="0 0 ${2*$(arg kind)}"')
+            + link("one"),
+            "invalid syntax",
+            True,
+        ),
     ],
 )
 def test_paths_and_empty_arguments_are_named(tmp_path, body, found, empty):
-    """Whoever sees the message knows which path was tried, and that an argument of the file is empty."""
+    """Whoever sees the message knows which path was tried, and that an argument of the file is
+    empty.
+    """
     path = tmp_path / "r.urdf.xacro"
     path.write_text(f'{HEAD}<xacro:arg name="kind" default=""/>{body}</robot>', encoding="utf-8")
     mistake = mistakes(path)[0]
     assert found in mistake.found
-    assert ("empty: the argument kind, whose value stands in [xacro] of" in mistake.expected) is empty
+    assert (
+        "empty: the argument kind, whose value stands in [xacro] of" in mistake.expected
+    ) is empty

@@ -30,10 +30,19 @@ def written(path, text):
 
 
 def test_values_that_a_file_assumes_carry_its_source(tmp_path):
-    """What a shared table assumes is assumed once, whichever joints use it, and its source stands beside it."""
-    text = ARM + 'assumed = ["backlash"]\nsource = "measured on one piece"\n' + USED + USED.replace('"A"', '"B"')
+    """What a shared table assumes is assumed once, whichever joints use it, and its source stands
+    beside it.
+    """
+    text = (
+        ARM
+        + 'assumed = ["backlash"]\nsource = "measured on one piece"\n'
+        + USED
+        + USED.replace('"A"', '"B"')
+    )
     found = states(read(written(tmp_path / "arm.toml", text)))
-    assert found.assumed[0] == AssumedValue("gearboxes.g", "backlash", "assumed", "measured on one piece")
+    assert found.assumed[0] == AssumedValue(
+        "gearboxes.g", "backlash", "assumed", "measured on one piece"
+    )
     assert [(each.key, each.source) for each in found.assumed[1:]] == [("friction_torque", "")]
     assert [each.states["backlash"] for each in found.joints] == ["assumed", "assumed"]
     assert [each.states["stiffness"] for each in found.joints] == ["stated", "stated"]
@@ -49,7 +58,9 @@ def test_values_that_a_file_assumes_carry_its_source(tmp_path):
     ],
 )
 def test_only_keys_that_a_table_states_can_be_assumed(tmp_path, names, found, near):
-    """A misspelt key, and a key without a value, are refused with the nearest key; the example given is accepted."""
+    """A misspelt key, and a key without a value, are refused with the nearest key; the example
+    given is accepted.
+    """
     (problem,) = mistakes(written(tmp_path / "arm.toml", f"{ARM}assumed = {names}\n{USED}"))
     assert problem.found == found
     assert problem.nearest == near
@@ -58,14 +69,19 @@ def test_only_keys_that_a_table_states_can_be_assumed(tmp_path, names, found, ne
         read(written(tmp_path / "again.toml", f"{ARM}{problem.example}\n{USED}"))
 
 
-@pytest.mark.parametrize("text", ["assumed = 3", 'assumed = "stiffness"', "assumed = [3]", "source = 3", 'source = "a\\u0007b"'])
+@pytest.mark.parametrize(
+    "text",
+    ["assumed = 3", 'assumed = "stiffness"', "assumed = [3]", "source = 3", 'source = "a\\u0007b"'],
+)
 def test_lists_and_sources_of_another_kind_are_refused(tmp_path, text):
     """Only a list of keys and a line of text are taken."""
     assert mistakes(written(tmp_path / "arm.toml", f"{ARM}{text}\n{USED}"))
 
 
 def test_every_table_of_a_file_may_say_what_it_assumes(tmp_path):
-    """Joints, links, bearings, encoders, mountings, lumped errors, materials, sections, base, tool and payload all take both keys."""
+    """Joints, links, bearings, encoders, mountings, lumped errors, materials, sections, base, tool
+    and payload all take both keys.
+    """
     text = """
     name = "x"
     base = { roll = "0 deg ± 1 deg", assumed = ["roll"], source = "s1" }
@@ -102,29 +118,56 @@ def test_every_table_of_a_file_may_say_what_it_assumes(tmp_path):
 
 
 def test_keys_that_only_the_file_has_can_be_assumed(tmp_path):
-    """A fit by its zone, and a row of Denavit-Hartenberg values, stand for the fields that they fill."""
+    """A fit by its zone, and a row of Denavit-Hartenberg values, stand for the fields that they
+    fill.
+    """
     text = (EXAMPLES / "arm-from-drawings.toml").read_text(encoding="utf-8")
     text = text.replace('housing_fit = "H7"', 'housing_fit = "H7"\nassumed = ["shaft_fit", "bore"]')
     found = states(read(written(tmp_path / "arm.toml", text)))
-    assert {each.key for each in found.assumed if "bearing" in each.owner} >= {"shaft_interference", "bore"}
-    row = 'name = "x"\n' + JOINT + 'dh = { a = "1 m", alpha = "0 deg", d = "0 m", theta = "0 deg" }\nassumed = ["dh"]\n'
-    assert [each.key for each in states(read(written(tmp_path / "row.toml", row))).assumed] == ["origin"]
+    assert {each.key for each in found.assumed if "bearing" in each.owner} >= {
+        "shaft_interference",
+        "bore",
+    }
+    row = (
+        'name = "x"\n'
+        + JOINT
+        + 'dh = { a = "1 m", alpha = "0 deg", d = "0 m", theta = "0 deg" }\nassumed = ["dh"]\n'
+    )
+    assert [each.key for each in states(read(written(tmp_path / "row.toml", row))).assumed] == [
+        "origin"
+    ]
 
 
 def test_a_reducer_of_the_catalogue_says_which_values_are_limits(tmp_path):
-    """What the maker prints only as an upper limit is assumed, with the row's source; what the user states is not."""
-    own = 'name = "x"\n' + JOINT + 'gearbox = { catalogue = "RV-40E-121", backlash = "0.4 arcmin", source = "test report" }\n'
+    """What the maker prints only as an upper limit is assumed, with the row's source; what the user
+    states is not.
+    """
+    own = (
+        'name = "x"\n'
+        + JOINT
+        + (
+            'gearbox = { catalogue = "RV-40E-121", backlash = "0.4 arcmin", source = "test '
+            'report" }\n'
+        )
+    )
     for text in ('name = "x"\n' + JOINT + 'gearbox = "RV-40E-121"\n', own):
         arm = read(written(tmp_path / f"arm{len(text)}.toml", text))
         gearbox = arm.moving[0].gearbox
-        limits = {each.key: each for each in states(arm).assumed if each.reason == "maker's upper limit"}
+        limits = {
+            each.key: each for each in states(arm).assumed if each.reason == "maker's upper limit"
+        }
         assert set(limits) == set(gearbox.upper_limits)
         assert all(each.source == gearbox.source for each in limits.values())
         assert gearbox.source
         assert "backlash" not in limits or "0.4 arcmin" not in text
     assert gearbox.source.startswith("test report; the rest: ")
     longest = "t" * LONGEST_SOURCE
-    assert read(written(tmp_path / "long.toml", own.replace("test report", longest))).moving[0].gearbox.source == longest
+    assert (
+        read(written(tmp_path / "long.toml", own.replace("test report", longest)))
+        .moving[0]
+        .gearbox.source
+        == longest
+    )
     assert mistakes(written(tmp_path / "longer.toml", own.replace("test report", longest + "t")))
 
 
@@ -143,24 +186,36 @@ def test_a_sidecar_keeps_what_it_says_of_its_values(tmp_path):
 def test_a_value_set_by_a_sweep_is_not_assumed_any_more(tmp_path):
     """A sweep states its values: only the others of the table stay assumed."""
     path = written(tmp_path / "arm.toml", ARM + 'assumed = ["backlash", "stiffness"]\n' + USED)
-    for key, left in (("gearboxes.g.backlash", ("stiffness",)), ("joints.A.gearbox.stiffness", ("backlash",))):
+    for key, left in (
+        ("gearboxes.g.backlash", ("stiffness",)),
+        ("joints.A.gearbox.stiffness", ("backlash",)),
+    ):
         value = "2 arcmin" if key.endswith("backlash") else "10 N m/arcmin"
         assert read_design(path, None, {key: value}).moving[0].gearbox.assumed == left
 
 
 def test_values_set_in_python_are_not_assumed_any_more(tmp_path):
     """A copy with another value states that value."""
-    gearbox = read(written(tmp_path / "arm.toml", ARM + 'assumed = ["backlash", "stiffness"]\n' + USED)).moving[0].gearbox
+    gearbox = (
+        read(written(tmp_path / "arm.toml", ARM + 'assumed = ["backlash", "stiffness"]\n' + USED))
+        .moving[0]
+        .gearbox
+    )
     assert gearbox.model_copy(update={"stiffness": 1e5}).assumed == ("backlash",)
     assert gearbox.model_copy().assumed == gearbox.assumed
 
 
 def test_materials_of_the_catalogue_are_typical_values(tmp_path):
-    """No value of a material from the catalogue is a fact about this arm; a material from the file is."""
+    """No value of a material from the catalogue is a fact about this arm; a material from the file
+    is.
+    """
     for name, material in materials().items():
         assert set(material.assumed) >= {"young", "poisson", "density"}, name
         assert material.source, name
-    link = 'link = { length = "1 m", section = { kind = "rod", diameter = "50 mm" }, material = "steel" }\n'
+    link = (
+        'link = { length = "1 m", section = { kind = "rod", diameter = "50 mm" }, material = '
+        '"steel" }\n'
+    )
     found = states(read(written(tmp_path / "arm.toml", 'name = "x"\n' + JOINT + link)))
     assert found.joints[0].states["link bending"] == "assumed"
     own = '[materials.steel]\nyoung = "200 GPa"\npoisson = 0.3\ndensity = "7800 kg/m^3"\n'
@@ -171,10 +226,20 @@ def test_materials_of_the_catalogue_are_typical_values(tmp_path):
 
 def test_a_link_can_be_rigid_on_purpose(tmp_path):
     """A link that is stated as rigid is described; beside a section it is refused."""
-    found = states(read(written(tmp_path / "arm.toml", 'name = "x"\n' + JOINT + 'link = { length = "1 m", rigid = true }\n')))
+    found = states(
+        read(
+            written(
+                tmp_path / "arm.toml",
+                'name = "x"\n' + JOINT + 'link = { length = "1 m", rigid = true }\n',
+            )
+        )
+    )
     assert found.joints[0].states["link bending"] == "stated"
     assert found.described
-    link = 'link = { length = "1 m", rigid = true, section = { kind = "rod", diameter = "50 mm" }, material = "steel" }\n'
+    link = (
+        'link = { length = "1 m", rigid = true, section = { kind = "rod", diameter = "50 mm" }, '
+        'material = "steel" }\n'
+    )
     (problem,) = mistakes(written(tmp_path / "both.toml", 'name = "x"\n' + JOINT + link))
     assert problem.found == "rigid beside section"
 
@@ -182,13 +247,30 @@ def test_a_link_can_be_rigid_on_purpose(tmp_path):
 def test_the_schema_knows_the_keys():
     """Editors offer both keys in every table that takes them."""
     schema = json.loads((EXAMPLES.parent / "docs" / "arm.schema.json").read_text(encoding="utf-8"))
-    for name in ("GearboxOfRevoluteJoint", "RollingPair", "Link", "Base", "Payload", "Material", "Tube", "RevoluteJoint", "Lumped"):
+    for name in (
+        "GearboxOfRevoluteJoint",
+        "RollingPair",
+        "Link",
+        "Base",
+        "Payload",
+        "Material",
+        "Tube",
+        "RevoluteJoint",
+        "Lumped",
+    ):
         assert {"assumed", "source"} <= schema["$defs"][name]["properties"].keys(), name
 
 
 def test_all_mistakes_in_lists_come_at_once(tmp_path):
     """A wrong list in one table does not hide one in another."""
-    text = ARM + 'assumed = ["x"]\n' + USED + 'assumed = ["y"]\n' + USED.replace('"A"', '"B"') + 'encoder = { zero = "1 arcmin", assumed = ["z"] }\n'
+    text = (
+        ARM
+        + 'assumed = ["x"]\n'
+        + USED
+        + 'assumed = ["y"]\n'
+        + USED.replace('"A"', '"B"')
+        + 'encoder = { zero = "1 arcmin", assumed = ["z"] }\n'
+    )
     with pytest.raises(InputError) as caught:
         read(written(tmp_path / "arm.toml", text))
     found = {problem.key.rpartition(".")[0] for problem in caught.value.problems}
@@ -197,10 +279,21 @@ def test_all_mistakes_in_lists_come_at_once(tmp_path):
 
 
 def test_a_section_that_was_sized_is_not_assumed_any_more(tmp_path):
-    """The sized file keeps what else is assumed, and where values come from; the arm in memory agrees."""
-    text = 'name = "x"\n[payload]\nmass = "5 kg"\nassumed = ["mass"]\nsource = "brief"\n' + JOINT + 'axis = "y"\n'
-    text += '[joints.link]\nlength = "500 mm ± 1 mm"\nsection = { kind = "tube", outer = "60 mm", wall = "3 mm" }\nmaterial = "steel"\n'
-    path = written(tmp_path / "arm.toml", text + 'assumed = ["length", "section"]\nsource = "sketch"\n')
+    """The sized file keeps what else is assumed, and where values come from; the arm in memory
+    agrees.
+    """
+    text = (
+        'name = "x"\n[payload]\nmass = "5 kg"\nassumed = ["mass"]\nsource = "brief"\n'
+        + JOINT
+        + 'axis = "y"\n'
+    )
+    text += (
+        '[joints.link]\nlength = "500 mm ± 1 mm"\nsection = { kind = "tube", outer = "60 mm", '
+        'wall = "3 mm" }\nmaterial = "steel"\n'
+    )
+    path = written(
+        tmp_path / "arm.toml", text + 'assumed = ["length", "section"]\nsource = "sketch"\n'
+    )
     found = lostmotion.size(lostmotion.read(path), poses=16)
     sized = tomllib.loads(sized_text(path, None, found))
     assert sized["joints"][0]["link"]["assumed"] == ["length"]

@@ -24,27 +24,43 @@ def test_every_name_in_the_schema_can_be_read():
     schema = json_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
     assert all(name.isalpha() for name in schema["$defs"])
-    assert {"GearboxOfRevoluteJoint", "GearboxOfPrismaticJoint", "DenavitHartenbergRow"} <= set(schema["$defs"])
+    assert {"GearboxOfRevoluteJoint", "GearboxOfPrismaticJoint", "DenavitHartenbergRow"} <= set(
+        schema["$defs"]
+    )
 
 
 @pytest.mark.parametrize(
-    "path", sorted(path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in {"sizing", "sweep"}), ids=lambda path: path.stem
+    "path",
+    sorted(
+        path for path in EXAMPLES.rglob("*.toml") if path.parent.name not in {"sizing", "sweep"}
+    ),
+    ids=lambda path: path.stem,
 )
 def test_every_example_fits_the_schema(path):
-    """An editor that knows the schema finds nothing wrong in an example; sidecars, keyed by joint, and parts by themselves are put into an arm."""
+    """An editor that knows the schema finds nothing wrong in an example; sidecars, keyed by joint,
+    and parts by themselves are put into an arm.
+    """
     tree = tomllib.loads(path.read_text(encoding="utf-8"))
     if "joints" not in tree:
         parts = {key: tree.pop(key) for key in ("gearbox", "bearing") if key in tree}
         assert parts
         if parts.get("bearing", {}).get("kind") in PAIRS:
-            # an arm's bearings stand in pairs: a single one has the keys of its pair but for the span
+            # an arm's bearings stand in pairs: a single one has the keys of its pair but for the
+            # span
             parts["bearing"] |= {"kind": PAIRS[parts["bearing"]["kind"]], "span": "1 m"}
-        tree = {"name": "x", **tree, "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], **parts}]}
+        tree = {
+            "name": "x",
+            **tree,
+            "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], **parts}],
+        }
     elif isinstance(tree["joints"], dict):
         assert path.with_suffix(".urdf").exists()
         tree = {
             "name": "x",
-            "joints": [{"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], **joint} for joint in tree["joints"].values()],
+            "joints": [
+                {"name": "A", "type": "revolute", "limits": ["0 deg", "1 deg"], **joint}
+                for joint in tree["joints"].values()
+            ],
         }
     jsonschema.validate(tree, json_schema())
 
@@ -60,7 +76,14 @@ def test_rows_of_ones_own_fit_the_schema():
 
 
 @pytest.mark.parametrize(
-    "line", ["axis = 3", 'gearbox = { ratio = "x", unknown = 1 }', "mass = 3", "dh = { a = 1 }", 'link = { section = { kind = "tub" } }']
+    "line",
+    [
+        "axis = 3",
+        'gearbox = { ratio = "x", unknown = 1 }',
+        "mass = 3",
+        "dh = { a = 1 }",
+        'link = { section = { kind = "tub" } }',
+    ],
 )
 def test_the_schema_refuses_what_the_reader_refuses(line):
     """Slips of a key or a type show in the editor already."""

@@ -14,7 +14,12 @@ from tests.io.urdfs import arm, robot
 
 ARM = [*arm(4), *fixed("plate", "link4", 0.2), *fixed("camera_mount", "plate", 0.1)]
 CHAIN = '<group name="arm"><chain base_link="base" tip_link="{}"/></group>'
-HAND = [*fixed("hand", "link4", 0.5), *fixed("hand_tcp", "hand"), *sliding("s1", "hand", "a"), *sliding("s2", "hand", "b")]
+HAND = [
+    *fixed("hand", "link4", 0.5),
+    *fixed("hand_tcp", "hand"),
+    *sliding("s1", "hand", "a"),
+    *sliding("s2", "hand", "b"),
+]
 
 
 @pytest.fixture
@@ -24,7 +29,9 @@ def written(tmp_path):
     def write(parts, srdf, name="r.srdf", robot_name="r", urdf="r.urdf"):
         path = tmp_path / urdf
         path.write_text(robot(*parts), encoding="utf-8")
-        (tmp_path / name).write_text(f'<?xml version="1.0"?>\n<robot name="{robot_name}">{srdf}</robot>', encoding="utf-8")
+        (tmp_path / name).write_text(
+            f'<?xml version="1.0"?>\n<robot name="{robot_name}">{srdf}</robot>', encoding="utf-8"
+        )
         return path
 
     return write
@@ -33,7 +40,9 @@ def written(tmp_path):
 def tool_of(path):
     """Return the note on the tool, and the number of warnings of a guess."""
     found = read(path)
-    return next(note for note in found.notes if note.startswith("tool:")), sum("guess" in warning for warning in found.warnings)
+    return next(note for note in found.notes if note.startswith("tool:")), sum(
+        "guess" in warning for warning in found.warnings
+    )
 
 
 @pytest.mark.parametrize(
@@ -41,22 +50,54 @@ def tool_of(path):
     [
         (ARM, CHAIN.format("plate"), "plate", 4),
         (ARM, CHAIN.format("link3"), "link3", 3),
-        (ARM, '<group name="arm"><joint name="j1"/><joint name="j2"/><joint name="j3"/></group>', "link3", 3),
+        (
+            ARM,
+            '<group name="arm"><joint name="j1"/><joint name="j2"/><joint name="j3"/></group>',
+            "link3",
+            3,
+        ),
         (ARM, '<group name="arm"><link name="link1"/><link name="link2"/></group>', "link2", 2),
-        ([*ARM, *HAND], CHAIN.format("link4") + '<end_effector name="h" parent_link="hand" group="fingers"/>', "hand", 4),
-        ([*ARM, *HAND], CHAIN.format("link4") + '<group name="all"><chain base_link="base" tip_link="hand_tcp"/></group>', "hand_tcp", 4),
         (
             [*ARM, *HAND],
-            CHAIN.format("hand") + '<group name="g"><chain base_link="hand" tip_link="a"/></group><end_effector group="g" parent_link="hand"/>',
+            CHAIN.format("link4") + '<end_effector name="h" parent_link="hand" group="fingers"/>',
             "hand",
             4,
         ),
-        ([*ARM, *turning("neck", "base", "head")], CHAIN.format("plate") + CHAIN.format("head"), "plate", 4),
-        ([*ARM, *turning("rod", "link2", "bar", '<mimic joint="j2"/>')], CHAIN.format("plate"), "plate", 4),
+        (
+            [*ARM, *HAND],
+            CHAIN.format("link4")
+            + '<group name="all"><chain base_link="base" tip_link="hand_tcp"/></group>',
+            "hand_tcp",
+            4,
+        ),
+        (
+            [*ARM, *HAND],
+            CHAIN.format("hand")
+            + (
+                '<group name="g"><chain base_link="hand" tip_link="a"/></group><end_effector '
+                'group="g" parent_link="hand"/>'
+            ),
+            "hand",
+            4,
+        ),
+        (
+            [*ARM, *turning("neck", "base", "head")],
+            CHAIN.format("plate") + CHAIN.format("head"),
+            "plate",
+            4,
+        ),
+        (
+            [*ARM, *turning("rod", "link2", "bar", '<mimic joint="j2"/>')],
+            CHAIN.format("plate"),
+            "plate",
+            4,
+        ),
     ],
 )
 def test_the_tip_of_the_group_is_the_tool(written, parts, srdf, tip, joints):
-    """Parents of end effectors, tips of chains, ends of listed joints; the note names the file, and nothing is guessed."""
+    """Parents of end effectors, tips of chains, ends of listed joints; the note names the file, and
+    nothing is guessed.
+    """
     note, guesses = tool_of(written(parts, srdf))
     assert note.startswith(f"tool: {tip}, {joints} joints (named in r.srdf")
     assert guesses == 0
@@ -64,7 +105,12 @@ def test_the_tip_of_the_group_is_the_tool(written, parts, srdf, tip, joints):
 
 @pytest.mark.parametrize(
     ("srdf", "more"),
-    [("", ""), (CHAIN.format("gone"), ""), (CHAIN.format("base"), ""), ('<group name="arm"><joint name="j9"/></group>', "")],
+    [
+        ("", ""),
+        (CHAIN.format("gone"), ""),
+        (CHAIN.format("base"), ""),
+        ('<group name="arm"><joint name="j9"/></group>', ""),
+    ],
 )
 def test_an_srdf_that_names_nothing_changes_nothing(written, srdf, more):
     """Groups without a tip, links that the URDF has not, a link that nothing moves."""
@@ -72,7 +118,9 @@ def test_an_srdf_that_names_nothing_changes_nothing(written, srdf, more):
     assert note.startswith("tool: tool0, 4 joints (by its name")
 
 
-@pytest.mark.parametrize("text", ["<robot", '<!DOCTYPE x [<!ENTITY a "b">]><robot name="r">&a;</robot>', "<srdf/>", ""])
+@pytest.mark.parametrize(
+    "text", ["<robot", '<!DOCTYPE x [<!ENTITY a "b">]><robot name="r">&a;</robot>', "<srdf/>", ""]
+)
 def test_an_srdf_that_cannot_be_read_is_noted(written, text):
     """The URDF itself is whole."""
     path = written([*ARM, *fixed("tool0", "link4")], "")
@@ -92,7 +140,9 @@ def test_the_sidecar_and_the_option_come_first(written):
 
 
 def test_an_srdf_of_another_name_belongs_to_its_robot(written):
-    """As a generated configuration is often called; that of another robot is passed over, and of two nobody knows which."""
+    """As a generated configuration is often called; that of another robot is passed over, and of
+    two nobody knows which.
+    """
     path = written(ARM, CHAIN.format("link3"), name="arm.srdf")
     assert tool_of(path)[0].startswith("tool: link3, 3 joints (named in arm.srdf")
     written(ARM, CHAIN.format("link3"), name="arm.srdf", robot_name="other")
@@ -114,9 +164,14 @@ def test_an_srdf_is_found_among_many_files(written, monkeypatch):
 
 def test_one_group_of_two_arms_decides_and_two_do_not(written):
     """With one planning group its arm is meant; with one for each arm the question stays."""
-    path = written(two_arms(), '<group name="right"><chain base_link="torso" tip_link="right_tcp"/></group>')
+    path = written(
+        two_arms(), '<group name="right"><chain base_link="torso" tip_link="right_tcp"/></group>'
+    )
     assert tool_of(path)[0].startswith("tool: right_tcp, 3 joints (named in r.srdf")
-    groups = "".join(f'<group name="{side}"><chain base_link="torso" tip_link="{side}_tcp"/></group>' for side in ("left", "right"))
+    groups = "".join(
+        f'<group name="{side}"><chain base_link="torso" tip_link="{side}_tcp"/></group>'
+        for side in ("left", "right")
+    )
     (found,) = mistakes(written(two_arms(), groups))
     assert found.found.startswith("which of 2 arms?")
 
@@ -124,7 +179,10 @@ def test_one_group_of_two_arms_decides_and_two_do_not(written):
 def test_an_srdf_stands_beside_xacro_too(written):
     """Beside NAME.urdf.xacro it is NAME.srdf."""
     path = written(ARM, CHAIN.format("link3"), urdf="unused.urdf").with_name("r.urdf.xacro")
-    path.write_text(robot(*ARM).replace('<robot name="r">', f'{HEAD}<xacro:property name="p" value="1"/>'), encoding="utf-8")
+    path.write_text(
+        robot(*ARM).replace('<robot name="r">', f'{HEAD}<xacro:property name="p" value="1"/>'),
+        encoding="utf-8",
+    )
     assert tool_of(path)[0].startswith("tool: link3, 3 joints (named in r.srdf")
 
 

@@ -12,7 +12,9 @@ from lostmotion.parts.error_source import Part
 from lostmotion.units import Quantity, Toleranced
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FILES = [path for path in sorted(EXAMPLES.glob("*.toml")) if path.stem != "ur5e"] + [EXAMPLES / "ur5e.urdf"]
+FILES = [path for path in sorted(EXAMPLES.glob("*.toml")) if path.stem != "ur5e"] + [
+    EXAMPLES / "ur5e.urdf"
+]
 
 
 def quantities(part):
@@ -24,18 +26,29 @@ def quantities(part):
             if isinstance(each, Part):
                 yield from quantities(each)
         quantity = next((each for each in options if isinstance(each, Quantity)), None)
-        if quantity is not None and isinstance(value, float | Toleranced) and not isinstance(value, bool):
+        if (
+            quantity is not None
+            and isinstance(value, float | Toleranced)
+            and not isinstance(value, bool)
+        ):
             yield quantity, value, _text(value, options, 12)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_every_text_is_read_back_to_its_value(path):
-    """Units, tolerances and ranges: what is listed can be put into a file, and means the same there; no number is a power of ten."""
+    """Units, tolerances and ranges: what is listed can be put into a file, and means the same
+    there; no number is a power of ten.
+    """
     arm = lostmotion.read(path)
     count = 0
     for quantity, value, text in quantities(arm):
-        again, wanted = (each if isinstance(each, Toleranced) else Toleranced(each) for each in (quantity(text), value))
-        assert float(again.nominal) == pytest.approx(float(wanted.nominal), rel=1e-9, abs=1e-15), text
+        again, wanted = (
+            each if isinstance(each, Toleranced) else Toleranced(each)
+            for each in (quantity(text), value)
+        )
+        assert float(again.nominal) == pytest.approx(float(wanted.nominal), rel=1e-9, abs=1e-15), (
+            text
+        )
         assert again.tolerance == pytest.approx(wanted.tolerance, rel=1e-9, abs=1e-15), text
         count += 1
     assert count > 5
@@ -46,8 +59,14 @@ def test_every_text_is_read_back_to_its_value(path):
 def test_only_what_is_stated_counts_as_stated():
     """A preset, an assumption and a default are named as what they are."""
     hobby = stated_values(lostmotion.read(EXAMPLES / "printed-hobby-arm.toml"))
-    assert (hobby["gearbox of pan", "ratio"].text, hobby["gearbox of pan", "ratio"].reason) == ("345", "preset hobby servo")
-    assert (hobby["gearbox of pan", "backlash"].text, hobby["gearbox of pan", "backlash"].reason) == ("1 deg ± 18 arcmin", "")
+    assert (hobby["gearbox of pan", "ratio"].text, hobby["gearbox of pan", "ratio"].reason) == (
+        "345",
+        "preset hobby servo",
+    )
+    assert (
+        hobby["gearbox of pan", "backlash"].text,
+        hobby["gearbox of pan", "backlash"].reason,
+    ) == ("1 deg ± 18 arcmin", "")
     assert hobby["link of pan", "length"].reason == "assumed"
     assert hobby["encoder of pan", "noise law"].reason == "default"
     assert ("gearbox of pan", "hysteresis") not in hobby

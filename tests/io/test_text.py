@@ -9,10 +9,18 @@ from lostmotion.io.toml import read_toml
 
 @pytest.mark.parametrize(
     ("asked", "meant"),
-    [("z-amr.toml", "z-arm.toml"), ("z-arm.tml", "z-arm.toml"), ("z-arm.urdf", "z-arm.toml"), ("nope.toml", ""), ("z_arm.csv", "z-arm.csv")],
+    [
+        ("z-amr.toml", "z-arm.toml"),
+        ("z-arm.tml", "z-arm.toml"),
+        ("z-arm.urdf", "z-arm.toml"),
+        ("nope.toml", ""),
+        ("z_arm.csv", "z-arm.csv"),
+    ],
 )
 def test_similar_names_are_offered_and_similar_endings_are_not(tmp_path, asked, meant):
-    """A slip in the name or another ending is offered its neighbour; a name of its own is offered nothing."""
+    """A slip in the name or another ending is offered its neighbour; a name of its own is offered
+    nothing.
+    """
     for name in ("pyproject.toml", "note.md", "z-arm.csv", "z-arm.toml"):
         (tmp_path / name).write_text("")
     if asked.endswith(("tml", "urdf")):
@@ -38,13 +46,19 @@ def test_similar_names_are_offered_and_similar_endings_are_not(tmp_path, asked, 
     ],
 )
 def test_a_value_with_its_unit_but_no_quotes_is_reported(tmp_path, text, bare):
-    """Where reading breaks off at a number and its unit, these are shown in quotes; any other mistake is reported in TOML's words."""
+    """Where reading breaks off at a number and its unit, these are shown in quotes; any other
+    mistake is reported in TOML's words.
+    """
     (tmp_path / "arm.toml").write_text(text, encoding="utf-8")
     with pytest.raises(lostmotion.InputError) as caught:
         read_toml(tmp_path / "arm.toml")
     told = caught.value.problems[0]
     assert told.file.rpartition(":")[2].isdecimal()
     if bare:
-        assert (told.found, told.expected, told.example) == (f"{bare} without quotes", "a value with its unit in quotes", f'"{bare}"')
+        assert (told.found, told.expected, told.example) == (
+            f"{bare} without quotes",
+            "a value with its unit in quotes",
+            f'"{bare}"',
+        )
     else:
         assert told.expected == "valid TOML"

@@ -37,13 +37,27 @@ k = -1.5e3
 
 def _paths(tree, path=()):
     """Return every key and list entry of a tree."""
-    items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
-    return [inner for step, value in items for inner in [(*path, step), *_paths(value, (*path, step))]]
+    items = (
+        tree.items()
+        if isinstance(tree, dict)
+        else enumerate(tree)
+        if isinstance(tree, list)
+        else ()
+    )
+    return [
+        inner for step, value in items for inner in [(*path, step), *_paths(value, (*path, step))]
+    ]
 
 
-@pytest.mark.parametrize("text", [ODD, *(path.read_text("utf-8") for path in sorted(EXAMPLES.rglob("*.toml")))], ids=lambda text: text[:20])
+@pytest.mark.parametrize(
+    "text",
+    [ODD, *(path.read_text("utf-8") for path in sorted(EXAMPLES.rglob("*.toml")))],
+    ids=lambda text: text[:20],
+)
 def test_each_key_of_a_file_has_the_line_on_which_it_stands(text):
-    """Python's own parser finds the same keys and entries, each key is written on its line, and lines never decrease within a table."""
+    """Python's own parser finds the same keys and entries, each key is written on its line, and
+    lines never decrease within a table.
+    """
     lines = key_lines(text)
     rows = text.split("\n")
     assert set(lines) == set(_paths(tomllib.loads(text)))
@@ -57,7 +71,15 @@ def test_the_lines_of_a_text_with_every_kind_of_value_are_known():
     lines = key_lines(ODD)
     found = [
         lines[path]
-        for path in (("a",), ("b.c",), ("b.c", 0), ("b.c", 1, "e", 0, 1), ("f", "g", 'h"i'), ("list", 0, "inner", "k", "y", "z"), ("list", 1, "k"))
+        for path in (
+            ("a",),
+            ("b.c",),
+            ("b.c", 0),
+            ("b.c", 1, "e", 0, 1),
+            ("f", "g", 'h"i'),
+            ("list", 0, "inner", "k", "y", "z"),
+            ("list", 1, "k"),
+        )
     ]
     assert found == [2, 5, 6, 8, 9, 15, 19]
 
@@ -89,7 +111,9 @@ bearing = "none"
 
 
 def test_every_mistake_of_an_arm_names_file_and_line(tmp_path):
-    """Wrong values and unknown keys on their own line, a missing key on that of its table; all in the order of the lines."""
+    """Wrong values and unknown keys on their own line, a missing key on that of its table; all in
+    the order of the lines.
+    """
     path = tmp_path / "arm.toml"
     path.write_text(BAD, "utf-8")
     found = {problem.key: problem.file for problem in mistakes(path)}
@@ -126,7 +150,9 @@ def test_mistakes_in_a_sidecar_a_part_and_a_request_name_their_lines(tmp_path):
     """Each in the file in which it stands."""
     sidecar = tmp_path / "side.toml"
     sidecar.write_text('tip = "tool0"\n[joints.elbow_joint]\nmass = "3 kg"\n', "utf-8")
-    assert [problem.file for problem in mistakes(EXAMPLES / "ur5e.urdf", sidecar)] == [f"{sidecar}:3"]
+    assert [problem.file for problem in mistakes(EXAMPLES / "ur5e.urdf", sidecar)] == [
+        f"{sidecar}:3"
+    ]
     part = tmp_path / "gear.toml"
     part.write_text('[gearbox]\nratio = 100\nbacklash = "3 kg"\n', "utf-8")
     sizing = tmp_path / "sizing.toml"

@@ -42,12 +42,18 @@ def urdf(tmp_path):
 
 
 def pinocchios(path, arm, q, frame):
-    """Return where Pinocchio puts a frame, and which torques it asks for, at these poses; the arm's payload hangs on the frame."""
+    """Return where Pinocchio puts a frame, and which torques it asks for, at these poses; the arm's
+    payload hangs on the frame.
+    """
     model = pin.buildModelFromUrdf(str(path))
     model.gravity.linear = np.array([0, 0, -arm.gravity])
     index = model.getFrameId(frame)
     held = model.frames[index]
-    model.appendBodyToJoint(held.parentJoint, pin.Inertia(arm.payload.mass, np.array(arm.payload.centre_of_mass), np.zeros((3, 3))), held.placement)
+    model.appendBodyToJoint(
+        held.parentJoint,
+        pin.Inertia(arm.payload.mass, np.array(arm.payload.centre_of_mass), np.zeros((3, 3))),
+        held.placement,
+    )
     data = model.createData()
     order = [model.joints[model.getJointId(joint.name)].idx_q for joint in arm.moving]
     where, torques = [], []
@@ -61,7 +67,9 @@ def pinocchios(path, arm, q, frame):
 
 
 def test_the_ur5e_stands_and_holds_as_pinocchios_does():
-    """The example URDF, read here and by Pinocchio, has the same tool frame and the same static torques, payload included."""
+    """The example URDF, read here and by Pinocchio, has the same tool frame and the same static
+    torques, payload included.
+    """
     arm = read(UR5E_URDF)
     q = np.random.default_rng(3).uniform(arm.limits[:, 0], arm.limits[:, 1], (50, 6))
     where, torques = pinocchios(UR5E_URDF, arm, q, "tool0")
@@ -80,7 +88,9 @@ def test_the_ur5e_is_the_makers_table():
 
 
 def test_the_sidecar_says_what_urdf_cannot():
-    """Gears, bearings, sections and tolerances come from ur5e.toml beside ur5e.urdf; without it the arm is bare."""
+    """Gears, bearings, sections and tolerances come from ur5e.toml beside ur5e.urdf; without it the
+    arm is bare.
+    """
     arm = read(UR5E_URDF)
     lift = arm.joints[1]
     assert lift.gearbox.zones == [67e3, 110e3, 120e3]
@@ -91,7 +101,9 @@ def test_the_sidecar_says_what_urdf_cannot():
 
 
 def test_a_urdf_without_sidecar_is_read(urdf):
-    """Its links then are rigid and its joints exact; the beam of a link runs from joint to joint."""
+    """Its links then are rigid and its joints exact; the beam of a link runs from joint to
+    joint.
+    """
     arm = read(urdf(ROBOT))
     assert [joint.name for joint in arm.joints] == ["a", "b"]
     assert arm.joints[0].origin.xyz == (0, 0, 0.3)
@@ -105,7 +117,9 @@ def test_an_explicit_sidecar_may_lie_anywhere(urdf, tmp_path):
     path = urdf(ROBOT, "tip = 'nowhere'")
     other = tmp_path / "elsewhere" / "s.toml"
     other.parent.mkdir()
-    other.write_text('name = "renamed"\n[joints.b]\nencoder = { zero = "1 arcmin" }\n', encoding="utf-8")
+    other.write_text(
+        'name = "renamed"\n[joints.b]\nencoder = { zero = "1 arcmin" }\n', encoding="utf-8"
+    )
     arm = read(path, other)
     assert arm.name == "renamed"
     assert arm.moving[1].encoder.zero == pytest.approx(math.radians(1 / 60))
@@ -114,21 +128,31 @@ def test_an_explicit_sidecar_may_lie_anywhere(urdf, tmp_path):
 def body(name, mass, centre):
     """Return a link with a weight, as Pinocchio wants it too."""
     inertia = '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
-    return f'<link name="{name}"><inertial><origin xyz="{centre}" rpy="1 2 3"/><mass value="{mass}"/>{inertia}</inertial></link>'
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{centre}" rpy="1 2 3"/><mass '
+        f'value="{mass}"/>{inertia}</inertial></link>'
+    )
 
 
 def hinge(name, kind, ends, origin, rest=""):
     """Return a joint between two links."""
     parent, child = ends.split()
-    return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin {origin}/>{rest}</joint>'
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child '
+        f'link="{child}"/><origin {origin}/>{rest}</joint>'
+    )
 
 
 def branched(*, finger="prismatic"):
-    """Return a robot whose wrist carries a camera rigidly and a finger that slides, and whose joints turn, slide, turn without end and are fixed."""
+    """Return a robot whose wrist carries a camera rigidly and a finger that slides, and whose
+    joints turn, slide, turn without end and are fixed.
+    """
     limit = '<limit lower="-0.1" upper="0.5" effort="1" velocity="1"/>'
     parts = [
         body("base", 99, "0 0 0"),
-        hinge("a", "continuous", "base one", 'xyz="0 0 0.3" rpy="0.1 0.2 0.3"', '<axis xyz="0 2 1"/>'),
+        hinge(
+            "a", "continuous", "base one", 'xyz="0 0 0.3" rpy="0.1 0.2 0.3"', '<axis xyz="0 2 1"/>'
+        ),
         body("one", 2, "0.1 0.2 0.3"),
         hinge("b", "prismatic", "one two", 'xyz="0.4 0 0.1" rpy="-1 2 0.4"', limit),
         '<link name="two"/>',
@@ -143,7 +167,9 @@ def branched(*, finger="prismatic"):
 
 
 def test_side_branches_weigh_on_the_link_that_carries_them(urdf):
-    """A camera and a gripper beside the chain load the joints as Pinocchio says; what can move is held at zero, and named."""
+    """A camera and a gripper beside the chain load the joints as Pinocchio says; what can move is
+    held at zero, and named.
+    """
     path = urdf(branched(), 'tip = "three"')
     arm = read(path)
     assert arm.notes == (
@@ -155,14 +181,21 @@ def test_side_branches_weigh_on_the_link_that_carries_them(urdf):
     q = np.random.default_rng(0).uniform(-1, 1, (10, 2))
     data = model.createData()
     model.gravity.linear = np.array([0, 0, -arm.gravity])
-    for (turn, slide), where, torque in zip(q, frames(arm, q)[-1], joint_torques(arm, q), strict=True):
+    for (turn, slide), where, torque in zip(
+        q, frames(arm, q)[-1], joint_torques(arm, q), strict=True
+    ):
         values = pin.neutral(model)
         a, b = (model.joints[model.getJointId(name)] for name in "ab")
         values[a.idx_q : a.idx_q + 2] = math.cos(turn), math.sin(turn)
         values[b.idx_q] = slide
         pin.framesForwardKinematics(model, data, values)
         assert np.abs(data.oMf[model.getFrameId("three")].homogeneous - where).max() < 1e-10
-        assert np.abs(pin.computeGeneralizedGravity(model, data, values)[[a.idx_v, b.idx_v]] - torque).max() < 1e-10
+        assert (
+            np.abs(
+                pin.computeGeneralizedGravity(model, data, values)[[a.idx_v, b.idx_v]] - torque
+            ).max()
+            < 1e-10
+        )
 
 
 def test_three_mistakes_are_reported_at_once_with_their_lines(urdf):
@@ -185,7 +218,11 @@ def test_three_mistakes_are_reported_at_once_with_their_lines(urdf):
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
-        ('<link name="base"/>', '<link name="base"/><link name="other"/>', "2 links without a parent: base, other"),
+        (
+            '<link name="base"/>',
+            '<link name="base"/><link name="other"/>',
+            "2 links without a parent: base, other",
+        ),
         ('<parent link="base"/>', '<parent link="two"/>', "loop"),
         ('name="b" type', 'name="a" type', "twice"),
         ('<link name="base"/>', '<link name="base"/><link name="base"/>', "twice"),
@@ -201,11 +238,19 @@ def test_three_mistakes_are_reported_at_once_with_their_lines(urdf):
         ('<limit lower="-1" upper="1"/>', '<limit lower="1" upper="-1"/>', "limits from 1 to -1"),
         ('type="revolute"', 'type="revolut"', "revolut"),
         ('name="b" type="revolute"', 'name="b" type="screw"', "screw"),
-        ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="b"/>', "joint 'a' follows 'b' (mimic, x 1)"),
+        (
+            '<axis xyz="0 1 0"/>',
+            '<axis xyz="0 1 0"/><mimic joint="b"/>',
+            "joint 'a' follows 'b' (mimic, x 1)",
+        ),
         ('name="b"', f'name="{"b" * 81}"', "81 characters"),
         ("<robot", "<machine", "mismatch"),
         ("robot", "machine", "machine"),
-        ('<link name="base"/>', '<x:arm xmlns:x="http://www.ros.org/wiki/xacro"/>', "this is xacro: the macro 'arm'"),
+        (
+            '<link name="base"/>',
+            '<x:arm xmlns:x="http://www.ros.org/wiki/xacro"/>',
+            "this is xacro: the macro 'arm'",
+        ),
         ("revolute", "fixed", "no joint that moves"),
     ],
 )
@@ -237,7 +282,11 @@ def test_joints_that_no_serial_arm_has_may_hang_beside_the_chain(urdf):
         ("[joints.a]\nlink = { length = '3 m' }", "joints.a.link.length", ""),
         ("[joints.a]\nlink = { length_tolerance = '3 kg' }", "joints.a.link.length_tolerance", ""),
         ("[joints.a]\ngearbox = 'large'", "joints.a.gearbox", ""),
-        ("[gearboxes.large]\nratio = '3 mm'\n[joints.a]\ngearbox = 'large'", "gearboxes.large.ratio", ""),
+        (
+            "[gearboxes.large]\nratio = '3 mm'\n[joints.a]\ngearbox = 'large'",
+            "gearboxes.large.ratio",
+            "",
+        ),
         ("[paylod]\nmass = '3 kg'", "paylod", "payload"),
         ("notes = 3", "notes", ""),
     ],
@@ -267,7 +316,9 @@ def test_a_sidecar_link_must_not_lead_out_of_the_folder(tmp_path):
     assert mistakes(folder / "r.urdf")[0].key == "password"
 
 
-@pytest.mark.parametrize("word", ["1_0", "infinity", "nan", "١٢", "１", "1\u00a0", "", "1e999", "1 1"])
+@pytest.mark.parametrize(
+    "word", ["1_0", "infinity", "nan", "١٢", "１", "1\u00a0", "", "1e999", "1 1"]
+)
 def test_a_number_is_plain_decimal(urdf, word):
     """What Python would read besides is refused in words."""
     (found,) = mistakes(urdf(ROBOT.replace('value="2"', f'value="{word}"')))
@@ -283,5 +334,11 @@ def test_numbers_may_stand_among_blanks(urdf):
 
 def test_too_many_links_are_refused_first(urdf):
     """No arm has a thousand."""
-    (found,) = mistakes(urdf(ROBOT.replace("</robot>", "".join(f'<link name="l{k}"/>' for k in range(1000)) + "</robot>")))
+    (found,) = mistakes(
+        urdf(
+            ROBOT.replace(
+                "</robot>", "".join(f'<link name="l{k}"/>' for k in range(1000)) + "</robot>"
+            )
+        )
+    )
     assert found.found == "1003 links"

@@ -1,4 +1,6 @@
-"""xacro: macros, arguments, includes and packages become the same arm as a URDF; nothing in a file reaches beyond its project."""
+"""xacro: macros, arguments, includes and packages become the same arm as a URDF; nothing in a file
+reaches beyond its project.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,14 @@ from tests.io.conftest import mistakes
 from tests.io.urdfs import agrees_with_pinocchio, joint, link, robot
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
-VALIDATES = (("frames and static torques of xacro", "Pinocchio, given the URDF written by hand", "1e-9", "io/xacro_process.py"),)
+VALIDATES = (
+    (
+        "frames and static torques of xacro",
+        "Pinocchio, given the URDF written by hand",
+        "1e-9",
+        "io/xacro_process.py",
+    ),
+)
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
 ARM = f"""{HEAD}
 <xacro:include filename="$(find r_description)/urdf/parts.xacro"/>
@@ -51,11 +60,15 @@ PARTS = f"""{HEAD}
 
 @pytest.fixture
 def project(tmp_path):
-    """Write a ROS package with a xacro file, macros and lengths; `write` replaces or adds a file in its folder urdf."""
+    """Write a ROS package with a xacro file, macros and lengths; `write` replaces or adds a file in
+    its folder urdf.
+    """
     package = tmp_path / "r_description"
     (package / "urdf").mkdir(parents=True)
     (package / "config").mkdir()
-    (package / "package.xml").write_text("<package><name>r_description</name></package>", encoding="utf-8")
+    (package / "package.xml").write_text(
+        "<package><name>r_description</name></package>", encoding="utf-8"
+    )
     (package / "config" / "lengths.yaml").write_text("forearm: 0.25\n", encoding="utf-8")
 
     def write(text, name="r.urdf.xacro", sidecar=None):
@@ -75,16 +88,31 @@ def body(*parts):
 
 
 def test_macros_arguments_and_packages_make_the_arm_of_a_urdf(project, tmp_path):
-    """Includes by package and by path, properties from YAML, arguments, expressions and conditions: Pinocchio, given the URDF, has the same arm."""
-    arm = read(project(ARM, sidecar='[xacro]\nupper = 0.5\ntool = true\n[payload]\nmass = "1 kg"\n'))
+    """Includes by package and by path, properties from YAML, arguments, expressions and conditions:
+    Pinocchio, given the URDF, has the same arm.
+    """
+    arm = read(
+        project(ARM, sidecar='[xacro]\nupper = 0.5\ntool = true\n[payload]\nmass = "1 kg"\n')
+    )
     assert (arm.name, arm.joints[-1].name, arm.payload.mass) == ("r", "mount", 1)
     by_hand = tmp_path / "by_hand.urdf"
-    parts = [link("base", 5), joint("j1", "base link1", origin='xyz="0.3 0 0.5" rpy="0.39269908169872414 0.1 0"'), link("link1", 1.0)]
-    parts += [joint("j2", "link1 link2", origin='xyz="0.3 0 0.25" rpy="0.2 0.1 0"'), link("link2", 1.2)]
+    parts = [
+        link("base", 5),
+        joint("j1", "base link1", origin='xyz="0.3 0 0.5" rpy="0.39269908169872414 0.1 0"'),
+        link("link1", 1.0),
+    ]
+    parts += [
+        joint("j2", "link1 link2", origin='xyz="0.3 0 0.25" rpy="0.2 0.1 0"'),
+        link("link2", 1.2),
+    ]
     parts += [joint("mount", "link2 tool0", "fixed", "", 'xyz="0 0 0.1"'), link("tool0", 0)]
     by_hand.write_text(robot(*parts), encoding="utf-8")
-    agrees_with_pinocchio(by_hand, arm.model_copy(update={"payload": read(by_hand).payload}), "tool0")
-    assert [each.model_dump() for each in read(by_hand).joints] == [each.model_dump() for each in arm.joints]
+    agrees_with_pinocchio(
+        by_hand, arm.model_copy(update={"payload": read(by_hand).payload}), "tool0"
+    )
+    assert [each.model_dump() for each in read(by_hand).joints] == [
+        each.model_dump() for each in arm.joints
+    ]
 
 
 def test_a_sidecar_begun_from_xacro_keeps_its_arguments(project):
@@ -110,7 +138,13 @@ def test_a_stored_run_holds_the_urdf_that_xacro_makes(project, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "sidecar"),
-    [("r.urdf", "r.toml"), ("r.xacro", "r.toml"), ("r.urdf.xacro", "r.toml"), ("r.v2.urdf", "r.v2.toml"), ("r.v2.xacro", "r.v2.toml")],
+    [
+        ("r.urdf", "r.toml"),
+        ("r.xacro", "r.toml"),
+        ("r.urdf.xacro", "r.toml"),
+        ("r.v2.urdf", "r.v2.toml"),
+        ("r.v2.xacro", "r.v2.toml"),
+    ],
 )
 def test_a_sidecar_has_the_name_of_its_description(tmp_path, name, sidecar):
     """Without the endings .urdf and .xacro."""
@@ -122,30 +156,72 @@ def test_a_package_beside_the_project_may_be_included(project, tmp_path):
     other = tmp_path / "tools"
     other.mkdir()
     (other / "tool.xacro").write_text(f'{HEAD}<link name="t"/></robot>', encoding="utf-8")
-    path = project(body('<xacro:include filename="$(find tools)/tool.xacro"/>', joint("j", "base t")))
+    path = project(
+        body('<xacro:include filename="$(find tools)/tool.xacro"/>', joint("j", "base t"))
+    )
     (found,) = mistakes(path)
     assert "package 'tools', which is not there" in found.found
     (other / "package.xml").write_text("<package><name>tools</name></package>", encoding="utf-8")
     assert read(path).moving[0].name == "j"
-    mesh = '<link name="m"><visual><geometry><mesh filename="$(find gone)/m.stl"/></geometry></visual></link>'
-    assert read(project(body(mesh, joint("j", "base m")))).moving[0].name == "j"  # no mesh is opened
+    mesh = (
+        '<link name="m"><visual><geometry><mesh filename="$(find '
+        'gone)/m.stl"/></geometry></visual></link>'
+    )
+    # no mesh is opened
+    assert read(project(body(mesh, joint("j", "base m")))).moving[0].name == "j"
 
 
 WRONG = {
-    "argument without a value": ('<link name="$(arg size)"/>', "the argument 'size' without a value", "size = "),
+    "argument without a value": (
+        '<link name="$(arg size)"/>',
+        "the argument 'size' without a value",
+        "size = ",
+    ),
     "unknown macro": ("<xacro:wrist/>", "unknown macro name: xacro:wrist", ""),
     "unknown property": ('<link name="${size}"/>', "name 'size' is not defined in '${size}'", ""),
-    "unknown key": ("<a b=\"${xacro.load_yaml('../config/lengths.yaml')['upper_arm']}\"/>", "no key 'upper_arm'", ""),
-    "missing parameter": ('<xacro:macro name="m" params="a"/><xacro:m/>', "Undefined parameters [a]", ""),
-    "include that is not there": ('<xacro:include filename="wrist.xacro"/>', "'wrist.xacro', which is not there", "wrist.xacro"),
+    "unknown key": (
+        "<a b=\"${xacro.load_yaml('../config/lengths.yaml')['upper_arm']}\"/>",
+        "no key 'upper_arm'",
+        "",
+    ),
+    "missing parameter": (
+        '<xacro:macro name="m" params="a"/><xacro:m/>',
+        "Undefined parameters [a]",
+        "",
+    ),
+    "include that is not there": (
+        '<xacro:include filename="wrist.xacro"/>',
+        "'wrist.xacro', which is not there",
+        "wrist.xacro",
+    ),
     "not well-formed": ('<xacro:if value="1"><link name="a></xacro:if>', "not well-formed", ""),
-    "circular": ('<xacro:property name="p" value="${p}"/><link name="${p}"/>', "circular variable definition", ""),
-    "macros without end": ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', "without end", ""),
+    "circular": (
+        '<xacro:property name="p" value="${p}"/><link name="${p}"/>',
+        "circular variable definition",
+        "",
+    ),
+    "macros without end": (
+        '<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>',
+        "without end",
+        "",
+    ),
     # What means harm.
-    "include from elsewhere": ('<xacro:include filename="../../secret.xml" optional="true"/>', "secret.xml", "package.xml"),
-    "values of a package that is not there": ("<a b=\"${xacro.load_yaml('$(find gone)/a.yaml')}\"/>", "package 'gone', which is not there", ""),
+    "include from elsewhere": (
+        '<xacro:include filename="../../secret.xml" optional="true"/>',
+        "secret.xml",
+        "package.xml",
+    ),
+    "values of a package that is not there": (
+        "<a b=\"${xacro.load_yaml('$(find gone)/a.yaml')}\"/>",
+        "package 'gone', which is not there",
+        "",
+    ),
     "pattern of elsewhere": ('<xacro:include filename="/etc/*"/>', "opens '/etc'", "package.xml"),
-    "values from elsewhere": ("<a b=\"${xacro.load_yaml('../../secret.xml')}\"/>", "secret.xml", "package.xml"),
+    "values from elsewhere": (
+        "<a b=\"${xacro.load_yaml('../../secret.xml')}\"/>",
+        "secret.xml",
+        "package.xml",
+    ),
     "environment": ('<a b="$(env HOME)"/>', "environment variable 'HOME' is not set", ""),
     "built-in functions": ('<a b="$(eval open)"/>', "'open' is not defined", ""),
     "types": ('<a b="${python.type(1)}"/>', "'type' is not defined", ""),
@@ -228,7 +304,15 @@ def test_an_expression_that_leads_inside_python_is_refused(expression):
         check_plain(expression, "r.xacro")
 
 
-@pytest.mark.parametrize("expression", ["pi / 2 if a else -x[1:]", "[2 * x for x in python.range(3)]", "a.b.c + f'{d}_e'", "{'k': max(1, *b)}['k']"])
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "pi / 2 if a else -x[1:]",
+        "[2 * x for x in python.range(3)]",
+        "a.b.c + f'{d}_e'",
+        "{'k': max(1, *b)}['k']",
+    ],
+)
 def test_expressions_of_real_files_pass(expression):
     """Arithmetic, comprehensions, dotted values of YAML, text and dictionaries."""
     check_plain(expression, "r.xacro")
@@ -255,16 +339,26 @@ def test_a_confined_process_reads_its_folder_and_nothing_else(tmp_path):
             sys.exit(f"attempt {{number}} was allowed")
         print(len(refused) >= len(tries))
     """
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(text)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(text)], capture_output=True, text=True, check=False
+    )
     assert (done.stdout.strip(), done.stderr) == ("True", "")
     assert not (tmp_path / "new.txt").exists()
 
 
 def test_a_sweep_over_an_argument_is_refused_with_what_to_do_instead(project):
-    """A run stores one expanded file; a comparison of one file with two sidecars answers the question."""
+    """A run stores one expanded file; a comparison of one file with two sidecars answers the
+    question.
+    """
     path = project(ARM, sidecar='[xacro]\nupper = 0.5\n[sweep]\n"xacro.upper" = [0.3, 0.5]\n')
     with pytest.raises(InputError) as found:
         read_sweep(path)
     (problem,) = found.value.problems
-    assert (problem.key, problem.found) == ('sweep."xacro.upper"', "an argument of xacro, which a sweep cannot change")
-    assert problem.example == "lostmotion compare r.urdf.xacro r.urdf.xacro --sidecar one.toml --sidecar two.toml"
+    assert (problem.key, problem.found) == (
+        'sweep."xacro.upper"',
+        "an argument of xacro, which a sweep cannot change",
+    )
+    assert (
+        problem.example
+        == "lostmotion compare r.urdf.xacro r.urdf.xacro --sidecar one.toml --sidecar two.toml"
+    )

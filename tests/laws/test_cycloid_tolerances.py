@@ -1,4 +1,6 @@
-"""Simulated cycloidal stages against direct searches, closed forms of averaging, and their own reproducibility."""
+"""Simulated cycloidal stages against direct searches, closed forms of averaging, and their own
+reproducibility.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +13,32 @@ from scipy.optimize import brentq, linprog
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, loaded_disc, wind_up_by_member
-from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, first_contact_angle, flank, normals, pin_angles, planet_pose, play
-from lostmotion.laws.cycloid.tolerances import LEAST_ARM, Scatter, clearance_angle, sample, sample_gaps, simulate
+from lostmotion.laws.cycloid.drive import (
+    Drive,
+    Eccentric,
+    OutputPins,
+    loaded_disc,
+    wind_up_by_member,
+)
+from lostmotion.laws.cycloid.geometry import (
+    Modification,
+    Stage,
+    arms,
+    first_contact_angle,
+    flank,
+    normals,
+    pin_angles,
+    planet_pose,
+    play,
+)
+from lostmotion.laws.cycloid.tolerances import (
+    LEAST_ARM,
+    Scatter,
+    clearance_angle,
+    sample,
+    sample_gaps,
+    simulate,
+)
 from lostmotion.laws.distributions import Normal
 from lostmotion.units import Toleranced
 
@@ -27,7 +52,10 @@ VALIDATES = (
     ),
     (
         "manufactured samples of cycloidal stages",
-        "torque shares by root finding; backlash by linear programming; averages of independent errors",
+        (
+            "torque shares by root finding; backlash by linear programming; averages of "
+            "independent errors"
+        ),
         "5 % of the share; 1 to 3 % of the backlash, at most 15 %; 10 % of the standard deviation",
         "laws/cycloid/tolerances.py",
     ),
@@ -37,7 +65,13 @@ STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 STAGE = Stage(0.064, 0.003, 0.0013, 40)
 LEVER = STAGE.planet_pitch_radius
 DRIVE = Drive(STAGE, Flanks(0.0125, STEEL), Modification(roller=6e-6), 2, Eccentric(bearing=4e8))
-SCATTER = Scatter(pin_radius=Toleranced(0.003, 1e-6), eccentricity=Toleranced(0.0013, 2e-6), pin_position=2e-6, pin_size=0.5e-6, flank_form=1.5e-6)
+SCATTER = Scatter(
+    pin_radius=Toleranced(0.003, 1e-6),
+    eccentricity=Toleranced(0.0013, 2e-6),
+    pin_position=2e-6,
+    pin_size=0.5e-6,
+    flank_form=1.5e-6,
+)
 CRANK = 2 * math.pi * np.arange(8) / 8
 
 
@@ -46,37 +80,49 @@ def test_without_scatter_all_gearboxes_are_nominal():
     found = simulate(DRIVE, Scatter(), np.array([100.0]), CRANK, 3, 1)
     np.testing.assert_allclose(found.play, play(STAGE, DRIVE.relief), rtol=5e-3)
     wind_up = (found.rotation[0] - found.ahead).mean(axis=0)
-    np.testing.assert_allclose(wind_up, sum(wind_up_by_member(DRIVE, np.array([100.0])).values())[0], rtol=3e-3)
+    np.testing.assert_allclose(
+        wind_up, sum(wind_up_by_member(DRIVE, np.array([100.0])).values())[0], rtol=3e-3
+    )
     np.testing.assert_array_equal(found.play, found.play[0])
     assert not found.jammed.any()
 
 
 def test_discs_share_the_torque_at_a_common_angle():
-    """The common angle of two discs with different gaps is that at which a root finder balances their torques."""
+    """The common angle of two discs with different gaps is that at which a root finder balances
+    their torques.
+    """
     scatter = replace(SCATTER, flank_form=4e-6)
     crank = np.array([0.7])
     torque = 60.0
-    found = simulate(DRIVE, scatter, np.array([0.2 * torque, 0.5 * torque, torque, 2 * torque]), crank, 12, 3)
+    found = simulate(
+        DRIVE, scatter, np.array([0.2 * torque, 0.5 * torque, torque, 2 * torque]), crank, 12, 3
+    )
     gap = sample_gaps(DRIVE, scatter, crank, 12, 3)
 
     def carried(disc: int, gearbox: int, angle: float) -> float:
         turned = crank + math.pi * disc
 
         def excess(load: float) -> float:
-            return float(loaded_disc(DRIVE, load, turned, gap[disc][:, [gearbox]]).rotation[0, 0, 0]) - angle
+            return (
+                float(loaded_disc(DRIVE, load, turned, gap[disc][:, [gearbox]]).rotation[0, 0, 0])
+                - angle
+            )
 
         return 0.0 if excess(1e-3) > 0 else brentq(excess, 1e-3, 3 * torque, xtol=1e-9)
 
     unlike = 0.0
     for gearbox in range(12):
         shares = [carried(disc, gearbox, float(found.rotation[2, 0, gearbox])) for disc in (0, 1)]
-        assert sum(shares) == pytest.approx(torque, rel=0.05)  # linear interpolation between a few loads
+        # linear interpolation between a few loads
+        assert sum(shares) == pytest.approx(torque, rel=0.05)
         unlike = max(unlike, abs(shares[0] - shares[1]))
     assert unlike > 0.1 * torque
 
 
 def test_errors_average_under_load_and_one_decides_without():
-    """Independent flank errors s rotate a loaded disc by 2 s/(e z sqrt N), r.m.s. over gearboxes; unloaded the narrowest gap decides."""
+    """Independent flank errors s rotate a loaded disc by 2 s/(e z sqrt N), r.m.s. over gearboxes;
+    unloaded the narrowest gap decides.
+    """
     deviation = 1e-6
     scatter = Scatter(flank_form=3 * deviation)
     one = replace(DRIVE, discs=1, eccentric=Eccentric())
@@ -91,13 +137,17 @@ def test_errors_average_under_load_and_one_decides_without():
 
 
 def test_every_dimension_changes_the_gaps_to_first_order():
-    """Gaps of a stage with errors, measured on the true profile at its true position, agree with the first-order gaps."""
+    """Gaps of a stage with errors, measured on the true profile at its true position, agree with
+    the first-order gaps.
+    """
     wrong = {"ring_radius": 0.5e-6, "pin_radius": 0.5e-6, "eccentricity": 0.5e-6}
     t = np.linspace(0, 2 * math.pi, 400_001)
     psi = 0.4
     for name, size in wrong.items():
         scatter = Scatter(**{name: Toleranced(getattr(STAGE, name), size)})
-        gap = sample_gaps(replace(DRIVE, relief=Modification()), scatter, np.array([psi]), 1, 1)[0, 0, 0]
+        gap = sample_gaps(replace(DRIVE, relief=Modification()), scatter, np.array([psi]), 1, 1)[
+            0, 0, 0
+        ]
         made = {key: getattr(STAGE, key) for key in ("ring_radius", "pin_radius", "eccentricity")}
         sample = _drawn_size(scatter, name)
         made[name] += sample
@@ -113,13 +163,21 @@ def test_every_dimension_changes_the_gaps_to_first_order():
 
 def _drawn_size(scatter: Scatter, name: str) -> float:
     """Return the sampled size from a stage on which it alone acts."""
-    gap = sample_gaps(replace(DRIVE, relief=Modification(), discs=1), scatter, np.array([0.0]), 1, 1)[0, 0, 0]
-    per_unit = {"ring_radius": 1.0, "pin_radius": -1.0, "eccentricity": -float(normals(STAGE, np.array(0.0))[0])}[name]
+    gap = sample_gaps(
+        replace(DRIVE, relief=Modification(), discs=1), scatter, np.array([0.0]), 1, 1
+    )[0, 0, 0]
+    per_unit = {
+        "ring_radius": 1.0,
+        "pin_radius": -1.0,
+        "eccentricity": -float(normals(STAGE, np.array(0.0))[0]),
+    }[name]
     return float(gap[0] / per_unit)
 
 
 def test_clearances_add_by_their_levers():
-    """Play is G/(e z) of the crank bearing plus Gw/Rw of the output pins; a direct search over disc positions finds slightly more, never less."""
+    """Play is G/(e z) of the crank bearing plus Gw/Rw of the output pins; a direct search over disc
+    positions finds slightly more, never less.
+    """
     drive = replace(DRIVE, discs=1, output=OutputPins(8, 0.04))
     scatter = replace(SCATTER, crank_clearance=Toleranced(10e-6), output_clearance=Toleranced(8e-6))
     np.testing.assert_allclose(clearance_angle(drive, scatter, 4, 1), 10e-6 / LEVER + 8e-6 / 0.04)
@@ -133,7 +191,12 @@ def test_clearances_add_by_their_levers():
     ratios = []
     for each, additive in zip(gap, found.ahead[0] - 4e-6 / 0.04, strict=True):
         # largest rotation (mrad) of the disc with its centre (µm) anywhere within the clearance
-        best = linprog([-1, 0, 0], np.vstack([held, circle]), np.r_[each * 1e6, np.full(64, 5.0)], bounds=[(None, None)] * 3)
+        best = linprog(
+            [-1, 0, 0],
+            np.vstack([held, circle]),
+            np.r_[each * 1e6, np.full(64, 5.0)],
+            bounds=[(None, None)] * 3,
+        )
         ratios.append(-best.fun * 1e-3 / additive)
     assert min(ratios) > 0.998  # a polygon instead of a circle
     assert 1.0 < np.mean(ratios) < 1.03
@@ -149,25 +212,37 @@ def test_mirrored_errors_mirror_the_rotation():
 
 
 def test_gearboxes_that_interfere_are_counted():
-    """Without relief and with pins too large by up to 5 µm, flanks push against each other without torque, and there is no play."""
+    """Without relief and with pins too large by up to 5 µm, flanks push against each other without
+    torque, and there is no play.
+    """
     tight = replace(DRIVE, relief=Modification())
-    found = simulate(tight, Scatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")), np.array([]), CRANK, 200, 1)
+    found = simulate(
+        tight, Scatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")), np.array([]), CRANK, 200, 1
+    )
     assert 0.4 < found.jammed.mean() < 0.6
     assert (found.play[found.jammed] == 0).all()
     assert (found.play[~found.jammed] > 0).all()
 
 
 def test_the_same_gearboxes_whatever_the_other_settings():
-    """More gearboxes keep the first; threads have no effect; another tolerance leaves the other draws unchanged; another seed changes them."""
+    """More gearboxes keep the first; threads have no effect; another tolerance leaves the other
+    draws unchanged; another seed changes them.
+    """
     few = simulate(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 5, 7)
     many = simulate(DRIVE, SCATTER, np.array([50.0]), CRANK[:2], 9, 7, threads=2)
     np.testing.assert_array_equal(few.rotation, many.rotation[..., :5])
     np.testing.assert_array_equal(few.ahead, many.ahead[..., :5])
-    wider = sample_gaps(DRIVE, replace(SCATTER, ring_radius=Toleranced(0.064, 4e-6)), CRANK[:1], 5, 7)
+    wider = sample_gaps(
+        DRIVE, replace(SCATTER, ring_radius=Toleranced(0.064, 4e-6)), CRANK[:1], 5, 7
+    )
     plain = sample_gaps(DRIVE, SCATTER, CRANK[:1], 5, 7)
     along = (wider - plain)[0, 0]  # dR (1 - K1 cos theta)/D: one draw per gearbox
-    np.testing.assert_allclose(along / along[:, :1], np.broadcast_to(along[0] / along[0, 0], along.shape), rtol=1e-6)
-    assert not np.array_equal(simulate(DRIVE, SCATTER, np.array([]), CRANK[:1], 5, 8).ahead, few.ahead[:1])
+    np.testing.assert_allclose(
+        along / along[:, :1], np.broadcast_to(along[0] / along[0, 0], along.shape), rtol=1e-6
+    )
+    assert not np.array_equal(
+        simulate(DRIVE, SCATTER, np.array([]), CRANK[:1], 5, 8).ahead, few.ahead[:1]
+    )
 
 
 def test_no_torque_is_refused():
@@ -180,17 +255,32 @@ def test_first_contact_counts_both_discs():
     """The free rotation ahead is the smaller one of the two discs'."""
     crank = CRANK[:3]
     gap = sample_gaps(DRIVE, SCATTER, crank, 6, 2)
-    each = [first_contact_angle(STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc], LEAST_ARM) for disc in (0, 1)]
-    np.testing.assert_array_equal(simulate(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each))
+    each = [
+        first_contact_angle(
+            STAGE, pin_angles(STAGE, crank + math.pi * disc)[:, None], gap[disc], LEAST_ARM
+        )
+        for disc in (0, 1)
+    ]
+    np.testing.assert_array_equal(
+        simulate(DRIVE, SCATTER, np.array([]), crank, 6, 2).ahead, np.minimum(*each)
+    )
 
 
 def test_discs_that_push_against_each_other_rest_in_the_middle_of_their_overlap():
-    """Without torque, where one disc's first contact ahead lies behind the other's first contact behind, the output rests halfway and has no play."""
+    """Without torque, where one disc's first contact ahead lies behind the other's first contact
+    behind, the output rests halfway and has no play.
+    """
     scatter, crank = replace(SCATTER, flank_form=12e-6), CRANK[:3]
     gap = sample_gaps(DRIVE, scatter, crank, 400, 2)
     angles = [pin_angles(STAGE, crank + math.pi * disc)[:, None] for disc in (0, 1)]
     ahead, behind = (
-        np.array([first_contact_angle(STAGE, sign * theta, each, LEAST_ARM) for theta, each in zip(angles, gap, strict=True)]) for sign in (1, -1)
+        np.array(
+            [
+                first_contact_angle(STAGE, sign * theta, each, LEAST_ARM)
+                for theta, each in zip(angles, gap, strict=True)
+            ]
+        )
+        for sign in (1, -1)
     )
     free = ((ahead + behind) > 0).all(axis=0)  # each disc alone has play
     overlap = free & (ahead.min(axis=0) + behind.min(axis=0) < 0)
@@ -202,7 +292,9 @@ def test_discs_that_push_against_each_other_rest_in_the_middle_of_their_overlap(
 
 
 def test_misplaced_output_pins_touch_their_holes_as_circles_do():
-    """Free rotation to the first contact of circular pins and holes agrees with the first-order formula; under load the errors average."""
+    """Free rotation to the first contact of circular pins and holes agrees with the first-order
+    formula; under load the errors average.
+    """
     clearance, position, pins = 30e-6, 12e-6, OutputPins(8, 0.04)
     drive = replace(DRIVE, discs=1, output=pins)
     scatter = Scatter(output_clearance=Toleranced(clearance), output_position=position)
@@ -224,9 +316,14 @@ def test_misplaced_output_pins_touch_their_holes_as_circles_do():
             true = brentq(room, 0, 5e-3, args=(error,)) - brentq(room, 0, 5e-3, args=(np.zeros(8),))
             assert ends[0, gearbox] == pytest.approx(true, abs=0.02 * clearance / pins.circle)
     assert (found.play < without.play).mean() > 0.9  # one of many pins touches early
-    heavy = simulate(replace(drive, eccentric=Eccentric()), scatter, np.array([3000.0]), crank, 1500, 1).rotation[0, 0]
-    # errors of pins along the line of centres have the deviation s, the output s/(Rw sqrt(sum of sin^2)); the sum is a quarter of the number of pins
-    assert heavy.std() == pytest.approx(position / law.bound / (pins.circle * math.sqrt(8 / 4)), rel=0.1)
+    heavy = simulate(
+        replace(drive, eccentric=Eccentric()), scatter, np.array([3000.0]), crank, 1500, 1
+    ).rotation[0, 0]
+    # errors of pins along the line of centres have the deviation s, the output s/(Rw sqrt(sum of
+    # sin^2)); the sum is a quarter of the number of pins
+    assert heavy.std() == pytest.approx(
+        position / law.bound / (pins.circle * math.sqrt(8 / 4)), rel=0.1
+    )
 
 
 CRANKS = Eccentric(bearing=4e8, cranks=2, circle=0.036)
@@ -234,13 +331,18 @@ CRANKS = Eccentric(bearing=4e8, cranks=2, circle=0.036)
 
 def _bores_off(position: float, cranks: int, gearboxes: int, disc: int) -> np.ndarray:
     """Return the offsets (gearbox, crank) of a disc's bores, as complex numbers."""
-    x, y = (sample(position, Normal(), f"crank_position {way} disc {disc}", 3, (gearboxes, cranks)) for way in "xy")
+    x, y = (
+        sample(position, Normal(), f"crank_position {way} disc {disc}", 3, (gearboxes, cranks))
+        for way in "xy"
+    )
     return x + 1j * y
 
 
 @pytest.mark.parametrize("eccentric", [Eccentric(), CRANKS, Eccentric(cranks=3, circle=0.036)])
 def test_misplaced_bores_shift_and_rotate_the_disc(eccentric):
-    """Gaps measured on the true profile of a disc, placed on its crankshafts by least squares, agree with the simulated gaps."""
+    """Gaps measured on the true profile of a disc, placed on its crankshafts by least squares,
+    agree with the simulated gaps.
+    """
     drive, psi, gearbox = replace(DRIVE, relief=Modification(), eccentric=eccentric), 0.4, 0
     found = sample_gaps(drive, Scatter(crank_position=2e-7), np.array([psi]), 4, 3)[:, 0, gearbox]
     points = flank(STAGE, np.linspace(0, 2 * math.pi, 400_001))[0] @ [1, 1j]
@@ -249,7 +351,9 @@ def test_misplaced_bores_shift_and_rotate_the_disc(eccentric):
     for disc in (0, 1):
         # in axes along the line of centres of this disc, whose crank is half a turn ahead
         off = _bores_off(2e-7, eccentric.cranks, 4, disc)[gearbox] * np.exp(-1j * math.pi * disc)
-        shafts = circle * np.exp(1j * (2 * math.pi * np.arange(eccentric.cranks) / eccentric.cranks - math.pi * disc))
+        shafts = circle * np.exp(
+            1j * (2 * math.pi * np.arange(eccentric.cranks) / eccentric.cranks - math.pi * disc)
+        )
         turned = (np.conj(shafts) * off).imag.sum() / max((np.abs(shafts) ** 2).sum(), 1.0e-30)
         centre, turn = planet_pose(STAGE, np.array(psi))
         placed = points * np.exp(1j * (turn + turned)) + complex(*centre) + off.mean()
@@ -261,13 +365,17 @@ def test_misplaced_bores_shift_and_rotate_the_disc(eccentric):
 
 @pytest.mark.parametrize(("cranks", "missing"), [(2, 0.02), (3, 0.08)])
 def test_misfitting_bores_reduce_the_clearance(cranks, missing):
-    """The reduced free rotation agrees with a linear program for a rigid disc with all its bores within the clearance of their bearings."""
+    """The reduced free rotation agrees with a linear program for a rigid disc with all its bores
+    within the clearance of their bearings.
+    """
     clearance = 10e-6
     drive = replace(DRIVE, discs=1, relief=Modification(), eccentric=replace(CRANKS, cranks=cranks))
     scatter = Scatter(crank_clearance=Toleranced(clearance), crank_position=4e-6)
     crank, many = 2 * math.pi * np.arange(6) / 6, 40
     free = simulate(drive, scatter, np.array([]), crank, many, 3)
-    tight = simulate(drive, replace(scatter, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
+    tight = simulate(
+        drive, replace(scatter, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3
+    )
     left = ((free.ahead - tight.ahead) / (clearance_angle(drive, scatter, 1, 3) / 2))[0]
     off = _bores_off(4e-6, cranks, many, 0)
     around = np.exp(2j * math.pi * np.arange(64) / 64)
@@ -278,14 +386,30 @@ def test_misfitting_bores_reduce_the_clearance(cranks, missing):
         for gearbox in range(many):
             error = off[gearbox] * np.exp(-1j * psi)
             error = error - error.mean() - (np.conj(tangent) * error).real.mean() * tangent
-            # unknowns: displacement along and across, rotation times Rc; each bore is within a polygon around its crank
-            held = np.vstack([np.column_stack([around.real, around.imag, (np.conj(around) * t).real]) for t in tangent])
+            # unknowns: displacement along and across, rotation times Rc; each bore is within a
+            # polygon around its crank
+            held = np.vstack(
+                [
+                    np.column_stack([around.real, around.imag, (np.conj(around) * t).real])
+                    for t in tangent
+                ]
+            )
             room = np.concatenate([clearance / 2 + (np.conj(around) * e).real for e in error])
-            best = linprog([0, -1 / LEVER, -1 / CRANKS.circle], held, room * 1e6, bounds=[(None, None)] * 3)
+            best = linprog(
+                [0, -1 / LEVER, -1 / CRANKS.circle], held, room * 1e6, bounds=[(None, None)] * 3
+            )
             true[k, gearbox] = -best.fun * 1e-6
     true /= float(clearance_angle(drive, scatter, 1, 3)[0]) / 2
     assert (left.mean() - true.mean()) == pytest.approx(missing, abs=0.02)
     assert left.mean() < 0.995
     jammed = simulate(drive, replace(scatter, crank_position=60e-6), np.array([]), crank, many, 3)
-    alone = simulate(drive, replace(scatter, crank_position=60e-6, crank_clearance=Toleranced(0.0)), np.array([]), crank, many, 3)
-    assert ((jammed.ahead - alone.ahead).mean(axis=0) < 1e-12).mean() > 0.5  # beyond it the bearings are preloaded
+    alone = simulate(
+        drive,
+        replace(scatter, crank_position=60e-6, crank_clearance=Toleranced(0.0)),
+        np.array([]),
+        crank,
+        many,
+        3,
+    )
+    # beyond it the bearings are preloaded
+    assert ((jammed.ahead - alone.ahead).mean(axis=0) < 1e-12).mean() > 0.5

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from lostmotion.laws.distributions import Cosine, Law, Normal, Sine, TwoSided, Uniform, of_tolerance, product_mean
+from lostmotion.laws.distributions import (
+    Cosine,
+    Law,
+    Normal,
+    Sine,
+    TwoSided,
+    Uniform,
+    of_tolerance,
+    product_mean,
+)
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -33,7 +42,9 @@ LAWS: dict[str, Law] = {
 
 
 def moments(law: Law, power: int) -> float:
-    """Integrate draw^power over the uniforms: Gauss-Legendre on panels that thicken towards both ends, where inverse normal laws rise."""
+    """Integrate draw^power over the uniforms: Gauss-Legendre on panels that thicken towards both
+    ends, where inverse normal laws rise.
+    """
     edges = np.concatenate([[0.0], np.logspace(-14, -2, 49), np.linspace(0.01, 0.5, 99)[1:]])
     edges = np.concatenate([edges, 1 - edges[-2::-1]])
     x, w = np.polynomial.legendre.leggauss(20)
@@ -51,13 +62,17 @@ def test_a_draw_has_mean_zero(law: Law):
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_a_draw_has_mean_square_one(law: Law):
-    """Draws of every distribution have mean square one, so a term's screw is its standard deviation."""
+    """Draws of every distribution have mean square one, so a term's screw is its standard
+    deviation.
+    """
     assert moments(law, 2) == pytest.approx(1, abs=1e-6)
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_the_bound_is_the_supremum_of_the_draws(law: Law):
-    """The bound of a distribution is its largest draw: none is beyond it, and some come arbitrarily close."""
+    """The bound of a distribution is its largest draw: none is beyond it, and some come arbitrarily
+    close.
+    """
     u = np.concatenate([np.linspace(0, 1, 100_003)[1:-1], [2.0**-53, 1 - 2.0**-53]])
     largest = np.abs(law.quantile(u)).max()
     assert largest <= law.bound * (1 + 1e-12)
@@ -67,32 +82,55 @@ def test_the_bound_is_the_supremum_of_the_draws(law: Law):
 
 @pytest.mark.parametrize("cut", [0.1, 0.5, 1.0, 2.0, 3.0, 5.0])
 def test_a_truncated_normal_law_is_scipys(cut: float):
-    """A normal law truncated at c of its standard deviations has the deviation and quantiles of SciPy's truncated normal."""
+    """A normal law truncated at c of its standard deviations has the deviation and quantiles of
+    SciPy's truncated normal.
+    """
     scipys = stats.truncnorm(-cut, cut)
     assert cut / Normal(cut).bound == pytest.approx(scipys.std(), rel=1e-9)
     u = np.linspace(0.001, 0.999, 41)
-    np.testing.assert_allclose(Normal(cut).quantile(u), scipys.ppf(u) / scipys.std(), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(
+        Normal(cut).quantile(u), scipys.ppf(u) / scipys.std(), rtol=1e-9, atol=1e-12
+    )
 
 
 def test_a_tolerance_is_three_sigma_of_a_truncated_normal_law():
-    """Of parts within ± t cut at three sigma, the deviation is t / 3.0408, a little less than t / 3."""
-    assert Normal().bound == pytest.approx(3 / math.sqrt(1 - 6 * stats.norm.pdf(3) / (2 * stats.norm.cdf(3) - 1)), rel=1e-12)
+    """Of parts within ± t cut at three sigma, the deviation is t / 3.0408, a little less than t /
+    3.
+    """
+    assert Normal().bound == pytest.approx(
+        3 / math.sqrt(1 - 6 * stats.norm.pdf(3) / (2 * stats.norm.cdf(3) - 1)), rel=1e-12
+    )
     assert Normal().bound == pytest.approx(3.0408, abs=5e-5)
 
 
 def test_the_two_components_of_a_harmonic_share_one_phase():
-    """Cosine and sine of the same uniform lie on one circle, so a harmonic of random phase never exceeds its amplitude."""
+    """Cosine and sine of the same uniform lie on one circle, so a harmonic of random phase never
+    exceeds its amplitude.
+    """
     u = np.linspace(0.0005, 0.9995, 1000)
-    np.testing.assert_allclose(np.hypot(Cosine().quantile(u), Sine().quantile(u)), math.sqrt(2), rtol=1e-14)
+    np.testing.assert_allclose(
+        np.hypot(Cosine().quantile(u), Sine().quantile(u)), math.sqrt(2), rtol=1e-14
+    )
 
 
 def test_the_word_of_a_tolerance_names_its_distribution():
-    """A dimension marked "uniform" is uniform; any other is normal, truncated at three sigma by its limits."""
+    """A dimension marked "uniform" is uniform; any other is normal, truncated at three sigma by its
+    limits.
+    """
     assert of_tolerance("uniform") == Uniform()
     assert of_tolerance("normal") == Normal(3.0)
 
 
-@pytest.mark.parametrize(("law", "excess"), [(Uniform(), -1.2), (TwoSided(), -2.0), (Cosine(), -1.5), (Sine(), -1.5), (Normal(math.inf), 0.0)])
+@pytest.mark.parametrize(
+    ("law", "excess"),
+    [
+        (Uniform(), -1.2),
+        (TwoSided(), -2.0),
+        (Cosine(), -1.5),
+        (Sine(), -1.5),
+        (Normal(math.inf), 0.0),
+    ],
+)
 def test_the_fourth_cumulants_are_the_closed_forms(law: Law, excess: float):
     """Fourth cumulants of the unit distributions have closed forms."""
     assert product_mean((law,) * 4) - 3 == pytest.approx(excess, abs=1e-9)
@@ -101,7 +139,9 @@ def test_the_fourth_cumulants_are_the_closed_forms(law: Law, excess: float):
 @pytest.mark.parametrize("cut", [1.0, 2.0, 3.0, 5.0])
 def test_the_fourth_cumulant_of_a_truncated_normal_law_is_scipys(cut: float):
     """Truncation makes a normal law platykurtic."""
-    assert product_mean((Normal(cut),) * 4) - 3 == pytest.approx(float(stats.truncnorm(-cut, cut).stats(moments="k")), abs=1e-8)
+    assert product_mean((Normal(cut),) * 4) - 3 == pytest.approx(
+        float(stats.truncnorm(-cut, cut).stats(moments="k")), abs=1e-8
+    )
 
 
 def test_means_of_products_from_one_uniform():

@@ -1,4 +1,6 @@
-"""Finite elements of a loaded cycloidal stage against reference solutions by another contact method, and against exact laws."""
+"""Finite elements of a loaded cycloidal stage against reference solutions by another contact
+method, and against exact laws.
+"""
 
 from __future__ import annotations
 
@@ -29,15 +31,24 @@ VALIDATES = (
     (
         "finite elements of a cycloidal stage",
         (
-            "three other contact methods (penalty in NGSolve, active set in scikit-fem, CalculiX), which agree to 0.2 %: rotation with a rigid "
-            "and an elastic ring, half a pitch on, with gaps; loads; largest pressure; largest von Mises stress (third order); stress below a "
-            "Hertz contact 0.5575 p0; torque and force across the crank; the disc with holes by a method without a mesh; lobes of plain arcs by"
+            "three other contact methods (penalty in NGSolve, active set in scikit-fem, "
+            "CalculiX), which agree to 0.2 %: rotation with a rigid "
+            "and an elastic ring, half a pitch on, with gaps; loads; largest pressure; "
+            "largest von Mises stress (third order); stress below a "
+            "Hertz contact 0.5575 p0; torque and force across the crank; the disc with holes "
+            "by a method without a mesh; lobes of plain arcs by"
             " contacts on elastic bodies; outlines and curved elements from the exact profile"
         ),
-        "0.3 %, with a turned crank or gaps 0.5 %; 1 %; 2 %; 3 %; 3 %; 0.1 %; 1 %; 0.3 %; 0.02 µm, at contacts 0.01 µm",
         (
-            "laws/cycloid/finite_elements/stage.py laws/cycloid/finite_elements/mesh.py laws/cycloid/finite_elements/contours.py "
-            "laws/cycloid/finite_elements/equilibrium.py laws/cycloid/finite_elements/selection.py tests/laws/test_finite_elements_outlines.py"
+            "0.3 %, with a turned crank or gaps 0.5 %; 1 %; 2 %; 3 %; 3 %; 0.1 %; 1 %; 0.3 %; "
+            "0.02 µm, at contacts 0.01 µm"
+        ),
+        (
+            "laws/cycloid/finite_elements/stage.py laws/cycloid/finite_elements/mesh.py "
+            "laws/cycloid/finite_elements/contours.py "
+            "laws/cycloid/finite_elements/equilibrium.py "
+            "laws/cycloid/finite_elements/selection.py "
+            "tests/laws/test_finite_elements_outlines.py"
         ),
     ),
 )
@@ -59,32 +70,54 @@ def test_profiles_touch_at_every_contact_and_part_by_the_equivalent_radius(kind,
     for k in range(stage.pins):
         gap = gaps_at(made, k, np.array([-s, 0.0, s]))
         assert abs(gap[1]) < 1e-15
-        assert (gap[0] + gap[2]) / 2 == pytest.approx(s**2 / 2 / contact_radius(stage, made.theta[k]), rel=2e-3)
+        assert (gap[0] + gap[2]) / 2 == pytest.approx(
+            s**2 / 2 / contact_radius(stage, made.theta[k]), rel=2e-3
+        )
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_outlines_are_closed_and_have_the_corners_asked_for(kind):
-    """The outlines of both wheels are closed curves with one edge for each interval of a contact."""
+    """The outlines of both wheels are closed curves with one edge for each interval of a
+    contact.
+    """
     made = contacts(Stage(0.05, 0.003, 0.0012, 20, kind), 0.3)
     at = {k: np.linspace(-1e-4, 1e-4, 6) for k in (2, 3, 7)}
     for edges in (toothed(made, at), pinned(made, at)):
         starts, ends = (np.array([edge.points[k] for edge in edges]) for k in (0, -1))
         assert np.abs(np.roll(starts, -1) - ends).max() < 1e-12
-        assert sorted(edge.contact for edge in edges if edge.contact >= 0) == [2] * 5 + [3] * 5 + [7] * 5
+        assert (
+            sorted(edge.contact for edge in edges if edge.contact >= 0)
+            == [2] * 5 + [3] * 5 + [7] * 5
+        )
         assert (np.conj(starts) * ends).imag.sum() > 0
 
 
 def test_thin_wheels_and_interfering_flanks_are_refused_before_meshing():
-    """A hub that cuts the teeth, a ring that cuts its pins, interference and gaps of single envelope lobes are refused with the possible value."""
+    """A hub that cuts the teeth, a ring that cuts its pins, interference and gaps of single
+    envelope lobes are refused with the possible value.
+    """
     for said, planet, ring, gap, kind in (
         ("reach in to 45.8 mm", replace(PLANET, edge=0.046), RING, 0.0, "ring pins"),
         ("reach out to 53 mm", PLANET, replace(RING, edge=0.0529), 0.0, "ring pins"),
         ("interfere before they are loaded, at pin 0 by 2 µm", PLANET, RING, -2e-6, "ring pins"),
-        ("leave 0.1 mm to the bore", replace(PLANET, holes=Holes(6, 0.0301, 0.01)), RING, 0.0, "ring pins"),
+        (
+            "leave 0.1 mm to the bore",
+            replace(PLANET, holes=Holes(6, 0.0301, 0.01)),
+            RING,
+            0.0,
+            "ring pins",
+        ),
         ("gaps of single lobes", PLANET, RING, 1e-6, "lobe envelope"),
     ):
         with pytest.raises(ValueError, match=said):
-            loaded_stage(Stage(0.05, 0.003, 0.0012, 20, kind), planet, ring, 0.01, TORQUES, gaps=np.full(20, gap))
+            loaded_stage(
+                Stage(0.05, 0.003, 0.0012, 20, kind),
+                planet,
+                ring,
+                0.01,
+                TORQUES,
+                gaps=np.full(20, gap),
+            )
 
 
 def test_without_ngsolve_the_message_names_the_extra(monkeypatch):
@@ -94,9 +127,18 @@ def test_without_ngsolve_the_message_names_the_extra(monkeypatch):
         loaded_stage(STAGE, PLANET, RING, 0.01, TORQUES)
 
 
-def solved(*, ring: Body | None = RING, torques: Floats = TORQUES, crank: float = 0.0, gap: float = 0.0, order: int = 2) -> Loaded:
+def solved(
+    *,
+    ring: Body | None = RING,
+    torques: Floats = TORQUES,
+    crank: float = 0.0,
+    gap: float = 0.0,
+    order: int = 2,
+) -> Loaded:
     """Return the reference stage under torque."""
-    return loaded_stage(STAGE, PLANET, ring, 0.01, torques, crank=crank, gaps=np.full(20, gap), order=order)
+    return loaded_stage(
+        STAGE, PLANET, ring, 0.01, torques, crank=crank, gaps=np.full(20, gap), order=order
+    )
 
 
 @pytest.mark.slow
@@ -111,7 +153,9 @@ def solved(*, ring: Body | None = RING, torques: Floats = TORQUES, crank: float 
     ids=["rigid ring", "elastic ring", "half a pitch", "gaps"],
 )
 def test_rotation_agrees_with_an_independent_contact_method(ring, crank, gap, expected, within):
-    """The rotation agrees with penalty contact of NGSolve, an active set of scikit-fem and CalculiX, which agree to 0.2 %."""
+    """The rotation agrees with penalty contact of NGSolve, an active set of scikit-fem and
+    CalculiX, which agree to 0.2 %.
+    """
     found = solved(ring=ring, crank=crank, gap=gap).rotation / ARCMIN
     for value, reference in zip(found, expected, strict=True):
         if reference is not None:
@@ -120,7 +164,9 @@ def test_rotation_agrees_with_an_independent_contact_method(ring, crank, gap, ex
 
 @pytest.mark.slow
 def test_loads_pressures_and_equilibrium_of_the_reference_stage():
-    """Loads and pressures agree with the reference; the torque is that of the forces, and across the crank they add up to T/(e z)."""
+    """Loads and pressures agree with the reference; the torque is that of the forces, and across
+    the crank they add up to T/(e z).
+    """
     found = solved()
     expected = [36.6, 553.4, 810.0, 868.2, 839.2, 764.7, 655.9, 516.4, 351.9, 169.9]
     np.testing.assert_allclose(found.forces[1, :10], expected, rtol=0.01, atol=1.5)
@@ -129,7 +175,9 @@ def test_loads_pressures_and_equilibrium_of_the_reference_stage():
     theta = pin_angles(STAGE, np.zeros(1))[0]
     # the contacts move by the slip of the flanks, which changes the arms by less than 0.1 %
     np.testing.assert_allclose(found.forces @ arms(STAGE, theta), TORQUES, rtol=1e-3)
-    np.testing.assert_allclose((found.forces @ normals(STAGE, theta))[:, 1], TORQUES / STAGE.planet_pitch_radius, rtol=1e-3)
+    np.testing.assert_allclose(
+        (found.forces @ normals(STAGE, theta))[:, 1], TORQUES / STAGE.planet_pitch_radius, rtol=1e-3
+    )
     steps = np.diff(found.torque) / np.diff(found.rotation)
     assert found.stiffness[0] < steps[0] < found.stiffness[1]
 
@@ -137,7 +185,9 @@ def test_loads_pressures_and_equilibrium_of_the_reference_stage():
 @pytest.mark.slow
 @pytest.mark.parametrize(("torque", "stress"), [(50.0, 442e6), (100.0, 626e6)])
 def test_largest_stress_is_that_of_hertz_below_the_surface(torque, stress):
-    """With elements of third order the largest von Mises stress is that of the reference, and 0.5575 of the largest Hertz pressure."""
+    """With elements of third order the largest von Mises stress is that of the reference, and
+    0.5575 of the largest Hertz pressure.
+    """
     found = solved(torques=np.array([torque]), order=3)
     largest, strain = found.largest(0)
     assert largest == pytest.approx(stress, rel=0.03)
@@ -147,7 +197,9 @@ def test_largest_stress_is_that_of_hertz_below_the_surface(torque, stress):
 
 @pytest.mark.slow
 def test_stress_is_largest_at_the_depth_of_hertz():
-    """The largest von Mises stress of the disc lies 0.704 half-widths below the surface of a contact."""
+    """The largest von Mises stress of the disc lies 0.704 half-widths below the surface of a
+    contact.
+    """
     found = solved(torques=np.array([100.0]), order=3)
     at = found.wheels[0].place_of_largest(found.pressures[0])
     made = contacts(STAGE, 0.0)
@@ -158,7 +210,9 @@ def test_stress_is_largest_at_the_depth_of_hertz():
 
 @pytest.mark.slow
 def test_rotation_depends_on_torque_per_width_and_turns_with_the_pitch():
-    """Twice the width carries twice the torque with the same rotation, and a crank turned by a pitch shifts the loads by one pin."""
+    """Twice the width carries twice the torque with the same rotation, and a crank turned by a
+    pitch shifts the loads by one pin.
+    """
     once = solved(torques=np.array([100.0]))
     twice = loaded_stage(STAGE, PLANET, RING, 0.02, np.array([200.0]))
     turned = solved(torques=np.array([100.0]), crank=2 * math.pi / 20)
@@ -169,11 +223,21 @@ def test_rotation_depends_on_torque_per_width_and_turns_with_the_pitch():
 
 @pytest.mark.slow
 def test_planet_pins_carry_the_torque():
-    """With planet pins the forces balance the torque by the arms of that geometry, and a plane-stress stage winds up farther."""
+    """With planet pins the forces balance the torque by the arms of that geometry, and a
+    plane-stress stage winds up farther.
+    """
     stage = Stage(0.05, 0.003, 0.0012, 20, "planet pins")
     planes: tuple[Plane, ...] = ("strain", "stress")
     strain, stress = (
-        loaded_stage(stage, replace(PLANET, plane=plane), replace(RING, plane=plane), 0.01, np.array([100.0]), crank=0.1) for plane in planes
+        loaded_stage(
+            stage,
+            replace(PLANET, plane=plane),
+            replace(RING, plane=plane),
+            0.01,
+            np.array([100.0]),
+            crank=0.1,
+        )
+        for plane in planes
     )
     theta = pin_angles(stage, np.array([0.1]))[0]
     assert strain.forces[0] @ arms(stage, theta) == pytest.approx(100.0, rel=2e-3)
@@ -182,11 +246,15 @@ def test_planet_pins_carry_the_torque():
 
 @pytest.mark.slow
 def test_holes_that_take_the_torque_agree_with_the_law_of_the_plane_disc_with_holes():
-    """With output pins in six holes the stage winds up as by Johnson's contacts on the plane disc with holes, which uses no mesh."""
+    """With output pins in six holes the stage winds up as by Johnson's contacts on the plane disc
+    with holes, which uses no mesh.
+    """
     torque, crank = np.array([100.0]), np.zeros(1)
     holed = replace(PLANET, holes=Holes(6, 0.033, 0.006))
     flanks = Flanks(0.01, equivalent_modulus(210e9, 0.3, 210e9, 0.3))
     for planet in (PLANET, holed):
         drive = Drive(STAGE, flanks, disc_body=planet, ring_body=RING)
         expected = loaded_disc(drive, 100.0, crank, nominal_gaps(drive, crank)).rotation.item()
-        assert loaded_stage(STAGE, planet, RING, 0.01, torque).rotation[0] == pytest.approx(expected, rel=0.01)
+        assert loaded_stage(STAGE, planet, RING, 0.01, torque).rotation[0] == pytest.approx(
+            expected, rel=0.01
+        )

@@ -1,4 +1,6 @@
-"""Finite elements of a stage in three dimensions against both plane states, and against elements without polynomials over the width."""
+"""Finite elements of a stage in three dimensions against both plane states, and against elements
+without polynomials over the width.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ VALIDATES = (
     (
         "finite elements of a cycloidal stage in three dimensions",
         (
-            "cubic tetrahedra of a disc under one patch of pressure; plane strain and plane stress as bounds of the stage, and as its limits "
+            "cubic tetrahedra of a disc under one patch of pressure; plane strain and plane "
+            "stress as bounds of the stage, and as its limits "
             "when wide and thin; a second term over the width; no lateral contraction"
         ),
         "0.9 % with one term, 0.2 % with two; 1 %, 3 % of the difference; 0.6 %; 1e-5",
@@ -40,17 +43,27 @@ PLANET = Body("planet", 0.02, 210e9, 0.3)
 
 
 @functools.cache
-def rotation(width: float, terms: int, plane: Plane = "strain", holes: Holes | None = None) -> float:
-    """Return the rotation (rad) of the reference stage with a rigid ring under 100 N m on 10 mm of width, or the same per width."""
+def rotation(
+    width: float, terms: int, plane: Plane = "strain", holes: Holes | None = None
+) -> float:
+    """Return the rotation (rad) of the reference stage with a rigid ring under 100 N m on 10 mm of
+    width, or the same per width.
+    """
     planet = replace(PLANET, plane=plane, holes=holes)
-    return float(loaded_stage(STAGE, planet, None, width, np.array([1e4 * width]), terms=terms).rotation[0])
+    return float(
+        loaded_stage(STAGE, planet, None, width, np.array([1e4 * width]), terms=terms).rotation[0]
+    )
 
 
 @pytest.mark.slow
 def test_a_disc_of_some_width_lies_between_plane_strain_and_plane_stress():
-    """By both energy theorems the rotation lies between the plane states: near stress if thin, near strain if wide, half way at 10 mm."""
+    """By both energy theorems the rotation lies between the plane states: near stress if thin, near
+    strain if wide, half way at 10 mm.
+    """
     strain, stress = (rotation(0.01, 0, plane) for plane in ("strain", "stress"))
-    thin, medium, wide = ((rotation(width, 1) - strain) / (stress - strain) for width in (1e-4, 0.01, 1.0))
+    thin, medium, wide = (
+        (rotation(width, 1) - strain) / (stress - strain) for width in (1e-4, 0.01, 1.0)
+    )
     assert 0.97 < thin < 1.0
     assert medium == pytest.approx(0.558, abs=0.005)
     assert 0.0 < wide < 0.01
@@ -58,22 +71,32 @@ def test_a_disc_of_some_width_lies_between_plane_strain_and_plane_stress():
 
 @pytest.mark.slow
 def test_a_second_term_over_the_width_makes_the_stage_half_a_per_cent_softer():
-    """More terms make any body softer; the second one by 0.4 % of the rotation of the reference stage, which is the error of the first alone."""
+    """More terms make any body softer; the second one by 0.4 % of the rotation of the reference
+    stage, which is the error of the first alone.
+    """
     assert 1.003 < rotation(0.01, 2) / rotation(0.01, 1) < 1.006
 
 
 @pytest.mark.slow
 def test_with_output_pins_in_holes_a_disc_lies_between_the_plane_states_too():
-    """A bore that slides on its bearing and pins in six holes do not change the order of the three states."""
+    """A bore that slides on its bearing and pins in six holes do not change the order of the three
+    states.
+    """
     holes = Holes(6, 0.033, 0.006)
-    strain, between, stress = rotation(0.01, 0, holes=holes), rotation(0.01, 1, holes=holes), rotation(0.01, 0, "stress", holes)
+    strain, between, stress = (
+        rotation(0.01, 0, holes=holes),
+        rotation(0.01, 1, holes=holes),
+        rotation(0.01, 0, "stress", holes),
+    )
     assert strain < between < stress
     assert 0.2 < (between - strain) / (stress - strain) < 0.8
 
 
 @pytest.mark.slow
 def test_one_pressure_on_a_disc_moves_it_as_by_tetrahedra():
-    """Under a patch of pressure one term over the width moves a disc as far as cubic tetrahedra of the whole solid to 0.9 %, two terms to 0.2 %."""
+    """Under a patch of pressure one term over the width moves a disc as far as cubic tetrahedra of
+    the whole solid to 0.9 %, two terms to 0.2 %.
+    """
     import ngsolve as ng
     from netgen.occ import OCCGeometry, Z
 
@@ -81,16 +104,32 @@ def test_one_pressure_on_a_disc_moves_it_as_by_tetrahedra():
     made = contacts(STAGE, 0.0)
     at = {lobe: np.linspace(-5e-4, 5e-4, 6)}
     blank = Blank(toothed(made, at), PLANET, made.planet)
-    found = [ElasticWheel(blank, Elasticity(PLANET, width, n), made, at, mesh_of(blank, 3e-3), 3).compliance.sum() for n in (1, 2)]
+    found = [
+        ElasticWheel(
+            blank, Elasticity(PLANET, width, n), made, at, mesh_of(blank, 3e-3), 3
+        ).compliance.sum()
+        for n in (1, 2)
+    ]
 
     half = face_of(blank).Extrude(MM * width / 2 * Z)
     touched = MM * (made.pin[lobe] + STAGE.pin_radius * made.towards[lobe])
     for each in half.faces:
         centre = each.center
         at_contact = abs(complex(centre.x, centre.y) - touched) < 0.6
-        at_hub = all(abs(abs(complex(edge.start.x, edge.start.y) - MM * made.planet) - 20) < 1e-6 for edge in each.edges)
+        at_hub = all(
+            abs(abs(complex(edge.start.x, edge.start.y) - MM * made.planet) - 20) < 1e-6
+            for edge in each.edges
+        )
         flat = all(abs(edge.start.z) + abs(edge.end.z) < 1e-9 for edge in each.edges)
-        each.name = "middle" if flat else "contact" if at_contact and centre.z < width * MM / 2 - 1e-6 else "hub" if at_hub else "free"
+        each.name = (
+            "middle"
+            if flat
+            else "contact"
+            if at_contact and centre.z < width * MM / 2 - 1e-6
+            else "hub"
+            if at_hub
+            else "free"
+        )
         if each.name == "contact":
             each.maxh = 0.5
     mesh = ng.Mesh(OCCGeometry(half).GenerateMesh(maxh=4, grading=0.5))
@@ -100,8 +139,13 @@ def test_one_pressure_on_a_disc_moves_it_as_by_tetrahedra():
     law = Elasticity(PLANET, width, 1)
     form = ng.BilinearForm(space, symmetric=True)
     lame = 2 * law.shear_modulus * 0.3 / (1 - 2 * 0.3)
-    form += (lame * ng.div(u) * ng.div(v) + 2 * law.shear_modulus * ng.InnerProduct(ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v)))) * ng.dx
-    away = ng.CoefficientFunction((ng.x - MM * made.pin[lobe].real, ng.y - MM * made.pin[lobe].imag, 0))
+    form += (
+        lame * ng.div(u) * ng.div(v)
+        + 2 * law.shear_modulus * ng.InnerProduct(ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v)))
+    ) * ng.dx
+    away = ng.CoefficientFunction(
+        (ng.x - MM * made.pin[lobe].real, ng.y - MM * made.pin[lobe].imag, 0)
+    )
     load = ng.LinearForm(away / ng.Norm(away) * v * ng.ds("contact"))
     form.Assemble()
     load.Assemble()
@@ -126,6 +170,9 @@ def test_stages_of_too_many_unknowns_are_refused_before_they_are_solved():
 def test_poisson_ratio_zero_leaves_no_difference():
     """Without lateral contraction three dimensions, plane strain and plane stress are the same."""
     disc = replace(PLANET, nu=0.0)
-    plane, solid = (float(loaded_stage(STAGE, disc, None, 0.01, np.array([100.0]), terms=n).rotation[0]) for n in (0, 1))
+    plane, solid = (
+        float(loaded_stage(STAGE, disc, None, 0.01, np.array([100.0]), terms=n).rotation[0])
+        for n in (0, 1)
+    )
     # NGSolve integrates curved elements of the two spaces by different rules
     assert solid == pytest.approx(plane, rel=1e-5)

@@ -23,7 +23,8 @@ VALIDATES = (
     (
         "finite elements of an envelope ring",
         (
-            "contacts of both branches on elastic bodies; largest pressure by the contact along the whole flank, three stages; torque of the "
+            "contacts of both branches on elastic bodies; largest pressure by the contact "
+            "along the whole flank, three stages; torque of the "
             "forces; distances to the ring from a polygon of its profile"
         ),
         "1 %; 6 %; 0.3 %; 1 nm",
@@ -37,33 +38,49 @@ SMALL = Stage(0.034, 0.0035, 0.0015, 14, "lobe envelope")
 
 def found(stage: Stage, crank: float) -> tuple[EnvelopeContacts, dict[int, np.ndarray]]:
     """Return the contacts where the gap is below 0.3 µm, in intervals of 50 µm."""
-    return envelope_contacts(stage, crank, Modification(), lambda theta: np.full(len(theta), 3e-7), lambda theta: np.full(len(theta), 5e-5))
+    return envelope_contacts(
+        stage,
+        crank,
+        Modification(),
+        lambda theta: np.full(len(theta), 3e-7),
+        lambda theta: np.full(len(theta), 5e-5),
+    )
 
 
 @pytest.mark.parametrize("stage", [STAGE, SMALL])
 @pytest.mark.parametrize("crank", [0.0, 0.157, 1.0])
 def test_outlines_are_closed_and_have_one_edge_for_each_interval(stage, crank):
-    """Both outlines are closed, counter-clockwise, without slivers, with one edge for each interval of a contact."""
+    """Both outlines are closed, counter-clockwise, without slivers, with one edge for each interval
+    of a contact.
+    """
     made, at = found(stage, crank)
     for edges in (made.planet_outline(at), made.ring_outline(at)):
         starts, ends = (np.array([edge.points[k] for edge in edges]) for k in (0, -1))
         assert np.abs(np.roll(starts, -1) - ends).max() < 1e-12
         assert np.abs(ends - starts).min() > 5e-6
         assert (np.conj(starts) * ends).imag.sum() > 0
-        assert sorted(edge.contact for edge in edges if edge.contact >= 0) == [k for k, places in at.items() for _ in places[1:]]
+        assert sorted(edge.contact for edge in edges if edge.contact >= 0) == [
+            k for k, places in at.items() for _ in places[1:]
+        ]
 
 
 @pytest.mark.parametrize("stage", [STAGE, SMALL])
 def test_gaps_are_distances_from_the_profile_of_the_ring(stage):
-    """The gap of every node is its distance from a fine polygon of the ring, which is drawn by another function; it is zero at second contacts."""
+    """The gap of every node is its distance from a fine polygon of the ring, which is drawn by
+    another function; it is zero at second contacts.
+    """
     made, at = found(stage, 0.157)
     polygon = repeat_pitch(ring_pitch(stage, 8_001), stage.pins) @ np.array([1, 1j])
     for k, places in at.items():
-        corners = np.array([edge.points[0] for edge in made.planet_outline({k: places}) if edge.contact == k])
+        corners = np.array(
+            [edge.points[0] for edge in made.planet_outline({k: places}) if edge.contact == k]
+        )
         nearest = np.abs(polygon[:, None] - corners).argmin(axis=0)
         along = polygon[nearest + 1] - polygon[nearest - 1]
         expected = np.abs(((corners - polygon[nearest]) * np.conj(along / np.abs(along))).imag)
-        np.testing.assert_allclose(np.sort(made.surface(k, places[:-1])[0]), np.sort(expected), rtol=0, atol=1e-9)
+        np.testing.assert_allclose(
+            np.sort(made.surface(k, places[:-1])[0]), np.sort(expected), rtol=0, atol=1e-9
+        )
     t = second_contacts(stage, [0.157])[0]
     theta = -stage.lobes * t[np.isfinite(t)]
     for angle in theta[arms(stage, theta) > 0.3 * stage.planet_pitch_radius]:
@@ -82,7 +99,9 @@ def test_places_along_a_flank_are_found_again():
 
 
 def test_interfering_relief_is_refused_before_meshing():
-    """A disc with added material interferes with its envelope; gaps of single lobes have no meaning there."""
+    """A disc with added material interferes with its envelope; gaps of single lobes have no meaning
+    there.
+    """
     disc = Body("planet", 0.02, 210e9, 0.3)
     with pytest.raises(ValueError, match="interfere before they are loaded, at"):
         loaded_stage(STAGE, disc, None, 0.01, np.array([100.0]), relief=Modification(roller=-1e-6))
@@ -92,14 +111,20 @@ def test_interfering_relief_is_refused_before_meshing():
 
 @pytest.mark.slow
 def test_both_branches_on_elastic_bodies_wind_up_as_by_finite_elements():
-    """Contacts of both branches on the exact bodies wind up as contact by finite elements within 1 %, with the same pressure within 5 %.
+    """Contacts of both branches on the exact bodies wind up as contact by finite elements within 1
+    %, with the same pressure within 5 %.
 
     More stages, with results computed beforehand: tests/validation/test_fem_cases.py.
     """
     bodies = Body("planet", 0.0105, 2.4e9, 0.3), Body("ring", 0.038, 2.4e9, 0.3)
     angle = np.array([0.1])
     made = loaded_stage(SMALL, *bodies, 0.01, np.array([0.2]), crank=0.1)
-    drive = Drive(SMALL, Flanks(0.01, equivalent_modulus(2.4e9, 0.3, 2.4e9, 0.3)), disc_body=bodies[0], ring_body=bodies[1])
+    drive = Drive(
+        SMALL,
+        Flanks(0.01, equivalent_modulus(2.4e9, 0.3, 2.4e9, 0.3)),
+        disc_body=bodies[0],
+        ring_body=bodies[1],
+    )
     found = loaded_disc(drive, 0.2, angle, nominal_gaps(drive, angle))
     assert found.rotation.item() == pytest.approx(made.rotation[0], rel=0.01)
     assert found.pressures.max() == pytest.approx(made.peak.max(), rel=0.05)
@@ -108,12 +133,25 @@ def test_both_branches_on_elastic_bodies_wind_up_as_by_finite_elements():
 
 @pytest.mark.parametrize(
     ("stage", "hub", "outer", "crank", "peak"),
-    [(STAGE, 0.02, 0.06, 0.0, 993.1e6), (STAGE, 0.02, 0.06, math.pi / 20, 999.9e6), (SMALL, 0.0105, 0.044, 0.0, 1318e6)],
+    [
+        (STAGE, 0.02, 0.06, 0.0, 993.1e6),
+        (STAGE, 0.02, 0.06, math.pi / 20, 999.9e6),
+        (SMALL, 0.0105, 0.044, 0.0, 1318e6),
+    ],
     ids=["N 20", "half a pitch", "N 14"],
 )
 def test_the_largest_pressure_is_that_of_finite_elements(stage, hub, outer, crank, peak):
-    """Along the flank on half-planes within 6 %, of contacts on elastic bodies within 5 %; steel, 10 mm, 100 N m, solved by `loaded_stage` before."""
+    """Along the flank on half-planes within 6 %, of contacts on elastic bodies within 5 %; steel,
+    10 mm, 100 N m, solved by `loaded_stage` before.
+    """
     flanks, angle = Flanks(0.01, equivalent_modulus(210e9, 0.3, 210e9, 0.3)), np.array([crank])
     assert envelope_contact(stage, flanks, 100.0, angle).peak[0] == pytest.approx(peak, rel=0.06)
-    drive = Drive(stage, flanks, disc_body=Body("planet", hub, 210e9, 0.3), ring_body=Body("ring", outer, 210e9, 0.3))
-    assert loaded_disc(drive, 100.0, angle, nominal_gaps(drive, angle)).pressures.max() == pytest.approx(peak, rel=0.05)
+    drive = Drive(
+        stage,
+        flanks,
+        disc_body=Body("planet", hub, 210e9, 0.3),
+        ring_body=Body("ring", outer, 210e9, 0.3),
+    )
+    assert loaded_disc(
+        drive, 100.0, angle, nominal_gaps(drive, angle)
+    ).pressures.max() == pytest.approx(peak, rel=0.05)

@@ -32,7 +32,9 @@ SIZE = st.floats(0, 100e-6)
 
 
 def test_a_6008_on_k5_calculated_by_hand():
-    """A 6008 (40 x 68 mm, CN) on a ground k5 shaft, loose in its housing, inner ring 5 K above the outer:  13 - 0.8 x 12.86 - 3.90 = -1.2 µm."""
+    """A 6008 (40 x 68 mm, CN) on a ground k5 shaft, loose in its housing, inner ring 5 K above the
+    outer:  13 - 0.8 x 12.86 - 3.90 = -1.2 µm.
+    """
     tight = interference((2 * UM, 13 * UM), (-12 * UM, 0.0))
     assert tight == pytest.approx((2 * UM, 25 * UM))
     effective = effective_interference(np.array(tight), 0.040)
@@ -42,11 +44,14 @@ def test_a_6008_on_k5_calculated_by_hand():
     middle = working_clearance(mounted_clearance(13 * UM, effective.mean()), warm)
     assert middle == pytest.approx((13 - 0.8 * 13.5 * 40 / 42 - 3.9) * UM, rel=1e-9)
     half = np.array([0.0, 1.0, 0.5])
-    spread = clearance_range(6 * UM + 14 * UM * half, effective[0] + np.diff(effective) * half, 0 * half, warm * half)
+    spread = clearance_range(
+        6 * UM + 14 * UM * half, effective[0] + np.diff(effective) * half, 0 * half, warm * half
+    )
     assert spread.mean == pytest.approx((13 - 0.8 * 13.5 * 40 / 42 - 3.9 / 2) * UM, rel=1e-9)
     assert spread.lowest == pytest.approx((6 - 0.8 * 25 * 40 / 42 - 3.9) * UM)
     assert spread.highest == pytest.approx((20 - 0.8 * 2 * 40 / 42) * UM)
-    assert spread.lowest < 0 < spread.highest  # some of these bearings are preloaded, others have clearance
+    # some of these bearings are preloaded, others have clearance
+    assert spread.lowest < 0 < spread.highest
 
 
 def test_a_turned_seat_keeps_less_than_a_ground_one():
@@ -57,11 +62,19 @@ def test_a_turned_seat_keeps_less_than_a_ground_one():
 
 @given(SIZE, SIZE, SIZE, SIZE, st.floats(0, 1), st.floats(0, 1))
 @settings(deadline=None, max_examples=100)
-def test_interference_and_temperature_reduce_clearance(initial, inner, outer, more, inner_share, outer_share):
-    """More interference or a hotter inner ring never increases the clearance; more initial clearance adds in full."""
+def test_interference_and_temperature_reduce_clearance(
+    initial, inner, outer, more, inner_share, outer_share
+):
+    """More interference or a hotter inner ring never increases the clearance; more initial
+    clearance adds in full.
+    """
 
     def works(i, a, b, t):
-        return float(working_clearance(mounted_clearance(i, a, b, inner_share, outer_share), thermal_loss(t, 0.06)))
+        return float(
+            working_clearance(
+                mounted_clearance(i, a, b, inner_share, outer_share), thermal_loss(t, 0.06)
+            )
+        )
 
     base = works(initial, inner, outer, 0.0)
     assert works(initial, inner + more, outer, 0.0) <= base
@@ -79,7 +92,9 @@ def test_a_loose_fit_changes_nothing(loose, diameter):
 
 
 def test_the_raceway_of_a_bearing():
-    """A 40 x 68 mm ball bearing's outer raceway is estimated as 62.4 mm, a roller bearing's as 61 mm."""
+    """A 40 x 68 mm ball bearing's outer raceway is estimated as 62.4 mm, a roller bearing's as 61
+    mm.
+    """
     assert raceway_diameter(0.04, 0.068, "ball") == pytest.approx(0.0624)
     assert raceway_diameter(0.04, 0.068, "roller") == pytest.approx(0.061)
 
@@ -92,10 +107,14 @@ def test_the_raceway_of_a_bearing():
 )
 @settings(deadline=None, max_examples=100)
 def test_no_bearing_leaves_the_limits(initial, inner, outer, where):
-    """For any parts within their limits the working clearance and its mean are within its own; the deviation is half of their distance at most."""
+    """For any parts within their limits the working clearance and its mean are within its own; the
+    deviation is half of their distance at most.
+    """
     bands = [tuple(sorted(band)) for band in (initial, inner, outer)]
     quantiles = np.concatenate([[0.0, 1.0], (np.arange(50) + 0.5) / 50])
-    spread = clearance_range(*(low + quantiles * (high - low) for low, high in bands), 0 * quantiles)
+    spread = clearance_range(
+        *(low + quantiles * (high - low) for low, high in bands), 0 * quantiles
+    )
     drawn = [low + share * (high - low) for (low, high), share in zip(bands, where, strict=True)]
     assert spread.lowest - 1e-15 <= mounted_clearance(*drawn) <= spread.highest + 1e-15
     assert spread.lowest - 1e-15 <= spread.mean <= spread.highest + 1e-15
@@ -104,7 +123,9 @@ def test_no_bearing_leaves_the_limits(initial, inner, outer, where):
 
 @pytest.mark.parametrize("low", [-20.0, -6.0, -1.0, 3.0])
 def test_a_fit_that_may_be_loose_takes_away_what_the_tight_ones_do(low):
-    """An interference uniform from `low` to 10 µm, with 0.8 of what is above zero: by integrals, the mean is -0.4 b² / (b - a), b = 10 µm."""
+    """An interference uniform from `low` to 10 µm, with 0.8 of what is above zero: by integrals,
+    the mean is -0.4 b² / (b - a), b = 10 µm.
+    """
     quantiles = np.concatenate([[0.0, 1.0], (np.arange(2000) + 0.5) / 2000])
     tight = low + (10.0 - low) * quantiles
     spread = clearance_range(0 * quantiles, tight, 0 * quantiles, 0 * quantiles)
@@ -133,6 +154,8 @@ def test_a_batch_equals_its_single_bearings():
     ],
 )
 def test_impossible_values_are_refused(call, words):
-    """Seats without a diameter, shares above one and bores beyond the outside diameter are refused."""
+    """Seats without a diameter, shares above one and bores beyond the outside diameter are
+    refused.
+    """
     with pytest.raises(ValueError, match=words):
         call()

@@ -7,7 +7,15 @@ from itertools import pairwise
 
 import pytest
 
-from lostmotion.laws.iso286 import HOLE_ZONES, RANGES, SHAFT_ZONES, STEPS, expected_zone, grade_width, limit_deviations
+from lostmotion.laws.iso286 import (
+    HOLE_ZONES,
+    RANGES,
+    SHAFT_ZONES,
+    STEPS,
+    expected_zone,
+    grade_width,
+    limit_deviations,
+)
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -19,7 +27,8 @@ VALIDATES = (
     ),
 )
 
-# ISO 286-1, table 1, µm: ranges over 3, 6, 10, 18, 30, 50, 80, 120 and 180 mm, each up to the next, the last one to 250 mm.
+# ISO 286-1, table 1, µm: ranges over 3, 6, 10, 18, 30, 50, 80, 120 and 180 mm, each up to the next,
+# the last one to 250 mm.
 GRADES = {
     5: (5, 6, 8, 9, 11, 13, 15, 18, 20),
     6: (8, 9, 11, 13, 16, 19, 22, 25, 29),
@@ -43,7 +52,8 @@ FINE = {
     "r": (15, 19, 23, 28, 34, 41, 43, 51, 54, 63, 65, 68, 77, 80, 84),
     "s": (19, 23, 28, 35, 43, 53, 59, 71, 79, 92, 100, 108, 122, 130, 140),
 }
-# ISO 286-1, tables 2 and 3, of zones on both sides of zero: the lower deviation of shafts, the upper one of holes, µm, in the same ranges.
+# ISO 286-1, tables 2 and 3, of zones on both sides of zero: the lower deviation of shafts, the
+# upper one of holes, µm, in the same ranges.
 BOTH_SIDES = {
     "j5": (-2, -2, -3, -4, -5, -7, -9, -11, -13),
     "j6": (-2, -2, -3, -4, -5, -7, -9, -11, -13),
@@ -68,17 +78,23 @@ PUBLISHED = [
 
 @pytest.mark.parametrize("grade", GRADES)
 def test_grades_are_those_of_the_table(grade):
-    """IT5 to IT11 in all nine ranges; the formula alone is within 1 µm of IT5 to IT9, which is its rounding."""
+    """IT5 to IT11 in all nine ranges; the formula alone is within 1 µm of IT5 to IT9, which is its
+    rounding.
+    """
     for (low, high), printed in zip(pairwise(RANGES), GRADES[grade], strict=True):
         assert grade_width(grade, high) == grade_width(grade, low + 0.001) == printed
         middle = math.sqrt(low * high)
-        formula = {5: 7, 6: 10, 7: 16, 8: 25, 9: 40, 10: 64, 11: 100}[grade] * (0.45 * middle ** (1 / 3) + 0.001 * middle)
+        formula = {5: 7, 6: 10, 7: 16, 8: 25, 9: 40, 10: 64, 11: 100}[grade] * (
+            0.45 * middle ** (1 / 3) + 0.001 * middle
+        )
         assert formula == pytest.approx(printed, abs=1.0 if grade <= 9 else 5.0)
 
 
 @pytest.mark.parametrize("letter", [*FUNDAMENTAL, *FINE])
 def test_fundamental_deviations_are_those_of_the_table(letter):
-    """Fundamental deviations of shafts of grade 6 are those of the table, for every letter in every range."""
+    """Fundamental deviations of shafts of grade 6 are those of the table, for every letter in every
+    range.
+    """
     edges, printed = (STEPS, FINE[letter]) if letter in FINE else (RANGES, FUNDAMENTAL[letter])
     for high, value in zip(edges[1:], printed, strict=True):
         low_limit, high_limit = limit_deviations(f"{letter}6", high * 1e-3)
@@ -88,7 +104,9 @@ def test_fundamental_deviations_are_those_of_the_table(letter):
 
 @pytest.mark.parametrize("zone", BOTH_SIDES)
 def test_zones_on_both_sides_of_zero_are_those_of_the_table(zone):
-    """Zones j and J have the printed deviation in every range; the other deviation is one grade away, on the other side of zero."""
+    """Zones j and J have the printed deviation in every range; the other deviation is one grade
+    away, on the other side of zero.
+    """
     for high, value, width in zip(RANGES[1:], BOTH_SIDES[zone], GRADES[int(zone[-1])], strict=True):
         ends = (value - width, value) if zone[0] == "J" else (value, value + width)
         assert [each * 1e6 for each in limit_deviations(zone, high * 1e-3)] == pytest.approx(ends)
@@ -98,11 +116,15 @@ def test_zones_on_both_sides_of_zero_are_those_of_the_table(zone):
 @pytest.mark.parametrize(("diameter", "zone", "upper", "lower"), PUBLISHED)
 def test_published_limits(diameter, zone, upper, lower):
     """Limit deviations of shafts and holes are those printed in ISO 286-2."""
-    assert [each * 1e6 for each in limit_deviations(zone, diameter * 1e-3)] == pytest.approx([lower, upper])
+    assert [each * 1e6 for each in limit_deviations(zone, diameter * 1e-3)] == pytest.approx(
+        [lower, upper]
+    )
 
 
 def test_ranges_contain_their_upper_end_and_widths_grow():
-    """50 mm belongs to 30 to 50, a little more to the next range; every zone is as wide as its grade and no narrower on a larger diameter."""
+    """50 mm belongs to 30 to 50, a little more to the next range; every zone is as wide as its
+    grade and no narrower on a larger diameter.
+    """
     assert limit_deviations("H7", 0.05)[1] == pytest.approx(25e-6)
     assert limit_deviations("H7", 0.0500001)[1] == pytest.approx(30e-6)
     for zone in (*SHAFT_ZONES, *HOLE_ZONES):
@@ -115,7 +137,17 @@ def test_ranges_contain_their_upper_end_and_widths_grow():
 
 
 @pytest.mark.parametrize(
-    ("zone", "diameter"), [("k6", 0.003), ("k6", 0.251), ("k6", 0.0), ("q6", 0.05), ("K5", 0.05), ("j8", 0.05), ("h12", 0.05), ("", 0.05)]
+    ("zone", "diameter"),
+    [
+        ("k6", 0.003),
+        ("k6", 0.251),
+        ("k6", 0.0),
+        ("q6", 0.05),
+        ("K5", 0.05),
+        ("j8", 0.05),
+        ("h12", 0.05),
+        ("", 0.05),
+    ],
 )
 def test_zones_and_diameters_beyond_the_formulas_are_refused(zone, diameter):
     """Zones and diameters outside the range of the formulas, and NaN, are refused."""

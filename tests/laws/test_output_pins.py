@@ -11,20 +11,31 @@ import pytest
 from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.output_pins import HeldPin, Hole, PinSeat, largest_pin_force, needle_compliance, ring_share
+from lostmotion.laws.cycloid.output_pins import (
+    HeldPin,
+    Hole,
+    PinSeat,
+    largest_pin_force,
+    needle_compliance,
+    ring_share,
+)
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
     (
         "output pins in elastic seats and cages",
-        "finite elements in three dimensions; closed forms of rigid seats; least energy of a floating ring",
+        (
+            "finite elements in three dimensions; closed forms of rigid seats; least energy of a "
+            "floating ring"
+        ),
         "-2 to +18 % of the compliance; 0.2 %; 0.2 %",
         "laws/cycloid/output_pins.py",
     ),
 )
 
 MM = 1e-3
-# diameter, outer radius of the seat, its depth, free length (mm), E and nu of the seat: compliance by the law and by 3-D finite elements, mm/N
+# diameter, outer radius of the seat, its depth, free length (mm), E and nu of the seat: compliance
+# by the law and by 3-D finite elements, mm/N
 BONDED = [
     (5, 15, 10, 14, 2.4e9, 0.36, 7.53e-4, 6.40e-4),
     (5, 15, 5, 14, 2.4e9, 0.36, 1.412e-3, 1.430e-3),
@@ -33,13 +44,17 @@ BONDED = [
 ]
 
 
-def seat(depth: float, outer: float, young: float = 2.4e9, nu: float = 0.36, **more: object) -> PinSeat:
+def seat(
+    depth: float, outer: float, young: float = 2.4e9, nu: float = 0.36, **more: object
+) -> PinSeat:
     """Return a seat with depth and outer radius in mm."""
     return PinSeat(depth * MM, outer * MM, young, nu, **more)  # type: ignore[arg-type]
 
 
 def cage(of_seat: float = 2.4e9, nu: float = 0.36, **more: object) -> HeldPin:
-    """Return a pin of 5 mm between a flange (4 mm deep) and a ring (8 mm deep) 32 mm away, loaded from 2 to 29 mm."""
+    """Return a pin of 5 mm between a flange (4 mm deep) and a ring (8 mm deep) 32 mm away, loaded
+    from 2 to 29 mm.
+    """
     near, far = (seat(depth, 8, of_seat, nu, **more) for depth in (4, 8))
     return HeldPin(5 * MM, 210e9, 0.3, 32 * MM, (2 * MM, 29 * MM), near, far, "ring")
 
@@ -48,7 +63,14 @@ def cage(of_seat: float = 2.4e9, nu: float = 0.36, **more: object) -> HeldPin:
 def test_a_cantilever_in_a_bonded_seat(case):
     """The law's figure, and three-dimensional finite elements within -2 and +18 %."""
     diameter, outer, depth, free, young, nu, law, finite = case
-    pin = HeldPin(diameter * MM, 210e9, 0.3, free * MM, (free * MM, free * MM), seat(depth, outer, young, nu, fit="bonded"))
+    pin = HeldPin(
+        diameter * MM,
+        210e9,
+        0.3,
+        free * MM,
+        (free * MM, free * MM),
+        seat(depth, outer, young, nu, fit="bonded"),
+    )
     found = sum(pin.compliance()) * 1e3
     assert found == pytest.approx(law, rel=1e-3)
     assert 0.98 * finite < found < 1.18 * finite
@@ -58,18 +80,26 @@ def test_a_cantilever_in_a_bonded_seat(case):
 
 
 def test_pins_in_a_floating_cage():
-    """Two discs: 4.483e-4 mm/N bonded and 7.801e-4 with sliding sides, six and eight times that with the ring held; of steel 8.64e-5."""
+    """Two discs: 4.483e-4 mm/N bonded and 7.801e-4 with sliding sides, six and eight times that
+    with the ring held; of steel 8.64e-5.
+    """
     assert sum(cage(fit="bonded").compliance(2)) * 1e3 == pytest.approx(4.483e-4, rel=1e-3)
     held = replace(cage(fit="bonded"), held="both flanges")
     assert sum(held.compliance(2)) * 1e3 == pytest.approx(0.737e-4, rel=1e-3)
     sliding = cage(fit="pressed", adheres=False)
     assert sum(sliding.compliance(2)) * 1e3 == pytest.approx(7.801e-4, rel=1e-3)
-    assert sum(replace(sliding, held="both flanges").compliance(2)) * 1e3 == pytest.approx(0.931e-4, rel=1.5e-3)
-    assert sum(cage(210e9, 0.3, fit="bonded").compliance(2)) * 1e3 == pytest.approx(8.64e-5, rel=2e-3)
+    assert sum(replace(sliding, held="both flanges").compliance(2)) * 1e3 == pytest.approx(
+        0.931e-4, rel=1.5e-3
+    )
+    assert sum(cage(210e9, 0.3, fit="bonded").compliance(2)) * 1e3 == pytest.approx(
+        8.64e-5, rel=2e-3
+    )
 
 
 def test_a_floating_cage_of_rigid_seats():
-    """Load in the middle: L^3/(EI) [1/192 + s/48] for a slender pin with the share s; loaded around the axis, each is a guided beam, 5/192."""
+    """Load in the middle: L^3/(EI) [1/192 + s/48] for a slender pin with the share s; loaded around
+    the axis, each is a guided beam, 5/192.
+    """
     length, diameter = 0.4, 5 * MM
     bend = length**3 / (210e9 * math.pi / 64 * diameter**4)
     pin = HeldPin(diameter, 210e9, 0.3, length, (length / 2, length / 2), None, None, "ring")
@@ -81,9 +111,11 @@ def test_a_floating_cage_of_rigid_seats():
 @pytest.mark.parametrize("gained", [1e-7, 1e-3, 0.3, 3.0, 10.0, 100.0])
 @pytest.mark.parametrize("discs", [1, 2])
 def test_a_floating_ring_moves_as_its_pins_push_it(gained, discs):
-    """A ring on a spring at each pin finds the least energy in its three freedoms while pins push one way: the share of its motion over a pitch.
+    """A ring on a spring at each pin finds the least energy in its three freedoms while pins push
+    one way: the share of its motion over a pitch.
 
-    At a unit rotation of the discs the torque is twice the energy, and n pins of a compliance C have n/4 of 1/C for one disc, n/2 for two.
+    At a unit rotation of the discs the torque is twice the energy, and n pins of a compliance C
+    have n/4 of 1/C for one disc, n/2 for two.
     """
     pins = 24
     share = []
@@ -102,16 +134,22 @@ def test_a_floating_ring_moves_as_its_pins_push_it(gained, discs):
         if gained < 1e-3:
             # a ring so stiff that it takes the forces of pins on a fixed ring
             force = np.maximum(sine, 0.0) if discs == 1 else sine
-            compliance = 1 + gained * ((force @ sine) ** 2 + force.sum() ** 2) / pins / (force @ sine)
+            compliance = 1 + gained * ((force @ sine) ** 2 + force.sum() ** 2) / pins / (
+                force @ sine
+            )
             share.append((compliance - 1) / gained)
             continue
-        least = minimize(energy, np.array([0.1, 0.0, 0.1]), method="BFGS", options={"gtol": 1e-12}).fun
+        least = minimize(
+            energy, np.array([0.1, 0.0, 0.1]), method="BFGS", options={"gtol": 1e-12}
+        ).fun
         share.append((pins * discs / 4 / (2 * least) - 1) / gained)
     assert ring_share(discs, gained) == pytest.approx(np.mean(share), rel=2e-3)
 
 
 def test_one_disc_shifts_its_ring():
-    """With stiff pins 1/4 + 4/pi^2 of the motion, 0.57 to 0.63 with usual pins; two opposite discs only turn it, by a half."""
+    """With stiff pins 1/4 + 4/pi^2 of the motion, 0.57 to 0.63 with usual pins; two opposite discs
+    only turn it, by a half.
+    """
     assert ring_share(1, 1e-9) == pytest.approx(0.655, abs=5e-4)
     assert ring_share(1, 0.01) == pytest.approx(0.655, abs=2e-3)
     assert 0.55 < ring_share(1, 10.0) < ring_share(1, 3.0) < 0.64
@@ -119,7 +157,9 @@ def test_one_disc_shifts_its_ring():
 
 
 def test_three_discs_push_each_pin_around_the_axis():
-    """Pushes max(0, sin) along each of many lines of centres add up to a force at right angles to the pin's radius."""
+    """Pushes max(0, sin) along each of many lines of centres add up to a force at right angles to
+    the pin's radius.
+    """
     lines = 2 * math.pi * np.arange(300) / 300
     push = np.maximum(np.sin(0.7 - lines), 0.0)
     whole = np.array([-(push * np.cos(lines)).sum(), -(push * np.sin(lines)).sum()])
@@ -154,7 +194,9 @@ def test_impossible_pins_are_refused():
 
 
 def test_needles_stiffen_with_their_load():
-    """Palmgren: with the force to the tenth, and with the length to 0.8; with their number to 0.9 but for a ripple."""
+    """Palmgren: with the force to the tenth, and with the length to 0.8; with their number to 0.9
+    but for a ripple.
+    """
     base = needle_compliance(100.0, 8, 0.02)
     assert needle_compliance(1000.0, 8, 0.02) == pytest.approx(base * 10**-0.1, rel=1e-6)
     assert needle_compliance(100.0, 8, 0.04) == pytest.approx(base * 2**-0.8, rel=1e-6)
@@ -162,7 +204,9 @@ def test_needles_stiffen_with_their_load():
 
 
 def test_a_pin_in_a_wide_hole_is_hertzian():
-    """Ten times the force adds ln(10) of approach in the sum of both bodies' 1/(pi E' b), half of which is the hole's; small contacts only."""
+    """Ten times the force adds ln(10) of approach in the sum of both bodies' 1/(pi E' b), half of
+    which is the hole's; small contacts only.
+    """
     hole = Hole(6.2 * MM, 5 * MM, 10 * MM, 210e9, 0.3, 210e9, 0.3)
     modulus = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
     softened = hole.compliance(10.0) - hole.compliance(100.0)
@@ -188,6 +232,8 @@ def test_a_hole_as_small_as_its_pin_is_refused():
 
 
 def test_the_largest_force_on_a_pin():
-    """Half of the pins, in proportion to their distance from the line of centres: 4 T/(Rw n_w); two discs share the torque."""
+    """Half of the pins, in proportion to their distance from the line of centres: 4 T/(Rw n_w); two
+    discs share the torque.
+    """
     assert largest_pin_force(100.0, 0.04, 8, 1) == pytest.approx(4 * 100 / (0.04 * 8))
     assert largest_pin_force(100.0, 0.04, 8, 2) == pytest.approx(2 * 100 / (0.04 * 8))

@@ -1,4 +1,6 @@
-"""Tolerances by process, and the modulus of polymers over time and temperature, against tables and data sheets."""
+"""Tolerances by process, and the modulus of polymers over time and temperature, against tables and
+data sheets.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,9 @@ VALIDATES = (
     ],
 )
 def test_tolerances_are_those_of_the_tables(process: str, size: float, tolerance: float):
-    """Sizes in mm have the tolerances of ISO 2768-1, half the grades of ISO 286-1, or what print services state."""
+    """Sizes in mm have the tolerances of ISO 2768-1, half the grades of ISO 286-1, or what print
+    services state.
+    """
     assert process_tolerance(process, size * 1e-3) == pytest.approx(tolerance * 1e-3, rel=1e-9)
 
 
@@ -59,12 +63,17 @@ def test_a_larger_dimension_is_never_made_more_exactly():
         found = [process_tolerance(process, size) for size in sizes if size < 0.4]
         assert all(second >= first > 0 for first, second in itertools.pairwise(found)), process
     for process, size, end in (("ISO 2768 m", 5.0, 4000), ("ISO 2768 f", 2.5, 2000)):
-        with pytest.raises(ValueError, match=rf"no general tolerance of {process} at {size * 1e3:.0f} mm: up to {end} mm"):
+        with pytest.raises(
+            ValueError,
+            match=rf"no general tolerance of {process} at {size * 1e3:.0f} mm: up to {end} mm",
+        ):
             process_tolerance(process, size)
 
 
 def test_creep_of_polycarbonate_is_that_of_its_data_sheet():
-    """Makrolon 2856: 2.40 GPa in a tensile test, creep modulus 2.20 GPa after 1 h and 1.90 GPa after 1 000 h (ISO 899-1)."""
+    """Makrolon 2856: 2.40 GPa in a tensile test, creep modulus 2.20 GPa after 1 h and 1.90 GPa
+    after 1 000 h (ISO 899-1).
+    """
     factors = 2.20 / 2.40, 1.90 / 2.40
     assert creep_factor(30.0, *factors) == 1
     assert 2.40 * creep_factor(HOUR, *factors) == pytest.approx(2.20)
@@ -76,7 +85,9 @@ def test_creep_of_polycarbonate_is_that_of_its_data_sheet():
 
 
 def test_half_of_the_modulus_is_left_at_the_heat_deflection_temperature():
-    """The modulus falls linearly from room temperature to half at the heat deflection temperature, above which none is stated."""
+    """The modulus falls linearly from room temperature to half at the heat deflection temperature,
+    above which none is stated.
+    """
     deflection = REFERENCE + 122
     assert temperature_factor(REFERENCE - 30, deflection) == 1
     assert temperature_factor(REFERENCE + 61, deflection) == pytest.approx(0.75)

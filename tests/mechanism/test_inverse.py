@@ -1,4 +1,6 @@
-"""Inverse kinematics: poses reported as reached are reached within the joint limits, and the Jacobian is the derivative of the frames."""
+"""Inverse kinematics: poses reported as reached are reached within the joint limits, and the
+Jacobian is the derivative of the frames.
+"""
 
 from pathlib import Path
 
@@ -7,7 +9,12 @@ import pytest
 
 import lostmotion
 from lostmotion.error_model.poses import sample_poses
-from lostmotion.mechanism.inverse import REACHED, inverse_kinematics, pose_difference, tool_and_jacobian
+from lostmotion.mechanism.inverse import (
+    REACHED,
+    inverse_kinematics,
+    pose_difference,
+    tool_and_jacobian,
+)
 from lostmotion.mechanism.inverse_kernel import write_tool_and_jacobian
 from lostmotion.mechanism.serial import frames
 
@@ -31,7 +38,9 @@ def test_the_jacobian_is_the_derivative_of_the_frames(six):
 
 
 def test_compiled_forward_kinematics_equals_the_last_frame():
-    """Compiled and plain forward kinematics agree on the examples and on an arm of turning, sliding and fixed joints with tilted axes and a tool."""
+    """Compiled and plain forward kinematics agree on the examples and on an arm of turning, sliding
+    and fixed joints with tilted axes and a tool.
+    """
     joints = [
         {
             "name": "A",
@@ -41,8 +50,20 @@ def test_compiled_forward_kinematics_equals_the_last_frame():
             "link": {"tip": {"xyz": (0.1, 0.2, 0.3), "rpy": (0.1, -0.7, 2.0)}},
         },
         {"name": "B", "type": "fixed", "origin": {"xyz": (0.0, 0.1, 0.0), "rpy": (1.0, 0.0, 0.3)}},
-        {"name": "C", "type": "prismatic", "axis": (0.0, 1.0, 1.0), "limits": (-0.3, 0.5), "origin": {"xyz": (0.2, 0.0, -0.1)}},
-        {"name": "D", "type": "revolute", "axis": "-y", "limits": (-2.0, 2.0), "link": {"tip": {"xyz": (0.4, 0.0, 0.0), "rpy": (0.0, 0.5, 0.0)}}},
+        {
+            "name": "C",
+            "type": "prismatic",
+            "axis": (0.0, 1.0, 1.0),
+            "limits": (-0.3, 0.5),
+            "origin": {"xyz": (0.2, 0.0, -0.1)},
+        },
+        {
+            "name": "D",
+            "type": "revolute",
+            "axis": "-y",
+            "limits": (-2.0, 2.0),
+            "link": {"tip": {"xyz": (0.4, 0.0, 0.0), "rpy": (0.0, 0.5, 0.0)}},
+        },
         {"name": "E", "type": "fixed"},
     ]
     tool = {"frame": {"xyz": (0.0, 0.05, 0.1), "rpy": (0.2, 0.0, 0.0)}}
@@ -53,14 +74,23 @@ def test_compiled_forward_kinematics_equals_the_last_frame():
         found, jacobian = tool_and_jacobian(arm, q)
         assert np.abs(found - frames(arm, q)[-1]).max() < 1e-14
         slope = np.stack(
-            [pose_difference(*(frames(arm, q + end * np.eye(q.shape[1])[k])[-1] for end in (-1e-6, 1e-6))) / 2e-6 for k in range(q.shape[1])], axis=-1
+            [
+                pose_difference(
+                    *(frames(arm, q + end * np.eye(q.shape[1])[k])[-1] for end in (-1e-6, 1e-6))
+                )
+                / 2e-6
+                for k in range(q.shape[1])
+            ],
+            axis=-1,
         )
         assert jacobian == pytest.approx(slope, abs=1e-8)
 
 
 @pytest.mark.parametrize("turned", [True, False])
 def test_a_pose_reported_as_reached_is_reached(six, turned):
-    """From starts 0.1 rad away nearly all poses are found; every pose reported as reached is reached within the joint limits."""
+    """From starts 0.1 rad away nearly all poses are found; every pose reported as reached is
+    reached within the joint limits.
+    """
     q = sample_poses(six, 400, "uniform", 4).q
     wanted = frames(six, q)[-1]
     start = q + np.random.default_rng(0).normal(0, 0.1, q.shape)
@@ -77,30 +107,47 @@ def test_out_of_reach_is_reported(six):
     """A point two metres away is reported as not reached."""
     wanted = np.eye(4)[None].copy()
     wanted[0, :3, 3] = 2.0, 0.0, 0.3
-    assert not inverse_kinematics(six, wanted, six.limits.mean(axis=1)[None], with_orientation=False)[1].any()
+    assert not inverse_kinematics(
+        six, wanted, six.limits.mean(axis=1)[None], with_orientation=False
+    )[1].any()
 
 
 @pytest.mark.parametrize("way", [-1, 1])
 def test_a_joint_at_its_limit_does_not_stop_the_others(way):
-    """With one of four slides at either limit, a slide along the same direction reaches the point beyond in as many steps as alone."""
+    """With one of four slides at either limit, a slide along the same direction reaches the point
+    beyond in as many steps as alone.
+    """
     slide = {"type": "prismatic", "limits": ("-300 mm", "300 mm")}
-    joints = [{**slide, "name": name, "axis": axis} for name, axis in (("X", "x"), ("Y", "y"), ("Z", "z"), ("U", "x"))]
+    joints = [
+        {**slide, "name": name, "axis": axis}
+        for name, axis in (("X", "x"), ("Y", "y"), ("Z", "z"), ("U", "x"))
+    ]
     arm = lostmotion.Arm.model_validate({"name": "slides", "joints": joints})
     wanted = np.eye(4)[None].copy()
     wanted[0, :3, 3] = way * 0.5, 0.1, 0.2
-    q, reached = inverse_kinematics(arm, wanted, np.array([[way * 0.3, 0.0, 0.0, 0.0]]), with_orientation=False, steps=12)
+    q, reached = inverse_kinematics(
+        arm, wanted, np.array([[way * 0.3, 0.0, 0.0, 0.0]]), with_orientation=False, steps=12
+    )
     assert reached.all()
     assert q[0, 0] + q[0, 3] == pytest.approx(way * 0.5, abs=1e-9)
 
 
 def test_compiled_forward_kinematics_stays_within_its_arrays():
-    """Run by the interpreter, which checks every index, the kernel raises no error and returns what the compiled one does."""
+    """Run by the interpreter, which checks every index, the kernel raises no error and returns what
+    the compiled one does.
+    """
     step = np.tile(np.eye(4), (3, 1, 1))
     step[:, 0, 3] = 0.4
-    turning, sliding, q = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.array([[0.5, 0.1]])
+    turning, sliding, q = (
+        np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]),
+        np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
+        np.array([[0.5, 0.1]]),
+    )
     interpreted, compiled = ((np.empty((1, 4, 4)), np.empty((1, 6, 2))) for _ in range(2))
     write_tool_and_jacobian.py_func(q, step, turning, sliding, *interpreted)
     write_tool_and_jacobian(q, step, turning, sliding, *compiled)
     for one, other in zip(interpreted, compiled, strict=True):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(interpreted[0][0, :3, 3], [0.4 + 0.9 * np.cos(0.5), 0.9 * np.sin(0.5), 0.0], atol=1e-15)
+    np.testing.assert_allclose(
+        interpreted[0][0, :3, 3], [0.4 + 0.9 * np.cos(0.5), 0.9 * np.sin(0.5), 0.0], atol=1e-15
+    )

@@ -1,4 +1,6 @@
-"""Bodies that pictures of an arm are made of: they connect, lie where the kinematics place them, and have the sizes of the sections."""
+"""Bodies that pictures of an arm are made of: they connect, lie where the kinematics place them,
+and have the sizes of the sections.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,13 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 ARMS = sorted(
-    path for path in (*ROOT.glob("examples/*.toml"), *ROOT.glob("examples/*.urdf"), *ROOT.glob("examples/paper/*.toml")) if path.name != "ur5e.toml"
+    path
+    for path in (
+        *ROOT.glob("examples/*.toml"),
+        *ROOT.glob("examples/*.urdf"),
+        *ROOT.glob("examples/paper/*.toml"),
+    )
+    if path.name != "ur5e.toml"
 )
 ALUMINIUM = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}
 FRONT = np.array([[1.0, 0, 0], [0, 0, 1]])
@@ -30,7 +38,10 @@ FRONT = np.array([[1.0, 0, 0], [0, 0, 1]])
 
 def of_links(*links: dict, **joint: object) -> Arm:
     """Return an arm of turning joints with these links."""
-    made = [{"type": "revolute", "name": f"J{k}", "limits": (-1, 1), **joint, "link": link} for k, link in enumerate(links)]
+    made = [
+        {"type": "revolute", "name": f"J{k}", "limits": (-1, 1), **joint, "link": link}
+        for k, link in enumerate(links)
+    ]
     return Arm.model_validate({"name": "arm", "joints": made})
 
 
@@ -49,14 +60,21 @@ def distance(point: np.ndarray, *lines: np.ndarray) -> float:
 
 
 def check_connected(arm: Arm, q: np.ndarray) -> None:
-    """Check that bodies join every place to its parent at poses q, and that the column of the base reaches from its level to the first seats."""
+    """Check that bodies join every place to its parent at poses q, and that the column of the base
+    reaches from its level to the first seats.
+    """
     shape = arm.bodies
     for at in frames(arm, q).swapaxes(0, 1):
         lines = [ends(body, at) for body in shape]
         for number, place in enumerate(arm.tree.places[1:], start=1):
             here, parent = at[number, :3, 3], at[place.parent, :3, 3]
             if place.parent == 0:
-                column = next(ends(body, at) for body in shape if f"{body.name.removesuffix('.base')}.seat" == place.name and body.kind == "base")
+                column = next(
+                    ends(body, at)
+                    for body in shape
+                    if f"{body.name.removesuffix('.base')}.seat" == place.name
+                    and body.kind == "base"
+                )
                 assert distance(here, column) < 1e-12
                 assert min(abs(column[:, 2])) < 1e-12 or abs(here[2]) < 0.1
             elif np.linalg.norm(here - parent) > 1e-12:
@@ -67,7 +85,9 @@ def check_connected(arm: Arm, q: np.ndarray) -> None:
 
 @pytest.mark.parametrize("path", ARMS, ids=lambda path: path.stem)
 def test_the_bodies_of_every_example_connect_and_end_at_the_tool_point(path):
-    """From the level of the base to the tool point there is no gap in the picture of an arm, at any pose."""
+    """From the level of the base to the tool point there is no gap in the picture of an arm, at any
+    pose.
+    """
     arm = lostmotion.read(path)
     q = sample_poses(arm, 8).q[:3]
     check_connected(arm, q)
@@ -86,7 +106,9 @@ def test_the_bodies_of_random_mechanisms_connect():
 
 
 def test_a_joint_is_a_cylinder_along_its_axis_that_it_does_not_leave():
-    """A motion of one joint alone turns no point of its own axis, and the axis of its cylinder is this line."""
+    """A motion of one joint alone turns no point of its own axis, and the axis of its cylinder is
+    this line.
+    """
     rng = np.random.default_rng(4)
     for _ in range(5):
         arm = random_tree(rng)
@@ -109,7 +131,11 @@ def test_a_slide_is_a_rail_over_its_travel():
     shape = {body.name: body for body in arm.bodies}
     for value, end in ((0.1, 0), (0.7, 1)):
         at = frames(arm, np.array([[value]]))[:, 0]
-        np.testing.assert_allclose((at[shape["lift"].place] @ shape["lift"].pose)[:3, 3], ends(shape["lift.rail"], at)[end], atol=1e-12)
+        np.testing.assert_allclose(
+            (at[shape["lift"].place] @ shape["lift"].pose)[:3, 3],
+            ends(shape["lift.rail"], at)[end],
+            atol=1e-12,
+        )
 
 
 @pytest.mark.parametrize(
@@ -118,12 +144,22 @@ def test_a_slide_is_a_rail_over_its_travel():
         ({"kind": "tube", "outer": "80 mm", "wall": "4 mm"}, "round", (0.08, 0.08)),
         ({"kind": "rod", "diameter": "30 mm"}, "round", (0.03, 0.03)),
         ({"kind": "box", "width": "50 mm", "height": "70 mm", "wall": "3 mm"}, "box", (0.05, 0.07)),
-        ({"kind": "I", "width": "50 mm", "height": "80 mm", "web": "4 mm", "flange": "6 mm"}, "box", (0.05, 0.08)),
-        ({"kind": "outline", "points": [["0 mm", "0 mm"], ["40 mm", "0 mm"], ["0 mm", "60 mm"]]}, "box", (0.04, 0.06)),
+        (
+            {"kind": "I", "width": "50 mm", "height": "80 mm", "web": "4 mm", "flange": "6 mm"},
+            "box",
+            (0.05, 0.08),
+        ),
+        (
+            {"kind": "outline", "points": [["0 mm", "0 mm"], ["40 mm", "0 mm"], ["0 mm", "60 mm"]]},
+            "box",
+            (0.04, 0.06),
+        ),
     ],
 )
 def test_a_link_has_the_outer_size_of_its_section(section, form, size):
-    """Width lies along the joint's axis and height across it, so a link seen along the axis is as high as its section."""
+    """Width lies along the joint's axis and height across it, so a link seen along the axis is as
+    high as its section.
+    """
     arm = of_links({"length": "400 mm", "section": section, "material": ALUMINIUM}, axis="-y")
     (body,) = [body for body in arm.bodies if body.kind == "link"]
     assert (body.form, body.stated) == (form, True)
@@ -134,38 +170,80 @@ def test_a_link_has_the_outer_size_of_its_section(section, form, size):
 
 def test_a_custom_section_is_drawn_as_a_circle_of_equal_area():
     """Its figures state no size; the area is kept."""
-    figures = {"kind": "custom", "area": "540 mm^2", "i_y": "2.2e5 mm^4", "i_z": "2.2e5 mm^4", "torsion": "4.4e5 mm^4"}
-    (body,) = [body for body in of_links({"length": "1 m", "section": figures, "material": ALUMINIUM}).bodies if body.kind == "link"]
+    figures = {
+        "kind": "custom",
+        "area": "540 mm^2",
+        "i_y": "2.2e5 mm^4",
+        "i_z": "2.2e5 mm^4",
+        "torsion": "4.4e5 mm^4",
+    }
+    (body,) = [
+        body
+        for body in of_links({"length": "1 m", "section": figures, "material": ALUMINIUM}).bodies
+        if body.kind == "link"
+    ]
     assert math.pi / 4 * body.near[0] ** 2 == pytest.approx(540e-6)
 
 
 def test_layers_have_the_size_of_all_of_them():
     """A sandwich is as high as the distance between its outer faces."""
-    face = {"section": {"kind": "rectangle", "width": "60 mm", "height": "2 mm"}, "material": ALUMINIUM}
-    section = {"kind": "composite", "layers": [{**face, "offset": "19 mm"}, {**face, "offset": "-19 mm"}]}
-    (body,) = [body for body in of_links({"length": "1 m", "section": section}).bodies if body.kind == "link"]
+    face = {
+        "section": {"kind": "rectangle", "width": "60 mm", "height": "2 mm"},
+        "material": ALUMINIUM,
+    }
+    section = {
+        "kind": "composite",
+        "layers": [{**face, "offset": "19 mm"}, {**face, "offset": "-19 mm"}],
+    }
+    (body,) = [
+        body
+        for body in of_links({"length": "1 m", "section": section}).bodies
+        if body.kind == "link"
+    ]
     np.testing.assert_allclose(body.near, (0.06, 0.04))
 
 
 def test_steps_and_tapers_lie_in_a_row_along_the_link():
     """The volume of their convex bodies is that of the cylinders and frusta of a textbook."""
     tube = {"kind": "rod", "diameter": "60 mm"}, {"kind": "rod", "diameter": "30 mm"}
-    steps = {"kind": "stepped", "steps": [{"length": "100 mm", "section": tube[0]}, {"length": "300 mm", "section": tube[1]}]}
-    taper = {"kind": "tapered", "stations": [{"at": "0 mm", "section": tube[0]}, {"at": "400 mm", "section": tube[1]}]}
-    for section, expected in ((steps, math.pi * (0.1 * 0.03**2 + 0.3 * 0.015**2)), (taper, math.pi * 0.4 / 3 * (0.03**2 + 0.03 * 0.015 + 0.015**2))):
+    steps = {
+        "kind": "stepped",
+        "steps": [
+            {"length": "100 mm", "section": tube[0]},
+            {"length": "300 mm", "section": tube[1]},
+        ],
+    }
+    taper = {
+        "kind": "tapered",
+        "stations": [{"at": "0 mm", "section": tube[0]}, {"at": "400 mm", "section": tube[1]}],
+    }
+    for section, expected in (
+        (steps, math.pi * (0.1 * 0.03**2 + 0.3 * 0.015**2)),
+        (taper, math.pi * 0.4 / 3 * (0.03**2 + 0.03 * 0.015 + 0.015**2)),
+    ):
         arm = of_links({"length": "400 mm", "section": section, "material": ALUMINIUM}, axis="y")
         links = [body for body in arm.bodies if body.kind == "link"]
         at = frames(arm, np.zeros((1, 1)))[:, 0]
         lines = [ends(body, at) for body in links]
         assert all(np.allclose(one[1], other[0]) for one, other in itertools.pairwise(lines))
-        np.testing.assert_allclose((lines[0][0], lines[-1][1]), ([0, 0, 0], [0.4, 0, 0]), atol=1e-12)
-        inscribed = 48 / (2 * math.pi) * math.sin(2 * math.pi / 48)  # area of a polygon of 48 sides over that of its circle
-        assert sum(ConvexHull(body.corners()).volume for body in links) == pytest.approx(expected * inscribed)
+        np.testing.assert_allclose(
+            (lines[0][0], lines[-1][1]), ([0, 0, 0], [0.4, 0, 0]), atol=1e-12
+        )
+        # area of a polygon of 48 sides over that of its circle
+        inscribed = 48 / (2 * math.pi) * math.sin(2 * math.pi / 48)
+        assert sum(ConvexHull(body.corners()).volume for body in links) == pytest.approx(
+            expected * inscribed
+        )
 
 
 def test_links_without_sections_are_thinner_towards_the_tool():
-    """Sizes that the file does not state fit the arm: an arm ten times as large has bodies ten times as large, and none counts as stated."""
-    small, large = (of_links({"length": length}, {"length": length}, {"length": length}).bodies for length in ("0.1 m", "1 m"))
+    """Sizes that the file does not state fit the arm: an arm ten times as large has bodies ten
+    times as large, and none counts as stated.
+    """
+    small, large = (
+        of_links({"length": length}, {"length": length}, {"length": length}).bodies
+        for length in ("0.1 m", "1 m")
+    )
     thick = [body.near[0] for body in small if body.kind == "link"]
     assert thick == sorted(thick, reverse=True)
     assert thick[0] < 0.1
@@ -180,11 +258,15 @@ def test_the_silhouette_of_a_ball_is_a_circle_in_any_view():
     for view in (FRONT, np.eye(3)[:2], np.array([[0.6, 0.8, 0], [0, 0, 1.0]])):
         outline = ball.silhouette(np.eye(4), view)
         x, y = outline.T
-        assert (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2 == pytest.approx(math.pi / 4 * ball.length**2, rel=0.01)
+        assert (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2 == pytest.approx(
+            math.pi / 4 * ball.length**2, rel=0.01
+        )
 
 
 def test_the_payload_is_drawn_at_its_centre_of_mass():
-    """A held mass turns the last joint by its weight times the distance of the drawn point from the axis."""
+    """A held mass turns the last joint by its weight times the distance of the drawn point from the
+    axis.
+    """
     arm = lostmotion.read(ROOT / "examples" / "z-arm.toml")
     q = sample_poses(arm, 1).q[:1]
     (payload,) = [body for body in arm.bodies if body.kind == "payload"]

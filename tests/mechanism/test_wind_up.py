@@ -17,7 +17,9 @@ LINK = {"length": "500 mm", "mass": "0 kg"}
 
 def arm(*joints: dict[str, object]) -> lostmotion.Arm:
     """Return an arm of these joints with 10 kg at its tip."""
-    return lostmotion.Arm.model_validate({"name": "wound", "joints": joints, "payload": {"mass": "10 kg"}})
+    return lostmotion.Arm.model_validate(
+        {"name": "wound", "joints": joints, "payload": {"mass": "10 kg"}}
+    )
 
 
 def turning(name: str, **more: object) -> dict[str, object]:
@@ -26,8 +28,13 @@ def turning(name: str, **more: object) -> dict[str, object]:
 
 
 def test_a_horizontal_link_winds_its_drive_up_by_torque_over_stiffness():
-    """10 kg at 0.5 m and 20 N m/arcmin: 49.03 N m and 2.452 arcmin, in the direction of the load; a drive without a stiffness is not listed."""
-    found = arm(turning("A", gearbox={"stiffness": "20 N m/arcmin"}), turning("B", gearbox={"backlash": "1 arcmin"}))
+    """10 kg at 0.5 m and 20 N m/arcmin: 49.03 N m and 2.452 arcmin, in the direction of the load; a
+    drive without a stiffness is not listed.
+    """
+    found = arm(
+        turning("A", gearbox={"stiffness": "20 N m/arcmin"}),
+        turning("B", gearbox={"backlash": "1 arcmin"}),
+    )
     q = np.array([[math.pi / 2, 0.0], [0.0, 0.0]])  # the links stand upright, then lie
     torques = joint_torques(found, q)
     (wound,) = wind_ups(found, q)
@@ -37,11 +44,18 @@ def test_a_horizontal_link_winds_its_drive_up_by_torque_over_stiffness():
 
 
 def test_zones_of_stiffness_add_up():
-    """50 N m in three zones with borders at 10 and 30 N m: 10/5 + 20/10 + the rest over 20, in arcmin."""
-    gearbox = {"stiffness": ["5 N m/arcmin", "10 N m/arcmin", "20 N m/arcmin"], "zone_torques": ["10 N m", "30 N m"]}
+    """50 N m in three zones with borders at 10 and 30 N m: 10/5 + 20/10 + the rest over 20, in
+    arcmin.
+    """
+    gearbox = {
+        "stiffness": ["5 N m/arcmin", "10 N m/arcmin", "20 N m/arcmin"],
+        "zone_torques": ["10 N m", "30 N m"],
+    }
     found = arm(turning("A", gearbox=gearbox))
     (wound,) = wind_ups(found, np.array([[0.0]]))
-    assert abs(wound.value) / ARCMIN == pytest.approx(2 + 2 + (10 * 9.80665 * 0.5 - 30) / 20, rel=1e-9)
+    assert abs(wound.value) / ARCMIN == pytest.approx(
+        2 + 2 + (10 * 9.80665 * 0.5 - 30) / 20, rel=1e-9
+    )
 
 
 def test_a_slide_shifts_by_force_over_stiffness():
@@ -58,7 +72,9 @@ def test_a_slide_shifts_by_force_over_stiffness():
 
 
 def test_the_table_of_joints_states_load_wind_up_and_bending():
-    """Share of the rated torque and wind-up by hand; a rigid link and an undescribed stiffness are ideal, a missing rating is not stated."""
+    """Share of the rated torque and wind-up by hand; a rigid link and an undescribed stiffness are
+    ideal, a missing rating is not stated.
+    """
     tube = {
         "length": "500 mm",
         "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"},
@@ -66,7 +82,14 @@ def test_the_table_of_joints_states_load_wind_up_and_bending():
     }
     study = lostmotion.study(
         arm(
-            turning("A", gearbox={"stiffness": "20 N m/arcmin", "rated_torque": "200 N m", "assumed": ["stiffness"]}),
+            turning(
+                "A",
+                gearbox={
+                    "stiffness": "20 N m/arcmin",
+                    "rated_torque": "200 N m",
+                    "assumed": ["stiffness"],
+                },
+            ),
             turning("B", gearbox={"backlash": "1 arcmin"}, link=tube),
         ),
         np.array([[0.0, 0.0]]),
@@ -78,7 +101,9 @@ def test_the_table_of_joints_states_load_wind_up_and_bending():
     first, second = ([str(figure) for figure in row.figures] for row in section.rows)
     weight = study.arm.joints[1].link.total_mass
     held = 9.80665 * (10 * 1.0 + weight * 0.75)
-    assert [abs(section.rows[0].figures[k].value) for k in (0, 2, 3)] == pytest.approx([held, held / 2, held / 20], rel=1e-6)
+    assert [abs(section.rows[0].figures[k].value) for k in (0, 2, 3)] == pytest.approx(
+        [held, held / 2, held / 20], rel=1e-6
+    )
     assert first[4] == "ideal"
     assert second[2:4] == ["not stated", "ideal"]
     assert section.rows[1].figures[4].value == pytest.approx(1e6 * study.bending[0].deflection)

@@ -1,4 +1,6 @@
-"""What the tests of parts share: conditions at a place, what terms add up to for given draws, and the way to the tool."""
+"""What the tests of parts share: conditions at a place, what terms add up to for given draws, and
+the way to the tool.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A term with its screw (pose, 6) at a place; a sided one with its side where the approach is known.
+    """A term with its screw (pose, 6) at a place; a sided one with its side where the approach is
+    known.
 
     closed  (pose,) share of robots whose play is closed, on what that changes from robot to robot
     """
@@ -99,14 +102,20 @@ def terms_at(part: ErrorSource, place: Place) -> list[Evaluated]:
     out = []
     for term in part.terms(Motion(place.axis, place.holding)):
         known = term.sided and place.approach
-        screw, visit = term.scale * term.form.screw(at).T * (-place.approach if known else 1.0), None if known else term.visit
+        screw, visit = (
+            term.scale * term.form.screw(at).T * (-place.approach if known else 1.0),
+            None if known else term.visit,
+        )
         friction = term.form.threshold
         if friction is None:
             out.append(Evaluated(term, screw, visit))
             continue
         closed = friction.share(at)
         mean, changed = mean_and_change(closed, above=term.form.above)
-        out += [Evaluated(term, screw * mean[:, None], visit), Evaluated(term, screw * changed[:, None], visit, closed)]
+        out += [
+            Evaluated(term, screw * mean[:, None], visit),
+            Evaluated(term, screw * changed[:, None], visit, closed),
+        ]
     return out
 
 
@@ -141,7 +150,9 @@ def design(found: Iterable[Evaluated], poses: int = 1) -> Floats:
 
 
 def drawn(found: Iterable[Evaluated], draws: int, seed: int = 0, poses: int = 1) -> Floats:
-    """Add up all terms for so many robots at one visit each (draw, pose, 6); terms that name one stream share its uniforms."""
+    """Add up all terms for so many robots at one visit each (draw, pose, 6); terms that name one
+    stream share its uniforms.
+    """
     rng = np.random.default_rng(seed)
     streams: dict[tuple[str, str], Floats] = {}
     out = np.zeros((draws, poses, 6))
@@ -153,7 +164,9 @@ def drawn(found: Iterable[Evaluated], draws: int, seed: int = 0, poses: int = 1)
                 weight = weight * draw.law.quantile(u)
         there = np.ones((draws, 1))
         if term.closed is not None and term.term.form.threshold is not None:
-            u = streams.setdefault(("closing", term.term.form.threshold.stream), rng.uniform(1e-12, 1 - 1e-12, draws))
+            u = streams.setdefault(
+                ("closing", term.term.form.threshold.stream), rng.uniform(1e-12, 1 - 1e-12, draws)
+            )
             there = standardised(u[:, None], term.closed)
         out = out + (weight[:, None] * there)[:, :, None] * np.broadcast_to(term.screw, (poses, 6))
     return out
@@ -161,17 +174,25 @@ def drawn(found: Iterable[Evaluated], draws: int, seed: int = 0, poses: int = 1)
 
 def visit_size(found: Iterable[Evaluated]) -> float:
     """Return the largest entry of all that differs from visit to visit."""
-    return max((float(np.abs(term.screw).max()) for term in found if term.visit is not None), default=0.0)
+    return max(
+        (float(np.abs(term.screw).max()) for term in found if term.visit is not None), default=0.0
+    )
 
 
-def local_screws(arm: Arm, q: Sequence[float] | Floats, *, approach: float = 0.0) -> list[tuple[PlacedTerm, Floats]]:
+def local_screws(
+    arm: Arm, q: Sequence[float] | Floats, *, approach: float = 0.0
+) -> list[tuple[PlacedTerm, Floats]]:
     """Return every term of an arm with its screw (pose, 6) in the frame of its place."""
     matrix = screws(arm, np.asarray(q, dtype=float), approach=approach)
     return [(column.of, matrix.local[:, :, k]) for k, column in enumerate(matrix.infos)]
 
 
-def at_tool(arm: Arm, q: Sequence[float], *, approach: float = 0.0) -> list[tuple[PlacedTerm, Floats]]:
-    """Carry every term of one pose to the tool: (term, twist (6,)) of the tool point, in the base's axes."""
+def at_tool(
+    arm: Arm, q: Sequence[float], *, approach: float = 0.0
+) -> list[tuple[PlacedTerm, Floats]]:
+    """Carry every term of one pose to the tool: (term, twist (6,)) of the tool point, in the base's
+    axes.
+    """
     matrix = screws(arm, np.array([q], dtype=float), approach=approach)
     at = matrix.at[:, 0]
 
@@ -179,4 +200,7 @@ def at_tool(arm: Arm, q: Sequence[float], *, approach: float = 0.0) -> list[tupl
         turn, shift = frame[:3, :3] @ screw[:3], frame[:3, :3] @ screw[3:]
         return np.concatenate([turn, shift + np.cross(turn, at[-1, :3, 3] - frame[:3, 3])])
 
-    return [(column.of, carried(at[place], screw)) for column, place, screw in zip(matrix.infos, matrix.place, matrix.local[0].T, strict=True)]
+    return [
+        (column.of, carried(at[place], screw))
+        for column, place, screw in zip(matrix.infos, matrix.place, matrix.local[0].T, strict=True)
+    ]

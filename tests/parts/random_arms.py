@@ -1,4 +1,6 @@
-"""Arms made at random from a seed: every kind of part, joint and base mount, so that a rule can be checked over the whole package at once."""
+"""Arms made at random from a seed: every kind of part, joint and base mount, so that a rule can be
+checked over the whole package at once.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,15 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 _ARCMIN = np.pi / 180 / 60
 _TABLE = ((-1.0, 0.0), (0.2, 0.5), (1.0, 1.0))
 BEARINGS: tuple[dict[str, Any], ...] = (
-    {"kind": "ball pair", "bore": 0.045, "outside_diameter": 0.085, "balls": 9, "ball_diameter": 0.0127, "pitch_diameter": 0.065, "span": 0.06},
+    {
+        "kind": "ball pair",
+        "bore": 0.045,
+        "outside_diameter": 0.085,
+        "balls": 9,
+        "ball_diameter": 0.0127,
+        "pitch_diameter": 0.065,
+        "span": 0.06,
+    },
     {
         "kind": "roller pair",
         "bore": 0.06,
@@ -46,7 +56,10 @@ BEARINGS: tuple[dict[str, Any], ...] = (
 
 def example_arms() -> list[Arm]:
     """Return the arms of the example files."""
-    return [lostmotion.read(EXAMPLES / name) for name in ("z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml", "paper/z-arm-lumped.toml")]
+    return [
+        lostmotion.read(EXAMPLES / name)
+        for name in ("z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml", "paper/z-arm-lumped.toml")
+    ]
 
 
 def random_arms(count: int) -> list[Arm]:
@@ -55,7 +68,9 @@ def random_arms(count: int) -> list[Arm]:
 
 
 def random_poses(arm: Arm, count: int, seed: int = 1) -> Floats:
-    """Return joint values (pose, joint) within the limits, rad or m; every joint stands at zero in the first pose."""
+    """Return joint values (pose, joint) within the limits, rad or m; every joint stands at zero in
+    the first pose.
+    """
     share = np.random.default_rng(seed).uniform(size=(count, len(arm.moving)))
     out = arm.limits[:, 0] + share * np.diff(arm.limits, axis=1)[:, 0]
     out[0] = 0.0
@@ -63,11 +78,16 @@ def random_poses(arm: Arm, count: int, seed: int = 1) -> Floats:
 
 
 def random_arm(seed: int) -> Arm:
-    """Return the arm of a seed: three to seven joints, at least one of them moving, on some base, under some payload."""
+    """Return the arm of a seed: three to seven joints, at least one of them moving, on some base,
+    under some payload.
+    """
     rng = np.random.default_rng(seed)
     made = _Maker(rng)
     count = int(rng.integers(3, 8))
-    kinds = ["revolute", *rng.choice(["revolute", "revolute", "revolute", "prismatic", "fixed"], count - 1)]
+    kinds = [
+        "revolute",
+        *rng.choice(["revolute", "revolute", "revolute", "prismatic", "fixed"], count - 1),
+    ]
     base, joints = made.base(), [made.joint(f"J{k}", str(kind)) for k, kind in enumerate(kinds)]
     _guideways(np.random.default_rng([seed, 2]), joints)
     return Arm(
@@ -86,28 +106,45 @@ def random_arm(seed: int) -> Arm:
 
 
 def _surroundings(rng: np.random.Generator, joints: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return an environment for every other seed on average, and add to its links and bearings what expands and what is heated from one side."""
+    """Return an environment for every other seed on average, and add to its links and bearings what
+    expands and what is heated from one side.
+    """
     if rng.uniform() < 0.5:
         return {}
     for joint in joints:
         link = joint["link"]
         if rng.uniform() < 0.7:
             link["expansion"] = float(rng.uniform(-1e-6, 50e-6))
-        if link.get("section", {}).get("kind") in ("tube", "box", "tapered") and rng.uniform() < 0.5:
+        if (
+            link.get("section", {}).get("kind") in ("tube", "box", "tapered")
+            and rng.uniform() < 0.5
+        ):
             link["material"] = {**link["material"], "expansion": 12e-6}
             link["temperature_difference"] = Toleranced(*rng.uniform(0, 6, 2).tolist())
         if "bore" in (joint.get("bearing") or {}):
-            joint["bearing"] |= {"housing_interference": 2e-5, "housing_expansion": float(rng.uniform(10e-6, 30e-6))}
-    temperature = Toleranced(float(rng.uniform(273, 310)), float(rng.uniform(0, 10)), str(rng.choice(["normal", "uniform"])))
+            joint["bearing"] |= {
+                "housing_interference": 2e-5,
+                "housing_expansion": float(rng.uniform(10e-6, 30e-6)),
+            }
+    temperature = Toleranced(
+        float(rng.uniform(273, 310)),
+        float(rng.uniform(0, 10)),
+        str(rng.choice(["normal", "uniform"])),
+    )
     return {"temperature": temperature, "temperature_varies": str(rng.choice(["robot", "visit"]))}
 
 
 def _guideways(rng: np.random.Generator, joints: list[dict[str, Any]]) -> None:
-    """Add error motions to the sliding joints, by draws of their own so that all else stays as it is."""
+    """Add error motions to the sliding joints, by draws of their own so that all else stays as it
+    is.
+    """
     for joint in joints:
         if joint["type"] == "prismatic":
             names = ("pitch", "yaw", "roll")
-            joint["guideway"] = {"straightness": tuple(rng.uniform(0, 5e-5, 2).tolist()), **{name: float(rng.uniform(0, 3e-4)) for name in names}}
+            joint["guideway"] = {
+                "straightness": tuple(rng.uniform(0, 5e-5, 2).tolist()),
+                **{name: float(rng.uniform(0, 3e-4)) for name in names},
+            }
 
 
 @functools.cache
@@ -139,9 +176,15 @@ class _Maker:
     def pick(self, *choices: Any) -> Any:
         return choices[int(self.rng.integers(len(choices)))]
 
-    def toleranced(self, typical: float, laws: tuple[Any, ...] = ("normal", "uniform")) -> Toleranced:
+    def toleranced(
+        self, typical: float, laws: tuple[Any, ...] = ("normal", "uniform")
+    ) -> Toleranced:
         nominal = self.size(typical)
-        return Toleranced(nominal, nominal * float(self.rng.uniform(0.1, 0.9)) if self.often(0.7) else 0.0, self.pick(*laws))
+        return Toleranced(
+            nominal,
+            nominal * float(self.rng.uniform(0.1, 0.9)) if self.often(0.7) else 0.0,
+            self.pick(*laws),
+        )
 
     def stated(self, **fields: Any) -> dict[str, Any]:
         return {name: value for name, value in fields.items() if value is not None}
@@ -153,16 +196,29 @@ class _Maker:
         mount = self.pick(
             {},
             {"angular_stiffness": tuple(self.size(1e6) for _ in range(3))},
-            {"linear_stiffness": tuple(self.size(1e8) for _ in range(3)), "angular_stiffness": tuple(self.size(1e6) for _ in range(3))},
+            {
+                "linear_stiffness": tuple(self.size(1e8) for _ in range(3)),
+                "angular_stiffness": tuple(self.size(1e6) for _ in range(3)),
+            },
             {"compliance": {"matrix": np.diag([1e-6] * 3 + [1e-8] * 3).tolist(), "scatter": 0.1}},
             {"tracks": {"length": 0.6, "width": 0.1, "gauge": 0.5, "bedding": 5e7, "scatter": 0.2}},
         )
         tilt = {
-            name: Toleranced(float(self.rng.uniform(-0.1, 0.1)), self.size(0.01), self.pick("normal", "uniform", "normal without limits", _TABLE))
+            name: Toleranced(
+                float(self.rng.uniform(-0.1, 0.1)),
+                self.size(0.01),
+                self.pick("normal", "uniform", "normal without limits", _TABLE),
+            )
             for name in ("roll", "pitch")
             if self.often(0.5)
         }
-        return {"xyz": self.vector(0.2), "rpy": self.vector(0.5), "tilt_varies": self.pick("robot", "visit"), **tilt, **mount}
+        return {
+            "xyz": self.vector(0.2),
+            "rpy": self.vector(0.5),
+            "tilt_varies": self.pick("robot", "visit"),
+            **tilt,
+            **mount,
+        }
 
     def joint(self, name: str, kind: str) -> dict[str, Any]:
         self.turns = kind == "revolute"
@@ -170,14 +226,21 @@ class _Maker:
             "name": name,
             "type": kind,
             "origin": {"xyz": self.vector(0.1), "rpy": self.vector(1.0)},
-            "mounting": {"tilt": self.some(5e-4), "offset": self.some(2e-5)} if self.often(0.5) else None,
+            "mounting": {"tilt": self.some(5e-4), "offset": self.some(2e-5)}
+            if self.often(0.5)
+            else None,
             "mass": self.maybe(3.0),
             "centre_of_mass": self.vector(0.05),
             "link": self.link(),
         }
         if kind != "fixed":
             limits = (-self.size(1.5), self.size(1.5)) if self.turns else (0.0, self.size(0.3))
-            out |= {"axis": self.axis(), "limits": limits, "gearbox": self.gearbox(), "bearing": self.bearing()}
+            out |= {
+                "axis": self.axis(),
+                "limits": limits,
+                "gearbox": self.gearbox(),
+                "bearing": self.bearing(),
+            }
             out |= {"encoder": self.encoder(out["gearbox"]), "lumped": self.lumped()}
             self.scatter(out)
         return self.stated(**out)
@@ -204,7 +267,14 @@ class _Maker:
             out["lost_motion"] = 100 * angle
         if not self.turns:
             return out | {"lead": 0.01, "ratio": 2.0, "transmission_error": self.size(angle)}
-        waves = self.pick(self.size(angle), [{"amplitude": self.size(angle), "cycles": 2.0}, {"amplitude": self.size(angle), "cycles": 117.5}], None)
+        waves = self.pick(
+            self.size(angle),
+            [
+                {"amplitude": self.size(angle), "cycles": 2.0},
+                {"amplitude": self.size(angle), "cycles": 117.5},
+            ],
+            None,
+        )
         kind = self.pick(
             {"kind": "catalogue", "ratio": 100.0},
             {
@@ -225,15 +295,32 @@ class _Maker:
                 "first_mesh_error": self.some(angle),
                 "second_mesh_error": self.some(angle),
             },
-            {"kind": "strain wave", "flexspline_teeth": 200, "circular_spline_teeth": 202, "wave_generator_error": self.some(angle)},
-            {"kind": "worm", "wheel_teeth": 60, "worm_error": self.some(angle), "wheel_error": self.some(angle), "mesh_error": self.some(angle)},
+            {
+                "kind": "strain wave",
+                "flexspline_teeth": 200,
+                "circular_spline_teeth": 202,
+                "wave_generator_error": self.some(angle),
+            },
+            {
+                "kind": "worm",
+                "wheel_teeth": 60,
+                "worm_error": self.some(angle),
+                "wheel_error": self.some(angle),
+                "mesh_error": self.some(angle),
+            },
         )
         return {**out, **kind, **self.stated(transmission_error=waves)}
 
     def scatter(self, joint: dict[str, Any]) -> None:
-        """Add what scatters from visit to visit, from a generator of its own: everything else is drawn as without it."""
+        """Add what scatters from visit to visit, from a generator of its own: everything else is
+        drawn as without it.
+        """
         rng = self.rng.spawn(1)[0]
-        share, gearbox, encoder = float(rng.uniform(0, 0.5)), joint["gearbox"], joint["encoder"] or {}
+        share, gearbox, encoder = (
+            float(rng.uniform(0, 0.5)),
+            joint["gearbox"],
+            joint["encoder"] or {},
+        )
         if isinstance(gearbox, dict) and "hysteresis" in gearbox:
             gearbox["hysteresis_scatter"] = share
         if rng.uniform() < 0.5 and "dead_band" not in encoder:
@@ -242,8 +329,16 @@ class _Maker:
     def bearing(self) -> dict[str, Any] | None:
         turning = self.turns
         closing = self.stated(closing_force=self.pick(None, 0.0, self.size(3.0)))
-        runout = {"radial_runout": self.some(1e-5), "axial_runout": self.some(1e-5)} if turning else {}
-        rolling = {"kind": "rolling", "clearance": self.toleranced(3e-5), "span": self.size(0.06), "radial_stiffness": self.maybe(1e8), **closing}
+        runout = (
+            {"radial_runout": self.some(1e-5), "axial_runout": self.some(1e-5)} if turning else {}
+        )
+        rolling = {
+            "kind": "rolling",
+            "clearance": self.toleranced(3e-5),
+            "span": self.size(0.06),
+            "radial_stiffness": self.maybe(1e8),
+            **closing,
+        }
         if turning:
             rolling |= {"axial_play": self.toleranced(2e-5), "axial_stiffness": self.maybe(2e8)}
         crossed = {
@@ -256,8 +351,14 @@ class _Maker:
         if turning:
             crossed |= {"axial_stiffness": self.maybe(1e8)}
         drawn = {**self.pick(*BEARINGS), **closing, **runout}
-        drawn["clearance"] = Toleranced(self.pick(-5e-6, 1.5e-5, 2.5e-5), self.pick(0.0, 4e-6), self.pick("normal", "uniform"))
-        chosen = self.pick(None, rolling, rolling, crossed, drawn) if turning else self.pick(None, rolling, crossed)
+        drawn["clearance"] = Toleranced(
+            self.pick(-5e-6, 1.5e-5, 2.5e-5), self.pick(0.0, 4e-6), self.pick("normal", "uniform")
+        )
+        chosen = (
+            self.pick(None, rolling, rolling, crossed, drawn)
+            if turning
+            else self.pick(None, rolling, crossed)
+        )
         return chosen if chosen is None else self.stated(**chosen)
 
     def encoder(self, gearbox: Any) -> dict[str, Any] | None:
@@ -279,43 +380,93 @@ class _Maker:
     def lumped(self) -> dict[str, Any] | None:
         if self.often(0.7):
             return None
-        law = self.pick("normal", "uniform", "two-sided", "from zero to maximum", "normal without limits", _TABLE)
-        return {"angle": self.some(3e-4), "law": law, "offset": self.some(1e-5), "offset_along": ["x", "z"], "varies": self.pick("robot", "visit")}
+        law = self.pick(
+            "normal",
+            "uniform",
+            "two-sided",
+            "from zero to maximum",
+            "normal without limits",
+            _TABLE,
+        )
+        return {
+            "angle": self.some(3e-4),
+            "law": law,
+            "offset": self.some(1e-5),
+            "offset_along": ["x", "z"],
+            "varies": self.pick("robot", "visit"),
+        }
 
     def link(self) -> dict[str, Any]:
         length = Toleranced(self.size(0.3), self.some(5e-5), self.pick("normal", "uniform"))
         direction = self.pick("x", "y", "z", self.vector(1.0))
         soft = {**STEEL, "scatter": 0.1}
         light = {"young": 70e9, "poisson": 0.33, "density": 2700.0, "scatter": 0.05}
-        tube, box = {"kind": "tube", "outer": 0.08, "wall": 0.004}, {"kind": "box", "width": 0.05, "height": 0.07, "wall": 0.004}
+        tube, box = (
+            {"kind": "tube", "outer": 0.08, "wall": 0.004},
+            {"kind": "box", "width": 0.05, "height": 0.07, "wall": 0.004},
+        )
         made = self.pick(
             {},
             {"rigid": True},
             {"section": tube, "material": soft},
-            {"section": box, "material": light, "mass": self.some(2.0), "centre_of_mass": self.vector(0.1)},
+            {
+                "section": box,
+                "material": light,
+                "mass": self.some(2.0),
+                "centre_of_mass": self.vector(0.1),
+            },
             {
                 "section": {
                     "kind": "composite",
-                    "layers": [{"section": tube, "material": soft}, {"section": {**tube, "outer": 0.072}, "material": light}],
+                    "layers": [
+                        {"section": tube, "material": soft},
+                        {"section": {**tube, "outer": 0.072}, "material": light},
+                    ],
                 }
             },
-            {"compliance": {"matrix": np.diag([2e-6, 1e-6, 1e-6, 1e-9, 1e-8, 1e-8]).tolist(), "scatter": 0.1}, "mass": 1.0},
-            {"measured": {"force": 100.0, "deflection": 2e-4, "slope": 5e-4, "torque": 20.0, "twist": 1e-3, "scatter": 0.1}, "mass": 1.5},
+            {
+                "compliance": {
+                    "matrix": np.diag([2e-6, 1e-6, 1e-6, 1e-9, 1e-8, 1e-8]).tolist(),
+                    "scatter": 0.1,
+                },
+                "mass": 1.0,
+            },
+            {
+                "measured": {
+                    "force": 100.0,
+                    "deflection": 2e-4,
+                    "slope": 5e-4,
+                    "torque": 20.0,
+                    "twist": 1e-3,
+                    "scatter": 0.1,
+                },
+                "mass": 1.5,
+            },
             {
                 "section": {
                     "kind": "tapered",
-                    "stations": [{"at": 0.0, "section": tube}, {"at": length.nominal, "section": {**tube, "outer": 0.06}}],
+                    "stations": [
+                        {"at": 0.0, "section": tube},
+                        {"at": length.nominal, "section": {**tube, "outer": 0.06}},
+                    ],
                 },
                 "material": STEEL,
             },
             {
                 "section": {
                     "kind": "stepped",
-                    "steps": [{"length": length.nominal / 2, "section": tube, "material": soft}, {"length": length.nominal / 2, "section": box}],
+                    "steps": [
+                        {"length": length.nominal / 2, "section": tube, "material": soft},
+                        {"length": length.nominal / 2, "section": box},
+                    ],
                 },
                 "material": light,
             },
         )
         if self.often(0.3) and "section" not in made:
-            return {**made, "tip": {"xyz": (0.1, 0.2, 0.05), "rpy": self.vector(1.0)}, "length_tolerance": self.some(5e-5)}
+            return {
+                **made,
+                "tip": {"xyz": (0.1, 0.2, 0.05), "rpy": self.vector(1.0)},
+                "length_tolerance": self.some(5e-5),
+            }
         return {**made, "length": length, "direction": direction}

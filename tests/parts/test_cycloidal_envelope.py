@@ -1,4 +1,6 @@
-"""Second branch of envelope lobes in a drawing: the method used, its effect on the wind-up, and what is refused."""
+"""Second branch of envelope lobes in a drawing: the method used, its effect on the wind-up, and
+what is refused.
+"""
 
 from __future__ import annotations
 
@@ -33,22 +35,35 @@ def drawing(**more: Any) -> CycloidalGearbox:
 
 
 def test_the_second_branch_stiffens_the_contacts_and_nothing_else():
-    """Without gaps the contacts wind up by the stiffening less than lobes of plain arcs, which have one branch; the bending of the lobes remains."""
+    """Without gaps the contacts wind up by the stiffening less than lobes of plain arcs, which have
+    one branch; the bending of the lobes remains.
+    """
     torque = np.array([6.0, 60.0])
     both, alone = (wind_up(drawing(form=form), torque) for form in ("lobe envelope", "lobe arcs"))
-    np.testing.assert_allclose(both["lobe contacts"], alone["lobe contacts"] / stiffening_by_rule(drawing().stage), rtol=1e-9)
+    np.testing.assert_allclose(
+        both["lobe contacts"],
+        alone["lobe contacts"] / stiffening_by_rule(drawing().stage),
+        rtol=1e-9,
+    )
     np.testing.assert_allclose(both["ring lobes"], alone["ring lobes"], rtol=0.02)
 
 
 @pytest.mark.parametrize(
     ("asked", "more", "method"),
-    [(None, RIGID, "rule"), (None, {}, "rule"), ("exact", {}, "exact"), (None, {"pins": 12}, "exact")],
+    [
+        (None, RIGID, "rule"),
+        (None, {}, "rule"),
+        ("exact", {}, "exact"),
+        (None, {"pins": 12}, "exact"),
+    ],
     ids=["rigid", "rule", "exact", "12 lobes"],
 )
 def test_the_sheet_names_the_method(asked, more, method):
-    """The rule in its range, the contact along the whole flank where asked for or outside of that range, each with what it is.
+    """The rule in its range, the contact along the whole flank where asked for or outside of that
+    range, each with what it is.
 
-    On elastic disc and ring the contacts of both branches are solved together, and the peak pressure is no upper limit.
+    On elastic disc and ring the contacts of both branches are solved together, and the peak
+    pressure is no upper limit.
     """
     study = gear(drawing(**more, **({} if asked is None else {"envelope": asked})), gearboxes=2)
     assert study.drawn is not None
@@ -86,8 +101,14 @@ def test_contacts_of_the_second_branch_are_listed_with_arm_and_gap():
     ("wrong", "message"),
     [
         ({"form": "lobe arcs", "envelope": "rule"}, 'envelope = "rule" with form = "lobe arcs"'),
-        ({"pins": 12, "envelope": "rule"}, 'envelope = "rule" with K1 = e N/R of 0.529 and 12 lobes'),
-        ({"pins": 20, "ring_radius": "34 mm", "eccentricity": "1.54 mm", "pin_radius": "1 mm"}, "second branch of the envelope folds"),
+        (
+            {"pins": 12, "envelope": "rule"},
+            'envelope = "rule" with K1 = e N/R of 0.529 and 12 lobes',
+        ),
+        (
+            {"pins": 20, "ring_radius": "34 mm", "eccentricity": "1.54 mm", "pin_radius": "1 mm"},
+            "second branch of the envelope folds",
+        ),
     ],
 )
 def test_what_is_refused(wrong, message):

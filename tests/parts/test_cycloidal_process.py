@@ -1,4 +1,6 @@
-"""Tolerances of a drawn cycloidal stage by the process that makes it: only where none are stated, and listed as assumed."""
+"""Tolerances of a drawn cycloidal stage by the process that makes it: only where none are stated,
+and listed as assumed.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +26,22 @@ def drawing(**changes: Any) -> CycloidalGearbox:
 def test_every_process_can_be_stated():
     """The key takes every process that has tolerances, and no other."""
     for process in get_args(Process):
-        assert drawing(process=process, relief={"roller": "0.3 mm"}).process_tolerances["ring_radius"] > 0
+        assert (
+            drawing(process=process, relief={"roller": "0.3 mm"}).process_tolerances["ring_radius"]
+            > 0
+        )
     with pytest.raises(ValidationError):
         drawing(process="forging")
 
 
 def test_a_process_fills_only_what_is_not_stated():
-    """Stated tolerances stay; others are two thirds of half a diameter's tolerance, and a third of it from lobe to lobe."""
-    plain, printed = drawing(), drawing(process="FFF", ring_radius="34 mm ± 10 µm", flank_form="0 mm")
+    """Stated tolerances stay; others are two thirds of half a diameter's tolerance, and a third of
+    it from lobe to lobe.
+    """
+    plain, printed = (
+        drawing(),
+        drawing(process="FFF", ring_radius="34 mm ± 10 µm", flank_form="0 mm"),
+    )
     assert plain.scatter.pin_radius.tolerance == plain.scatter.pin_position == 0
     assert printed.scatter.ring_radius.tolerance == pytest.approx(10e-6)
     assert printed.scatter.flank_form == 0
@@ -39,12 +49,16 @@ def test_a_process_fills_only_what_is_not_stated():
     assert printed.scatter.pin_position == pytest.approx(of_ring / 3)
     assert printed.scatter.pin_radius.tolerance == pytest.approx(process_tolerance("FFF", 6e-3) / 3)
     assert printed.scatter.output_clearance.nominal == plain.scatter.output_clearance.nominal
-    assert 0 < printed.scatter.output_clearance.tolerance <= printed.scatter.output_clearance.nominal
+    assert (
+        0 < printed.scatter.output_clearance.tolerance <= printed.scatter.output_clearance.nominal
+    )
     assert printed.scatter.roller.tolerance <= printed.scatter.roller.nominal
 
 
 def test_tolerances_of_a_process_are_listed_as_assumed():
-    """Each tolerance that the process sets is an assumed value of the gearbox, with its size and the process; a plain drawing has none."""
+    """Each tolerance that the process sets is an assumed value of the gearbox, with its size and
+    the process; a plain drawing has none.
+    """
     listed = {each.key: each.reason for each in assumed_in_part(drawing(process="IT7"), "gearbox")}
     assert listed["pin_radius"] == "default tolerance of IT7, ± 0.002 mm"
     assert set(drawing(process="IT7").process_tolerances) <= set(listed)
@@ -53,12 +67,17 @@ def test_tolerances_of_a_process_are_listed_as_assumed():
 
 def test_a_finer_process_makes_less_play_scatter():
     """Gearboxes of a finer process differ less in their play."""
-    coarse, fine = (drawing(process=process, relief={"roller": "0.3 mm"}).behaviour.play.std() for process in ("FFF", "IT7"))
+    coarse, fine = (
+        drawing(process=process, relief={"roller": "0.3 mm"}).behaviour.play.std()
+        for process in ("FFF", "IT7")
+    )
     assert 0 < fine < coarse / 5
 
 
 def test_infill_softens_plates_and_layers_soften_standing_parts():
-    """Infill softens disc, ring and seats in proportion, layers the shaft; contacts are of solid walls, and keep their stiffness."""
+    """Infill softens disc, ring and seats in proportion, layers the shaft; contacts are of solid
+    walls, and keep their stiffness.
+    """
     torque = np.array([4.0])
     plain = wind_up(drawing(), torque)
     hollow, standing = ({**PLASTIC, key: "0.5"} for key in ("infill", "across_layers"))
@@ -74,10 +93,22 @@ def test_infill_softens_plates_and_layers_soften_standing_parts():
     solid = deepcopy(eccentric)
     for section in solid["shaft"]["sections"]:
         section["material"] = PLASTIC
-    assert wind_up(drawing(eccentric=eccentric), torque)["eccentric shaft"] > 1.5 * wind_up(drawing(eccentric=solid), torque)["eccentric shaft"]
+    assert (
+        wind_up(drawing(eccentric=eccentric), torque)["eccentric shaft"]
+        > 1.5 * wind_up(drawing(eccentric=solid), torque)["eccentric shaft"]
+    )
 
 
 def test_a_process_without_tolerances_for_a_size_is_refused():
     """General tolerances of class f end at 2 m."""
-    with pytest.raises(ValidationError, match="no general tolerance of ISO 2768 f at 2100 mm: up to 2000 mm"):
-        drawing(process="ISO 2768 f", ring_radius="1050 mm", pin_radius="90 mm", output_pins=None, disc={}, ring_outer_radius=None)
+    with pytest.raises(
+        ValidationError, match="no general tolerance of ISO 2768 f at 2100 mm: up to 2000 mm"
+    ):
+        drawing(
+            process="ISO 2768 f",
+            ring_radius="1050 mm",
+            pin_radius="90 mm",
+            output_pins=None,
+            disc={},
+            ring_outer_radius=None,
+        )

@@ -16,7 +16,13 @@ from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.error_source import ErrorSource, Friction
-from lostmotion.parts.gearbox.cycloidal.sources import ErrorHarmonic, Loop, Play, TransmissionError, WindUp
+from lostmotion.parts.gearbox.cycloidal.sources import (
+    ErrorHarmonic,
+    Loop,
+    Play,
+    TransmissionError,
+    WindUp,
+)
 from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.link import Link
 from lostmotion.parts.lumped import Lumped
@@ -24,7 +30,16 @@ from lostmotion.parts.mounting import Mounting
 from lostmotion.parts.servo import ServoStops
 from lostmotion.parts.term import Condition, Motion
 from lostmotion.units import Toleranced
-from tests.parts.conditions import SLIDE_Z, TURN_Z, condition, drawn, encoder, gearbox, screw_drive, terms_at
+from tests.parts.conditions import (
+    SLIDE_Z,
+    TURN_Z,
+    condition,
+    drawn,
+    encoder,
+    gearbox,
+    screw_drive,
+    terms_at,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,12 +50,18 @@ if TYPE_CHECKING:
 def elastic_link(s: float) -> ErrorSource:
     """Return a steel bar, s times as soft and s times as inexactly cut."""
     material = {"young": 210e9 / s, "poisson": 0.3, "density": 7850.0, "scatter": 0.1}
-    link = Link(length=Toleranced(0.5, s * 1e-4), section={"kind": "rectangle", "width": 0.03, "height": 0.05}, material=material)
+    link = Link(
+        length=Toleranced(0.5, s * 1e-4),
+        section={"kind": "rectangle", "width": 0.03, "height": 0.05},
+        material=material,
+    )
     return link.with_joint_axis(np.array([0, 0, 1.0]))
 
 
 def full_gearbox(s: float) -> ErrorSource:
-    """Return a gearbox with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
+    """Return a gearbox with every error it can have, all s times as large; with a lead, for it is
+    put on sliding joints too.
+    """
     return gearbox(
         ratio=100,
         rated_torque=50.0,
@@ -50,7 +71,10 @@ def full_gearbox(s: float) -> ErrorSource:
         backlash=Toleranced(s * 2e-4, s * 1e-4),
         hysteresis=s * 1e-4,
         hysteresis_scatter=0.3,
-        transmission_error=[{"amplitude": s * 1e-4, "cycles": 2.0}, {"amplitude": s * 2e-5, "cycles": 200.0}],
+        transmission_error=[
+            {"amplitude": s * 1e-4, "cycles": 2.0},
+            {"amplitude": s * 2e-5, "cycles": 200.0},
+        ],
     ).model_copy(update={"lead": 0.01})
 
 
@@ -69,7 +93,14 @@ def full_screw_drive(s: float) -> ErrorSource:
 
 def full_guideway(s: float) -> ErrorSource:
     """Return a guideway with every error motion it can have, all s times as large."""
-    return Guideway(straightness=(s * 2e-5, s * 1e-5), pitch=s * 1e-4, yaw=s * 5e-5, roll=s * 2e-4, wavelength=0.7, up=[0.3, 0.4, 0.5])
+    return Guideway(
+        straightness=(s * 2e-5, s * 1e-5),
+        pitch=s * 1e-4,
+        yaw=s * 5e-5,
+        roll=s * 2e-4,
+        wavelength=0.7,
+        up=[0.3, 0.4, 0.5],
+    )
 
 
 def full_rolling(s: float) -> ErrorSource:
@@ -107,7 +138,9 @@ def full_base(s: float) -> ErrorSource:
 
 
 def full_encoder(side: str) -> Callable[[float], ErrorSource]:
-    """Return an encoder with every error it can have, all s times as large; with a lead, for it is put on sliding joints too."""
+    """Return an encoder with every error it can have, all s times as large; with a lead, for it is
+    put on sliding joints too.
+    """
     fields = {"resolution": 1e-4, "noise": 1e-5, "eccentricity": 3e-4, "zero": 1e-4}
 
     def made(s: float) -> ErrorSource:
@@ -118,14 +151,24 @@ def full_encoder(side: str) -> Callable[[float], ErrorSource]:
 
 
 class DrawnGearbox(ErrorSource):
-    """Every source of error that a cycloidal gearbox can have, all s times as large, as one part."""
+    """Every source of error that a cycloidal gearbox can have, all s times as large, as one
+    part.
+    """
 
     def __init__(self, s: float) -> None:
         """Make them."""
         torque = np.array([0.0, 1.0, 10.0, 100.0])
-        harmonics = (ErrorHarmonic(39.0, s * np.array([1e-5, 2e-5, 3e-5])), ErrorHarmonic(78.0, s * np.array([3e-6, 2e-6, 1e-6])))
+        harmonics = (
+            ErrorHarmonic(39.0, s * np.array([1e-5, 2e-5, 3e-5])),
+            ErrorHarmonic(78.0, s * np.array([3e-6, 2e-6, 1e-6])),
+        )
         self.sources = (
-            WindUp(torque, s * 1e-6 * torque**0.9, s * np.array([0.0, 1e-7, 1e-6, 2e-6]), (("onyx", 0.15), ("steel", 0.05))),
+            WindUp(
+                torque,
+                s * 1e-6 * torque**0.9,
+                s * np.array([0.0, 1e-7, 1e-6, 2e-6]),
+                (("onyx", 0.15), ("steel", 0.05)),
+            ),
             TransmissionError(torque[1:], harmonics),
             Play(Toleranced(s * 2e-4, s * 1e-4), Friction.of_load(3.0)),
             Loop(torque, s * 1e-6 * torque, 0.1 * torque, scatter=0.2),
@@ -173,7 +216,14 @@ AXIS = st.one_of(
     st.sampled_from([TURN_Z, SLIDE_Z]),
     st.tuples(*[st.floats(-1, 1)] * 3, st.booleans())
     .filter(lambda v: np.linalg.norm(v[:3]) > 0.1)
-    .map(lambda v: np.concatenate([np.array(v[:3]), np.zeros(3)] if v[3] else [np.zeros(3), np.array(v[:3])]) / np.linalg.norm(v[:3])),
+    .map(
+        lambda v: (
+            np.concatenate(
+                [np.array(v[:3]), np.zeros(3)] if v[3] else [np.zeros(3), np.array(v[:3])]
+            )
+            / np.linalg.norm(v[:3])
+        )
+    ),
 )
 # Springs that harden: twice as bad is not twice the error.
 HARDENING: dict[str, ErrorSource] = {
@@ -218,8 +268,15 @@ every_part = pytest.mark.parametrize("make", EVERY.values(), ids=EVERY)
 @given(poses=POSES, axis=AXIS, approach=st.sampled_from([-1.0, 0.0, 1.0]))
 @settings(deadline=None, max_examples=30)
 def test_terms_are_finite_screws_with_names_of_their_own(make, poses, axis, approach):
-    """Whatever load, pose and axis, a part answers with finite screws, one per pose or one for all, each term under its own name."""
-    at = condition([wrench for wrench, _ in poses], axis=axis, angle=np.array([angle for _, angle in poses]), approach=approach)
+    """Whatever load, pose and axis, a part answers with finite screws, one per pose or one for all,
+    each term under its own name.
+    """
+    at = condition(
+        [wrench for wrench, _ in poses],
+        axis=axis,
+        angle=np.array([angle for _, angle in poses]),
+        approach=approach,
+    )
     found = terms_at(make(1.0), at)
     assert found
     for term in found:
@@ -234,23 +291,33 @@ def test_terms_are_finite_screws_with_names_of_their_own(make, poses, axis, appr
 @given(poses=POSES, axis=AXIS, approach=st.sampled_from([-1.0, 0.0, 1.0]))
 @settings(deadline=None, max_examples=20)
 def test_poses_do_not_see_each_other(make, poses, axis, approach):
-    """What a part does at one pose is the same whether that pose is asked for alone or among others."""
+    """What a part does at one pose is the same whether that pose is asked for alone or among
+    others.
+    """
     part = make(1.0)
     wrenches, angles = [wrench for wrench, _ in poses], np.array([angle for _, angle in poses])
     together = terms_at(part, condition(wrenches, axis=axis, angle=angles, approach=approach))
     for row in range(len(poses)):
-        alone = terms_at(part, condition(wrenches[row], axis=axis, angle=angles[row], approach=approach))
-        assert [(term.name, term.level) for term in alone] == [(term.name, term.level) for term in together]
+        alone = terms_at(
+            part, condition(wrenches[row], axis=axis, angle=angles[row], approach=approach)
+        )
+        assert [(term.name, term.level) for term in alone] == [
+            (term.name, term.level) for term in together
+        ]
         for one, many in zip(alone, together, strict=True):
             expected = many.screw if many.screw.ndim == 1 else many.screw[row]
-            np.testing.assert_allclose(np.broadcast_to(one.screw, (1, 6))[0], expected, rtol=1e-12, atol=1e-18)
+            np.testing.assert_allclose(
+                np.broadcast_to(one.screw, (1, 6))[0], expected, rtol=1e-12, atol=1e-18
+            )
 
 
 @pytest.mark.parametrize("make", PARTS.values(), ids=PARTS)
 @given(wrench=WRENCH, angle=st.floats(-6, 6), axis=AXIS, approach=st.sampled_from([-1.0, 0.0, 1.0]))
 @settings(deadline=None, max_examples=20)
 def test_twice_the_tolerances_make_twice_the_error(make, wrench, angle, axis, approach):
-    """A part made twice as badly and twice as softly makes every one of its errors twice as large."""
+    """A part made twice as badly and twice as softly makes every one of its errors twice as
+    large.
+    """
     at = condition(wrench, axis=axis, angle=angle, approach=approach)
     once, twice = terms_at(make(1.0), at), terms_at(make(2.0), at)
     assert [term.name for term in once] == [term.name for term in twice]
@@ -263,9 +330,14 @@ def test_twice_the_tolerances_make_twice_the_error(make, wrench, angle, axis, ap
 @pytest.mark.parametrize("approach", [-1.0, 0.0, 1.0])
 @pytest.mark.parametrize("wrench", [(0,) * 6, (0, 0, 0.2, 0, 0, 2.0), (30, -20, 10, 100, 50, -80)])
 def test_no_robot_errs_beyond_the_worst_case(make, wrench, approach):
-    """Of 10 000 robots none is off by more than the design error and all other terms at their bounds."""
+    """Of 10 000 robots none is off by more than the design error and all other terms at their
+    bounds.
+    """
     found = terms_at(make(1.0), condition(wrench, angle=0.7, approach=approach))
-    worst = sum((np.abs(np.broadcast_to(term.screw, (1, 6))) * term.bound for term in found), np.zeros((1, 6)))
+    worst = sum(
+        (np.abs(np.broadcast_to(term.screw, (1, 6))) * term.bound for term in found),
+        np.zeros((1, 6)),
+    )
     errors = drawn(found, 10_000)
     assert (np.abs(errors) <= worst * (1 + 1e-12)).all()
     assert np.abs(errors).max() > 0
@@ -273,7 +345,9 @@ def test_no_robot_errs_beyond_the_worst_case(make, wrench, approach):
 
 @every_part
 def test_drawn_terms_have_mean_zero(make):
-    """Averaged over many robots and visits only the design error is left: whatever has a mean puts it there."""
+    """Averaged over many robots and visits only the design error is left: whatever has a mean puts
+    it there.
+    """
     at = condition((30, -20, 0.1, 1.0, 0.5, -0.8), angle=0.7)
     found = terms_at(make(1.0), at)
     draws = 40_000
@@ -283,8 +357,13 @@ def test_drawn_terms_have_mean_zero(make):
             by_draw[term.robot, term.visit] += np.broadcast_to(term.screw, (1, 6))
     spread = np.sqrt(sum((each**2 for each in by_draw.values()), np.zeros((1, 6))))
     errors = drawn(found, draws)
-    bias = sum((np.broadcast_to(term.screw, (1, 6)) for term in found if term.level == "design"), np.zeros((1, 6)))
-    assert (np.abs(errors.mean(axis=0) - bias) <= 5 * spread / np.sqrt(draws) + 1e-9 * np.abs(bias)).all()
+    bias = sum(
+        (np.broadcast_to(term.screw, (1, 6)) for term in found if term.level == "design"),
+        np.zeros((1, 6)),
+    )
+    assert (
+        np.abs(errors.mean(axis=0) - bias) <= 5 * spread / np.sqrt(draws) + 1e-9 * np.abs(bias)
+    ).all()
     np.testing.assert_allclose(errors.std(axis=0), spread, rtol=0.05, atol=1e-15)
 
 
@@ -302,27 +381,43 @@ def test_an_ideal_part_makes_no_error(part, wrench, axis, approach):
 @pytest.mark.parametrize("axis", [TURN_Z, SLIDE_Z], ids=["turning", "sliding"])
 @pytest.mark.parametrize("wrench", [(30, -20, 10, 100, 50, -80), (-15, 40, -20, 60, -90, 70)])
 def test_springs_go_on_giving_and_what_rests_in_a_play_does_not(make, wrench, axis, approach):
-    """Under ten times the load a spring deflects more than three times as far; what rests in a play stays where it is."""
+    """Under ten times the load a spring deflects more than three times as far; what rests in a play
+    stays where it is.
+    """
     part = make(1.0)
     none, once, tenfold = (
-        {term.name: term for term in terms_at(part, condition(times * np.array(wrench), axis=axis, angle=0.3, approach=approach))}
+        {
+            term.name: term
+            for term in terms_at(
+                part, condition(times * np.array(wrench), axis=axis, angle=0.3, approach=approach)
+            )
+        }
         for times in (0, 1, 10)
     )
     for name, term in once.items():
         if term.level == "design":
-            before, after = (np.linalg.norm(one[name].screw - none[name].screw) for one in (once, tenfold))
+            before, after = (
+                np.linalg.norm(one[name].screw - none[name].screw) for one in (once, tenfold)
+            )
             if term.term.form.elastic:
-                # A micrometre along an axis may come and go with the loads across it: balls roll up their grooves.
+                # A micrometre along an axis may come and go with the loads across it: balls roll up
+                # their grooves.
                 assert after >= 3 * before or before < 1e-6
-            elif approach == 0:  # with a known last motion friction's loop is a design term as well, and grows with the friction
+            elif approach == 0:
+                # with a known last motion friction's loop is a design term as well, and grows with
+                # the friction
                 assert after <= before * (1 + 1e-9)
 
 
 @every_part
 @pytest.mark.parametrize("axis", [TURN_Z, SLIDE_Z], ids=["turning", "sliding"])
-@pytest.mark.parametrize("load", [(30.0, -20.0, 12.0, 100.0, 50.0, -80.0), (-15.0, 40.0, -20.0, 60.0, -90.0, 70.0)])
+@pytest.mark.parametrize(
+    "load", [(30.0, -20.0, 12.0, 100.0, 50.0, -80.0), (-15.0, 40.0, -20.0, 60.0, -90.0, 70.0)]
+)
 def test_the_compliance_of_a_spring_is_the_slope_of_its_deflection(make, load, axis):
-    """A small change of load deflects a spring by its compliance times that change; a play and a constant error have no compliance."""
+    """A small change of load deflects a spring by its compliance times that change; a play and a
+    constant error have no compliance.
+    """
     change = 1e-4 * np.array([3.0, -2.0, 5.0, 30.0, 20.0, -40.0])
 
     def at(wrench):
@@ -332,7 +427,12 @@ def test_the_compliance_of_a_spring_is_the_slope_of_its_deflection(make, load, a
         form, slope = term.form, term.form.compliance(at(load))[0]
         if form.elastic:
             expected = (form.screw(at(load + change)) - form.screw(at(load - change)))[:, 0] / 2
-            np.testing.assert_allclose(slope @ change, expected, rtol=1e-3, atol=1e-9 * np.linalg.norm(form.screw(at(load))))
+            np.testing.assert_allclose(
+                slope @ change,
+                expected,
+                rtol=1e-3,
+                atol=1e-9 * np.linalg.norm(form.screw(at(load))),
+            )
         else:
             assert not slope.any()
 
@@ -342,7 +442,11 @@ def test_a_form_depends_on_what_it_reads_and_on_nothing_else(make):
     """Other values of what a form does not read leave its screw as it is, to the bit."""
     rng = np.random.default_rng(3)
     read = {"angle": (1,), "wrench": (6, 1), "gravity": (3, 1)}
-    values, others = ({name: rng.uniform(-50, 50, shape) for name, shape in read.items()} for _ in range(2))
+    values, others = (
+        {name: rng.uniform(-50, 50, shape) for name, shape in read.items()} for _ in range(2)
+    )
     for term in make(1.0).terms(Motion(TURN_Z)):
         mixed = {name: (values if name in term.form.reads else others)[name] for name in read}
-        np.testing.assert_array_equal(term.form.screw(Condition(**values)), term.form.screw(Condition(**mixed)))
+        np.testing.assert_array_equal(
+            term.form.screw(Condition(**values)), term.form.screw(Condition(**mixed))
+        )

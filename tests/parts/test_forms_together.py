@@ -25,7 +25,9 @@ def conditions(poses: int, seed: int = 3) -> Condition:
 def curves(loads: np.ndarray, count: int = 5) -> list[Curve]:
     """Return random curves with these knots, the first of which ends level."""
     random = np.random.default_rng(len(loads))
-    return [Curve(loads, np.cumsum(random.uniform(0, 1e-4, len(loads))), k * 1e-5) for k in range(count)]
+    return [
+        Curve(loads, np.cumsum(random.uniform(0, 1e-4, len(loads))), k * 1e-5) for k in range(count)
+    ]
 
 
 def each(forms: list, at: Condition, scales: np.ndarray) -> np.ndarray:
@@ -45,7 +47,10 @@ def test_forms_together_have_the_bits_of_each_by_itself(poses, loads, direction)
     families = [
         [Spring(direction, curve) for curve in some],
         [Spring(direction, curve, odd=False) for curve in some],
-        [Harmonic(direction, 2.0 + k, ("sine", "cosine")[k % 2], envelope=curve) for k, curve in enumerate(some)],
+        [
+            Harmonic(direction, 2.0 + k, ("sine", "cosine")[k % 2], envelope=curve)
+            for k, curve in enumerate(some)
+        ],
         [Harmonic(direction, 1.5 * k, ("cosine", "sine")[k % 2], turns=200.0) for k in range(3)],
     ]
     for forms in families:
@@ -57,7 +62,9 @@ def test_forms_together_have_the_bits_of_each_by_itself(poses, loads, direction)
 
 
 def test_only_forms_of_one_motion_with_the_same_knots_are_evaluated_together():
-    """Another direction, other knots, another lead or another parity is another kind; what follows the joint's value stays by itself."""
+    """Another direction, other knots, another lead or another parity is another kind; what follows
+    the joint's value stays by itself.
+    """
     one, other = curves(LOADS)[0], curves(LOADS[:2])[0]
     forms = [
         Spring(TURN, one),

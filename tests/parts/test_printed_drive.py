@@ -64,18 +64,26 @@ scatter = "10 %"
 
 
 def test_a_printed_drive_winds_up_where_such_drives_do(tmp_path: Path):
-    """Output pins in a floating cage about 40 %, eccentric with seats 20 %, frame 20 %, disc with holes 18 %, and contacts and ring little."""
+    """Output pins in a floating cage about 40 %, eccentric with seats 20 %, frame 20 %, disc with
+    holes 18 %, and contacts and ring little.
+    """
     path = tmp_path / "printed.toml"
     path.write_text(DRAWING, encoding="utf-8")
     gearbox = read_gearbox(path).part
     assert isinstance(gearbox, CycloidalGearbox)
     assert gearbox.bounded == ("frame",)
-    assert [each.key for each in unknown_values(gearbox)] == ["materials.onyx.young", "unstated.frame"]
+    assert [each.key for each in unknown_values(gearbox)] == [
+        "materials.onyx.young",
+        "unstated.frame",
+    ]
     found = {name: float(angle[0]) for name, angle in wind_up(gearbox, np.array([24.0])).items()}
     whole = sum(found.values())
 
     def share(*words: str) -> float:
-        return sum(angle for name, angle in found.items() if any(word in name for word in words)) / whole
+        return (
+            sum(angle for name, angle in found.items() if any(word in name for word in words))
+            / whole
+        )
 
     assert 0.33 < share("output pins") - share("holes of") < 0.47
     assert 0.12 < share("eccentric") < 0.25

@@ -1,4 +1,6 @@
-"""What one-sided repeatability comes from: the dead band of a servo, and friction that scatters from visit to visit."""
+"""What one-sided repeatability comes from: the dead band of a servo, and friction that scatters
+from visit to visit.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,10 @@ from tests.parts.conditions import TURN_Z, condition, drawn, terms_at
 VALIDATES = (
     (
         "one-sided repeatability of one joint",
-        "RP of a uniform dead band, 1.36603 b; of normal friction scatter, 2.60632 standard deviations; the product of side and scatter, drawn",
+        (
+            "RP of a uniform dead band, 1.36603 b; of normal friction scatter, 2.60632 standard "
+            "deviations; the product of side and scatter, drawn"
+        ),
         "1 %",
     ),
 )
@@ -37,56 +42,89 @@ def joint(**fields: Any) -> RevoluteJoint:
 
 def spread(approach: float = 1.0, **fields: Any) -> float:
     """Return the standard deviation (m) between visits of the tool of an arm of one joint."""
-    matrix = screws(Arm(name="one", joints=(joint(**fields),)), np.array([[0.3]]), approach=approach)
+    matrix = screws(
+        Arm(name="one", joints=(joint(**fields),)), np.array([[0.3]]), approach=approach
+    )
     return math.sqrt(np.trace(visit_covariance(matrix)[0]))
 
 
 def test_a_servo_stops_anywhere_within_its_dead_band():
-    """Uniform: standard deviation b / sqrt 3, never beyond b, and RP of many visits 1.36603 b at the tool."""
+    """Uniform: standard deviation b / sqrt 3, never beyond b, and RP of many visits 1.36603 b at
+    the tool.
+    """
     (source,) = joint(servo={"dead_band": BAND}).sources.values()
     angle = drawn(terms_at(source, condition()), 200_000)[:, 0, 2]
     assert np.abs(angle).max() <= BAND * (1 + 1e-12)
     shift = REACH * angle[:, None] * np.array([0, 1.0, 0])
     assert float(pose_repeatability(shift)) == pytest.approx(1.36603 * REACH * BAND, rel=0.01)
-    assert [spread(side, servo={"dead_band": BAND}) for side in (-1.0, 0.0, 1.0)] == pytest.approx([REACH * BAND / math.sqrt(3)] * 3)
+    assert [spread(side, servo={"dead_band": BAND}) for side in (-1.0, 0.0, 1.0)] == pytest.approx(
+        [REACH * BAND / math.sqrt(3)] * 3
+    )
 
 
 @pytest.mark.parametrize(
     ("encoder", "share"),
-    [(None, 1.0), ({"side": "output"}, 1.0), ({"side": "motor"}, 1 / 80), ({"side": "motor", "ratio": 1.0}, 1.0)],
+    [
+        (None, 1.0),
+        ({"side": "output"}, 1.0),
+        ({"side": "motor"}, 1 / 80),
+        ({"side": "motor", "ratio": 1.0}, 1.0),
+    ],
 )
 def test_a_dead_band_is_measured_where_the_encoder_is(encoder: dict[str, Any] | None, share: float):
-    """On the motor it reaches the output divided by the turns of the encoder; without an encoder it is stated at the output."""
+    """On the motor it reaches the output divided by the turns of the encoder; without an encoder it
+    is stated at the output.
+    """
     fields = {"gearbox": {"ratio": 80.0}, "servo": {"dead_band": BAND}, "encoder": encoder}
     assert spread(**fields) == pytest.approx(share * REACH * BAND / math.sqrt(3))
 
 
 def test_a_dead_band_along_a_slide_is_a_length_at_the_slide():
     """Whatever the ratio of the drive."""
-    slide = PrismaticJoint(name="X", limits=(0, 1), gearbox={"lead": 0.01, "ratio": 5.0}, encoder={}, servo={"dead_band": 1e-5})
+    slide = PrismaticJoint(
+        name="X",
+        limits=(0, 1),
+        gearbox={"lead": 0.01, "ratio": 5.0},
+        encoder={},
+        servo={"dead_band": 1e-5},
+    )
     covariance = visit_covariance(screws(Arm(name="one", joints=(slide,)), np.array([[0.3]])))[0]
     assert math.sqrt(np.trace(covariance)) == pytest.approx(1e-5 / math.sqrt(3))
 
 
 def test_with_an_output_encoder_the_dead_band_holds_the_play_too():
-    """The control stops the output itself: backlash inside the loop adds nothing to the band, and two bands on one joint are a mistake."""
+    """The control stops the output itself: backlash inside the loop adds nothing to the band, and
+    two bands on one joint are a mistake.
+    """
     geared = {"gearbox": {"backlash": 4 * BAND}, "encoder": {"side": "output"}}
     assert spread(**geared, servo={"dead_band": BAND}) == pytest.approx(REACH * BAND / math.sqrt(3))
     with pytest.raises(ValidationError) as caught:
-        joint(gearbox={"backlash": BAND}, encoder={"side": "output", "dead_band": BAND}, servo={"dead_band": BAND})
-    assert caught.value.errors()[0]["ctx"]["why"] == "a dead_band of the servo and one of the encoder"
+        joint(
+            gearbox={"backlash": BAND},
+            encoder={"side": "output", "dead_band": BAND},
+            servo={"dead_band": BAND},
+        )
+    assert (
+        caught.value.errors()[0]["ctx"]["why"] == "a dead_band of the servo and one of the encoder"
+    )
 
 
 def test_friction_that_scatters_remains_where_the_side_is_known():
-    """From one side the standard deviation is a third of the ± share of half the loop; its bound is the ± share, and the mean stays where it was."""
+    """From one side the standard deviation is a third of the ± share of half the loop; its bound is
+    the ± share, and the mean stays where it was.
+    """
     gearbox = {"hysteresis": LOOP, "hysteresis_scatter": SHARE}
-    cut = 1 / math.sqrt(0.97334)  # a normal distribution cut at three standard deviations has 0.97334 of its variance
+    # a normal distribution cut at three standard deviations has 0.97334 of its variance
+    cut = 1 / math.sqrt(0.97334)
     known = REACH * SHARE * LOOP / 2 / 3 / cut
     assert spread(1.0, gearbox=gearbox) == pytest.approx(known, rel=1e-4)
-    assert spread(0.0, gearbox=gearbox) == pytest.approx(math.hypot(known, REACH * LOOP / 2), rel=1e-4)
+    assert spread(0.0, gearbox=gearbox) == pytest.approx(
+        math.hypot(known, REACH * LOOP / 2), rel=1e-4
+    )
     arm = Arm(name="one", joints=(joint(gearbox=gearbox),))
     sided, plain = (
-        screws(each, np.array([[0.3]]), approach=1.0).bias for each in (arm, Arm(name="one", joints=(joint(gearbox={"hysteresis": LOOP}),)))
+        screws(each, np.array([[0.3]]), approach=1.0).bias
+        for each in (arm, Arm(name="one", joints=(joint(gearbox={"hysteresis": LOOP}),)))
     )
     np.testing.assert_array_equal(sided, plain)
     covariance = visit_covariance(screws(arm, np.array([[0.3]]), approach=1.0))
@@ -94,9 +132,18 @@ def test_friction_that_scatters_remains_where_the_side_is_known():
 
 
 def test_the_product_of_side_and_scatter_is_independent_of_the_side():
-    """A backlash shares the side with the loop: b s + h s (1 + k x), drawn as a product, has the moments of the model's sum, also jointly with s."""
+    """A backlash shares the side with the loop: b s + h s (1 + k x), drawn as a product, has the
+    moments of the model's sum, also jointly with s.
+    """
     play = 6e-4
-    (source,) = joint(gearbox={"backlash": play, "hysteresis": LOOP, "hysteresis_scatter": SHARE, "friction_torque": 1.0}).sources.values()
+    (source,) = joint(
+        gearbox={
+            "backlash": play,
+            "hysteresis": LOOP,
+            "hysteresis_scatter": SHARE,
+            "friction_torque": 1.0,
+        }
+    ).sources.values()
     model = drawn(terms_at(source, condition()), 400_000)[:, 0, 2]
     rng = np.random.default_rng(5)
     side, x = rng.choice([-1.0, 1.0], 400_000), rng.standard_normal(800_000)
@@ -104,21 +151,31 @@ def test_the_product_of_side_and_scatter_is_independent_of_the_side():
     product = side * (play / 2 + LOOP / 2 * (1 + SHARE * x))
     for power in (2, 4, 6):
         assert (model**power).mean() == pytest.approx((product**power).mean(), rel=0.005)
-    np.testing.assert_allclose(np.quantile(np.abs(model), [0.05, 0.5, 0.95]), np.quantile(np.abs(product), [0.05, 0.5, 0.95]), rtol=0.002)
+    np.testing.assert_allclose(
+        np.quantile(np.abs(model), [0.05, 0.5, 0.95]),
+        np.quantile(np.abs(product), [0.05, 0.5, 0.95]),
+        rtol=0.002,
+    )
 
 
 def test_friction_behind_a_spring_is_a_loop_where_only_its_scatter_is_stated():
-    """Half the loop of the friction F behind the stiffness K is F / K; without either a scatter has nothing to scatter, and is refused."""
+    """Half the loop of the friction F behind the stiffness K is F / K; without either a scatter has
+    nothing to scatter, and is refused.
+    """
     gearbox = {"friction_torque": 3.0, "stiffness": 1e4, "hysteresis_scatter": SHARE}
     same = {"stiffness": 1e4, "hysteresis": 2 * 3.0 / 1e4, "hysteresis_scatter": SHARE}
-    assert [spread(side, gearbox=gearbox) for side in (0.0, 1.0)] == pytest.approx([spread(side, gearbox=same) for side in (0.0, 1.0)])
+    assert [spread(side, gearbox=gearbox) for side in (0.0, 1.0)] == pytest.approx(
+        [spread(side, gearbox=same) for side in (0.0, 1.0)]
+    )
     for lacking in ({"stiffness": 1e4}, {"friction_torque": 3.0}, {}):
         with pytest.raises(ValidationError, match="without a hysteresis"):
             joint(gearbox={**lacking, "hysteresis_scatter": SHARE})
 
 
 def test_the_loop_of_a_drawn_gearbox_scatters_with_the_load():
-    """Its half width depends on the load, and the scatter is the same share of it under every load."""
+    """Its half width depends on the load, and the scatter is the same share of it under every
+    load.
+    """
     torque = np.array([0.0, 10.0, 100.0])
     loop = Loop(torque, 1e-5 * torque, 0.1 + 0.05 * torque, scatter=SHARE)
     at = condition([(0, 0, load, 0, 0, 0) for load in (0.0, 5.0, 50.0)])

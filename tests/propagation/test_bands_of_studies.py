@@ -20,7 +20,10 @@ from lostmotion.propagation.montecarlo.bands import DRAWS, bands
 VALIDATES = (
     (
         "bands of a study",
-        "a deflection in proportion to 1/E, uniform in the logarithm: its quantiles; noise of an encoder does not widen",
+        (
+            "a deflection in proportion to 1/E, uniform in the logarithm: its quantiles; noise of "
+            "an encoder does not widen"
+        ),
         "1e-3; 1e-6",
         "propagation/montecarlo/bands.py",
     ),
@@ -52,14 +55,20 @@ density = "1 kg/m^3"
 
 
 def read(tmp_path, *, young="1.3 .. 3.0 GPa", noise="0 arcmin", mass=1.0, length=400):
-    """Return an arm of one link that carries a payload, with a Young's modulus that is known as a range."""
+    """Return an arm of one link that carries a payload, with a Young's modulus that is known as a
+    range.
+    """
     file = tmp_path / "arm.toml"
-    file.write_text(STATED.format(young=young, noise=noise, mass=mass, length=length), encoding="utf-8")
+    file.write_text(
+        STATED.format(young=young, noise=noise, mass=mass, length=length), encoding="utf-8"
+    )
     return read_arm(file)
 
 
 def test_an_error_in_proportion_to_a_compliance_has_its_quantiles(tmp_path):
-    """A tip sags by F l^3/(3 E I): its 5th and 95th percentile are those of 1/E, uniform in the logarithm, whatever the other figures."""
+    """A tip sags by F l^3/(3 E I): its 5th and 95th percentile are those of 1/E, uniform in the
+    logarithm, whatever the other figures.
+    """
     arm = read(tmp_path)
     found = bands(arm, sample_poses(arm, 64), 8, 2, 1)
     low, high = found.band("mean", 1.0)
@@ -88,28 +97,47 @@ def test_errors_between_visits_are_not_widened_by_ignorance_of_a_spring(tmp_path
 
 
 def test_the_sheet_has_band_and_interval_apart(tmp_path):
-    """The interval counts robots and poses and does not change; the band is a table of its own, named in headline, card and result."""
+    """The interval counts robots and poses and does not change; the band is a table of its own,
+    named in headline, card and result.
+    """
     study = lostmotion.study(read(tmp_path, noise="1 arcmin"), 64, 16, 4)
-    known = lostmotion.study(read(tmp_path, young=f"{math.sqrt(1.3 * 3.0)} GPa", noise="1 arcmin"), 64, 16, 4)
+    known = lostmotion.study(
+        read(tmp_path, young=f"{math.sqrt(1.3 * 3.0)} GPa", noise="1 arcmin"), 64, 16, 4
+    )
     found, plain = sheet(study), sheet(known)
     by_key = {section.key: section for section in found.sections}
     rows = {row.label: row.figures for row in by_key["bands"].rows}
-    assert [figure.value for figure in rows["mean"]] == sorted(figure.value for figure in rows["mean"])
+    assert [figure.value for figure in rows["mean"]] == sorted(
+        figure.value for figure in rows["mean"]
+    )
     assert by_key["ranges"].rows[0].label == "materials.print.young"
     assert "bands" not in {section.key for section in plain.sections}
     for section in ("error", "iso9283"):
-        for mine, theirs in zip(by_key[section].rows, next(each.rows for each in plain.sections if each.key == section), strict=True):
-            assert mine.figures[0].low == pytest.approx(theirs.figures[0].low, rel=1e-9, nan_ok=True)
+        for mine, theirs in zip(
+            by_key[section].rows,
+            next(each.rows for each in plain.sections if each.key == section),
+            strict=True,
+        ):
+            assert mine.figures[0].low == pytest.approx(
+                theirs.figures[0].low, rel=1e-9, nan_ok=True
+            )
     assert "materials.print.young" in found.verdict
     assert any("ranges" in card.quiet for card in found.cards)
-    assert found.facts["ranges"] == [{"key": "materials.print.young", "low": 1.3e9, "high": 3e9, "law": "log-uniform"}]
+    assert found.facts["ranges"] == [
+        {"key": "materials.print.young", "low": 1.3e9, "high": 3e9, "law": "log-uniform"}
+    ]
 
 
 def test_influence_of_independent_ranges_adds_up_to_one():
-    """A sum of two ranges, one three times as wide, follows nine tenths of its variance from that one."""
+    """A sum of two ranges, one three times as wide, follows nine tenths of its variance from that
+    one.
+    """
     rng = np.random.default_rng(3)
     shares = np.column_stack([rng.permutation(DRAWS * 8), rng.permutation(DRAWS * 8)]) / (DRAWS * 8)
-    wide, narrow = (np.array([band.at(share) for share in column]) for band, column in zip((Band(0, 3), Band(0, 1)), shares.T, strict=True))
+    wide, narrow = (
+        np.array([band.at(share) for share in column])
+        for band, column in zip((Band(0, 3), Band(0, 1)), shares.T, strict=True)
+    )
     first, second = influence(shares, wide + narrow)
     assert first == pytest.approx(0.9, abs=0.03)
     assert second == pytest.approx(0.1, abs=0.03)

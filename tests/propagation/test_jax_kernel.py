@@ -30,14 +30,18 @@ VALIDATES = (
 )
 
 ARM = Path(__file__).parents[2] / "examples" / "z-arm.toml"
-needs_jax = pytest.mark.skipif(importlib.util.find_spec("jax") is None, reason="JAX is not installed: pip install 'lostmotion[benchmark-jax]'")
+needs_jax = pytest.mark.skipif(
+    importlib.util.find_spec("jax") is None,
+    reason="JAX is not installed: pip install 'lostmotion[benchmark-jax]'",
+)
 
 
 @needs_jax
 @pytest.mark.slow
 @pytest.mark.parametrize(("robots", "visits"), [(300, 1), (150, 7)])
 def test_jax_returns_the_compiled_kernels_figures(arm, monkeypatch, robots, visits):
-    """JAX returns the compiled kernel's figures to 1e-12 of the largest error, also where it computes the poses in several steps.
+    """JAX returns the compiled kernel's figures to 1e-12 of the largest error, also where it
+    computes the poses in several steps.
 
     The histograms may differ in samples on the edge of a bin alone.
     """
@@ -45,29 +49,49 @@ def test_jax_returns_the_compiled_kernels_figures(arm, monkeypatch, robots, visi
     matrix = screws(arm, poses.q)
     plan = Plan.of(arm, poses, robots, visits, 7, 0.0)
     compiled = sample_block(plan, matrix, 3)
-    monkeypatch.setattr(jax_kernel, "_AT_ONCE", 12 * -(-robots // draw_kernel.LANES) * draw_kernel.LANES * visits)
+    monkeypatch.setattr(
+        jax_kernel, "_AT_ONCE", 12 * -(-robots // draw_kernel.LANES) * draw_kernel.LANES * visits
+    )
     found = sample_block(replace(plan, device="gpu"), matrix, 3)
     largest = compiled.per_pose[:, kernel.LARGEST].max()
     whose = [kernel.LARGEST_ROBOT, kernel.LARGEST_VISIT]
     np.testing.assert_array_equal(found.per_pose[:, whose], compiled.per_pose[:, whose])
     for name in ("per_pose", "ap_rp", "robot_sums"):
-        np.testing.assert_allclose(getattr(found, name), getattr(compiled, name), rtol=1e-12, atol=1e-12 * largest, err_msg=name)
+        np.testing.assert_allclose(
+            getattr(found, name),
+            getattr(compiled, name),
+            rtol=1e-12,
+            atol=1e-12 * largest,
+            err_msg=name,
+        )
     assert found.group_hist.sum() == compiled.group_hist.sum() == len(poses) * robots * visits
     assert np.abs(found.whole_hist() - compiled.whole_hist()).sum() <= 2
 
 
 @needs_jax
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["normal without limits", ((-1.0, 0.0), (-0.2, 0.3), (0.4, 0.9), (2.0, 1.0))])
+@pytest.mark.parametrize(
+    "law", ["normal without limits", ((-1.0, 0.0), (-0.2, 0.3), (0.4, 0.9), (2.0, 1.0))]
+)
 @pytest.mark.parametrize("visits", [1, 7])
 def test_jax_supports_every_distribution(law, visits):
-    """JAX returns the compiled kernel's figures for a normal distribution without limits and for a user's table, to 1e-12 of the largest error."""
+    """JAX returns the compiled kernel's figures for a normal distribution without limits and for a
+    user's table, to 1e-12 of the largest error.
+    """
     arm = Arm(
-        name="slides", joints=[PrismaticJoint(name=axis, axis=axis, limits=(0, 1), encoder={"noise": 3e-3, "noise_law": law}) for axis in "xyz"]
+        name="slides",
+        joints=[
+            PrismaticJoint(
+                name=axis, axis=axis, limits=(0, 1), encoder={"noise": 3e-3, "noise_law": law}
+            )
+            for axis in "xyz"
+        ],
     )
     poses = sample_poses(arm, 8)
     matrix, plan = screws(arm, poses.q), Plan.of(arm, poses, 300, visits, 7, 0.0)
-    compiled, found = (sample_block(replace(plan, device=device), matrix, 0) for device in ("cpu", "gpu"))
+    compiled, found = (
+        sample_block(replace(plan, device=device), matrix, 0) for device in ("cpu", "gpu")
+    )
     largest = compiled.per_pose[:, kernel.LARGEST].max()
     assert largest > 3e-3
     np.testing.assert_allclose(found.per_pose, compiled.per_pose, rtol=1e-12, atol=1e-12 * largest)
@@ -76,15 +100,24 @@ def test_jax_supports_every_distribution(law, visits):
 def test_without_jax_one_sentence_names_what_to_install(arm, monkeypatch):
     """A study on a GPU without JAX names the missing extra before it starts."""
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(LostmotionError, match=r"JAX, which is not installed\n  pip install 'lostmotion\[gpu\]'"):
+    with pytest.raises(
+        LostmotionError, match=r"JAX, which is not installed\n  pip install 'lostmotion\[gpu\]'"
+    ):
         lostmotion.study(arm, 8, 10, 2, device="gpu")
 
 
 def test_the_command_refuses_with_exit_code_2_and_writes_nothing(tmp_path):
-    """`lostmotion run --device gpu` without JAX prints one message that names the extra, exits with code 2 and writes no folder."""
+    """`lostmotion run --device gpu` without JAX prints one message that names the extra, exits with
+    code 2 and writes no folder.
+    """
     words = ["lostmotion", "run", str(ARM), "--device", "gpu"]
-    code = f"import sys; sys.modules['jax'] = None; sys.argv = {words}; from lostmotion.cli import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    code = (
+        f"import sys; sys.modules['jax'] = None; sys.argv = {words}; from lostmotion.cli import "
+        "main; main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 2
     assert "pip install 'lostmotion[gpu]'" in done.stderr
     assert "Traceback" not in done.stderr
@@ -119,7 +152,13 @@ from lostmotion.cli import main
 main()
 """
     words = repr(["lostmotion", "run", str(ARM), "--device", "gpu"])
-    done = subprocess.run([sys.executable, "-c", script.replace("WORDS", words)], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", script.replace("WORDS", words)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 2
     assert "cuInit failed" not in done.stderr
     assert "jax.devices()" in done.stderr

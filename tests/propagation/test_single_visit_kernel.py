@@ -1,4 +1,6 @@
-"""The kernel for robots that visit each pose once, compared with the kernel for many visits and with plain NumPy."""
+"""The kernel for robots that visit each pose once, compared with the kernel for many visits and
+with plain NumPy.
+"""
 
 import os
 import subprocess
@@ -30,7 +32,13 @@ VALIDATES = (
 )
 
 ROBOTS = 300  # two full tiles and a partial one
-BARE = {"gearbox": None, "bearing": None, "encoder": None, "mounting": None, "link": {"length": "400 mm", "mass": "3 kg"}}
+BARE = {
+    "gearbox": None,
+    "bearing": None,
+    "encoder": None,
+    "mounting": None,
+    "link": {"length": "400 mm", "mass": "3 kg"},
+}
 LUMPED = {"angle": "3 arcmin", "offset": "30 µm"}
 
 
@@ -43,14 +51,23 @@ def some_arm(request, arm):
 
 
 def lengths(arm, poses, robots, seed):
-    """Return the pose matrix and the error magnitudes (pose, robot), m, of robots that visit each pose once."""
+    """Return the pose matrix and the error magnitudes (pose, robot), m, of robots that visit each
+    pose once.
+    """
     matrix = screws(arm, poses.q)
     every, once = np.arange(robots), np.zeros(robots, int)
-    return matrix, np.array([np.linalg.norm(matrix.tool[p, 3:] @ draws_of(matrix, p, seed, p, every, once), axis=0) for p in range(len(poses))])
+    return matrix, np.array(
+        [
+            np.linalg.norm(matrix.tool[p, 3:] @ draws_of(matrix, p, seed, p, every, once), axis=0)
+            for p in range(len(poses))
+        ]
+    )
 
 
 def test_both_kernels_agree_on_robots_that_visit_once(some_arm, monkeypatch):
-    """For one visit both kernels return the same counts and the same figures, except for the order of summation."""
+    """For one visit both kernels return the same counts and the same figures, except for the order
+    of summation.
+    """
     poses = sample_poses(some_arm, 40)
     matrix = screws(some_arm, poses.q)
     plan = Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0)
@@ -63,7 +80,8 @@ def test_both_kernels_agree_on_robots_that_visit_once(some_arm, monkeypatch):
 
 
 def test_quantiles_next_to_the_smallest_error_are_those_of_the_samples():
-    """The lower end of the median of an arm that sags more than it scatters equals that of the samples.
+    """The lower end of the median of an arm that sags more than it scatters equals that of the
+    samples.
 
     Most of its errors lie in the lowest 3 % of their span.
     """
@@ -81,34 +99,46 @@ def test_quantiles_next_to_the_smallest_error_are_those_of_the_samples():
 
 
 def test_the_kernel_computes_the_errors_of_a_plain_matrix_product(some_arm):
-    """The kernel's mean, mean square, largest error and its robot, means per robot and counts equal those of screws @ draws."""
+    """The kernel's mean, mean square, largest error and its robot, means per robot and counts equal
+    those of screws @ draws.
+    """
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
     sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
     np.testing.assert_allclose(sample.per_pose[:, kernel.MEAN], size.mean(axis=1), rtol=1e-12)
-    np.testing.assert_allclose(sample.per_pose[:, kernel.MEAN_SQUARE], (size**2).mean(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(
+        sample.per_pose[:, kernel.MEAN_SQUARE], (size**2).mean(axis=1), rtol=1e-12
+    )
     np.testing.assert_allclose(sample.per_pose[:, kernel.LARGEST], size.max(axis=1), rtol=1e-12)
     np.testing.assert_array_equal(sample.per_pose[:, kernel.LARGEST_ROBOT], size.argmax(axis=1))
     np.testing.assert_allclose(sample.robot_sums, size.sum(axis=0), rtol=1e-12)
     assert sample.whole_hist().sum() == size.size
     counted = np.histogram(size, bin_edges())[0]
-    assert np.abs(sample.whole_hist().sum(axis=0) - counted).sum() <= 4  # rounding may move a sample at an edge to either side
+    # rounding may move a sample at an edge to either side
+    assert np.abs(sample.whole_hist().sum(axis=0) - counted).sum() <= 4
 
 
 def test_a_pose_s_quantiles_are_within_a_bin_of_the_samples(some_arm):
-    """A quantile of a pose differs from the sample of its rank by at most one bin, 1/1024 of the span of its errors."""
+    """A quantile of a pose differs from the sample of its rank by at most one bin, 1/1024 of the
+    span of its errors.
+    """
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
     sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
     span = size.max(axis=1) - size.min(axis=1)
     for k, level in enumerate(kernel.QUANTILES):
         exact = np.quantile(size, level, axis=1, method="inverted_cdf")
-        assert (np.abs(sample.per_pose[:, kernel.FIRST_QUANTILE + 3 * k] - exact) <= 1.001 * span / kernel.FINE).all()
+        assert (
+            np.abs(sample.per_pose[:, kernel.FIRST_QUANTILE + 3 * k] - exact)
+            <= 1.001 * span / kernel.FINE
+        ).all()
 
 
 @pytest.mark.parametrize("level", [0.001, 0.05, 0.5, 0.95, 0.99, 0.9999])
 def test_quantiles_of_all_samples_are_within_the_stated_error(some_arm, level):
-    """A quantile of the pooled histogram differs from the sample of its rank by less than 0.4 %, the width of the widest bin."""
+    """A quantile of the pooled histogram differs from the sample of its rank by less than 0.4 %,
+    the width of the widest bin.
+    """
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
     sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
@@ -119,7 +149,9 @@ def test_quantiles_of_all_samples_are_within_the_stated_error(some_arm, level):
 
 
 def test_visits_without_scatter_equal_one_visit():
-    """Thirty visits without scatter have the figures of one visit and thirty times its counts; AP is the robot's error and RP is zero."""
+    """Thirty visits without scatter have the figures of one visit and thirty times its counts; AP
+    is the robot's error and RP is zero.
+    """
     steady = arm_of(3, **BARE, lumped={**LUMPED, "varies": "robot"})
     poses = sample_poses(steady, 16)
     matrix, size = lengths(steady, poses, ROBOTS, 7)
@@ -132,7 +164,9 @@ def test_visits_without_scatter_equal_one_visit():
 
 
 def test_one_seed_returns_the_same_bits_for_any_threads_and_tiling(some_arm):
-    """One seed returns the same bits for one or two threads and for one or three blocks at a time."""
+    """One seed returns the same bits for one or two threads and for one or three blocks at a
+    time.
+    """
     poses = sample_poses(some_arm, 4000, "uniform")
     first = run(some_arm, poses, 70, 1, 5)
     again = run(some_arm, poses, 70, 1, 5, threads=2, tile=3)
@@ -152,14 +186,20 @@ def test_blocks_of_another_size_change_no_bit_of_a_pose(some_arm, monkeypatch):
 
 @pytest.mark.parametrize("visits", [1, 3])
 def test_the_error_of_an_arm_that_only_deflects_is_its_deflection(visits):
-    """Every robot of an elastic arm on a tilted base has the same error vector at every visit, and the error is its magnitude."""
+    """Every robot of an elastic arm on a tilted base has the same error vector at every visit, and
+    the error is its magnitude.
+    """
     elastic = arm_of(3, **{**BARE, "gearbox": {"stiffness": "5 N m/arcmin"}})
-    leaning = elastic.model_copy(update={"base": Base(roll=Toleranced(0.3), pitch=Toleranced(-0.2))})
+    leaning = elastic.model_copy(
+        update={"base": Base(roll=Toleranced(0.3), pitch=Toleranced(-0.2))}
+    )
     poses = sample_poses(leaning, 24)
     deflection = screws(leaning, poses.q).bias[:, 3:]
     assert (np.abs(deflection).max(axis=0) > 1e-5).all()
     found = run(leaning, poses, 20, visits, 1).per_pose
-    np.testing.assert_allclose(found[:, kernel.MEAN], np.linalg.norm(deflection, axis=1), rtol=1e-12)
+    np.testing.assert_allclose(
+        found[:, kernel.MEAN], np.linalg.norm(deflection, axis=1), rtol=1e-12
+    )
     np.testing.assert_allclose(found[:, kernel.LARGEST], found[:, kernel.MEAN], rtol=1e-12)
 
 
@@ -174,9 +214,13 @@ def test_an_arm_without_error_terms_has_zero_error():
 @pytest.mark.parametrize("visits", [1, 3])
 @pytest.mark.parametrize(("factor", "at"), [(1e-12, 0), (1e12, BINS - 1)])
 def test_errors_beyond_the_bins_count_in_the_first_and_the_last(arm, visits, factor, at):
-    """The first bin counts errors of femtometres and the last bin errors of millions of kilometres, so no sample is lost."""
+    """The first bin counts errors of femtometres and the last bin errors of millions of kilometres,
+    so no sample is lost.
+    """
     poses = sample_poses(arm, 4)
-    sample = sample_block(Plan.of(arm, poses, ROBOTS, visits, 7, 0.0), screws(arm, poses.q).scaled(factor), 0)
+    sample = sample_block(
+        Plan.of(arm, poses, ROBOTS, visits, 7, 0.0), screws(arm, poses.q).scaled(factor), 0
+    )
     counts = sample.whole_hist().sum(axis=0)
     assert counts[at] == counts.sum() == len(poses) * ROBOTS * visits
 
@@ -206,10 +250,20 @@ for visits, form in ((1, single_visit_kernel.run_once), (3, kernel.run_block)):
 
 @pytest.mark.slow
 def test_a_processor_without_fused_multiply_add_gives_the_same_bits(tmp_path):
-    """Both kernels, compiled for a generic processor without fused multiply-add, return the bits of this processor."""
-    plain = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    """Both kernels, compiled for a generic processor without fused multiply-add, return the bits of
+    this processor.
+    """
+    plain = {
+        **os.environ,
+        "NUMBA_CACHE_DIR": str(tmp_path),
+        "NUMBA_CPU_NAME": "generic",
+        "NUMBA_CPU_FEATURES": "",
+    }
     here, there = (
-        subprocess.run([sys.executable, "-c", _BITS], check=True, capture_output=True, text=True, env=env).stdout for env in (os.environ, plain)
+        subprocess.run(
+            [sys.executable, "-c", _BITS], check=True, capture_output=True, text=True, env=env
+        ).stdout
+        for env in (os.environ, plain)
     )
     assert here == there
     assert len(here.split()) == 2

@@ -1,4 +1,6 @@
-"""Sobol indices by SALib from draws alone, compared with the exact shares and with the gain from halving a part."""
+"""Sobol indices by SALib from draws alone, compared with the exact shares and with the gain from
+halving a part.
+"""
 
 import numpy as np
 import pytest
@@ -23,16 +25,30 @@ VALIDATES = (
 
 
 def problem_of(infos):
-    """Return SALib's problem: one uniform variable per stream, grouped by part, since each part draws from its own streams."""
-    streams = dict.fromkeys((stream.name, info.owner) for info in infos for stream in (info.robot, info.visit) if stream is not None)
+    """Return SALib's problem: one uniform variable per stream, grouped by part, since each part
+    draws from its own streams.
+    """
+    streams = dict.fromkeys(
+        (stream.name, info.owner)
+        for info in infos
+        for stream in (info.robot, info.visit)
+        if stream is not None
+    )
     names = [name for name, _ in streams]
     assert len(set(names)) == len(names)  # no stream is shared by two parts
     owners = [owner for _, owner in streams]
-    return {"num_vars": len(names), "names": names, "groups": owners, "bounds": [[1e-12, 1 - 1e-12]] * len(names)}
+    return {
+        "num_vars": len(names),
+        "names": names,
+        "groups": owners,
+        "bounds": [[1e-12, 1 - 1e-12]] * len(names),
+    }
 
 
 def draws_of(infos, names, uniforms):
-    """Return the factor of each term (sample, term) from uniforms (sample, stream): the inverse of its distribution, or a product over two levels."""
+    """Return the factor of each term (sample, term) from uniforms (sample, stream): the inverse of
+    its distribution, or a product over two levels.
+    """
     out = np.ones((len(uniforms), len(infos)))
     for k, info in enumerate(infos):
         for stream in (info.robot, info.visit):
@@ -42,9 +58,11 @@ def draws_of(infos, names, uniforms):
 
 
 def test_indices_of_each_component_are_the_exact_variance_shares(arm):
-    """At one pose the first-order and total Sobol indices of a part equal its share of the variance of e_x, e_y and e_z.
+    """At one pose the first-order and total Sobol indices of a part equal its share of the variance
+    of e_x, e_y and e_z.
 
-    Weighted by the variances of the components, the indices equal the part's share of the drawn mean square in the budget.
+    Weighted by the variances of the components, the indices equal the part's share of the drawn
+    mean square in the budget.
     """
     matrix = screws(arm, np.array([[0.4, -0.3, 0.9]]))
     problem = problem_of(matrix.infos)
@@ -59,7 +77,9 @@ def test_indices_of_each_component_are_the_exact_variance_shares(arm):
     weighted = np.zeros(len(owners))
     for axis in range(3):
         exact = squares[:, axis] / squares[:, axis].sum()
-        found = sobol_analyze.analyze(problem, errors[:, axis], calc_second_order=False, num_resamples=10, seed=1)
+        found = sobol_analyze.analyze(
+            problem, errors[:, axis], calc_second_order=False, num_resamples=10, seed=1
+        )
         np.testing.assert_allclose(found["S1"], exact, atol=0.02)
         np.testing.assert_allclose(found["ST"], exact, atol=0.02)
         assert sum(found["S1"]) == pytest.approx(1, abs=0.02)
@@ -70,7 +90,8 @@ def test_indices_of_each_component_are_the_exact_variance_shares(arm):
 
 
 def test_sobol_indices_of_the_squared_error_are_not_the_shares(arm):
-    """The first-order indices of |e|^2 of an arm without bias do not add to one, because the parts interact.
+    """The first-order indices of |e|^2 of an arm without bias do not add to one, because the parts
+    interact.
 
     A part's share is its part of the mean of |e|^2; its index is its part of the variance of |e|^2.
     """
@@ -78,22 +99,36 @@ def test_sobol_indices_of_the_squared_error_are_not_the_shares(arm):
     problem = problem_of(matrix.infos)
     uniforms = sobol_sample.sample(problem, 2048, calc_second_order=False, seed=1)
     drawn = np.array([info.level != "design" for info in matrix.infos])
-    errors = draws_of(matrix.infos, problem["names"], uniforms)[:, drawn] @ matrix.tool[0, 3:, drawn]
-    found = sobol_analyze.analyze(problem, (errors**2).sum(axis=1), calc_second_order=False, num_resamples=10, seed=1)
+    errors = (
+        draws_of(matrix.infos, problem["names"], uniforms)[:, drawn] @ matrix.tool[0, 3:, drawn]
+    )
+    found = sobol_analyze.analyze(
+        problem, (errors**2).sum(axis=1), calc_second_order=False, num_resamples=10, seed=1
+    )
     assert sum(found["S1"]) < 0.9
     assert (found["ST"] >= found["S1"] - 0.05).all()
 
 
 def test_total_indices_of_the_95_percent_error_rank_parts_as_halving_does():
-    """Total indices of each robot's 95th percentile rank the parts in the order of their gains from halving.
+    """Total indices of each robot's 95th percentile rank the parts in the order of their gains from
+    halving.
 
-    The errors of this arm vary per robot, without bias. For other arms variance over robots and gain in the percentile are different quantities.
+    The errors of this arm vary per robot, without bias. For other arms variance over robots and
+    gain in the percentile are different quantities.
     """
     bare = {"gearbox": None, "bearing": None, "mounting": None, "link": {"length": "400 mm"}}
     sizes = {"O": "0.6 arcmin", "A": "1 arcmin", "B": "4 arcmin"}
     arm = arm_of(3, **bare, encoder={"zero": "1 arcmin"})
     joints = tuple(
-        joint.model_copy(update={"encoder": arm_of(1, **bare, encoder={"zero": sizes[joint.name], "noise": "0.1 arcmin"}).joints[0].encoder})
+        joint.model_copy(
+            update={
+                "encoder": arm_of(
+                    1, **bare, encoder={"zero": sizes[joint.name], "noise": "0.1 arcmin"}
+                )
+                .joints[0]
+                .encoder
+            }
+        )
         for joint in arm.joints
     )
     arm = arm.model_copy(update={"joints": joints, "gravity": 0.0})
@@ -103,13 +138,24 @@ def test_total_indices_of_the_95_percent_error_rank_parts_as_halving_does():
     infos = [matrix.infos[k] for k in robot]
     problem = problem_of(infos)
     uniforms = sobol_sample.sample(problem, 512, calc_second_order=False, seed=1)
-    fixed = np.einsum("pct,rt->rpc", matrix.tool[:, 3:, robot], draws_of(infos, problem["names"], uniforms))
+    fixed = np.einsum(
+        "pct,rt->rpc", matrix.tool[:, 3:, robot], draws_of(infos, problem["names"], uniforms)
+    )
     rng = np.random.default_rng(1)
-    sides = np.stack([matrix.infos[k].visit.law.quantile(rng.uniform(size=(len(poses), 4))) for k in visit], axis=-1)
+    sides = np.stack(
+        [matrix.infos[k].visit.law.quantile(rng.uniform(size=(len(poses), 4))) for k in visit],
+        axis=-1,
+    )
     moved = np.einsum("pct,pvt->pvc", matrix.tool[:, 3:, visit], sides)
-    q95 = np.quantile(np.linalg.norm(fixed[:, :, None] + moved, axis=-1).reshape(len(fixed), -1), 0.95, axis=1)
+    q95 = np.quantile(
+        np.linalg.norm(fixed[:, :, None] + moved, axis=-1).reshape(len(fixed), -1), 0.95, axis=1
+    )
     found = sobol_analyze.analyze(problem, q95, calc_second_order=False, num_resamples=10, seed=1)
     totals = dict(zip(dict.fromkeys(problem["groups"]), found["ST"], strict=True))
-    gains = {part: gain.value for part, gain in halving(arm, poses, 128, 4, 1).gains.items() if part in totals}
+    gains = {
+        part: gain.value
+        for part, gain in halving(arm, poses, 128, 4, 1).gains.items()
+        if part in totals
+    }
     assert sorted(totals, key=totals.__getitem__) == sorted(gains, key=gains.__getitem__)
     assert max(totals, key=totals.__getitem__) == "joints.B.encoder"

@@ -53,11 +53,15 @@ ARCMIN = np.pi / 10800
 def small(size: float) -> lostmotion.Arm:
     """Return an arm whose only errors are lumped joint errors of this size."""
     lumped = {"angle": size * ARCMIN, "law": "uniform", "offset": size * 1e-5}
-    return arm_of(gearbox=None, bearing=None, encoder=None, mounting=None, lumped=lumped, link={"length": 0.4})
+    return arm_of(
+        gearbox=None, bearing=None, encoder=None, mounting=None, lumped=lumped, link={"length": 0.4}
+    )
 
 
 def test_the_error_of_the_first_order_sum_falls_with_the_square():
-    """The first-order sum neglects below 0.2 % of the 95th percentile at arcminutes, and a ninth of that at a third of the error."""
+    """The first-order sum neglects below 0.2 % of the 95th percentile at arcminutes, and a ninth of
+    that at a third of the error.
+    """
     neglected = []
     for size in (3.0, 1.0):
         arm = small(size)
@@ -88,26 +92,47 @@ def test_no_sample_exceeds_the_worst_case_and_root_sum_square_lies_below_it(arm)
 
 
 def test_a_single_two_sided_error_reaches_the_worst_case():
-    """The worst case of one two-sided angle error is the lever arm times the angle, and every sample reaches it."""
-    arm = arm_of(1, gearbox=None, bearing=None, encoder=None, mounting=None, lumped={"angle": 1e-3, "law": "two-sided"}, link={"length": 0.4})
+    """The worst case of one two-sided angle error is the lever arm times the angle, and every
+    sample reaches it.
+    """
+    arm = arm_of(
+        1,
+        gearbox=None,
+        bearing=None,
+        encoder=None,
+        mounting=None,
+        lumped={"angle": 1e-3, "law": "two-sided"},
+        link={"length": 0.4},
+    )
     matrix = screws(arm, np.zeros((1, 1)))
     assert worst_case(matrix)[0] == pytest.approx(0.4e-3, rel=1e-12)
     assert bounds(matrix).root_sum_square[0] == pytest.approx(0.4e-3, rel=1e-12)
-    assert run(arm, sample_poses(arm, 8), 10, 2, 1).per_pose[0, kernel.MEAN] == pytest.approx(0.4e-3, rel=1e-12)
+    assert run(arm, sample_poses(arm, 8), 10, 2, 1).per_pose[0, kernel.MEAN] == pytest.approx(
+        0.4e-3, rel=1e-12
+    )
 
 
 def test_rotating_the_base_changes_no_error_magnitude(arm):
     """An arm on a base rotated about the vertical has the same error magnitudes."""
     turned = arm.model_copy(
         update={
-            "joints": (arm.joints[0].model_copy(update={"origin": arm.joints[0].origin.model_copy(update={"rpy": (0, 0, 0.7)})}), *arm.joints[1:])
+            "joints": (
+                arm.joints[0].model_copy(
+                    update={"origin": arm.joints[0].origin.model_copy(update={"rpy": (0, 0, 0.7)})}
+                ),
+                *arm.joints[1:],
+            )
         }
     )
     q = sample_poses(arm, 64).q
     first, second = screws(arm, q), screws(turned, q)
     rotation = pose_of(rpy=(0, 0, 0.7))[:3, :3]
     np.testing.assert_allclose(second.tool[:, 3:], rotation @ first.tool[:, 3:], atol=1e-15)
-    np.testing.assert_allclose(np.linalg.norm(second.bias[:, 3:], axis=1), np.linalg.norm(first.bias[:, 3:], axis=1), rtol=1e-9)
+    np.testing.assert_allclose(
+        np.linalg.norm(second.bias[:, 3:], axis=1),
+        np.linalg.norm(first.bias[:, 3:], axis=1),
+        rtol=1e-9,
+    )
 
 
 def test_mean_square_of_the_samples_is_the_exact_sum_over_terms(arm):
@@ -119,7 +144,9 @@ def test_mean_square_of_the_samples_is_the_exact_sum_over_terms(arm):
 
 
 def test_shares_add_to_one_and_halving_equals_a_second_sum(arm):
-    """The shares of all parts add to one within 1e-12, and 'if halved' equals the sum with that part's terms halved."""
+    """The shares of all parts add to one within 1e-12, and 'if halved' equals the sum with that
+    part's terms halved.
+    """
     matrix = screws(arm, sample_poses(arm, 64).q)
     listed = costs(Tally.of(matrix))
     assert sum(cost.share for cost in listed) == pytest.approx(1, abs=1e-12)
@@ -130,9 +157,16 @@ def test_shares_add_to_one_and_halving_equals_a_second_sum(arm):
 
 
 def test_halving_a_part_without_error_gains_nothing(arm):
-    """Halving a part without a lever arm to the tool gains exactly zero, and halving the largest contributor gains most."""
+    """Halving a part without a lever arm to the tool gains exactly zero, and halving the largest
+    contributor gains most.
+    """
     arm = arm_of(2, link={"length": 0.0}).model_copy(
-        update={"joints": (*arm_of(1).joints, arm_of(2, link={"length": 0.0}, bearing=None, mounting=None).joints[1])}
+        update={
+            "joints": (
+                *arm_of(1).joints,
+                arm_of(2, link={"length": 0.0}, bearing=None, mounting=None).joints[1],
+            )
+        }
     )
     poses = sample_poses(arm, 64)
     found = halving(arm, poses, 100, 4, 1)
@@ -143,7 +177,9 @@ def test_halving_a_part_without_error_gains_nothing(arm):
 
 
 def test_repeatability_has_the_constants_of_the_standard():
-    """RP of isotropic normal scatter tends to 3.61609, 3.21872, 2.60632 sigma in 3, 2, 1 dimensions, and is 3.537 +- 0.329 for 30 visits."""
+    """RP of isotropic normal scatter tends to 3.61609, 3.21872, 2.60632 sigma in 3, 2, 1
+    dimensions, and is 3.537 +- 0.329 for 30 visits.
+    """
     rng = np.random.default_rng(1)
     for axes, constant in ((3, 3.61609), (2, 3.21872), (1, 2.60632)):
         positions = np.zeros((1_000_000, 3))
@@ -154,25 +190,39 @@ def test_repeatability_has_the_constants_of_the_standard():
     assert at_thirty.std() == pytest.approx(0.329, rel=0.02)
 
 
-@pytest.mark.parametrize(("law", "constant"), [("uniform", 1.36603), ("two-sided", 1 + 3 * np.sqrt(2 / np.pi / 3000))])
+@pytest.mark.parametrize(
+    ("law", "constant"), [("uniform", 1.36603), ("two-sided", 1 + 3 * np.sqrt(2 / np.pi / 3000))]
+)
 def test_the_repeatability_of_a_lumped_angle_has_its_closed_form(law, constant):
-    """A joint with a lumped angle of ±b has an RP of 1.36603 b (uniform) or b (two-sided) times its lever arm.
+    """A joint with a lumped angle of ±b has an RP of 1.36603 b (uniform) or b (two-sided) times its
+    lever arm.
 
-    The two-sided limit b is approached slowly: the barycentre of n visits lies off the middle by b sqrt(2/pi/n) on average, and RP counts that three
-    times.
+    The two-sided limit b is approached slowly: the barycentre of n visits lies off the middle by b
+    sqrt(2/pi/n) on average, and RP counts that three times.
     """
-    arm = arm_of(1, gearbox=None, bearing=None, encoder=None, mounting=None, lumped={"angle": 1e-4, "law": law}, link={"length": 1.0})
+    arm = arm_of(
+        1,
+        gearbox=None,
+        bearing=None,
+        encoder=None,
+        mounting=None,
+        lumped={"angle": 1e-4, "law": law},
+        link={"length": 1.0},
+    )
     found = run(arm, sample_poses(arm, 8), 20, 3000, 1)
     assert found.repeatability[:, 0].mean() == pytest.approx(constant * 1e-4, rel=3e-3)
 
 
 def test_gravity_closes_backlash_and_improves_repeatability():
-    """Gravity closes the backlash of horizontal joints and lowers RP; without gravity the backlash adds to RP."""
+    """Gravity closes the backlash of horizontal joints and lowers RP; without gravity the backlash
+    adds to RP.
+    """
     only = {"backlash": "2 arcmin", "rated_torque": "100 N m"}
     loaded = arm_of(3, gearbox=only, bearing=None, encoder=None, mounting=None, limits=(-0.3, 0.3))
     loose = loaded.model_copy(update={"gravity": 0.0})
     rp = [run(a, sample_poses(a, 8), 20, 30, 1).repeatability[:, 0].mean() for a in (loaded, loose)]
-    assert rp[0] < 0.75 * rp[1]  # the vertical axis carries no gravity torque, so its play stays open
+    # the vertical axis carries no gravity torque, so its play stays open
+    assert rp[0] < 0.75 * rp[1]
 
 
 def test_a_fixed_approach_repeats_better_than_a_random_one():
@@ -184,11 +234,14 @@ def test_a_fixed_approach_repeats_better_than_a_random_one():
 
 
 def test_intervals_cover_at_their_nominal_rate():
-    """Over 400 synthetic studies the 95 % intervals of a pooled mean and of a robots' quantile cover the true value in about 95 %."""
+    """Over 400 synthetic studies the 95 % intervals of a pooled mean and of a robots' quantile
+    cover the true value in about 95 %.
+    """
     rng = np.random.default_rng(3)
     mean_covered = quantile_covered = 0
     for _ in range(400):
-        means = rng.normal(1, 0.2, 100) + rng.normal(0, 0.05, (8, 1))  # robots and sets of poses both scatter
+        # robots and sets of poses both scatter
+        means = rng.normal(1, 0.2, 100) + rng.normal(0, 0.05, (8, 1))
         estimate = pooled_mean(means)
         mean_covered += estimate.low <= 1 <= estimate.high
         _, low, high = robots_quantile(rng.uniform(size=500))
@@ -198,7 +251,9 @@ def test_intervals_cover_at_their_nominal_rate():
 
 
 def test_the_interval_of_the_pooled_95_percent_error_covers(arm):
-    """The 95 % interval of a small study's pooled 95th percentile covers the value of a long run in at least 33 of 40 seeds."""
+    """The 95 % interval of a small study's pooled 95th percentile covers the value of a long run in
+    at least 33 of 40 seeds.
+    """
     poses = sample_poses(arm, 256)
     long = run(arm, poses, 4000, 4, 99)
     truth = quantile(long.group_hist.sum(axis=0), 0.95)
@@ -213,24 +268,49 @@ def test_the_interval_of_the_pooled_95_percent_error_covers(arm):
 def test_a_surface_has_no_volume():
     """Three rotations about one point move the tool on a sphere, whose volume is zero."""
     limits = (-1.0, 1.0)
-    turns = [{"name": name, "type": "revolute", "axis": axis, "limits": limits} for name, axis in (("pan", "z"), ("tilt", "y"), ("roll", "x"))]
-    arm = lostmotion.Arm.model_validate({"name": "wrist", "joints": turns, "tool": {"frame": {"xyz": (0.3, 0, 0.2)}}})
+    turns = [
+        {"name": name, "type": "revolute", "axis": axis, "limits": limits}
+        for name, axis in (("pan", "z"), ("tilt", "y"), ("roll", "x"))
+    ]
+    arm = lostmotion.Arm.model_validate(
+        {"name": "wrist", "joints": turns, "tool": {"frame": {"xyz": (0.3, 0, 0.2)}}}
+    )
     assert workspace(arm).volume == 0
 
 
 def test_an_arm_without_errors_has_zero_error():
-    """Mean, quantiles and largest error of a rigid arm without errors are zero, not the lowest bin of a histogram."""
-    ideal = {"gearbox": None, "bearing": None, "encoder": None, "mounting": None, "link": {"length": 0.4, "rigid": True}}
+    """Mean, quantiles and largest error of a rigid arm without errors are zero, not the lowest bin
+    of a histogram.
+    """
+    ideal = {
+        "gearbox": None,
+        "bearing": None,
+        "encoder": None,
+        "mounting": None,
+        "link": {"length": 0.4, "rigid": True},
+    }
     study = lostmotion.study(arm_of(2, **ideal), 16, robots=10, visits=2)
-    rows = next(section["rows"] for section in study.result()["sections"] if section["key"] == "error")
+    rows = next(
+        section["rows"] for section in study.result()["sections"] if section["key"] == "error"
+    )
     assert {row["figures"][0]["value"] for row in rows} == {0.0}
 
 
 def test_no_quantile_exceeds_the_largest_sample():
     """Every quantile of a constant error is that constant, and its interval contains it."""
-    only = arm_of(1, gearbox=None, bearing=None, encoder=None, mounting=None, lumped={"angle": 1e-3, "law": "two-sided"}, link={"length": 0.4})
+    only = arm_of(
+        1,
+        gearbox=None,
+        bearing=None,
+        encoder=None,
+        mounting=None,
+        lumped={"angle": 1e-3, "law": "two-sided"},
+        link={"length": 0.4},
+    )
     found = run(only, sample_poses(only, 8), 50, 4, 1)
-    estimate = pooled_quantile(found.group_hist, found.replicate_hist, 0.95, float(found.per_pose[:, kernel.LARGEST].max()))
+    estimate = pooled_quantile(
+        found.group_hist, found.replicate_hist, 0.95, float(found.per_pose[:, kernel.LARGEST].max())
+    )
     assert estimate.value <= found.per_pose[:, kernel.LARGEST].max()
     assert estimate.low <= 0.4e-3 <= estimate.high
     np.testing.assert_allclose(found.per_pose[:, kernel.FIRST_QUANTILE], 0.4e-3, rtol=1e-6)
@@ -274,7 +354,13 @@ def test_the_volume_of_a_ball_is_found_within_its_bracket():
             "name": "ball",
             "joints": [
                 {"name": "pan", "type": "revolute", "axis": "z", "limits": (-np.pi, np.pi), **bare},
-                {"name": "tilt", "type": "revolute", "axis": "y", "limits": (-np.pi / 2, np.pi / 2), **bare},
+                {
+                    "name": "tilt",
+                    "type": "revolute",
+                    "axis": "y",
+                    "limits": (-np.pi / 2, np.pi / 2),
+                    **bare,
+                },
                 {"name": "slide", "type": "prismatic", "axis": "x", "limits": (0.5, 1.0), **bare},
             ],
         },
@@ -288,7 +374,9 @@ def test_the_volume_of_a_ball_is_found_within_its_bracket():
 
 
 def test_a_study_has_the_interface_that_the_readme_states(arm, capsys):
-    """A study has the summary, the representation, the arrays and the sections that the README states."""
+    """A study has the summary, the representation, the arrays and the sections that the README
+    states.
+    """
     study = lostmotion.study(arm, 16, robots=40, visits=5, seed=1)
     study.summary()
     short = capsys.readouterr().out
@@ -301,8 +389,26 @@ def test_a_study_has_the_interface_that_the_readme_states(arm, capsys):
     assert study.arrays()["error_mean"].attrs["units"] == "m"
     keys = [section["key"] for section in study.result()["sections"]]
     by_level = ["budget_levels", "causes_levels"]
-    first = ["workspace", "error", "iso9283", "levels", "rp_made_of", "waterfall", "budget", "causes"]
-    assert keys == [*first, *by_level, "bending", "torques", "exact_check", "states", "inputs", "laws"]
+    first = [
+        "workspace",
+        "error",
+        "iso9283",
+        "levels",
+        "rp_made_of",
+        "waterfall",
+        "budget",
+        "causes",
+    ]
+    assert keys == [
+        *first,
+        *by_level,
+        "bending",
+        "torques",
+        "exact_check",
+        "states",
+        "inputs",
+        "laws",
+    ]
 
 
 def test_every_public_name_exists_and_has_a_docstring():
@@ -316,7 +422,9 @@ def test_every_public_name_exists_and_has_a_docstring():
 
 
 def test_a_tolerance_limit_is_never_exceeded():
-    """A term from a tolerance reaches its limit at the bound of its distribution and never exceeds it."""
+    """A term from a tolerance reaches its limit at the bound of its distribution and never exceeds
+    it.
+    """
     (term,) = limit_terms("x", Constant(np.ones(6)), 5e-5, Normal(), Parameter("x"))
     assert term.bound * term.scale == pytest.approx(5e-5, rel=1e-12)
     assert JOINT["link"]["length"] == "400 mm ± 50 µm"

@@ -1,4 +1,6 @@
-"""The stages of calibration and compensation, compared with studies without the errors that they remove."""
+"""The stages of calibration and compensation, compared with studies without the errors that they
+remove.
+"""
 
 import numpy as np
 import pytest
@@ -41,18 +43,33 @@ def found(arm):
 
 
 def test_the_calibrated_stage_is_a_study_of_an_arm_without_constant_errors():
-    """The calibrated stage has the figures of an arm with exact lengths, axes and encoder zeros, since streams by name keep the other draws."""
+    """The calibrated stage has the figures of an arm with exact lengths, axes and encoder zeros,
+    since streams by name keep the other draws.
+    """
     arm = arm_of()
-    calibrated = waterfall(arm, sample_poses(arm, POSES), ROBOTS, VISITS, SEED).stages[STAGES.index("calibrated")]
-    true = arm_of(mounting=None, encoder={**JOINT["encoder"], "zero": 0.0}, link={**JOINT["link"], "length": "400 mm"})
+    calibrated = waterfall(arm, sample_poses(arm, POSES), ROBOTS, VISITS, SEED).stages[
+        STAGES.index("calibrated")
+    ]
+    true = arm_of(
+        mounting=None,
+        encoder={**JOINT["encoder"], "zero": 0.0},
+        link={**JOINT["link"], "length": "400 mm"},
+    )
     again = montecarlo.run(true, sample_poses(true, POSES), ROBOTS, VISITS, SEED)
-    assert calibrated.q95.value == pytest.approx(quantile(again.group_hist.sum(axis=0), 0.95), rel=1e-9)
+    assert calibrated.q95.value == pytest.approx(
+        quantile(again.group_hist.sum(axis=0), 0.95), rel=1e-9
+    )
     assert calibrated.mean.value == pytest.approx(again.robot_means[:, :, 0].mean(), rel=1e-9)
 
 
-@pytest.mark.parametrize(("stage", "removed"), [("load compensated", {"design"}), ("both, and each robot mapped", {"design", "robot"})])
+@pytest.mark.parametrize(
+    ("stage", "removed"),
+    [("load compensated", {"design"}), ("both, and each robot mapped", {"design", "robot"})],
+)
 def test_stages_are_studies_with_those_levels_dropped(arm, found, monkeypatch, stage, removed):
-    """A study whose pose matrix has zeros at the removed levels has the mean and 95th percentile of the stage."""
+    """A study whose pose matrix has zeros at the removed levels has the mean and 95th percentile of
+    the stage.
+    """
 
     def without(*words, **options):
         matrix = screws(*words, **options)
@@ -62,8 +79,12 @@ def test_stages_are_studies_with_those_levels_dropped(arm, found, monkeypatch, s
     monkeypatch.setattr(montecarlo, "screws", without)
     again = montecarlo.run(arm, sample_poses(arm, POSES), ROBOTS, VISITS, SEED)
     compared = found.stages[STAGES.index(stage)]
-    assert compared.q95.value == pytest.approx(quantile(again.group_hist.sum(axis=0), 0.95), rel=1e-9)
-    assert compared.mean.value == pytest.approx(pooled_mean(again.robot_means[:, :, 0]).value, rel=1e-9)
+    assert compared.q95.value == pytest.approx(
+        quantile(again.group_hist.sum(axis=0), 0.95), rel=1e-9
+    )
+    assert compared.mean.value == pytest.approx(
+        pooled_mean(again.robot_means[:, :, 0]).value, rel=1e-9
+    )
     assert compared.mean.low == pytest.approx(pooled_mean(again.robot_means[:, :, 0]).low, rel=1e-9)
 
 
@@ -73,8 +94,16 @@ def test_no_remedy_changes_repeatability(arm, monkeypatch):
     geometry = geometry_of(arm)
     before = montecarlo.run(arm, poses, 20, 5, 1).robot_means[:, :, 2]
     for stage in STAGES:
-        monkeypatch.setattr(montecarlo, "screws", lambda *words, stage=stage, **options: remaining_errors(screws(*words, **options), stage, geometry))
-        np.testing.assert_allclose(montecarlo.run(arm, poses, 20, 5, 1).robot_means[:, :, 2], before, rtol=1e-9)
+        monkeypatch.setattr(
+            montecarlo,
+            "screws",
+            lambda *words, stage=stage, **options: remaining_errors(
+                screws(*words, **options), stage, geometry
+            ),
+        )
+        np.testing.assert_allclose(
+            montecarlo.run(arm, poses, 20, 5, 1).robot_means[:, :, 2], before, rtol=1e-9
+        )
 
 
 def test_calibration_finds_constant_errors_but_neither_harmonics_nor_deflections(arm):
@@ -92,13 +121,21 @@ def test_calibration_finds_constant_errors_but_neither_harmonics_nor_deflections
 
 
 def test_the_error_falls_from_stage_to_stage(found):
-    """Load compensation lowers the error, calibration lowers it further, the first stage removes nothing, and every interval contains its value."""
+    """Load compensation lowers the error, calibration lowers it further, the first stage removes
+    nothing, and every interval contains its value.
+    """
     by_name = {stage.name: stage for stage in found.stages}
     assert [stage.name for stage in found.stages] == list(EVERY_STAGE)
     assert by_name["as manufactured"].reduction.value == 0
-    assert by_name["both"].q95.value < by_name["load compensated"].q95.value < by_name["as manufactured"].q95.value
+    assert (
+        by_name["both"].q95.value
+        < by_name["load compensated"].q95.value
+        < by_name["as manufactured"].q95.value
+    )
     for stage in found.stages:
-        assert stage.reduction.value == pytest.approx(by_name["as manufactured"].q95.value - stage.q95.value, rel=1e-3, abs=1e-9)
+        assert stage.reduction.value == pytest.approx(
+            by_name["as manufactured"].q95.value - stage.q95.value, rel=1e-3, abs=1e-9
+        )
         for compared in (stage.mean, stage.q95, stage.reduction):
             assert compared.low <= compared.value <= compared.high
 
@@ -117,7 +154,9 @@ def test_every_stage_agrees_with_the_analytic_mean_square(arm):
 
 
 def test_the_figures_over_all_poses_follow_a_remedy_too(arm, found):
-    """At every stage the 95th percentile by sums over terms agrees with that of the samples within 5 %."""
+    """At every stage the 95th percentile by sums over terms agrees with that of the samples within
+    5 %.
+    """
     poses = sample_poses(arm, POSES)
     for stage in found.stages:
         exact = pooled(arm, poses, analytic(arm, poses, stage=stage.name), stage=stage.name)
@@ -125,7 +164,9 @@ def test_the_figures_over_all_poses_follow_a_remedy_too(arm, found):
 
 
 def test_a_thinned_study_keeps_its_sets(arm):
-    """A thinned study takes the beginning of each independent set, so that intervals include the choice of poses, and equal steps of stated poses."""
+    """A thinned study takes the beginning of each independent set, so that intervals include the
+    choice of poses, and equal steps of stated poses.
+    """
     poses = sample_poses(arm, 512)
     few = thinned(poses, 64)
     assert (len(few), few.replicates) == (64, 8)

@@ -54,9 +54,19 @@ def arm(tmp_path):
 
 def lostmotion(*words, cwd):
     """Run the command in a folder."""
-    return subprocess.run([sys.executable, "-m", "lostmotion", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [sys.executable, "-m", "lostmotion", *map(str, words)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 def tree(folder):
     """Return what every file of a folder holds, by its place."""
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.rglob("*")) if path.is_file()}
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }

@@ -1,7 +1,9 @@
-"""Start a run in a child of its own again and again, kill it at random moments, and go on with other numbers of workers until it is done.
+"""Start a run in a child of its own again and again, kill it at random moments, and go on with
+other numbers of workers until it is done.
 
-A process by itself, `python killed.py ARM FOLDER KILLS SEED`: everything is loaded and compiled and no thread has begun, so that it can fork.
-Prints how often a child was killed with its work unfinished, and how many blocks each left behind.
+A process by itself, `python killed.py ARM FOLDER KILLS SEED`: everything is loaded and compiled and
+no thread has begun, so that it can fork. Prints how often a child was killed with its work
+unfinished, and how many blocks each left behind.
 """
 
 from __future__ import annotations
@@ -25,13 +27,19 @@ WORKERS = (1, 2, 7)
 
 def main() -> None:
     """Kill, go on, kill."""
-    path, folder, kills, seed = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])
+    path, folder, kills, seed = (
+        Path(sys.argv[1]),
+        Path(sys.argv[2]),
+        int(sys.argv[3]),
+        int(sys.argv[4]),
+    )
     asked = order(path, **COUNTS)
     for design in range(asked.designs):
         compute_packed(asked.text(), design, 0)
     chance = random.Random(seed)  # noqa: S311 - moments, no secrets
     left = []
-    # The longest that a child is left alone grows: so that the first kills fall into its beginnings, and the run is done at last.
+    # The longest that a child is left alone grows: so that the first kills fall into its
+    # beginnings, and the run is done at last.
     for attempt in range(10 * kills):
         child = os.fork()
         if child == 0:

@@ -1,4 +1,6 @@
-"""How much memory do runs of so many poses take at their peak? `python peak.py ARM FOLDER POSES…` prints MB, each run in a child of its own."""
+"""How much memory do runs of so many poses take at their peak? `python peak.py ARM FOLDER POSES…`
+prints MB, each run in a child of its own.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ compute_packed(first.text(), 0, 0)
 for poses in map(int, sys.argv[3:]):
     child = os.fork()
     if child == 0:
-        store = Store.begin(folder.with_name(f"{folder.name}{poses}"), order(path, poses=poses, **COUNTS))
+        store = Store.begin(
+            folder.with_name(f"{folder.name}{poses}"), order(path, poses=poses, **COUNTS)
+        )
         carry_out(store, 2)
         summarise(store)
         sys.stdout.write(f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.1f}\n")

@@ -26,7 +26,9 @@ def blocks_done(folder):
 
 
 def test_what_is_no_address_is_refused_at_once():
-    """A word without a port is no scheduler: it is refused before anything connects or is written."""
+    """A word without a port is no scheduler: it is refused before anything connects or is
+    written.
+    """
     with pytest.raises(InputError, match="dask"):
         check_address("foo")
 
@@ -40,9 +42,23 @@ def test_an_address_without_a_scheduler_is_reported_at_once(address):
 
 
 def test_a_scheduler_that_is_not_there_leaves_nothing(arm, tmp_path):
-    """One message within seconds, exit code 2, and no folder that another command would go on with."""
+    """One message within seconds, exit code 2, and no folder that another command would go on
+    with.
+    """
     begun = time.monotonic()
-    done = lostmotion("sweep", arm.name, "--poses", "8", "--robots", "4", "--dask", "tcp://127.0.0.1:1", "--out", "run", cwd=tmp_path)
+    done = lostmotion(
+        "sweep",
+        arm.name,
+        "--poses",
+        "8",
+        "--robots",
+        "4",
+        "--dask",
+        "tcp://127.0.0.1:1",
+        "--out",
+        "run",
+        cwd=tmp_path,
+    )
     assert time.monotonic() - begun < 60  # most of it is the start of Python on a busy machine
     assert done.returncode == 2
     assert "--dask" in done.stderr
@@ -77,8 +93,16 @@ except LostmotionError as error:
 
 @pytest.mark.slow
 def test_a_scheduler_that_dies_early_is_one_message(arm, tmp_path):
-    """Killed before it hands out its first block: one message that the same command goes on, no traceback of ours or of Dask's."""
-    done = subprocess.run([sys.executable, "-c", DIES, arm, tmp_path / "run"], capture_output=True, text=True, check=False, timeout=240)
+    """Killed before it hands out its first block: one message that the same command goes on, no
+    traceback of ours or of Dask's.
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", DIES, arm, tmp_path / "run"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=240,
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("the Dask scheduler is gone")
     assert "the same command resumes" in done.stdout
@@ -87,18 +111,43 @@ def test_a_scheduler_that_dies_early_is_one_message(arm, tmp_path):
 
 @pytest.mark.slow
 def test_a_killed_worker_changes_no_byte(arm, tmp_path):
-    """On two worker processes, one of them killed in mid-run, a run leaves the same bytes as on a thread."""
+    """On two worker processes, one of them killed in mid-run, a run leaves the same bytes as on a
+    thread.
+    """
     asked = order(arm, **COUNTS)
     total = asked.designs * asked.blocks
     words = [word for name, value in COUNTS.items() for word in (f"--{name}", str(value))]
-    command = [sys.executable, "-m", "lostmotion", "sweep", arm.name, *words, "--dask", "local:2", "--out", "dask", "--quiet"]
-    child = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    command = [
+        sys.executable,
+        "-m",
+        "lostmotion",
+        "sweep",
+        arm.name,
+        *words,
+        "--dask",
+        "local:2",
+        "--out",
+        "dask",
+        "--quiet",
+    ]
+    child = subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
     folder = tmp_path / "dask"
     deadline = time.monotonic() + 240
     while blocks_done(folder) < 10 and child.poll() is None and time.monotonic() < deadline:
         time.sleep(0.01)
-    workers = [each for each in psutil.Process(child.pid).children(recursive=True) if "spawn_main" in " ".join(each.cmdline())]
-    listening = [each for each in workers for place in each.net_connections("inet") if place.status == "LISTEN" and place.laddr.ip != "127.0.0.1"]
+    workers = [
+        each
+        for each in psutil.Process(child.pid).children(recursive=True)
+        if "spawn_main" in " ".join(each.cmdline())
+    ]
+    listening = [
+        each
+        for each in workers
+        for place in each.net_connections("inet")
+        if place.status == "LISTEN" and place.laddr.ip != "127.0.0.1"
+    ]
     workers[0].kill()
     assert blocks_done(folder) < total
     _, said = child.communicate(timeout=240)

@@ -35,7 +35,8 @@ VALIDATES = (
     (
         "big runs",
         (
-            "20 kills at random moments, resumed on 1, 2 and 7 workers; a Dask worker killed; chunks cut or altered; the study in memory; all "
+            "20 kills at random moments, resumed on 1, 2 and 7 workers; a Dask worker killed; "
+            "chunks cut or altered; the study in memory; all "
             "samples one by one"
         ),
         "byte for byte; bit for bit; 0.4 % of the 95th percentile",
@@ -67,7 +68,9 @@ def copy(small, tmp_path):
 
 
 def test_blocks_hold_what_the_study_finds(small, tmp_path):
-    """Block by block or whole, every pose has the same figures to the bit, and counts are equal; sums differ by rounding alone."""
+    """Block by block or whole, every pose has the same figures to the bit, and counts are equal;
+    sums differ by rounding alone.
+    """
     path = tmp_path / "tiny.toml"
     path.write_text(ARM, encoding="utf-8")
     arm = small.order.read(0)
@@ -79,7 +82,9 @@ def test_blocks_hold_what_the_study_finds(small, tmp_path):
     np.testing.assert_array_equal(rows[:, kernel_columns : kernel_columns + 4], whole.accuracy)
     np.testing.assert_array_equal(rows[:, COLUMNS.index("worst_case")], whole.worst)
     np.testing.assert_array_equal(sum(record.histogram for record in records), whole.group_hist)
-    np.testing.assert_allclose(sum(record.robots for record in records) / 64, whole.robot_means.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(
+        sum(record.robots for record in records) / 64, whole.robot_means.mean(axis=0), rtol=1e-12
+    )
     levels = rows[:, COLUMNS.index("bias_square") : COLUMNS.index("visit_square") + 1].sum(axis=0)
     np.testing.assert_allclose(levels, whole.tally.levels, rtol=1e-12)
     outcome = summarise(small)[0]
@@ -87,16 +92,22 @@ def test_blocks_hold_what_the_study_finds(small, tmp_path):
     assert outcome.mean.value == pytest.approx(whole.robot_means[:, :, 0].mean(), rel=1e-12)
     assert outcome.worst[0].error == whole.per_pose[:, COLUMNS.index("largest")].max()
     square = whole.per_pose[:, COLUMNS.index("mean_square")].mean()
-    assert outcome.deviation.value == pytest.approx(np.sqrt(square - outcome.mean.value**2), rel=1e-9)
+    assert outcome.deviation.value == pytest.approx(
+        np.sqrt(square - outcome.mean.value**2), rel=1e-9
+    )
     assert outcome.deviation.low < outcome.deviation.value < outcome.deviation.high
 
 
 def test_quantiles_are_those_of_the_samples_within_the_bins(small):
-    """The 95 % error read from integer counts lies within 0.4 % of that of all samples, drawn one by one."""
+    """The 95 % error read from integer counts lies within 0.4 % of that of all samples, drawn one
+    by one.
+    """
     from lostmotion.propagation.exact import draws_of
     from lostmotion.runs.blocks import matrix_of
 
-    robots, visits = (axis.ravel() for axis in np.meshgrid(np.arange(20), np.arange(3), indexing="ij"))
+    robots, visits = (
+        axis.ravel() for axis in np.meshgrid(np.arange(20), np.arange(3), indexing="ij")
+    )
     lengths = []
     for block in range(small.order.blocks):
         matrix = matrix_of(small.order, 0, block)
@@ -105,7 +116,9 @@ def test_quantiles_are_those_of_the_samples_within_the_bins(small):
             draws = draws_of(matrix, row, 1, first + row, robots, visits)
             lengths.append(np.linalg.norm(matrix.tool[row, 3:] @ draws, axis=0))
     found = summarise(small)[0].quantiles[0.95].value
-    assert found == pytest.approx(np.quantile(np.concatenate(lengths), 0.95, method="inverted_cdf"), rel=0.004)
+    assert found == pytest.approx(
+        np.quantile(np.concatenate(lengths), 0.95, method="inverted_cdf"), rel=0.004
+    )
 
 
 def test_anyone_can_open_the_blocks(small):
@@ -121,7 +134,9 @@ def test_anyone_can_open_the_blocks(small):
 
 
 def test_a_record_comes_back_from_its_bytes(small):
-    """Packing and unpacking change no bit, and bytes that claim another size are refused before they take room."""
+    """Packing and unpacking change no bit, and bytes that claim another size are refused before
+    they take room.
+    """
     record = compute(small.order, 0, 3)
     packed = pack(record)
     for one, other in zip(record, unpack(small.order, packed), strict=True):
@@ -131,14 +146,20 @@ def test_a_record_comes_back_from_its_bytes(small):
         unpack(small.order, {**packed, "poses": larger["poses"]})
 
 
-@pytest.mark.parametrize("victim", ["blocks.zarr/poses/c.0.3.0.0", "blocks.zarr/histogram/c.0.3.0.0", "ledger/0.3.json"])
+@pytest.mark.parametrize(
+    "victim", ["blocks.zarr/poses/c.0.3.0.0", "blocks.zarr/histogram/c.0.3.0.0", "ledger/0.3.json"]
+)
 @pytest.mark.parametrize("how", ["gone", "cut", "turned"])
 def test_a_damaged_block_is_found_and_done_again(small, copy, victim, how):
-    """A chunk or a line of the ledger that is gone, cut short or has one bit turned is computed again, and nothing else; bytes are as before."""
+    """A chunk or a line of the ledger that is gone, cut short or has one bit turned is computed
+    again, and nothing else; bytes are as before.
+    """
     path = copy / victim
     raw = bytearray(path.read_bytes())
     raw[len(raw) // 2] ^= 1
-    path.unlink() if how == "gone" else path.write_bytes(raw[: len(raw) // 2] if how == "cut" else raw)
+    path.unlink() if how == "gone" else path.write_bytes(
+        raw[: len(raw) // 2] if how == "cut" else raw
+    )
     (copy / "ledger" / "0.9.json.0123abcd.partial").write_text("{")
     with pytest.raises(LostmotionError, match="run the same `lostmotion sweep` again"):
         Store.open(copy).read(0, 3)
@@ -147,9 +168,14 @@ def test_a_damaged_block_is_found_and_done_again(small, copy, victim, how):
 
 
 def test_another_run_is_not_gone_on_with(small, copy):
-    """Other counts, another seed or another arm are refused, each named, and nothing in the folder is touched."""
+    """Other counts, another seed or another arm are refused, each named, and nothing in the folder
+    is touched.
+    """
     before = tree(copy)
-    for change, word in (({"robots": 21}, "robots: 20 there, 21 here"), ({"seed": 2}, "seed: 1 there, 2 here")):
+    for change, word in (
+        ({"robots": 21}, "robots: 20 there, 21 here"),
+        ({"seed": 2}, "seed: 1 there, 2 here"),
+    ):
         with pytest.raises(OutputExistsError, match=word):
             Store.begin(copy, small.order.model_copy(update=change))
     other = {**small.order.files, "tiny.toml": ARM.replace("2 kg", "3 kg")}
@@ -183,7 +209,9 @@ def test_only_one_run_works_in_a_folder(small, copy):
 
 
 def test_a_run_waits_for_one_that_only_reads_the_order(small, copy):
-    """Whoever holds the lock for a moment, to find that the folder is another run's, does not stop the run whose folder it is."""
+    """Whoever holds the lock for a moment, to find that the folder is another run's, does not stop
+    the run whose folder it is.
+    """
     pytest.importorskip("fcntl")
     store, held = Store.begin(copy, small.order), threading.Event()
 
@@ -200,15 +228,24 @@ def test_a_run_waits_for_one_that_only_reads_the_order(small, copy):
 
 
 def started_together(arm, tmp_path, trials):
-    """Start two runs in one new folder at the same moment, so often; each trial must leave one order with its own figures."""
-    ran = subprocess.run([sys.executable, HERE / "together.py", arm, tmp_path, str(trials), "7"], capture_output=True, text=True, check=False)
+    """Start two runs in one new folder at the same moment, so often; each trial must leave one
+    order with its own figures.
+    """
+    ran = subprocess.run(
+        [sys.executable, HERE / "together.py", arm, tmp_path, str(trials), "7"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout == f"{trials} right, {trials} refused\n"
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
 def test_two_runs_that_start_in_one_new_folder_never_mix(arm, tmp_path):
-    """Of two runs of different seeds that start at the same moment one is refused, and the folder holds the other's order and figures alone."""
+    """Of two runs of different seeds that start at the same moment one is refused, and the folder
+    holds the other's order and figures alone.
+    """
     started_together(arm, tmp_path, 5)
 
 
@@ -220,7 +257,9 @@ def test_a_hundred_concurrent_starts_never_mix(arm, tmp_path):
 
 
 def test_a_run_whose_folder_became_another_ones_is_not_carried_out(small, tmp_path):
-    """Where run.json states another order by the time that the work begins, nothing is computed and no report is written beside it."""
+    """Where run.json states another order by the time that the work begins, nothing is computed and
+    no report is written beside it.
+    """
     mine = Store.begin(tmp_path / "run", small.order)
     shutil.rmtree(tmp_path / "run")
     Store.begin(tmp_path / "run", small.order.model_copy(update={"seed": 2}))
@@ -232,7 +271,9 @@ def test_a_run_whose_folder_became_another_ones_is_not_carried_out(small, tmp_pa
 
 
 def test_figures_do_not_outlive_an_edited_order(small, copy):
-    """After an edit of run.json that keeps every size, the stored blocks are of another order: they are not read, but computed again."""
+    """After an edit of run.json that keeps every size, the stored blocks are of another order: they
+    are not read, but computed again.
+    """
     edited = small.order.model_copy(update={"seed": 2})
     (copy / "run.json").write_bytes(edited.text())
     for name in ("blocks.zarr/zarr.json",):
@@ -288,7 +329,9 @@ def spoiled(copy, change):
     ],
 )
 def test_nonsense_with_a_valid_checksum_is_not_read(small, copy, change):
-    """Robots out of range, counts below zero and lengths that are no numbers are no figures of a run: one message, and they are computed again."""
+    """Robots out of range, counts below zero and lengths that are no numbers are no figures of a
+    run: one message, and they are computed again.
+    """
     store = spoiled(copy, change)
     with pytest.raises(LostmotionError, match="block 0 of design 0"):
         store.read(0, 0)
@@ -299,7 +342,9 @@ def test_nonsense_with_a_valid_checksum_is_not_read(small, copy, change):
 
 
 def test_a_replay_that_does_not_reproduce_fails(copy):
-    """A plausible figure, under a valid checksum, that differs from that of its pose and draws is reported in the headline, with exit code 1."""
+    """A plausible figure, under a valid checksum, that differs from that of its pose and draws is
+    reported in the headline, with exit code 1.
+    """
     spoiled(copy, lambda record: record.poses.__setitem__((0, COLUMNS.index("largest")), 0.5))
     done = lostmotion("replay", copy, cwd=copy.parent)
     assert done.returncode == 1, done.stderr
@@ -310,7 +355,15 @@ def test_a_replay_that_does_not_reproduce_fails(copy):
 
 @pytest.mark.parametrize(
     "place",
-    ["ledger", "blocks.zarr/poses", "ledger/0.0.json", "blocks.zarr/poses/c.0.0.0.0", "run.json", "run.lock", "blocks.zarr/zarr.json"],
+    [
+        "ledger",
+        "blocks.zarr/poses",
+        "ledger/0.0.json",
+        "blocks.zarr/poses/c.0.0.0.0",
+        "run.json",
+        "run.lock",
+        "blocks.zarr/zarr.json",
+    ],
 )
 def test_a_file_where_a_folder_belongs_and_the_reverse_are_one_message(small, copy, place):
     """Whatever stands in the wrong place in a store: a message with the path, no traceback."""
@@ -327,7 +380,18 @@ def test_a_file_where_a_folder_belongs_and_the_reverse_are_one_message(small, co
         Store.open(copy).read(0, 0)
 
 
-@pytest.mark.parametrize("name", ["../../evil.toml", "/tmp/evil.toml", "a/../../evil.toml", "..\\evil.toml", "C:evil.toml", "evil.py", "a\nb.toml"])  # noqa: S108
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../../evil.toml",
+        "/tmp/evil.toml",  # noqa: S108
+        "a/../../evil.toml",
+        "..\\evil.toml",
+        "C:evil.toml",
+        "evil.py",
+        "a\nb.toml",
+    ],
+)
 def test_an_order_stays_in_its_folder(small, name):
     """An order from a stranger that would lay files elsewhere is refused."""
     said = json.loads(small.order.text())
@@ -365,14 +429,18 @@ def test_an_order_stays_in_its_folder(small, name):
     ],
 )
 def test_an_order_that_cannot_be_is_refused(small, change):
-    """Counts beyond every run, grids of a million million designs and unknown keys end in a message, not in memory."""
+    """Counts beyond every run, grids of a million million designs and unknown keys end in a
+    message, not in memory.
+    """
     said = {**json.loads(small.order.text()), **change}
     with pytest.raises(LostmotionError, match="no order of a run"):
         order_of(json.dumps(said).encode())
 
 
 def test_a_file_that_is_another_ones_folder_is_one_message(small):
-    """An order that lays one file out inside another, and one whose text is no arm, are refused, each in one message."""
+    """An order that lays one file out inside another, and one whose text is no arm, are refused,
+    each in one message.
+    """
     said = json.loads(small.order.text())
     said["files"]["tiny.toml/inner.toml"] = ""
     with pytest.raises(LostmotionError, match="cannot be laid out"):
@@ -381,10 +449,14 @@ def test_a_file_that_is_another_ones_folder_is_one_message(small):
 
 @pytest.mark.parametrize("poses", [7, 10, 63, 65])
 def test_a_grid_of_a_count_that_no_grid_has_is_refused(small, copy, poses):
-    """Two joints make squares; another count in a damaged order is one message, from Python and with exit code 2, before a block is read."""
+    """Two joints make squares; another count in a damaged order is one message, from Python and
+    with exit code 2, before a block is read.
+    """
     said = {**json.loads(small.order.text()), "law": "grid", "sets": 1, "poses": poses}
     (copy / "run.json").write_text(json.dumps(said))
-    with pytest.raises(LostmotionError, match=f"a grid of {poses} poses, and an arm with 2 moving joints has none"):
+    with pytest.raises(
+        LostmotionError, match=f"a grid of {poses} poses, and an arm with 2 moving joints has none"
+    ):
         Store.open(copy)
     with pytest.raises(LostmotionError, match=f"a grid of {poses} poses"):
         poses_between(small.order.read(0), "grid", poses, 1, 0, poses)
@@ -400,7 +472,9 @@ def test_the_command_reports_a_damaged_grid_in_one_message(small, copy):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("text", [b"", b"[" * 100_000, b"\xff", b"null", b'{"poses": 1' + b"0" * 5000 + b"}"])
+@pytest.mark.parametrize(
+    "text", [b"", b"[" * 100_000, b"\xff", b"null", b'{"poses": 1' + b"0" * 5000 + b"}"]
+)
 def test_what_is_no_order_is_refused(text):
     """No JSON, JSON nested without end, and numbers without end are refused with a word."""
     with pytest.raises(LostmotionError, match="no order of a run"):
@@ -408,7 +482,9 @@ def test_what_is_no_order_is_refused(text):
 
 
 def test_hostile_metadata_and_links_are_not_believed(small, copy):
-    """Metadata that claim other chunks, or a link in place of a folder, are refused; a run that goes on mends the first."""
+    """Metadata that claim other chunks, or a link in place of a folder, are refused; a run that
+    goes on mends the first.
+    """
     path = copy / "blocks.zarr" / "poses" / "zarr.json"
     said = json.loads(path.read_text())
     said["chunk_grid"]["configuration"]["chunk_shape"] = [1, 1, 2**40, 28]
@@ -441,20 +517,30 @@ def test_a_chunk_that_is_a_link_or_a_pipe_is_not_read(small, copy):
 
 
 def test_every_pose_stands_in_one_block():
-    """Spans of the blocks follow each other without gap or overlap, and none reaches over two sets, also where blocks do not fit."""
+    """Spans of the blocks follow each other without gap or overlap, and none reaches over two sets,
+    also where blocks do not fit.
+    """
     for poses, sets, block in ((64, 8, 3), (64, 8, 8), (243, 1, 50), (8, 8, 1)):
         asked = Order.model_construct(poses=poses, sets=sets, block=block)
         spans = [asked.span(k) for k in range(asked.blocks)]
         assert [first for first, _ in spans[1:]] == [last for _, last in spans[:-1]]
         assert (spans[0][0], spans[-1][1]) == (0, poses)
         each = poses // sets
-        assert all(first // each == (last - 1) // each == asked.set_of(k) for k, (first, last) in enumerate(spans))
+        assert all(
+            first // each == (last - 1) // each == asked.set_of(k)
+            for k, (first, last) in enumerate(spans)
+        )
         assert max(last - first for first, last in spans) <= block
 
 
 def killed(arm, folder, kills, seed):
     """Kill a run so often and go on with it; gives the folder that is done at last."""
-    ran = subprocess.run([sys.executable, HERE / "killed.py", arm, folder, str(kills), str(seed)], capture_output=True, text=True, check=False)
+    ran = subprocess.run(
+        [sys.executable, HERE / "killed.py", arm, folder, str(kills), str(seed)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.startswith(f"{kills} killed")
     return [folder, *folder.parent.glob(f"{folder.name}.done*")]
@@ -470,7 +556,9 @@ def compared(arm, tmp_path, kills):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
 def test_a_killed_run_goes_on_to_the_same_bytes(arm, tmp_path):
-    """Killed three times at random moments and resumed on 1, 2 and 7 workers, a run leaves the same files as one that was left alone."""
+    """Killed three times at random moments and resumed on 1, 2 and 7 workers, a run leaves the same
+    files as one that was left alone.
+    """
     compared(arm, tmp_path, 3)
 
 
@@ -487,6 +575,11 @@ def test_memory_does_not_grow_with_the_poses(tmp_path):
     """Ten times as many poses take at most a tenth more memory at the peak, summing up included."""
     path = tmp_path / "tiny.toml"
     path.write_text(ARM, encoding="utf-8")
-    ran = subprocess.run([sys.executable, HERE / "peak.py", path, tmp_path / "p", "2048", "20480"], capture_output=True, text=True, check=True)
+    ran = subprocess.run(
+        [sys.executable, HERE / "peak.py", path, tmp_path / "p", "2048", "20480"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     few, many = map(float, ran.stdout.split())
     assert many < 1.1 * few

@@ -25,11 +25,15 @@ def test_a_stretch_is_cut_from_the_whole_row(law, count):
     for of_set in range(sets):
         for first, last in ((0, each), (each // 3, each // 2), (each - 1, each)):
             found = poses_between(ARM, law, poses, 3, of_set * each + first, of_set * each + last)
-            np.testing.assert_array_equal(found, whole.q[of_set * each + first : of_set * each + last])
+            np.testing.assert_array_equal(
+                found, whole.q[of_set * each + first : of_set * each + last]
+            )
 
 
 def test_far_ahead_costs_no_more_than_near():
-    """Pose number four hundred million is within the limits and has a name of its own, without those before it."""
+    """Pose number four hundred million is within the limits and has a name of its own, without
+    those before it.
+    """
     poses, _ = rounded(ARM, 2**29, "uniform")
     far = poses_between(ARM, "uniform", poses, 1, 400_000_000, 400_000_003)
     assert far.shape == (3, 5)

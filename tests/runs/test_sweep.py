@@ -24,7 +24,8 @@ from tests.runs.conftest import ARM, COUNTS, SWEEP, tree
 from tests.runs.conftest import lostmotion as ran
 
 SMALL = {"poses": 64, "robots": 20, "visits": 3, "block": 8}
-# The command line, to which Ctrl-C comes while it stores its third block: sent from outside, the signal may come when all is done.
+# The command line, to which Ctrl-C comes while it stores its third block: sent from outside, the
+# signal may come when all is done.
 INTERRUPTED = """
 import os, signal
 from lostmotion.cli import main
@@ -58,17 +59,24 @@ def swept(tmp_path_factory):
 
 
 def test_an_arm_without_a_worst_case_is_swept(tmp_path):
-    """Errors without limits make the worst case infinite; every other figure is kept, and grows with the angle from design to design."""
+    """Errors without limits make the worst case infinite; every other figure is kept, and grows
+    with the angle from design to design.
+    """
     path = tmp_path / "tiny.toml"
     lumped = 'lumped = { angle = "9 arcmin", law = "normal without limits" }\n'
-    path.write_text(f'{ARM}{lumped}[sweep]\n"joints.B.lumped.angle" = ["9 arcmin", "18 arcmin"]\n', encoding="utf-8")
+    path.write_text(
+        f'{ARM}{lumped}[sweep]\n"joints.B.lumped.angle" = ["9 arcmin", "18 arcmin"]\n',
+        encoding="utf-8",
+    )
     run = lostmotion.sweep(path, **SMALL, out=tmp_path / "run")
     one, two = run.arrays()["rms"].values
     assert 1.5 * one < two < 2 * one
 
 
 def test_designs_are_all_combinations(tmp_path):
-    """Lists and ranges, keys as one text, with dots or as tables: every combination is a design, the last key changing fastest."""
+    """Lists and ranges, keys as one text, with dots or as tables: every combination is a design,
+    the last key changing fastest.
+    """
     axes = asked(
         tmp_path,
         """
@@ -79,26 +87,46 @@ payload.mass = { from = "1 kg", to = "3 kg", steps = 3 }
 ratio = { from = 10, to = 1000, steps = 3, spacing = "log" }
 """,
     )
-    assert [axis.key for axis in axes] == ["gearboxes.small.backlash", "payload.mass", "joints.A.gearbox.ratio"]
+    assert [axis.key for axis in axes] == [
+        "gearboxes.small.backlash",
+        "payload.mass",
+        "joints.A.gearbox.ratio",
+    ]
     assert axes[1].values == ("1 kg", "2 kg", "3 kg")
     assert axes[2].values == (10, 100, 1000)
     assert axes[1].quantities == ((1.0, 2.0, 3.0), "kg")
     assert axes[0].quantities is None
     assert designs(axes) == 18
     assert changes(axes, 0)["joints.A.gearbox.ratio"] == 10
-    assert changes(axes, 4) == {"gearboxes.small.backlash": "0.5 arcmin", "payload.mass": "2 kg", "joints.A.gearbox.ratio": 100}
+    assert changes(axes, 4) == {
+        "gearboxes.small.backlash": "0.5 arcmin",
+        "payload.mass": "2 kg",
+        "joints.A.gearbox.ratio": 100,
+    }
     assert short_keys(axes) == ["backlash", "mass", "ratio"]
-    assert short_keys((Axis(key="a.x.mass", values=(1,)), Axis(key="b.y.mass", values=(1,)))) == ["x mass", "y mass"]
+    assert short_keys((Axis(key="a.x.mass", values=(1,)), Axis(key="b.y.mass", values=(1,)))) == [
+        "x mass",
+        "y mass",
+    ]
 
 
 def test_a_design_is_the_file_with_other_values(tmp_path):
-    """A design reads as the arm whose file says so itself; a joint's own key leaves the joints that share the part alone."""
+    """A design reads as the arm whose file says so itself; a joint's own key leaves the joints that
+    share the part alone.
+    """
     path, other = tmp_path / "tiny.toml", tmp_path / "other.toml"
     path.write_text(ARM, encoding="utf-8")
-    other.write_text(ARM.replace("2 kg", "3 kg").replace("1 arcmin ± 0.3 arcmin", "2 arcmin"), encoding="utf-8")
+    other.write_text(
+        ARM.replace("2 kg", "3 kg").replace("1 arcmin ± 0.3 arcmin", "2 arcmin"), encoding="utf-8"
+    )
     stated = {"payload.mass": "3 kg", "gearboxes.small.backlash": "2 arcmin"}
-    assert read_design(path, None, stated).model_dump_json() == lostmotion.read(other).model_dump_json()
-    mine = read_design(path, None, {"joints.A.gearbox.backlash": "2 arcmin", "joints.B.limits.0": "-10 deg"})
+    assert (
+        read_design(path, None, stated).model_dump_json()
+        == lostmotion.read(other).model_dump_json()
+    )
+    mine = read_design(
+        path, None, {"joints.A.gearbox.backlash": "2 arcmin", "joints.B.limits.0": "-10 deg"}
+    )
     arcmin = math.pi / 10800
     assert [round(joint.gearbox.backlash.nominal / arcmin, 9) for joint in mine.joints] == [2, 1]
     assert mine.joints[1].limits == pytest.approx((math.radians(-10), math.radians(60)))
@@ -111,13 +139,17 @@ def test_a_urdf_is_swept_by_the_keys_of_its_sidecar(tmp_path):
     examples = Path(__file__).parents[2] / "examples"
     by = tmp_path / "by.toml"
     by.write_text('[sweep]\n"payload.mass" = ["1 kg", "2 kg"]\n', encoding="utf-8")
-    found = lostmotion.sweep(examples / "ur5e.urdf", by, **{**SMALL, "robots": 4}, out=tmp_path / "run", workers=1)
+    found = lostmotion.sweep(
+        examples / "ur5e.urdf", by, **{**SMALL, "robots": 4}, out=tmp_path / "run", workers=1
+    )
     assert set(found.store.order.files) == {"ur5e.urdf", "ur5e.toml"}
     assert found.outcomes[1].mean.value > found.outcomes[0].mean.value
 
 
 def test_every_mistake_is_reported_at_once(tmp_path):
-    """Keys that lead nowhere, unknown keys, other units and wrong ranges come in one message, with what was probably meant."""
+    """Keys that lead nowhere, unknown keys, other units and wrong ranges come in one message, with
+    what was probably meant.
+    """
     with pytest.raises(lostmotion.InputError) as caught:
         asked(
             tmp_path,
@@ -167,24 +199,43 @@ elsewhere = 1
         f'[sweep]\n"gearboxes.small.ratio" = {{ from = 1, to = {"9" * 400}, steps = 3 }}',
         '[sweep]\n"payload.mass" = ["1 kg"]\npayload.mass = ["2 kg"]',
         '[sweep]\n"name.x" = ["1 kg"]',
-        "[sweep]\n" + "\n".join(f'"gearboxes.small.k{k}" = {{ from = 1, to = 2, steps = 1000 }}' for k in range(5)),
+        "[sweep]\n"
+        + "\n".join(
+            f'"gearboxes.small.k{k}" = {{ from = 1, to = 2, steps = 1000 }}' for k in range(5)
+        ),
         "[sweep]\n" + "\n".join(f'"k{k}" = [1]' for k in range(50)),
         '[sweep]\n"' + "a." * 150 + 'b" = [1]',
     ],
 )
 def test_tables_that_cannot_be_are_refused(tmp_path, table):
-    """Whatever stands under [sweep], what cannot be swept is a mistake with a key and an example, never a traceback."""
+    """Whatever stands under [sweep], what cannot be swept is a mistake with a key and an example,
+    never a traceback.
+    """
     with pytest.raises(lostmotion.InputError) as caught:
         asked(tmp_path, table)
     assert all(problem.expected for problem in caught.value.problems)
     # An angle is no example for a mass: an example of a range stands beside a key that takes it.
-    assert all('"gearboxes.' in problem.example for problem in caught.value.problems if "arcmin" in problem.example)
+    assert all(
+        '"gearboxes.' in problem.example
+        for problem in caught.value.problems
+        if "arcmin" in problem.example
+    )
 
 
 def test_combinations_that_do_not_fit_are_reported(tmp_path):
-    """Values that each pass by themselves and not together are refused before anything runs, with the combination."""
-    with pytest.raises(lostmotion.InputError, match=r"joints.B.limits.0 = '20 deg', joints.B.limits.1 = '15 deg'"):
-        asked(tmp_path, '[sweep]\n"joints.B.limits.0" = ["-1 deg", "20 deg"]\n"joints.B.limits.1" = ["15 deg", "30 deg"]')
+    """Values that each pass by themselves and not together are refused before anything runs, with
+    the combination.
+    """
+    with pytest.raises(
+        lostmotion.InputError, match=r"joints.B.limits.0 = '20 deg', joints.B.limits.1 = '15 deg'"
+    ):
+        asked(
+            tmp_path,
+            (
+                '[sweep]\n"joints.B.limits.0" = ["-1 deg", "20 deg"]\n"joints.B.limits.1" = ["15 '
+                'deg", "30 deg"]'
+            ),
+        )
 
 
 def test_a_study_leaves_the_sweep_aside_with_a_word(arm):
@@ -199,10 +250,20 @@ def test_outcomes_are_those_of_the_study_of_each_design(swept):
         study = lostmotion.study(swept.store.order.read(outcome.design), 64, 20, 3, seed=1)
         table = study.sampled
         assert outcome.mean.value == pytest.approx(table.robot_means[:, :, 0].mean(), rel=1e-12)
-        rows = {row.label: row for section in study.sheet.sections if section.key in {"error", "iso9283"} for row in section.rows}
+        rows = {
+            row.label: row
+            for section in study.sheet.sections
+            if section.key in {"error", "iso9283"}
+            for row in section.rows
+        }
         of_study = {
             name: rows[name].figures[0]
-            for name in ("mean", "95th percentile", "AP, 95th percentile of robots", "RP, any approach, 95th percentile of robots")
+            for name in (
+                "mean",
+                "95th percentile",
+                "AP, 95th percentile of robots",
+                "RP, any approach, 95th percentile of robots",
+            )
         }
         found = (outcome.mean, outcome.quantiles[0.95], outcome.ap[1], outcome.rp[1])
         for figure, estimate in zip(of_study.values(), found, strict=True):
@@ -212,7 +273,9 @@ def test_outcomes_are_those_of_the_study_of_each_design(swept):
 
 
 def test_more_play_is_less_repeatable(swept):
-    """Twice the play doubles RP at either payload, and the drawn comparison with the first design is more precise than the two intervals."""
+    """Twice the play doubles RP at either payload, and the drawn comparison with the first design
+    is more precise than the two intervals.
+    """
     rp = swept.arrays()["rp_mean"].sel(end="value")
     assert rp.dims == ("gearboxes.small.backlash", "payload.mass")
     ratio = (rp[1] / rp[0]).to_numpy()
@@ -220,7 +283,10 @@ def test_more_play_is_less_repeatable(swept):
     both, first = swept.outcomes[2], swept.outcomes[0]
     apart = both.lower.high - both.lower.low
     assert both.lower.high < 0
-    assert apart < math.hypot(both.quantiles[0.95].high - both.quantiles[0.95].low, first.quantiles[0.95].high - first.quantiles[0.95].low)
+    assert apart < math.hypot(
+        both.quantiles[0.95].high - both.quantiles[0.95].low,
+        first.quantiles[0.95].high - first.quantiles[0.95].low,
+    )
 
 
 def test_arrays_have_one_axis_for_each_key(swept):
@@ -229,7 +295,10 @@ def test_arrays_have_one_axis_for_each_key(swept):
     assert dict(found.sizes) == {"gearboxes.small.backlash": 2, "payload.mass": 2, "end": 3}
     assert found["payload.mass"].to_numpy().tolist() == [1.0, 3.0]
     assert found["payload.mass"].attrs["units"] == "kg"
-    assert found["gearboxes.small.backlash"].to_numpy().tolist() == ["0.5 arcmin", "1 arcmin ± 0.3 arcmin"]
+    assert found["gearboxes.small.backlash"].to_numpy().tolist() == [
+        "0.5 arcmin",
+        "1 arcmin ± 0.3 arcmin",
+    ]
     assert found["q95"].sel(end="value").to_numpy()[1, 0] == swept.outcomes[2].quantiles[0.95].value
     assert np.isnan(found["q95_lower"].to_numpy()[0, 0]).all()
 
@@ -238,11 +307,18 @@ def test_the_report_says_what_was_found(swept):
     """The page and result.json hold every design, and the plots belong to sections of the page."""
     folder = swept.report()
     said = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-    assert [each["stated"]["payload.mass"] for each in said["designs"]] == ["1 kg", "3 kg", "1 kg", "3 kg"]
+    assert [each["stated"]["payload.mass"] for each in said["designs"]] == [
+        "1 kg",
+        "3 kg",
+        "1 kg",
+        "3 kg",
+    ]
     assert said["designs"][3]["q95_m"][0] == swept.outcomes[3].quantiles[0.95].value
     assert said["axes"][0]["values"] == ["0.5 arcmin", "1 arcmin ± 0.3 arcmin"]
     sheet = swept.sheet
-    assert {plot.section for plot in sweep_plots(swept.store.order, swept.outcomes)} <= {section.key for section in sheet.sections}
+    assert {plot.section for plot in sweep_plots(swept.store.order, swept.outcomes)} <= {
+        section.key for section in sheet.sections
+    }
     best = min(swept.outcomes, key=lambda each: each.quantiles[0.95].value)
     assert best.stated["gearboxes.small.backlash"] in sheet.verdict
     assert "Of 4 designs" in (folder / "report.html").read_text(encoding="utf-8")
@@ -253,17 +329,25 @@ def test_the_report_says_what_was_found(swept):
     [
         ("", ()),
         ('[sweep]\n"payload.mass" = ["3 kg", "1 kg"]', (2,)),
-        ('[sweep]\n"payload.mass" = { from = "1 kg", to = "4 kg", steps = 3, spacing = "log" }', (3,)),
+        (
+            '[sweep]\n"payload.mass" = { from = "1 kg", to = "4 kg", steps = 3, spacing = "log" }',
+            (3,),
+        ),
         ('[sweep]\n"gearboxes.small.backlash" = ["1 arcmin", "1 arcmin ± 10 %"]', (2,)),
         (
-            '[sweep]\n"payload.mass" = ["1 kg", "2 kg"]\n"gearboxes.small.ratio" = [40, 50]\n"joints.A.gearbox.backlash" = ["1 arcmin", "2 arcmin"]',
+            (
+                '[sweep]\n"payload.mass" = ["1 kg", "2 kg"]\n"gearboxes.small.ratio" = [40, 50]\n'
+                '"joints.A.gearbox.backlash" = ["1 arcmin", "2 arcmin"]'
+            ),
             (2, 2, 2),
         ),
     ],
     ids=["none", "one key", "a range", "words", "three keys"],
 )
 def test_any_number_of_keys_is_shown(tmp_path, table, shape):
-    """No key, one, or three: there is a sheet, a plot for it, and arrays of that shape; visits without a second give no AP and RP."""
+    """No key, one, or three: there is a sheet, a plot for it, and arrays of that shape; visits
+    without a second give no AP and RP.
+    """
     path = tmp_path / "tiny.toml"
     path.write_text(ARM + table, encoding="utf-8")
     found = lostmotion.sweep(path, poses=8, robots=4, visits=1, out=tmp_path / "run", workers=1)
@@ -278,28 +362,61 @@ def test_any_number_of_keys_is_shown(tmp_path, table, shape):
 
 def test_ranges_are_stated_in_units_that_read_back(tmp_path):
     """What a range lays out reads as evenly spaced quantities."""
-    (axis,) = asked(tmp_path, '[sweep]\n"gearboxes.small.backlash" = { from = "0.1 arcmin", to = "0.7 arcmin", steps = 7 }')
+    (axis,) = asked(
+        tmp_path,
+        (
+            '[sweep]\n"gearboxes.small.backlash" = { from = "0.1 arcmin", to = "0.7 arcmin", '
+            "steps = 7 }"
+        ),
+    )
     values = [read_quantity(value, "rad").nominal for value in axis.values]
     np.testing.assert_allclose(np.diff(values), math.radians(0.1 / 60), rtol=1e-9)
 
 
 @pytest.mark.slow
 def test_the_command_goes_on_where_it_was_stopped(arm, tmp_path):
-    """Ctrl-C leaves a run that the same command goes on with; it says so, and the report is that of a run left alone."""
-    words = ["sweep", arm.name, *COUNTS[:-1], "1", "--poses", "128", "--workers", "2", "--out", "stopped"]
-    child = subprocess.run([sys.executable, "-c", INTERRUPTED, *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+    """Ctrl-C leaves a run that the same command goes on with; it says so, and the report is that of
+    a run left alone.
+    """
+    words = [
+        "sweep",
+        arm.name,
+        *COUNTS[:-1],
+        "1",
+        "--poses",
+        "128",
+        "--workers",
+        "2",
+        "--out",
+        "stopped",
+    ]
+    child = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, *words],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     assert child.returncode == 130
-    assert "the blocks that are done are stored in 'stopped'; the same command continues" in child.stderr
+    assert (
+        "the blocks that are done are stored in 'stopped'; the same command continues"
+        in child.stderr
+    )
     assert "Traceback" not in child.stderr
     done = len(list((tmp_path / "stopped" / "ledger").glob("*.json")))
     assert 0 < done < 4 * 128
-    found = lostmotion.sweep(arm, poses=128, robots=20, visits=3, block=1, out=tmp_path / "stopped", workers=1)
+    found = lostmotion.sweep(
+        arm, poses=128, robots=20, visits=3, block=1, out=tmp_path / "stopped", workers=1
+    )
     assert len(tree(tmp_path / "stopped" / "ledger")) == 4 * 128
     assert len(found.outcomes) == 4
 
 
 def test_mistakes_end_in_one_message(tmp_path):
-    """A wrong file, count or address is refused with a word, with exit code 2 on the command line, and nothing is written."""
+    """A wrong file, count or address is refused with a word, with exit code 2 on the command line,
+    and nothing is written.
+    """
     path = tmp_path / "tiny.toml"
     path.write_text(ARM, encoding="utf-8")
     for file, options, said in (
@@ -319,10 +436,15 @@ def test_mistakes_end_in_one_message(tmp_path):
 
 
 def test_an_arm_in_memory_is_not_swept(tmp_path):
-    """A sweep changes keys of a file: text and Path are taken, an Arm is refused with the reason, and so is what is nothing of these."""
+    """A sweep changes keys of a file: text and Path are taken, an Arm is refused with the reason,
+    and so is what is nothing of these.
+    """
     path = tmp_path / "tiny.toml"
     path.write_text(ARM, encoding="utf-8")
-    with pytest.raises(lostmotion.InputError, match="a sweep changes keys of the file, which an arm in memory no longer has") as caught:
+    with pytest.raises(
+        lostmotion.InputError,
+        match="a sweep changes keys of the file, which an arm in memory no longer has",
+    ) as caught:
         lostmotion.sweep(lostmotion.read(path), out=tmp_path / "run")
     assert caught.value.problems[0].found == "'an Arm, tiny'"
     with pytest.raises(lostmotion.InputError, match="path"):
@@ -332,7 +454,9 @@ def test_an_arm_in_memory_is_not_swept(tmp_path):
 
 
 def test_designs_have_short_distinct_names(tmp_path):
-    """Names omit what is the same in all designs and what is long; result.json has every key and value in full."""
+    """Names omit what is the same in all designs and what is long; result.json has every key and
+    value in full.
+    """
     path = tmp_path / "tiny.toml"
     long = [f"{{ length = '{length} mm ± 50 µm', stiffness = '1 N' }}" for length in (300, 400)]
     axes = (
@@ -348,11 +472,22 @@ def test_designs_have_short_distinct_names(tmp_path):
     assert len(set(names)) == designs(axes) == 48
     order.axes = axes = axes[:3]
     assert design_name(order.axes, 1) == "A length 0.3 m, B length 0.3 m"
-    assert short_keys([Axis(key=key, values=(1,)) for key in ("a.b.x", "b.a.x", "x", "c.x")]) == ["b x", "a x", "x", "c x"]
+    assert short_keys([Axis(key=key, values=(1,)) for key in ("a.b.x", "b.a.x", "x", "c.x")]) == [
+        "b x",
+        "a x",
+        "x",
+        "c x",
+    ]
     assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "2 mm ± 5 µm"))) == ["1 mm", "2 mm"]
     assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "1 mm"))) == ["1 mm ± 5 µm", "1 mm"]
-    assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "2 mm ± 9 µm"))) == ["1 mm ± 5 µm", "2 mm ± 9 µm"]
-    path.write_text(ARM + '[sweep]\n"payload.mass" = ["1 kg", "3 kg"]\n"gearboxes.small.ratio" = [50]', encoding="utf-8")
+    assert short_labels(Axis(key="k", values=("1 mm ± 5 µm", "2 mm ± 9 µm"))) == [
+        "1 mm ± 5 µm",
+        "2 mm ± 9 µm",
+    ]
+    path.write_text(
+        ARM + '[sweep]\n"payload.mass" = ["1 kg", "3 kg"]\n"gearboxes.small.ratio" = [50]',
+        encoding="utf-8",
+    )
     found = lostmotion.sweep(path, poses=8, robots=4, visits=2, out=tmp_path / "run")
     table = next(section for section in found.sheet.sections if section.key == "designs")
     assert [row.label for row in table.rows] == ["mass 1 kg", "mass 3 kg"]
@@ -363,19 +498,29 @@ def test_designs_have_short_distinct_names(tmp_path):
     told = found.result()["designs"]
     assert [each["name"] for each in told] == ["mass 1 kg", "mass 3 kg"]
     assert told[1]["stated"] == {"payload.mass": "3 kg", "gearboxes.small.ratio": 50}
-    assert told[1]["standard_deviation_m"][0] == found.outcomes[1].deviation.value == found.arrays()["standard_deviation"].values[1, 0, 0]
+    assert (
+        told[1]["standard_deviation_m"][0]
+        == found.outcomes[1].deviation.value
+        == found.arrays()["standard_deviation"].values[1, 0, 0]
+    )
 
 
 def test_designs_are_compared_at_the_users_own_poses(tmp_path):
-    """Poses from a CSV are visited by every design as the study visits them, kept with the run and replayed; limits that exclude one are refused."""
+    """Poses from a CSV are visited by every design as the study visits them, kept with the run and
+    replayed; limits that exclude one are refused.
+    """
     path, poses = tmp_path / "tiny.toml", tmp_path / "poses.csv"
     path.write_text(ARM + '[sweep]\n"payload.mass" = ["1 kg", "3 kg"]', encoding="utf-8")
     poses.write_text("B [deg],A [deg]\n10,20\n-30,5\n50,-80\n", encoding="utf-8")
-    found = lostmotion.sweep(path, poses=poses, robots=20, visits=3, block=2, out=tmp_path / "run", workers=2)
+    found = lostmotion.sweep(
+        path, poses=poses, robots=20, visits=3, block=2, out=tmp_path / "run", workers=2
+    )
     q = np.radians([[20, 10], [5, -30], [-80, 50]])
     for outcome in found.outcomes:
         study = lostmotion.study(found.store.order.read(outcome.design), q, 20, 3, seed=1)
-        assert outcome.mean.value == pytest.approx(study.sampled.robot_means[:, :, 0].mean(), rel=1e-12)
+        assert outcome.mean.value == pytest.approx(
+            study.sampled.robot_means[:, :, 0].mean(), rel=1e-12
+        )
     poses.unlink()
     each = lostmotion.replay(tmp_path / "run")[0]
     assert each.kernel == each.found.error
@@ -388,17 +533,28 @@ def test_designs_are_compared_at_the_users_own_poses(tmp_path):
 
 
 def test_labels_are_short_and_distinct():
-    """Quantities of a range are labelled with four digits; those that four digits would not separate, and short ones, as they are stated."""
+    """Quantities of a range are labelled with four digits; those that four digits would not
+    separate, and short ones, as they are stated.
+    """
     assert Axis(key="k", values=("1.33333333333 kg", "2 kg")).labels == ("1.333 kg", "2 kg")
     assert Axis(key="k", values=("1.00000000001 kg", "1 kg")).labels == ("1.00000000001 kg", "1 kg")
     assert Axis(key="k", values=("12345.6 N", "1 N")).labels == ("12345.6 N", "1 N")
-    assert Axis(key="k", values=("1 mm ± 5 µm", True, [1, 2])).labels == ("1 mm ± 5 µm", "True", "[1, 2]")
+    assert Axis(key="k", values=("1 mm ± 5 µm", True, [1, 2])).labels == (
+        "1 mm ± 5 µm",
+        "True",
+        "[1, 2]",
+    )
 
 
 def test_a_file_that_no_store_could_hold_is_not_read_whole(tmp_path):
-    """Whatever an arm file names beside itself comes along: at most 20 MB of it are read, and more is a mistake."""
+    """Whatever an arm file names beside itself comes along: at most 20 MB of it are read, and more
+    is a mistake.
+    """
     (tmp_path / "arm.toml").write_text(
-        'name = "huge.csv"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-1 rad", "1 rad"]\nlink = { length = "0.3 m ± 1 mm" }\n',
+        (
+            'name = "huge.csv"\n[[joints]]\nname = "A"\ntype = "revolute"\nlimits = ["-1 rad", "1 '
+            'rad"]\nlink = { length = "0.3 m ± 1 mm" }\n'
+        ),
         encoding="utf-8",
     )
     with (tmp_path / "huge.csv").open("wb") as huge:
@@ -409,13 +565,17 @@ def test_a_file_that_no_store_could_hold_is_not_read_whole(tmp_path):
 
 
 def test_the_sheet_names_the_largest_contributors_and_remedies(swept):
-    """A column for each of the largest contributors, shares that add to 100 %, and the remedies named in the sheet of one arm."""
+    """A column for each of the largest contributors, shares that add to 100 %, and the remedies
+    named in the sheet of one arm.
+    """
     sections = {section.key: section for section in swept.sheet.sections}
     parts = sections["parts"]
     assert parts.columns[-1] == "all others"
     for row, outcome in zip(parts.rows, swept.outcomes, strict=True):
         shares = {cost.part.removeprefix("joints."): 100 * cost.share for cost in outcome.costs}
-        assert [figure.value for figure in row.figures[:-1]] == [shares[name] for name in parts.columns[:-1]]
+        assert [figure.value for figure in row.figures[:-1]] == [
+            shares[name] for name in parts.columns[:-1]
+        ]
         assert sum(figure.value for figure in row.figures) == pytest.approx(100)
     note = sections["levels"].note
     assert all(remedy in note for remedy in REMEDIES)
@@ -425,24 +585,42 @@ def test_the_sheet_names_the_largest_contributors_and_remedies(swept):
 def test_a_map_marks_what_is_not_distinguishable_from_the_smallest(swept):
     """Overlapping intervals are marked and explained; separate intervals are not."""
     order = swept.store.order
-    near = [Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5)) for value in (1.0, 1.1, 1.2, 1.3)]
+    near = [
+        Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5))
+        for value in (1.0, 1.1, 1.2, 1.3)
+    ]
     (on,) = over_two(order, near, "error").axes
     assert all(each.get_text().startswith("≈ ") for each in on.texts)
     assert "may be chance" in on.get_xlabel()
-    apart = [*near[:2], *(Estimate(each.value + 1e-3, each.low + 1e-3, each.high + 1e-3) for each in near[2:])]
+    apart = [
+        *near[:2],
+        *(Estimate(each.value + 1e-3, each.low + 1e-3, each.high + 1e-3) for each in near[2:]),
+    ]
     (on,) = over_two(order, apart, "error").axes
     assert [each.get_text().startswith("≈ ") for each in on.texts] == [True, True, False, False]
     assert "may be as small" in on.get_xlabel()
-    alone = [near[0], *(Estimate(each.value + 1e-3, each.low + 1e-3, each.high + 1e-3) for each in near[1:])]
+    alone = [
+        near[0],
+        *(Estimate(each.value + 1e-3, each.low + 1e-3, each.high + 1e-3) for each in near[1:]),
+    ]
     (on,) = over_two(order, alone, "error").axes
     assert not any("≈" in each.get_text() for each in on.texts)
     assert "≈" not in on.get_xlabel()
 
 
 def test_classes_of_a_map_span_the_ends_of_the_intervals(swept):
-    """Differences within the intervals are faint: the limits of the classes lie between the lowest and the highest end."""
-    near = [Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5)) for value in (1.0, 1.1, 1.2, 1.3)]
+    """Differences within the intervals are faint: the limits of the classes lie between the lowest
+    and the highest end.
+    """
+    near = [
+        Estimate(1e-4 * value, 1e-4 * (value - 0.5), 1e-4 * (value + 0.5))
+        for value in (1.0, 1.1, 1.2, 1.3)
+    ]
     (legend,) = over_two(swept.store.order, near, "error").legends
-    limits = [float(number) for each in legend.get_texts() for number in re.findall(r"[\d.]+", each.get_text())]
+    limits = [
+        float(number)
+        for each in legend.get_texts()
+        for number in re.findall(r"[\d.]+", each.get_text())
+    ]
     assert min(limits) <= 0.05 + 0.02
     assert max(limits) >= 0.18 - 0.02

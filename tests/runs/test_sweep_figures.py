@@ -1,4 +1,6 @@
-"""Mass, price and repeatability of the designs of a sweep, and a run that takes the place of another."""
+"""Mass, price and repeatability of the designs of a sweep, and a run that takes the place of
+another.
+"""
 
 from __future__ import annotations
 
@@ -48,17 +50,26 @@ SMALL = {"poses": 32, "robots": 40, "visits": 4, "workers": 1}
 
 @pytest.fixture
 def arm(tmp_path):
-    """Return the path of an arm whose two gearboxes are swept over two kinds with mass and price."""
+    """Return the path of an arm whose two gearboxes are swept over two kinds with mass and
+    price.
+    """
     path = tmp_path / "priced.toml"
     path.write_text(ARM, encoding="utf-8")
     return path
 
 
 def test_a_sweep_states_mass_price_and_repeatability_of_each_design(arm, tmp_path):
-    """Mass and price are sums over the parts; cards name the designs with the smallest RP, mass and price, and every surface has the figures."""
+    """Mass and price are sums over the parts; cards name the designs with the smallest RP, mass and
+    price, and every surface has the figures.
+    """
     found = lostmotion.sweep(arm, out=tmp_path / "run", **SMALL)
     (masses,) = (section for section in found.sheet.sections if section.key == "masses")
-    assert [[figure.value for figure in row.figures] for row in masses.rows] == [[6, 600], [8, 1000], [8, 1000], [10, 1400]]
+    assert [[figure.value for figure in row.figures] for row in masses.rows] == [
+        [6, 600],
+        [8, 1000],
+        [8, 1000],
+        [10, 1400],
+    ]
     cards = {card.title: (card.number, card.quiet) for card in found.sheet.cards}
     assert cards["mass, lightest design"] == ("6.00 kg", "A gearbox small, B gearbox small")
     assert cards["price, cheapest design"] == ("600", "A gearbox small, B gearbox small")
@@ -66,7 +77,8 @@ def test_a_sweep_states_mass_price_and_repeatability_of_each_design(arm, tmp_pat
     arrays = found.arrays()
     assert arrays["price"].values.tolist() == [[600, 1000], [1000, 1400]]
     assert arrays["mass"].values.tolist() == [[6, 8], [8, 10]]
-    repeats = arrays["rp_q95"].values[..., 0]  # what B carries closes its backlash: it does not repeat better with the other gearbox
+    # what B carries closes its backlash: it does not repeat better with the other gearbox
+    repeats = arrays["rp_q95"].values[..., 0]
     assert repeats[:, 0] == pytest.approx(repeats[:, 1], rel=1e-9)
     assert repeats[1, 0] < 0.6 * repeats[0, 0]
     assert [each["price"] for each in found.result()["designs"]] == [600, 1000, 1000, 1400]
@@ -75,12 +87,19 @@ def test_a_sweep_states_mass_price_and_repeatability_of_each_design(arm, tmp_pat
 
 
 def test_a_price_that_is_not_stated_is_no_price(arm, tmp_path):
-    """A design with a gearbox without a price is not the cheapest: its joint is named, and without any price there is no column."""
+    """A design with a gearbox without a price is not the cheapest: its joint is named, and without
+    any price there is no column.
+    """
     arm.write_text(ARM.replace("price = 300\n", ""), encoding="utf-8")
     found = lostmotion.sweep(arm, out=tmp_path / "run", **SMALL)
     (masses,) = (section for section in found.sheet.sections if section.key == "masses")
     assert [str(row.figures[1]) for row in masses.rows] == ["not stated", "700", "700", "1400"]
-    assert [row.note for row in masses.rows] == ["no price of A, B", "no price of A", "no price of B", ""]
+    assert [row.note for row in masses.rows] == [
+        "no price of A, B",
+        "no price of A",
+        "no price of B",
+        "",
+    ]
     assert "price, cheapest design" not in {card.title for card in found.sheet.cards}
     arm.write_text(ARM.replace("price = 300\n", "").replace("price = 700\n", ""), encoding="utf-8")
     without = lostmotion.sweep(arm, out=tmp_path / "other", **SMALL)
@@ -91,7 +110,9 @@ def test_a_price_that_is_not_stated_is_no_price(arm, tmp_path):
 
 
 def test_force_replaces_another_run_and_continues_the_same(arm, tmp_path):
-    """Without it another number of robots is refused and nothing is touched; with it the folder is that of a run from the start, to the last byte."""
+    """Without it another number of robots is refused and nothing is touched; with it the folder is
+    that of a run from the start, to the last byte.
+    """
     out = tmp_path / "run"
     lostmotion.sweep(arm, out=out, **SMALL).report()
     before = (out / "result.json").read_bytes()
@@ -101,14 +122,20 @@ def test_force_replaces_another_run_and_continues_the_same(arm, tmp_path):
     for folder in (out, tmp_path / "fresh"):
         lostmotion.sweep(arm, out=folder, force=True, **{**SMALL, "robots": 50}).report()
     files = {path.relative_to(out): path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    assert files == {path.relative_to(tmp_path / "fresh"): path.read_bytes() for path in (tmp_path / "fresh").rglob("*") if path.is_file()}
+    assert files == {
+        path.relative_to(tmp_path / "fresh"): path.read_bytes()
+        for path in (tmp_path / "fresh").rglob("*")
+        if path.is_file()
+    }
     ledger = {path: path.stat().st_mtime_ns for path in (out / "ledger").iterdir()}
     lostmotion.sweep(arm, out=out, force=True, **{**SMALL, "robots": 50})
     assert {path: path.stat().st_mtime_ns for path in (out / "ledger").iterdir()} == ledger
 
 
 def test_force_leaves_files_that_no_run_wrote(arm, tmp_path):
-    """A stranger's file, a folder without a run and a run.json that is none are left alone, with exit code 2."""
+    """A stranger's file, a folder without a run and a run.json that is none are left alone, with
+    exit code 2.
+    """
     words = ("sweep", arm, "--poses", "32", "--visits", "4", "--force", "--out")
     run, folder, torn = (tmp_path / name for name in ("run", "folder", "torn"))
     lostmotion.sweep(arm, out=run, **SMALL)

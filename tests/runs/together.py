@@ -1,7 +1,9 @@
-"""Start two runs of different seeds in one new folder at the same moment, again and again, and look whose figures stand under whose order.
+"""Start two runs of different seeds in one new folder at the same moment, again and again, and look
+whose figures stand under whose order.
 
-A process by itself, `python together.py ARM FOLDER TRIALS SEED`, so that it can fork. Prints how many trials ended with one of the two orders
-and its own figures alone, and how often the second was refused.
+A process by itself, `python together.py ARM FOLDER TRIALS SEED`, so that it can fork. Prints how
+many trials ended with one of the two orders and its own figures alone, and how often the second was
+refused.
 """
 
 from __future__ import annotations
@@ -28,13 +30,21 @@ REFUSED = 2
 
 def main() -> None:
     """Start together, look, and start again."""
-    path, above, trials, seed = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])
+    path, above, trials, seed = (
+        Path(sys.argv[1]),
+        Path(sys.argv[2]),
+        int(sys.argv[3]),
+        int(sys.argv[4]),
+    )
     orders = [order(path, **COUNTS, seed=each) for each in (1, 2)]
     for asked in orders:
         Store.begin(above / "warm", asked)  # loads what the first store of a process loads
         shutil.rmtree(above / "warm")
         compute_packed(asked.text(), 0, 0)
-    own = [[compute(asked, 0, block).poses.tobytes() for block in range(asked.blocks)] for asked in orders]
+    own = [
+        [compute(asked, 0, block).poses.tobytes() for block in range(asked.blocks)]
+        for asked in orders
+    ]
     chance = random.Random(seed)  # noqa: S311 - moments, no secrets
     right = refused = 0
     for trial in range(trials):

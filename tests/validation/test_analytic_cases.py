@@ -1,4 +1,6 @@
-"""The study without sampling against published numbers, and against Monte Carlo on the paper's benchmark and on every example."""
+"""The study without sampling against published numbers, and against Monte Carlo on the paper's
+benchmark and on every example.
+"""
 
 import math
 from pathlib import Path
@@ -39,12 +41,22 @@ VALIDATES = (
 )
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FILES = [EXAMPLES / "z-arm.toml", EXAMPLES / "ur5e.urdf", EXAMPLES / "arm-from-drawings.toml", EXAMPLES / "paper" / "z-arm-lumped.toml"]
+FILES = [
+    EXAMPLES / "z-arm.toml",
+    EXAMPLES / "ur5e.urdf",
+    EXAMPLES / "arm-from-drawings.toml",
+    EXAMPLES / "paper" / "z-arm-lumped.toml",
+]
 # UR5e, standard DH (m, degrees), as its maker states it.
-A, D, ALPHA = (0, -0.425, -0.3922, 0, 0, 0), (0.1625, 0, 0, 0.1333, 0.0997, 0.0996), (90, 0, 0, 90, -90, 0)
+A, D, ALPHA = (
+    (0, -0.425, -0.3922, 0, 0, 0),
+    (0.1625, 0, 0, 0.1333, 0.0997, 0.0996),
+    (90, 0, 0, 90, -90, 0),
+)
 
 
-# Pose 0 of 256, µm: mean, standard deviation, 50, 95, 99 and 99.7th percentile, by a million points and more.
+# Pose 0 of 256, µm: mean, standard deviation, 50, 95, 99 and 99.7th percentile, by a million points
+# and more.
 POSE_0 = {
     "z-arm": (1239.78, 88.53, 1239.4, 1385.7, 1443.3, 1477.4),
     "ur5e": (737.44, 66.69, 736.9, 846.1, 880.9, 901.6),
@@ -54,8 +66,15 @@ POSE_0 = {
 
 
 def on_a_line(law):
-    """Return the 95 % distance of a sum of four unit draws of one law along one line, and its uncertainty."""
-    found = by_rays(np.array([1.0, 0, 0])[None, :, None] * np.ones(4), np.zeros((1, 3)), cumulants([[(k, law)] for k in range(4)]), (0.95,))
+    """Return the 95 % distance of a sum of four unit draws of one law along one line, and its
+    uncertainty.
+    """
+    found = by_rays(
+        np.array([1.0, 0, 0])[None, :, None] * np.ones(4),
+        np.zeros((1, 3)),
+        cumulants([[(k, law)] for k in range(4)]),
+        (0.95,),
+    )
     return found.values[0, 2], found.uncertainty[0, 2]
 
 
@@ -65,45 +84,79 @@ def test_four_normal_draws_add_to_3_92():
 
 
 def test_four_rectangular_draws_add_to_3_88():
-    """JCGM 101:2008, 9.2.3: four rectangular ones of unit deviation, 95 % within 3.88; fourth cumulants distinguish it from the normal 3.92."""
+    """JCGM 101:2008, 9.2.3: four rectangular ones of unit deviation, 95 % within 3.88; fourth
+    cumulants distinguish it from the normal 3.92.
+    """
     value, uncertainty = on_a_line(Uniform())
     assert value == pytest.approx(3.88, abs=0.01)
     assert abs(value - 3.8795) <= uncertainty
 
 
 def ur5e():
-    """Return the paper's benchmark: every joint 3.27' at three sigma, cut there, and +-30 um along each axis of every joint."""
+    """Return the paper's benchmark: every joint 3.27' at three sigma, cut there, and +-30 um along
+    each axis of every joint.
+    """
     joints = []
     for k in range(6):
         tip = {"xyz": (A[k], 0.0, D[k]), "rpy": (math.radians(ALPHA[k]), 0.0, 0.0)}
         lumped = {"angle": "3.27 arcmin", "law": "normal", "offset": "30 µm"}
-        joints.append({"name": f"{k}", "type": "revolute", "axis": "z", "limits": (-math.pi, math.pi), "link": {"tip": tip}, "lumped": lumped})
+        joints.append(
+            {
+                "name": f"{k}",
+                "type": "revolute",
+                "axis": "z",
+                "limits": (-math.pi, math.pi),
+                "link": {"tip": tip},
+                "lumped": lumped,
+            }
+        )
     return lostmotion.Arm.model_validate({"name": "UR5e, lumped errors", "joints": joints})
 
 
 @pytest.mark.slow
 def test_the_papers_benchmark_pose_by_pose():
-    """Two million points of another sequence at each of 12 poses: mean within 5e-4, 50 and 95 % within 0.7 %, 99 and 99.7 % within 1.5 %.
+    """Two million points of another sequence at each of 12 poses: mean within 5e-4, 50 and 95 %
+    within 0.7 %, 99 and 99.7 % within 1.5 %.
 
-    Over all 12 poses within 0.5 %. What that sequence leaves uncertain itself is read off its two halves: each lies within 1.5e-3 of the middle.
+    Over all 12 poses within 0.5 %. What that sequence leaves uncertain itself is read off its two
+    halves: each lies within 1.5e-3 of the middle.
     """
     arm, q = ur5e(), np.random.default_rng(1).uniform(-math.pi, math.pi, (12, 6))
     matrix = lostmotion.screws(arm, q)
     found = analytic(arm, q)
-    sobol, lengths = qmc.Sobol(len(matrix.infos), rng=np.random.default_rng(2)), [[] for _ in range(12)]
+    sobol, lengths = (
+        qmc.Sobol(len(matrix.infos), rng=np.random.default_rng(2)),
+        [[] for _ in range(12)],
+    )
     for _ in range(8):
         uniforms = sobol.random(2**18).T.clip(1e-12, 1 - 1e-12)
-        drawn = np.array([info.visit.law.quantile(u) for info, u in zip(matrix.infos, uniforms, strict=True)])
+        drawn = np.array(
+            [info.visit.law.quantile(u) for info, u in zip(matrix.infos, uniforms, strict=True)]
+        )
         for p in range(12):
             lengths[p].append(np.linalg.norm(matrix.tool[p, 3:] @ drawn, axis=0))
-    figures = np.array([[np.r_[half.mean(), np.quantile(half, found.levels)] for half in np.array(parts).reshape(2, -1)] for parts in lengths])
+    figures = np.array(
+        [
+            [
+                np.r_[half.mean(), np.quantile(half, found.levels)]
+                for half in np.array(parts).reshape(2, -1)
+            ]
+            for parts in lengths
+        ]
+    )
     exact = figures.mean(axis=1)
     assert figures[:, 0] == pytest.approx(exact, rel=1.5e-3)
     assert found.mean == pytest.approx(exact[:, 0], rel=5e-4)
     assert found.quantiles[:, :2] == pytest.approx(exact[:, 1:3], rel=7e-3)
     assert found.quantiles == pytest.approx(exact[:, 1:], rel=1.5e-2)
-    assert (np.abs(found.quantiles - exact[:, 1:]) <= 1.5 * found.quantiles_uncertainty + 1e-3 * exact[:, 1:]).all()
-    whole, every = pooled(arm, Poses(q, "given"), found), np.concatenate([length for parts in lengths for length in parts])
+    assert (
+        np.abs(found.quantiles - exact[:, 1:])
+        <= 1.5 * found.quantiles_uncertainty + 1e-3 * exact[:, 1:]
+    ).all()
+    whole, every = (
+        pooled(arm, Poses(q, "given"), found),
+        np.concatenate([length for parts in lengths for length in parts]),
+    )
     assert whole.mean.value == pytest.approx(every.mean(), rel=5e-4)
     assert whole.deviation.value == pytest.approx(every.std(), rel=1e-3)
     apart = np.array([one.value for one in whole.quantiles]) / np.quantile(every, found.levels) - 1
@@ -111,37 +164,63 @@ def test_the_papers_benchmark_pose_by_pose():
 
 
 def test_the_papers_benchmark_over_the_workspace():
-    """Monte Carlo of 400 robots x 10 visits at 512 poses: mean and 95 % over all poses within its intervals."""
+    """Monte Carlo of 400 robots x 10 visits at 512 poses: mean and 95 % over all poses within its
+    intervals.
+    """
     arm = ur5e()
     poses = lostmotion.sample_poses(arm, 512)
     whole = pooled(arm, poses, analytic(arm, poses))
     study = lostmotion.study(arm, poses, robots=400, visits=10)
-    rows = {row["label"]: row["figures"][0] for row in next(s for s in study.result()["sections"] if s["key"] == "error")["rows"]}
+    rows = {
+        row["label"]: row["figures"][0]
+        for row in next(s for s in study.result()["sections"] if s["key"] == "error")["rows"]
+    }
     assert whole.mean.value * 1e3 == pytest.approx(rows["mean"]["value"], rel=2e-3)
-    assert whole.quantiles[1].value * 1e3 == pytest.approx(rows["95th percentile"]["value"], rel=5e-3)
+    assert whole.quantiles[1].value * 1e3 == pytest.approx(
+        rows["95th percentile"]["value"], rel=5e-3
+    )
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_the_examples_are_many_points(path):
-    """At 64 poses of each example, by 131 072 points: 99 % of all figures within 0.7 %, means within 0.05 %; over all poses within 0.1 %."""
+    """At 64 poses of each example, by 131 072 points: 99 % of all figures within 0.7 %, means
+    within 0.05 %; over all poses within 0.1 %.
+    """
     arm = lostmotion.read(path)
     poses = lostmotion.sample_poses(arm, 64)
     found = analytic(arm, poses, threads=2)
     matrix = lostmotion.screws(arm, poses.q)
     names = dict.fromkeys(stream for info in matrix.infos for stream, _ in info.draws)
-    uniform = dict(zip(names, qmc.Sobol(len(names), rng=np.random.default_rng(7)).random(2**17).T.clip(1e-12, 1 - 1e-12), strict=True))
+    uniform = dict(
+        zip(
+            names,
+            qmc.Sobol(len(names), rng=np.random.default_rng(7))
+            .random(2**17)
+            .T.clip(1e-12, 1 - 1e-12),
+            strict=True,
+        )
+    )
     drawn = draws(matrix, uniform)
-    lengths = [np.linalg.norm(matrix.tool[p, 3:] @ with_plays(matrix, drawn, uniform, p), axis=0) for p in range(64)]
-    exact = np.array([np.r_[one.mean(), one.std(), np.quantile(one, found.levels)] for one in lengths])
+    lengths = [
+        np.linalg.norm(matrix.tool[p, 3:] @ with_plays(matrix, drawn, uniform, p), axis=0)
+        for p in range(64)
+    ]
+    exact = np.array(
+        [np.r_[one.mean(), one.std(), np.quantile(one, found.levels)] for one in lengths]
+    )
     own = np.column_stack([found.mean, found.deviation, found.quantiles])
     assert own[:, 0] == pytest.approx(exact[:, 0], rel=5e-4)
     assert np.quantile(np.abs(own / exact - 1), 0.99) < 7e-3
-    off = np.column_stack([found.mean_uncertainty, found.deviation_uncertainty, found.quantiles_uncertainty])
+    off = np.column_stack(
+        [found.mean_uncertainty, found.deviation_uncertainty, found.quantiles_uncertainty]
+    )
     assert (np.abs(own - exact) <= off + 1e-3 * exact).mean() > 0.97
     assert found.valid.all()
     whole = pooled(arm, poses, found, threads=2)
     assert whole.mean.value == pytest.approx(exact[:, 0].mean(), rel=2e-4)
-    assert [one.value for one in whole.quantiles] == pytest.approx(np.quantile(lengths, found.levels), rel=1e-3)
+    assert [one.value for one in whole.quantiles] == pytest.approx(
+        np.quantile(lengths, found.levels), rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -155,22 +234,30 @@ def test_the_first_pose_of_each_example_is_what_it_was(path):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_every_example_against_plain_samples(path):
-    """At 8 poses of every example each figure lies within its uncertainty of 400 000 random samples, whose own scatter counts."""
+    """At 8 poses of every example each figure lies within its uncertainty of 400 000 random
+    samples, whose own scatter counts.
+    """
     arm = lostmotion.read(path)
     matrix = lostmotion.screws(arm, lostmotion.sample_poses(arm, 32).q)
     found, count = of_screws(matrix, Drawn(matrix)), 400_000
     rng = np.random.default_rng(4)
-    uniform = {stream: rng.random(count) for stream in dict.fromkeys(stream for info in matrix.infos for stream, _ in info.draws)}
+    uniform = {
+        stream: rng.random(count)
+        for stream in dict.fromkeys(stream for info in matrix.infos for stream, _ in info.draws)
+    }
     drawn = draws(matrix, uniform)
     wrong = 0
     for p in range(0, 32, 4):
         lengths = np.linalg.norm(matrix.tool[p, 3:] @ with_plays(matrix, drawn, uniform, p), axis=0)
         off = [found.mean_uncertainty[p], *found.quantiles_uncertainty[p]]
-        for level, own, uncertainty in zip((None, *found.levels), (found.mean[p], *found.quantiles[p]), off, strict=True):
+        for level, own, uncertainty in zip(
+            (None, *found.levels), (found.mean[p], *found.quantiles[p]), off, strict=True
+        ):
             if level is None:
                 value, noise = lengths.mean(), lengths.std() / math.sqrt(count)
             else:
-                # Samples of a quantile scatter by the root of level (1 - level) / n over the density, read off between neighbouring shares.
+                # Samples of a quantile scatter by the root of level (1 - level) / n over the
+                # density, read off between neighbouring shares.
                 share = math.sqrt(level * (1 - level) / count)
                 low, value, high = np.quantile(lengths, (level - share, level, level + share))
                 noise = (high - low) / 2
@@ -179,7 +266,9 @@ def test_every_example_against_plain_samples(path):
 
 
 def draws(matrix, uniform):
-    """Return what is drawn for every column by its laws from the uniforms of its streams: (column, sample)."""
+    """Return what is drawn for every column by its laws from the uniforms of its streams: (column,
+    sample).
+    """
     out = np.ones((len(matrix.infos), len(next(iter(uniform.values())))))
     for row, info in zip(out, matrix.infos, strict=True):
         for stream, law in info.draws:
@@ -189,9 +278,13 @@ def draws(matrix, uniform):
 
 
 def with_plays(matrix, drawn, uniform, pose):
-    """Return the draws (column, sample) at one pose, where loads close plays in a share of the robots."""
+    """Return the draws (column, sample) at one pose, where loads close plays in a share of the
+    robots.
+    """
     out = drawn.copy()
     for k, info in enumerate(matrix.infos):
         if info.closing is not None:
-            out[k] *= standardised(uniform["closing", info.closing.stream.name], matrix.closed[info.closing.row, pose])
+            out[k] *= standardised(
+                uniform["closing", info.closing.stream.name], matrix.closed[info.closing.row, pose]
+            )
     return out

@@ -1,6 +1,8 @@
-"""Static moments of the Z-arm, eqs. (2) and (3) of S. Strutynskyi, R. Semenchuk, doi:10.15587/2706-5448.2021.237326.
+"""Static moments of the Z-arm, eqs. (2) and (3) of S. Strutynskyi, R. Semenchuk,
+doi:10.15587/2706-5448.2021.237326.
 
-The printed sums carry misprints; these tests show what they must read, and what the root of their squares means.
+The printed sums carry misprints; these tests show what they must read, and what the root of their
+squares means.
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ LENGTHS = (0.4, 0.4, 0.2)  # AB, BC, CD, m
 
 @dataclass(frozen=True)
 class Weights:
-    """Masses of links AB, BC, CD and of the nodes B, C, D and the payload Q, kg; the paper's sums take them as weights."""
+    """Masses of links AB, BC, CD and of the nodes B, C, D and the payload Q, kg; the paper's sums
+    take them as weights.
+    """
 
     m2: float
     m3: float
@@ -50,18 +54,36 @@ MASS = st.floats(0, 20)
 
 
 def z_arm(w: Weights, **base: float) -> Arm:
-    """Return the arm from node A on, turning about -y, so that angles are measured upwards from the horizontal."""
+    """Return the arm from node A on, turning about -y, so that angles are measured upwards from the
+    horizontal.
+    """
     joints = [
-        RevoluteJoint(name="A", limits=(-7, 7), axis="-y", link={"length": LENGTHS[0], "mass": w.m2}),
-        RevoluteJoint(name="B", limits=(-7, 7), axis="-y", mass=w.m_b, link={"length": LENGTHS[1], "mass": w.m3}),
-        RevoluteJoint(name="C", limits=(-7, 7), axis="-y", mass=w.m_c, link={"length": LENGTHS[2], "mass": w.m4}),
+        RevoluteJoint(
+            name="A", limits=(-7, 7), axis="-y", link={"length": LENGTHS[0], "mass": w.m2}
+        ),
+        RevoluteJoint(
+            name="B",
+            limits=(-7, 7),
+            axis="-y",
+            mass=w.m_b,
+            link={"length": LENGTHS[1], "mass": w.m3},
+        ),
+        RevoluteJoint(
+            name="C",
+            limits=(-7, 7),
+            axis="-y",
+            mass=w.m_c,
+            link={"length": LENGTHS[2], "mass": w.m4},
+        ),
         FixedJoint(name="D", mass=w.m_d),
     ]
     return Arm(name="Z-arm", joints=joints, payload=Payload(mass=w.payload), base=Base(**base))
 
 
 def projections(phi: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the link projections h (along X) and z (along Z) for link directions from the horizontal."""
+    """Return the link projections h (along X) and z (along Z) for link directions from the
+    horizontal.
+    """
     return np.array(LENGTHS) * np.cos(phi), np.array(LENGTHS) * np.sin(phi)
 
 
@@ -71,9 +93,18 @@ def q_of(phi: tuple[float, ...]) -> np.ndarray:
 
 
 def moment(p: np.ndarray, w: Weights) -> float:
-    """Eq. (2) read properly: sum of weight times projection about A, N m. p holds h or z of links 2, 3, 4."""
+    """Eq. (2) read properly: sum of weight times projection about A, N m. p holds h or z of links
+    2, 3, 4.
+    """
     p2, p3, p4 = p
-    sums = (w.payload + w.m_d) * (p2 + p3 + p4) + w.m4 * (p4 / 2 + p3 + p2) + w.m_c * (p3 + p2) + w.m3 * (p3 / 2 + p2) + w.m_b * p2 + w.m2 * p2 / 2
+    sums = (
+        (w.payload + w.m_d) * (p2 + p3 + p4)
+        + w.m4 * (p4 / 2 + p3 + p2)
+        + w.m_c * (p3 + p2)
+        + w.m3 * (p3 / 2 + p2)
+        + w.m_b * p2
+        + w.m2 * p2 / 2
+    )
     return float(STANDARD_GRAVITY * sums)
 
 
@@ -81,20 +112,32 @@ def printed_x(h: np.ndarray, w: Weights) -> float:
     """Mx of eq. (2) as printed: D counted twice, B omitted, link 2 at the wrong lever."""
     h2, h3, h4 = h
     sums = (w.payload + w.m_d) * (h4 + h3 + h2) + w.m4 * (h4 / 2 + h3 + h2) + w.m_c * (h3 + h2)
-    return float(STANDARD_GRAVITY * (sums + w.m3 * (h3 / 2 + h2) + w.m_d * (h2 + h3 + h4) + w.m2 * (h2 + h3 + h4 / 2)))
+    return float(
+        STANDARD_GRAVITY
+        * (sums + w.m3 * (h3 / 2 + h2) + w.m_d * (h2 + h3 + h4) + w.m2 * (h2 + h3 + h4 / 2))
+    )
 
 
 def printed_z(z: np.ndarray, w: Weights) -> float:
-    """Mz of eq. (2) as printed, for the drawn pose in which link 4 points down (z4 is then a length): D where B belongs."""
+    """Mz of eq. (2) as printed, for the drawn pose in which link 4 points down (z4 is then a
+    length): D where B belongs.
+    """
     z2, z3, z4 = z[0], z[1], -z[2]
-    sums = (w.payload + w.m_d) * (z2 + z3 - z4) + w.m4 * (z3 + z2 - z4 / 2) + w.m_c * (z3 + z2) + w.m3 * (z3 / 2 + z2)
+    sums = (
+        (w.payload + w.m_d) * (z2 + z3 - z4)
+        + w.m4 * (z3 + z2 - z4 / 2)
+        + w.m_c * (z3 + z2)
+        + w.m3 * (z3 / 2 + z2)
+    )
     return float(STANDARD_GRAVITY * (sums + w.m_d * z2 + w.m2 * z2 / 2))
 
 
 @given(st.tuples(ANGLE, ANGLE, ANGLE), st.builds(Weights, MASS, MASS, MASS, MASS, MASS, MASS, MASS))
 @settings(deadline=None, max_examples=100)
 def test_the_papers_root_is_the_worst_moment_over_all_tilts(phi: tuple[float, ...], w: Weights):
-    """Eq. (3), the root of Mx^2 + Mz^2, is the largest moment that gravity can put on node A, whichever way the chassis leans."""
+    """Eq. (3), the root of Mx^2 + Mz^2, is the largest moment that gravity can put on node A,
+    whichever way the chassis leans.
+    """
     h, z = projections(phi)
     worst = worst_torques_over_tilts(z_arm(w), q_of(phi))[0, 0]
     assert worst == pytest.approx(math.hypot(moment(h, w), moment(z, w)), rel=1e-12, abs=1e-9)
@@ -103,10 +146,15 @@ def test_the_papers_root_is_the_worst_moment_over_all_tilts(phi: tuple[float, ..
 @given(st.tuples(ANGLE, ANGLE, ANGLE))
 @settings(deadline=None, max_examples=50)
 def test_on_level_ground_only_mx_acts(phi: tuple[float, ...]):
-    """On a level chassis the drive at A holds Mx; on its nose, pitched by a quarter turn, it bears Mz."""
+    """On a level chassis the drive at A holds Mx; on its nose, pitched by a quarter turn, it bears
+    Mz.
+    """
     h, z = projections(phi)
-    assert joint_torques(z_arm(TYPICAL), q_of(phi))[0, 0] == pytest.approx(moment(h, TYPICAL), abs=1e-9)
-    # Pitched about +y by a quarter turn, gravity points along the base's +x: masses above A want to fall forwards.
+    assert joint_torques(z_arm(TYPICAL), q_of(phi))[0, 0] == pytest.approx(
+        moment(h, TYPICAL), abs=1e-9
+    )
+    # Pitched about +y by a quarter turn, gravity points along the base's +x: masses above A want to
+    # fall forwards.
     nose_down = joint_torques(z_arm(TYPICAL, pitch=math.pi / 2), q_of(phi))[0, 0]
     assert nose_down == pytest.approx(moment(z, TYPICAL), abs=1e-9)
 
@@ -130,7 +178,9 @@ DRAWN = (math.radians(70), math.radians(10), math.radians(-60))
 
 
 def test_the_printed_sums_do_not_balance():
-    """As printed, eq. (2) counts node D twice and node B not at all: both sums differ from the moment that statics gives, Mx by a fifth and more."""
+    """As printed, eq. (2) counts node D twice and node B not at all: both sums differ from the
+    moment that statics gives, Mx by a fifth and more.
+    """
     h, z = projections(DRAWN)
     held = joint_torques(z_arm(TYPICAL), q_of(DRAWN))[0, 0]
     assert moment(h, TYPICAL) == pytest.approx(held, rel=1e-12)
@@ -141,7 +191,9 @@ def test_the_printed_sums_do_not_balance():
 
 
 def test_the_misprints_are_those_named():
-    """Setting node B and D and link 2 to nothing, the printed sums agree with statics: nothing else is misprinted."""
+    """Setting node B and D and link 2 to nothing, the printed sums agree with statics: nothing else
+    is misprinted.
+    """
     h, z = projections(DRAWN)
     bare = Weights(m2=0.0, m3=2.5, m4=1.2, m_b=0.0, m_c=2.0, m_d=0.0, payload=5.0)
     assert printed_x(h, bare) == pytest.approx(moment(h, bare), rel=1e-12)

@@ -19,7 +19,10 @@ from lostmotion.parts.link import Frame, Link
 VALIDATES = (
     (
         "kinematics, static torques",
-        "Pinocchio, 200 random arms of revolute, prismatic and fixed joints, some on branches, and the UR5e",
+        (
+            "Pinocchio, 200 random arms of revolute, prismatic and fixed joints, some on "
+            "branches, and the UR5e"
+        ),
         "1e-10",
         "mechanism/serial.py",
     ),
@@ -41,17 +44,29 @@ def place(rng: np.random.Generator) -> Frame:
 
 
 def random_arm(rng: np.random.Generator) -> Arm:
-    """Draw 1 to 10 joints of every kind, some on branches, with weights, a tool, a payload off centre and a tilted base."""
+    """Draw 1 to 10 joints of every kind, some on branches, with weights, a tool, a payload off
+    centre and a tilted base.
+    """
     joints: list[RevoluteJoint | PrismaticJoint | FixedJoint] = []
     count = int(rng.integers(1, 11))
-    # Every fifth joint stands on some place before it, so that what was the chain so far may become a branch; the first one moves the tool.
+    # Every fifth joint stands on some place before it, so that what was the chain so far may become
+    # a branch; the first one moves the tool.
     places = ["J0", "J0.tip"]
     for k in range(count):
-        kind = rng.choice(["revolute", "prismatic", "fixed"], p=[0.6, 0.25, 0.15]) if k else "revolute"
+        kind = (
+            rng.choice(["revolute", "prismatic", "fixed"], p=[0.6, 0.25, 0.15]) if k else "revolute"
+        )
         link = Link(tip=place(rng), mass=rng.uniform(0, 5), centre_of_mass=vector(rng))
         after = str(rng.choice(places)) if k and rng.random() < 0.2 else None
         places += [f"J{k}.seat", f"J{k}", f"J{k}.tip"] if k else []
-        same = {"name": f"J{k}", "after": after, "origin": place(rng), "mass": rng.uniform(0, 3), "centre_of_mass": vector(rng, 0.1), "link": link}
+        same = {
+            "name": f"J{k}",
+            "after": after,
+            "origin": place(rng),
+            "mass": rng.uniform(0, 3),
+            "centre_of_mass": vector(rng, 0.1),
+            "link": link,
+        }
         if kind == "fixed":
             joints.append(FixedJoint(**same))
         elif kind == "revolute":
@@ -69,7 +84,9 @@ def random_arm(rng: np.random.Generator) -> Arm:
 
 
 def se3(place_or_pose: Frame | np.ndarray) -> pin.SE3:
-    """Hand a frame over, from its own numbers: roll, pitch and yaw are turned into a matrix by Pinocchio."""
+    """Hand a frame over, from its own numbers: roll, pitch and yaw are turned into a matrix by
+    Pinocchio.
+    """
     if isinstance(place_or_pose, Frame):
         return pin.SE3(pin.rpy.rpyToMatrix(*place_or_pose.rpy), np.array(place_or_pose.xyz))
     return pin.SE3(place_or_pose)
@@ -108,12 +125,22 @@ def as_pinocchio(arm: Arm) -> pin.Model:
         mark(f"{joint.name}.seat", here)
         model.appendBodyToJoint(parent, point_mass(weight_at(joint), joint.centre_of_mass), here)
         if not isinstance(joint, FixedJoint):
-            axis = np.array([0, 0, 1.0]) if joint.axis == "z" else np.array(joint.axis) / np.linalg.norm(joint.axis)
-            kind = pin.JointModelRevoluteUnaligned if isinstance(joint, RevoluteJoint) else pin.JointModelPrismaticUnaligned
+            axis = (
+                np.array([0, 0, 1.0])
+                if joint.axis == "z"
+                else np.array(joint.axis) / np.linalg.norm(joint.axis)
+            )
+            kind = (
+                pin.JointModelRevoluteUnaligned
+                if isinstance(joint, RevoluteJoint)
+                else pin.JointModelPrismaticUnaligned
+            )
             parent = model.addJoint(parent, kind(axis), here, joint.name)
             here = pin.SE3.Identity()
         mark(joint.name, here)
-        model.appendBodyToJoint(parent, point_mass(joint.link.total_mass, joint.link.mass_centre), here)
+        model.appendBodyToJoint(
+            parent, point_mass(joint.link.total_mass, joint.link.mass_centre), here
+        )
         here = here * se3(joint.link.tip)
         mark(f"{joint.name}.tip", here)
     centre = arm.tool.frame.xyz if arm.tool.centre_of_mass is None else arm.tool.centre_of_mass
@@ -133,46 +160,78 @@ def frames_by_pinocchio(model: pin.Model, names: tuple[str, ...], q: np.ndarray)
 
 @pytest.mark.parametrize("seed", range(20))
 def test_gearboxes_weigh_at_their_joints_as_pinocchios_bodies_do(seed: int):
-    """A gearbox is a body on the link before its joint where no mass of the joint is stated; where one is stated, it is part of that."""
+    """A gearbox is a body on the link before its joint where no mass of the joint is stated; where
+    one is stated, it is part of that.
+    """
     rng = np.random.default_rng(seed)
     drawn = random_arm(rng)
     own = tuple(
-        joint if isinstance(joint, FixedJoint) else joint.model_copy(update={"mass": None, "gearbox": geared(joint, rng.uniform(1, 70))})
+        joint
+        if isinstance(joint, FixedJoint)
+        else joint.model_copy(update={"mass": None, "gearbox": geared(joint, rng.uniform(1, 70))})
         for joint in drawn.joints
     )
-    within = tuple(joint if isinstance(joint, FixedJoint) else joint.model_copy(update={"gearbox": geared(joint, 70.0)}) for joint in drawn.joints)
+    within = tuple(
+        joint
+        if isinstance(joint, FixedJoint)
+        else joint.model_copy(update={"gearbox": geared(joint, 70.0)})
+        for joint in drawn.joints
+    )
     q = rng.uniform(-3, 3, (POSES, len(drawn.moving)))
     arm = drawn.model_copy(update={"joints": own})
     model = as_pinocchio(arm)
     theirs = [pin.computeGeneralizedGravity(model, model.createData(), each) for each in q]
-    np.testing.assert_allclose(joint_torques(arm, q), theirs, rtol=0, atol=1e-10 * 1000 * arm.gravity)
-    assert arm.mass == pytest.approx(sum(map(weight_at, own)) + sum(joint.link.total_mass for joint in own) + arm.tool.mass, rel=1e-14)
-    np.testing.assert_array_equal(joint_torques(drawn.model_copy(update={"joints": within}), q), joint_torques(drawn, q))
+    np.testing.assert_allclose(
+        joint_torques(arm, q), theirs, rtol=0, atol=1e-10 * 1000 * arm.gravity
+    )
+    assert arm.mass == pytest.approx(
+        sum(map(weight_at, own)) + sum(joint.link.total_mass for joint in own) + arm.tool.mass,
+        rel=1e-14,
+    )
+    np.testing.assert_array_equal(
+        joint_torques(drawn.model_copy(update={"joints": within}), q), joint_torques(drawn, q)
+    )
 
 
 def geared(joint: RevoluteJoint | PrismaticJoint, mass: float) -> object:
     """Return a gearbox of this mass as a joint of this kind has it."""
-    return type(joint).model_validate({"name": "x", "limits": (-1, 1), "gearbox": {"mass": mass}}).gearbox
+    return (
+        type(joint)
+        .model_validate({"name": "x", "limits": (-1, 1), "gearbox": {"mass": mass}})
+        .gearbox
+    )
 
 
 @pytest.mark.parametrize("seed", range(CHAINS))
 def test_any_chain_stands_and_holds_as_pinocchios_does(seed: int):
-    """Chains of any joints, weights and base tilts: frames agree to 1e-10 m, holding torques to 1e-10 of the weight carried."""
+    """Chains of any joints, weights and base tilts: frames agree to 1e-10 m, holding torques to
+    1e-10 of the weight carried.
+    """
     rng = np.random.default_rng(seed)
     arm = random_arm(rng)
     model = as_pinocchio(arm)
     q = rng.uniform(-3, 3, (POSES, len(arm.moving)))
     ours, torques = frames(arm, q), joint_torques(arm, q)
-    carried = sum(weight_at(joint) + joint.link.total_mass for joint in arm.joints) + arm.tool.mass + arm.payload.mass
+    carried = (
+        sum(weight_at(joint) + joint.link.total_mass for joint in arm.joints)
+        + arm.tool.mass
+        + arm.payload.mass
+    )
     for row in range(POSES):
-        np.testing.assert_allclose(ours[:, row], frames_by_pinocchio(model, arm.places, q[row]), rtol=0, atol=1e-10)
+        np.testing.assert_allclose(
+            ours[:, row], frames_by_pinocchio(model, arm.places, q[row]), rtol=0, atol=1e-10
+        )
         theirs = pin.computeGeneralizedGravity(model, model.createData(), q[row])
-        np.testing.assert_allclose(torques[row], theirs, rtol=0, atol=1e-10 * max(1.0, carried * arm.gravity))
+        np.testing.assert_allclose(
+            torques[row], theirs, rtol=0, atol=1e-10 * max(1.0, carried * arm.gravity)
+        )
 
 
 @pytest.mark.parametrize("seed", range(0, CHAINS, 10))
 def test_a_force_on_the_tool_is_held_as_pinocchios_jacobian_says(seed: int):
-    """A process force and moment in the tool's axes add to each drive what Pinocchio's tool Jacobian says, to 1e-10 of the force."""
+    """A process force and moment in the tool's axes add to each drive what Pinocchio's tool
+    Jacobian says, to 1e-10 of the force.
+    """
     rng = np.random.default_rng(1000 + seed)
     arm = random_arm(rng)
     model = as_pinocchio(arm)
@@ -180,12 +239,17 @@ def test_a_force_on_the_tool_is_held_as_pinocchios_jacobian_says(seed: int):
     q = rng.uniform(-3, 3, (1, len(arm.moving)))
     ours = joint_torques(arm, q, Payload(force=force, moment=moment), gravity=np.zeros(3))[0]
     data = model.createData()
-    jacobian = pin.computeFrameJacobian(model, data, q[0], model.getFrameId("tool"), pin.ReferenceFrame.LOCAL)  # linear rows first
+    # linear rows first
+    jacobian = pin.computeFrameJacobian(
+        model, data, q[0], model.getFrameId("tool"), pin.ReferenceFrame.LOCAL
+    )
     np.testing.assert_allclose(ours, -jacobian.T @ np.array([*force, *moment]), rtol=0, atol=1e-8)
 
 
 def test_the_joints_of_the_base_carry_what_pinocchio_says():
-    """The whole wrench on the first joint, not only the part that its drive holds, equals Pinocchio's constraint force."""
+    """The whole wrench on the first joint, not only the part that its drive holds, equals
+    Pinocchio's constraint force.
+    """
     rng = np.random.default_rng(7)
     for _ in range(20):
         arm = random_arm(rng)
@@ -193,7 +257,8 @@ def test_the_joints_of_the_base_carry_what_pinocchio_says():
         q = rng.uniform(-3, 3, (1, len(arm.moving)))
         data = model.createData()
         pin.rnea(model, data, q[0], np.zeros(model.nv), np.zeros(model.nv))
-        held = np.concatenate([data.f[1].angular, data.f[1].linear])  # on the body, in the joint's frame
+        # on the body, in the joint's frame
+        held = np.concatenate([data.f[1].angular, data.f[1].linear])
         ours = wrenches(arm, q)[arm.places.index(arm.moving[0].name), 0]
         np.testing.assert_allclose(ours, -held, rtol=0, atol=1e-10 * max(1.0, np.abs(held).max()))
 
@@ -206,13 +271,20 @@ UR5E_MASS = (3.761, 8.058, 2.846, 1.37, 1.3, 0.365)
 
 
 def ur5e() -> Arm:
-    """Build a UR5e: after each joint's turn about z, d along z, a along x and alpha about x; masses half way along."""
+    """Build a UR5e: after each joint's turn about z, d along z, a along x and alpha about x; masses
+    half way along.
+    """
     links = [
         Link(tip=Frame(xyz=(a, 0, d), rpy=(math.radians(alpha), 0, 0)), mass=m)
         for a, d, alpha, m in zip(UR5E_A, UR5E_D, UR5E_ALPHA, UR5E_MASS, strict=True)
     ]
     return Arm(
-        name="UR5e", joints=[RevoluteJoint(name=f"J{k}", limits=(-7, 7), link=link) for k, link in enumerate(links, 1)], payload=Payload(mass=5.0)
+        name="UR5e",
+        joints=[
+            RevoluteJoint(name=f"J{k}", limits=(-7, 7), link=link)
+            for k, link in enumerate(links, 1)
+        ],
+        payload=Payload(mass=5.0),
     )
 
 
@@ -221,23 +293,42 @@ def by_dh(q: np.ndarray) -> np.ndarray:
     out = np.eye(4)
     for theta, a, d, alpha in zip(q, UR5E_A, UR5E_D, np.radians(UR5E_ALPHA), strict=True):
         ct, st, ca, sa = math.cos(theta), math.sin(theta), math.cos(alpha), math.sin(alpha)
-        out = out @ np.array([[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]])
+        out = out @ np.array(
+            [
+                [ct, -st * ca, st * sa, a * ct],
+                [st, ct * ca, -ct * sa, a * st],
+                [0, sa, ca, d],
+                [0, 0, 0, 1],
+            ]
+        )
     return out
 
 
 def test_a_ur5e_stands_and_holds_as_pinocchios_does():
-    """A UR5e from its DH numbers: flange as the DH matrices multiply out, frames and holding torques as Pinocchio's."""
+    """A UR5e from its DH numbers: flange as the DH matrices multiply out, frames and holding
+    torques as Pinocchio's.
+    """
     arm, rng = ur5e(), np.random.default_rng(3)
     model = as_pinocchio(arm)
     q = rng.uniform(-math.pi, math.pi, (50, 6))
     ours, torques = frames(arm, q), joint_torques(arm, q)
     for row in range(50):
         np.testing.assert_allclose(ours[-1, row], by_dh(q[row]), atol=1e-12)
-        np.testing.assert_allclose(ours[:, row], frames_by_pinocchio(model, arm.places, q[row]), atol=1e-12)
-        np.testing.assert_allclose(torques[row], pin.computeGeneralizedGravity(model, model.createData(), q[row]), atol=1e-10)
+        np.testing.assert_allclose(
+            ours[:, row], frames_by_pinocchio(model, arm.places, q[row]), atol=1e-12
+        )
+        np.testing.assert_allclose(
+            torques[row],
+            pin.computeGeneralizedGravity(model, model.createData(), q[row]),
+            atol=1e-10,
+        )
 
 
 def test_a_ur5e_stretched_out_reaches_as_its_drawing_shows():
-    """At joint zeros a UR5e lies stretched along -x: flange at (-0.8172, -0.2329, 0.0628), as the drawing's sums say."""
+    """At joint zeros a UR5e lies stretched along -x: flange at (-0.8172, -0.2329, 0.0628), as the
+    drawing's sums say.
+    """
     flange = frames(ur5e(), np.zeros((1, 6)))[-1, 0]
-    np.testing.assert_allclose(flange[:3, 3], [-0.425 - 0.3922, -0.1333 - 0.0996, 0.1625 - 0.0997], atol=1e-12)
+    np.testing.assert_allclose(
+        flange[:3, 3], [-0.425 - 0.3922, -0.1333 - 0.0996, 0.1625 - 0.0997], atol=1e-12
+    )

@@ -1,13 +1,17 @@
-"""Measured printed drives: a cycloidal actuator for humanoid robots, 13 : 1, printed in two materials, with its output locked.
+"""Measured printed drives: a cycloidal actuator for humanoid robots, 13 : 1, printed in two
+materials, with its output locked.
 
-Source: github.com/JelmerV/Anti-Backlash-Cycloidal-Actuator (master's thesis, 2024, CC BY-SA 4.0), the drive named Baseline. Only figures are quoted.
+Source: github.com/JelmerV/Anti-Backlash-Cycloidal-Actuator (master's thesis, 2024, CC BY-SA 4.0),
+the drive named Baseline. Only figures are quoted.
 
-Drawing: `CAD source/parameters.txt` (3bb6e19); of parts whose files are not text, the names of the files. What neither states is a range.
+Drawing: `CAD source/parameters.txt` (3bb6e19); of parts whose files are not text, the names of the
+files. What neither states is a range.
 
-Torque over deflection, after running in: Onyx, `Test Scripts/figures/torque-displacement of Baseline.svg` (3b15dc5, the curves of
-`Code/figures/torque-displacement of Baseline (Onyx).svg`, 1ea3da5); PC-CF, `Code/figures/torque-displacement of Baseline (PC-CF).svg` (1ea3da5).
-The torque is the motor's times the ratio and includes friction, so the middle of the loop is read. The compliance of the plates that lock the
-output is included, and not known.
+Torque over deflection, after running in: Onyx, `Test Scripts/figures/torque-displacement of
+Baseline.svg` (3b15dc5, the curves of `Code/figures/torque-displacement of Baseline (Onyx).svg`,
+1ea3da5); PC-CF, `Code/figures/torque-displacement of Baseline (PC-CF).svg` (1ea3da5). The torque is
+the motor's times the ratio and includes friction, so the middle of the loop is read. The compliance
+of the plates that lock the output is included, and not known.
 """
 
 from __future__ import annotations
@@ -28,19 +32,26 @@ if TYPE_CHECKING:
 VALIDATES = (
     (
         "two printed drives from their drawing, with what it leaves open as ranges",
-        "stiffness measured by the motor with the output locked, 0.110 N m/arcmin in Onyx, 0.2035 in PC-CF, on the middle of the loop",
         (
-            "between the 5th and 95th percentile (0.061 … 0.374, 0.115 … 0.622); medians 0.147 and 0.276, within a factor of 1.5, with unstated"
-            " seats of the output pins 0.109 and 0.221; the ratio of both within 10 %. With rigid seats the band is more than twice as stiff as"
+            "stiffness measured by the motor with the output locked, 0.110 N m/arcmin in Onyx, "
+            "0.2035 in PC-CF, on the middle of the loop"
+        ),
+        (
+            "between the 5th and 95th percentile (0.061 … 0.374, 0.115 … 0.622); medians "
+            "0.147 and 0.276, within a factor of 1.5, with unstated"
+            " seats of the output pins 0.109 and 0.221; the ratio of both within 10 %. With "
+            "rigid seats the band is more than twice as stiff as"
             " measured"
         ),
     ),
 )
 
-# The ring's lobes are the envelope of the disc (`Code/nonpinwheel generation.ipynb`). A needle bearing runs in the disc on an inner ring of 12 x 15 x
-# 22.5 mm; on the pins run needle bearings of 9 mm. Screws M3 clamp the pins (holes of 3.1 mm in `CAD Export/Output Fixing Plate.DXF`), so they have
-# 5 to 6 mm. They are held by the output ring and a stiffener ring of unknown thickness: 0.8 to 2 diameters of a pin, with material up to the
-# neighbouring pin, 15.3 mm away. Eccentric, bearings and housing are unstated. All printed parts are taken to be of the named filament.
+# The ring's lobes are the envelope of the disc (`Code/nonpinwheel generation.ipynb`). A needle
+# bearing runs in the disc on an inner ring of 12 x 15 x 22.5 mm; on the pins run needle bearings of
+# 9 mm. Screws M3 clamp the pins (holes of 3.1 mm in `CAD Export/Output Fixing Plate.DXF`), so they
+# have 5 to 6 mm. They are held by the output ring and a stiffener ring of unknown thickness: 0.8 to
+# 2 diameters of a pin, with material up to the neighbouring pin, 15.3 mm away. Eccentric, bearings
+# and housing are unstated. All printed parts are taken to be of the named filament.
 DRAWING: Final = """[gearbox]
 kind = "cycloidal"
 form = "lobe envelope"
@@ -63,8 +74,11 @@ held = "ring"
 free_length = "13 .. 16 mm"
 sleeve = {{ diameter = "9 mm", length = "25 mm" }}
 """
-SEAT: Final = 'seat = {{ depth = "4 .. 10 mm", outer_diameter = "10 .. 15 mm", material = "{material}" }}\n'
-# Deflection (degrees) and torque (N m) while loading and unloading, at half and at all of 18.4 N m on the middle of the loop, in either direction.
+SEAT: Final = (
+    'seat = {{ depth = "4 .. 10 mm", outer_diameter = "10 .. 15 mm", material = "{material}" }}\n'
+)
+# Deflection (degrees) and torque (N m) while loading and unloading, at half and at all of 18.4 N m
+# on the middle of the loop, in either direction.
 MEASURED: Final = {
     "onyx": [((3.1, 15.71, 2.67), (4.4, 24.52, 12.35)), ((2.9, 15.68, 2.51), (4.4, 24.53, 12.08))],
     "PC-CF": [((2.4, 13.06, 4.20), (3.1, 23.63, 12.32)), ((2.3, 14.06, 4.94), (3.1, 23.12, 13.59))],
@@ -72,13 +86,20 @@ MEASURED: Final = {
 
 
 def measured(material: str) -> float:
-    """Return the stiffness (N m/rad) on the middle of the loop, from half to all of the torque, on average over both directions."""
-    slopes = [(sum(upper[1:]) - sum(lower[1:])) / 2 / np.radians(upper[0] - lower[0]) for lower, upper in MEASURED[material]]
+    """Return the stiffness (N m/rad) on the middle of the loop, from half to all of the torque, on
+    average over both directions.
+    """
+    slopes = [
+        (sum(upper[1:]) - sum(lower[1:])) / 2 / np.radians(upper[0] - lower[0])
+        for lower, upper in MEASURED[material]
+    ]
     return float(np.mean(slopes))
 
 
 def drawn(tmp_path: Path, material: str, *, seat: str = SEAT, more: str = "") -> np.ndarray:
-    """Return the stiffness (N m/rad) from half to all of the torque, over what the drawing leaves open."""
+    """Return the stiffness (N m/rad) from half to all of the torque, over what the drawing leaves
+    open.
+    """
     path = tmp_path / "drive.toml"
     path.write_text((DRAWING + seat).format(material=material, more=more), encoding="utf-8")
     found = lostmotion.gear(path, gearboxes=2).bands
@@ -88,8 +109,12 @@ def drawn(tmp_path: Path, material: str, *, seat: str = SEAT, more: str = "") ->
 
 @pytest.mark.parametrize("seat", [SEAT, ""], ids=["seats as ranges", "seats unstated"])
 @pytest.mark.parametrize(("material", "reading"), [("onyx", 0.110), ("PC-CF", 0.2035)])
-def test_the_stiffness_of_a_printed_drive_is_within_the_band_of_its_drawing(tmp_path: Path, material: str, reading: float, seat: str):
-    """0.110 N m/arcmin in Onyx and 0.2035 in PC-CF: between the 5th and 95th percentile, and the median within a factor of 1.5."""
+def test_the_stiffness_of_a_printed_drive_is_within_the_band_of_its_drawing(
+    tmp_path: Path, material: str, reading: float, seat: str
+):
+    """0.110 N m/arcmin in Onyx and 0.2035 in PC-CF: between the 5th and 95th percentile, and the
+    median within a factor of 1.5.
+    """
     stiffness = measured(material)
     assert stiffness * ARCMIN == pytest.approx(reading, abs=5e-4)
     found = drawn(tmp_path, material, seat=seat)
@@ -99,13 +124,21 @@ def test_the_stiffness_of_a_printed_drive_is_within_the_band_of_its_drawing(tmp_
 
 
 def test_a_stiffer_filament_stiffens_the_drive_as_measured(tmp_path: Path):
-    """PC-CF instead of Onyx: 1.85 times as stiff as measured, by the drawing within 10 % of that."""
+    """PC-CF instead of Onyx: 1.85 times as stiff as measured, by the drawing within 10 % of
+    that.
+    """
     ratio = measured("PC-CF") / measured("onyx")
     assert ratio == pytest.approx(1.85, abs=0.01)
-    assert np.median(drawn(tmp_path, "PC-CF")) / np.median(drawn(tmp_path, "onyx")) == pytest.approx(ratio, rel=0.1)
+    assert np.median(drawn(tmp_path, "PC-CF")) / np.median(
+        drawn(tmp_path, "onyx")
+    ) == pytest.approx(ratio, rel=0.1)
 
 
 @pytest.mark.parametrize("material", MEASURED)
-def test_without_the_plastic_around_its_pins_a_printed_drive_is_far_too_stiff(tmp_path: Path, material: str):
+def test_without_the_plastic_around_its_pins_a_printed_drive_is_far_too_stiff(
+    tmp_path: Path, material: str
+):
     """With rigid seats the whole band is more than twice as stiff as measured."""
-    assert band(drawn(tmp_path, material, seat="", more='rigid = ["seats of the output pins"]'))[0] > 2 * measured(material)
+    assert band(drawn(tmp_path, material, seat="", more='rigid = ["seats of the output pins"]'))[
+        0
+    ] > 2 * measured(material)

@@ -23,7 +23,9 @@ _UNIT: Final = re.compile(r"[A-Za-zµμ°%′″'\"]")
 
 @dataclass(frozen=True)
 class Three:
-    """Three quantities along or about x, y and z: the kind of each, and an example of all three as text."""
+    """Three quantities along or about x, y and z: the kind of each, and an example of all three as
+    text.
+    """
 
     each: Quantity
     example: str
@@ -36,25 +38,41 @@ class Three:
 
 
 def amount(name: str, value: object, wanted: Quantity) -> float:
-    """Return a quantity in SI. `value` is text with its unit, or a number in SI; `name` is the argument, for the message.
+    """Return a quantity in SI. `value` is text with its unit, or a number in SI; `name` is the
+    argument, for the message.
 
-    Raises InputError for text without a unit, another dimension, a number that is not finite, and a quantity out of range.
+    Raises InputError for text without a unit, another dimension, a number that is not finite, and a
+    quantity out of range.
     """
     from pydantic_core import PydanticCustomError
 
-    given: Any = float(value) if isinstance(value, Real) and not isinstance(value, bool | int) else value
+    given: Any = (
+        float(value) if isinstance(value, Real) and not isinstance(value, bool | int) else value
+    )
     try:
         found = wanted(given)
     except PydanticCustomError as error:
         why = (error.context or {})["why"]
-        raise InputError([Problem("", name, f"{shown(value)} ({why})", wanted.expected, passing=((name, wanted.example),))]) from None
+        raise InputError(
+            [
+                Problem(
+                    "",
+                    name,
+                    f"{shown(value)} ({why})",
+                    wanted.expected,
+                    passing=((name, wanted.example),),
+                )
+            ]
+        ) from None
     return found.nominal if isinstance(found, Toleranced) else found
 
 
 def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]:
-    """Return three quantities along, or about, x, y and z, in SI, from a sequence, or one text with commas or ' x ' between them.
+    """Return three quantities along, or about, x, y and z, in SI, from a sequence, or one text with
+    commas or ' x ' between them.
 
-    One text may state the unit once, at the end: "0, 0, 400 mm". Raises InputError with every mistake, as `amount`.
+    One text may state the unit once, at the end: "0, 0, 400 mm". Raises InputError with every
+    mistake, as `amount`.
     """
     parts: list[Any]
     if isinstance(value, str):
@@ -64,14 +82,22 @@ def three(name: str, value: object, wanted: Three) -> tuple[float, float, float]
     else:
         parts = list(value) if hasattr(value, "__iter__") and hasattr(value, "__len__") else []
     if len(parts) != _AXES:
-        raise InputError([Problem("", name, shown(value), wanted.expected, passing=((name, wanted.example),))])
+        raise InputError(
+            [Problem("", name, shown(value), wanted.expected, passing=((name, wanted.example),))]
+        )
     x, y, z = each_of(name, parts, [wanted.each] * _AXES)
     return x, y, z
 
 
 def each_of(name: str, values: Sequence[object], wanted: Sequence[Quantity]) -> list[float]:
-    """Return as many quantities in SI as `wanted` has entries. Raises InputError with every mistake, all under one name."""
-    return list(read_quantities(dict(enumerate(values)), dict(enumerate(wanted)), lambda _: name, needed=True).values())
+    """Return as many quantities in SI as `wanted` has entries. Raises InputError with every
+    mistake, all under one name.
+    """
+    return list(
+        read_quantities(
+            dict(enumerate(values)), dict(enumerate(wanted)), lambda _: name, needed=True
+        ).values()
+    )
 
 
 def read_quantities(
@@ -81,7 +107,8 @@ def read_quantities(
     *,
     needed: bool = False,
 ) -> dict[Any, Any]:
-    """Return in SI the quantities that `wanted` lists; a value of None is skipped, or refused where all are `needed`.
+    """Return in SI the quantities that `wanted` lists; a value of None is skipped, or refused where
+    all are `needed`.
 
     Raises InputError with every mistake at once.
     """
@@ -92,7 +119,11 @@ def read_quantities(
         if field is None or (value is None and not needed):
             continue
         try:
-            out[key] = three(named(key), value, field) if isinstance(field, Three) else amount(named(key), value, field)
+            out[key] = (
+                three(named(key), value, field)
+                if isinstance(field, Three)
+                else amount(named(key), value, field)
+            )
         except InputError as mistake:
             problems |= dict.fromkeys(mistake.problems)
     if problems:

@@ -18,7 +18,8 @@ def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
     path
         The arm's file.
     sidecar
-        TOML that states what the other formats cannot: gearboxes, bearings, sections, tolerances. Default: the one of the same name beside it.
+        TOML that states what the other formats cannot: gearboxes, bearings, sections, tolerances.
+        Default: the one of the same name beside it.
 
     Raises
     ------
@@ -29,4 +30,6 @@ def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
     from lostmotion.analyses.arguments import path_of
     from lostmotion.io import read as read_file
 
-    return read_file(path_of("path", path), None if sidecar is None else path_of("sidecar", sidecar))
+    return read_file(
+        path_of("path", path), None if sidecar is None else path_of("sidecar", sidecar)
+    )

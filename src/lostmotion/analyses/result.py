@@ -25,7 +25,9 @@ _MM_PER_INCH: Final = 25.4
 
 
 class PartialResultError(InputError):
-    """What was asked cannot be answered, but part of it can: `partial()` computes that result. The command line shows it in place of the message."""
+    """What was asked cannot be answered, but part of it can: `partial()` computes that result. The
+    command line shows it in place of the message.
+    """
 
     def __init__(self, problems: Sequence[Problem], partial: Callable[[], Result]) -> None:
         """Keep the mistakes and the function that computes what can be answered."""
@@ -48,7 +50,9 @@ class Result(ABC):
 
     @property
     def failure(self) -> str:
-        """Return why the answer is no, in a sentence; empty where it is yes. The command line then exits with 1."""
+        """Return why the answer is no, in a sentence; empty where it is yes. The command line then
+        exits with 1.
+        """
         return ""
 
     def files(self) -> dict[str, bytes]:
@@ -64,48 +68,83 @@ class Result(ABC):
         return ()
 
     def summary(self, *, full: bool = False) -> None:
-        """Print the answer and the figures that are asked for first, on one screen; every figure with `full`."""
+        """Print the answer and the figures that are asked for first, on one screen; every figure
+        with `full`.
+        """
         from lostmotion.reporting.first_screen import print_first_screen
         from lostmotion.reporting.screen import print_sheet
 
         (print_sheet if full else print_first_screen)(self.sheet)
 
     def figure(self, key: str = "", *, size: tuple[float, float] | None = None) -> Figure:
-        """Return a plot of the report as a matplotlib figure, which `savefig` writes as SVG, PDF or PNG.
+        """Return a plot of the report as a matplotlib figure, which `savefig` writes as SVG, PDF or
+        PNG.
 
-        key   name of the plot, by default the first; `[plot.key for plot in result.plots]` lists them
+        key   name of the plot, by default the first; `[plot.key for plot in result.plots]` lists
+              them
         size  width and height, mm; by default that of the report
 
-        No setting of matplotlib is changed. Raises InputError for a key that the result has no plot of.
+        No setting of matplotlib is changed. Raises InputError for a key that the result has no plot
+        of.
         """
         keys = [plot.key for plot in self.plots]
         if key not in {*keys, ""} or not keys:
             near = nearest(key, keys)
-            expected = "one of " + ", ".join(keys) if keys else "a result with plots; this one has none"
-            raise InputError([Problem("", "key", shown(key), expected, nearest=near, passing=(("key", near or next(iter(keys), "")),))])
+            expected = (
+                "one of " + ", ".join(keys) if keys else "a result with plots; this one has none"
+            )
+            raise InputError(
+                [
+                    Problem(
+                        "",
+                        "key",
+                        shown(key),
+                        expected,
+                        nearest=near,
+                        passing=(("key", near or next(iter(keys), "")),),
+                    )
+                ]
+            )
         made = self.plots[keys.index(key) if key else 0].figure
         if size is not None:
             made.set_size_inches(size[0] / _MM_PER_INCH, size[1] / _MM_PER_INCH)
         return made
 
-    def report(self, out: str | Path, *, force: bool = False, figures: FigureKind | None = None, tables: TableKind | None = None) -> Path:
-        """Write report.html, result.json and the files besides into the folder `out`, whole or not at all, and return the folder.
+    def report(
+        self,
+        out: str | Path,
+        *,
+        force: bool = False,
+        figures: FigureKind | None = None,
+        tables: TableKind | None = None,
+    ) -> Path:
+        """Write report.html, result.json and the files besides into the folder `out`, whole or not
+        at all, and return the folder.
 
         figures  "svg", "pdf" or "png": also every plot as a file in the folder figures
         tables   "csv" or "latex": also every table as a file in the folder tables
 
-        Missing parents are made. With `force` an earlier folder is replaced once the new one is complete. The same result gives the same bytes.
-        Raises OutputExistsError where the folder exists and `force` is not set, LostmotionError where it cannot be written.
+        Missing parents are made. With `force` an earlier folder is replaced once the new one is
+        complete. The same result gives the same bytes. Raises OutputExistsError where the folder
+        exists and `force` is not set, LostmotionError where it cannot be written.
         """
         from lostmotion.reporting.folder import refuse_existing, write_whole
         from lostmotion.reporting.page.document import contents
 
         refuse_existing(out, force=force)
         plots = self.plots
-        return write_whole({**contents(self.sheet, plots), **self.files(), **self.copies(plots, figures, tables)}, out, force=force)
+        return write_whole(
+            {**contents(self.sheet, plots), **self.files(), **self.copies(plots, figures, tables)},
+            out,
+            force=force,
+        )
 
-    def copies(self, plots: Sequence[Plot], figures: FigureKind | None, tables: TableKind | None) -> dict[str, bytes]:
-        """Return its plots and tables as the contents of files of these kinds, by name in the report's folder."""
+    def copies(
+        self, plots: Sequence[Plot], figures: FigureKind | None, tables: TableKind | None
+    ) -> dict[str, bytes]:
+        """Return its plots and tables as the contents of files of these kinds, by name in the
+        report's folder.
+        """
         from lostmotion.reporting.figure_files import figure_files
         from lostmotion.reporting.table_files import table_files
 
@@ -122,15 +161,21 @@ class Result(ABC):
     def __repr__(self) -> str:
         """Return the figures that are asked for first, one a line."""
         sheet = self.sheet
-        head = f"<{type(self).__name__} of '{sheet.name}'" + (f": {sheet.counts}" if sheet.counts else "")
+        head = f"<{type(self).__name__} of '{sheet.name}'" + (
+            f": {sheet.counts}" if sheet.counts else ""
+        )
         return "\n".join([head, *(f"  {card.title}: {card.number}" for card in sheet.cards)]) + ">"
 
     def _first_plot(self) -> Plot | None:
-        """Return the plot that a notebook shows beside the figures; None where none stands for the whole."""
+        """Return the plot that a notebook shows beside the figures; None where none stands for the
+        whole.
+        """
         return None
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:  # noqa: ARG002 - as IPython calls it
-        """Show the answer in a notebook: one line of text, and HTML with picture, figures, bars and tables."""
+        """Show the answer in a notebook: one line of text, and HTML with picture, figures, bars and
+        tables.
+        """
         from lostmotion.reporting.page.notebook import notebook_bundle
 
         return notebook_bundle(self.sheet, self._first_plot())
@@ -146,6 +191,8 @@ def netcdf(arrays: xarray.Dataset) -> bytes:
 
     content = io.BytesIO()
     store = ScipyDataStore(content, mode="w")
-    arrays.dump_to_store(store)  # `to_netcdf` writes the same bytes, but first loads the schedulers of dask where it is installed
+    # `to_netcdf` writes the same bytes, but first loads the schedulers of dask where it is
+    # installed
+    arrays.dump_to_store(store)
     store.sync()
     return content.getvalue()

@@ -1,7 +1,9 @@
-"""Signature of a question: its arguments with their documentation, their units and how they are read.
+"""Signature of a question: its arguments with their documentation, their units and how they are
+read.
 
-A question is a typed function, marked by `question`, each of whose arguments is `Annotated` with one `Argument`. The parameter section of its
-docstring and the options of the command line come from there.
+A question is a typed function, marked by `question`, each of whose arguments is `Annotated` with
+one `Argument`. The parameter section of its docstring and the options of the command line come from
+there.
 """
 
 from __future__ import annotations
@@ -15,7 +17,18 @@ from dataclasses import dataclass
 from numbers import Integral
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, Any, Final, ForwardRef, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
+from typing import (
+    Annotated,
+    Any,
+    Final,
+    ForwardRef,
+    Literal,
+    TypeAlias,
+    TypeVar,
+    cast,
+    get_args,
+    get_origin,
+)
 
 from lostmotion.analyses.quantities import Three, amount, three
 from lostmotion.blas_threads import one_blas_thread
@@ -23,7 +36,8 @@ from lostmotion.errors import InputError, Problem, nearest, refuse_argument, sho
 from lostmotion.units import Quantity
 
 F = TypeVar("F", bound=Callable[..., Any])
-# From the argument's name, what was given, and all arguments, those before it as read, to the value that is used.
+# From the argument's name, what was given, and all arguments, those before it as read, to the value
+# that is used.
 Reader: TypeAlias = Callable[[str, Any, Mapping[str, Any]], Any]
 _WIDTH: Final = 100
 # A whole number as people type it; longer ones are none that an argument takes.
@@ -57,8 +71,9 @@ class Argument(_Options):
     """Documentation of one argument, and how its value is read.
 
     help       what it means, with an example of its text where it takes text
-    read       a quantity, three of them, or a function; None: whole numbers from `least` to `most` and words are checked, anything else is passed on
-    metavar    kind of value that `--help` shows
+    read       a quantity, three of them, or a function; None: whole numbers from `least` to `most`
+               and words are checked, anything else is passed on metavar    kind of value that
+               `--help` shows
     aliases    further options with the same meaning
     repeats    whether one or several values are taken
     together   how many values stand behind the option each time
@@ -100,7 +115,11 @@ class Parameter:
         if self.argument.metavar or self.words:
             return self.argument.metavar or "|".join(self.words)
         if isinstance(self.argument.read, Quantity | Three):
-            field = self.argument.read.each if isinstance(self.argument.read, Three) else self.argument.read
+            field = (
+                self.argument.read.each
+                if isinstance(self.argument.read, Three)
+                else self.argument.read
+            )
             return _KINDS[field.si]
         return "NUMBER" if self.type is int or int in get_args(self.type) else "TEXT"
 
@@ -137,16 +156,43 @@ class Parameter:
             return str(value)
         example = self.default if self.default in self.words else self.words[0]
         near = nearest(value, self.words) if isinstance(value, str) else ""
-        raise InputError([Problem("", self.name, shown(value), "one of " + ", ".join(self.words), nearest=near, passing=((self.name, example),))])
+        raise InputError(
+            [
+                Problem(
+                    "",
+                    self.name,
+                    shown(value),
+                    "one of " + ", ".join(self.words),
+                    nearest=near,
+                    passing=((self.name, example),),
+                )
+            ]
+        )
 
     def _whole(self, value: object) -> int:
         least, most = self.argument.least, self.argument.most
-        number: object = int(value) if isinstance(value, str) and _WHOLE.fullmatch(value.strip()) else value
-        whole = int(number) if isinstance(number, Integral) and not isinstance(number, bool) else None
-        if whole is not None and (least is None or whole >= least) and (most is None or whole <= most):
+        number: object = (
+            int(value) if isinstance(value, str) and _WHOLE.fullmatch(value.strip()) else value
+        )
+        whole = (
+            int(number) if isinstance(number, Integral) and not isinstance(number, bool) else None
+        )
+        if (
+            whole is not None
+            and (least is None or whole >= least)
+            and (most is None or whole <= most)
+        ):
             return whole
-        ends = f" from {least} to {most}" if most is not None else "" if least is None else f", at least {least}"
-        example = next(each for each in (None if self.required else self.default, least, 1) if each is not None)
+        ends = (
+            f" from {least} to {most}"
+            if most is not None
+            else ""
+            if least is None
+            else f", at least {least}"
+        )
+        example = next(
+            each for each in (None if self.required else self.default, least, 1) if each is not None
+        )
         raise refuse_argument(self.name, value, f"a whole number{ends}", **{self.name: example})
 
 
@@ -158,9 +204,11 @@ def _type_text(kind: Any) -> str:  # noqa: ANN401 - any annotation
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """What a question's function declares: its name on both sides, its text, its parameters, and the name of its results' folder.
+    """What a question's function declares: its name on both sides, its text, its parameters, and
+    the name of its results' folder.
 
-    in_words  returns a result that is data alone as text for the command line; None where it is printed as JSON
+    in_words  returns a result that is data alone as text for the command line; None where it is
+              printed as JSON
     """
 
     name: str
@@ -176,11 +224,15 @@ class Question:
         return tuple(each for each in self.parameters if not each.argument.python_only)
 
 
-def question(*, folder: str | None, in_words: Callable[[Any], str] | None = None) -> Callable[[F], F]:
-    """Mark a function as a question: every argument has its `Argument`, and its docstring gains a section with all of them.
+def question(
+    *, folder: str | None, in_words: Callable[[Any], str] | None = None
+) -> Callable[[F], F]:
+    """Mark a function as a question: every argument has its `Argument`, and its docstring gains a
+    section with all of them.
 
-    `folder`: what the results' folder is called behind the file's name; empty where none is written unless one is named, None where the result is
-    data alone. `in_words`: returns such data as text for the command line; without it JSON is printed.
+    `folder`: what the results' folder is called behind the file's name; empty where none is written
+    unless one is named, None where the result is data alone. `in_words`: returns such data as text
+    for the command line; without it JSON is printed.
     """
 
     def mark(function: F) -> F:
@@ -188,16 +240,28 @@ def question(*, folder: str | None, in_words: Callable[[Any], str] | None = None
 
         def arguments() -> None: ...
 
-        arguments.__annotations__ = {name: each.annotation for name, each in signature.parameters.items()}
+        arguments.__annotations__ = {
+            name: each.annotation for name, each in signature.parameters.items()
+        }
         hints = inspect.get_annotations(arguments, globals=function.__globals__, eval_str=True)
-        parameters = tuple(_parameter(name, hints[name], each.default) for name, each in signature.parameters.items())
+        parameters = tuple(
+            _parameter(name, hints[name], each.default)
+            for name, each in signature.parameters.items()
+        )
         text = inspect.cleandoc(function.__doc__ or "")
         sections = re.search(r"^\w+\n---", text, re.MULTILINE)
         first = len(text) if sections is None else sections.start()
         summary, _, details = text[:first].strip().partition("\n\n")
-        asked = Question(function.__name__, " ".join(summary.split()), details, parameters, folder, in_words)
-        function.__doc__ = "\n\n".join(part for part in (text[:first].strip(), _section(parameters), text[first:]) if part)
-        plain = [each.replace(annotation=found.type_text) for each, found in zip(signature.parameters.values(), parameters, strict=True)]
+        asked = Question(
+            function.__name__, " ".join(summary.split()), details, parameters, folder, in_words
+        )
+        function.__doc__ = "\n\n".join(
+            part for part in (text[:first].strip(), _section(parameters), text[first:]) if part
+        )
+        plain = [
+            each.replace(annotation=found.type_text)
+            for each, found in zip(signature.parameters.values(), parameters, strict=True)
+        ]
 
         @functools.wraps(function)
         def answer(*given: Any, **named: Any) -> Any:  # noqa: ANN401 - as the function
@@ -223,24 +287,36 @@ def question_of(function: Callable[..., Any]) -> Question:
 
 def _parameter(name: str, hint: Any, default: Any) -> Parameter:  # noqa: ANN401 - any annotation
     optional = get_origin(hint) is not Annotated  # an argument of its own, or None
-    annotated = next((each for each in (hint, *get_args(hint)) if get_origin(each) is Annotated), None)
+    annotated = next(
+        (each for each in (hint, *get_args(hint)) if get_origin(each) is Annotated), None
+    )
     if annotated is None or not isinstance(annotated.__metadata__[0], Argument):
         raise TypeError(f"the argument '{name}' of a question has no Argument")
     kind = annotated.__origin__
-    return Parameter(name, kind | None if optional and not isinstance(kind, ForwardRef) else kind, annotated.__metadata__[0], default)
+    return Parameter(
+        name,
+        kind | None if optional and not isinstance(kind, ForwardRef) else kind,
+        annotated.__metadata__[0],
+        default,
+    )
 
 
 def _section(parameters: Sequence[Parameter]) -> str:
     lines = ["Parameters", "----------"]
     for each in parameters:
-        lines += [f"{each.name} : {each.type_text}", *textwrap.wrap(each.help, _WIDTH, initial_indent="    ", subsequent_indent="    ")]
+        lines += [
+            f"{each.name} : {each.type_text}",
+            *textwrap.wrap(each.help, _WIDTH, initial_indent="    ", subsequent_indent="    "),
+        ]
     return "\n".join(lines)
 
 
 def read_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # noqa: ANN401 - one attribute per argument
-    """Return the arguments of a question as it uses them, one attribute each; a callback that was not given does nothing.
+    """Return the arguments of a question as it uses them, one attribute each; a callback that was
+    not given does nothing.
 
-    `given` holds every argument by name, as `locals()` at the question's beginning. Raises InputError with the mistakes of all arguments.
+    `given` holds every argument by name, as `locals()` at the question's beginning. Raises
+    InputError with the mistakes of all arguments.
     """
     values = dict(given)
     problems: dict[Problem, None] = {}
@@ -251,7 +327,10 @@ def read_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> An
             problems |= dict.fromkeys(mistake.problems)
     if problems:
         raise InputError(list(problems))
-    return SimpleNamespace(**{"ready": _nothing} | {name: value for name, value in values.items() if name != "ready" or value is not None})
+    return SimpleNamespace(
+        **{"ready": _nothing}
+        | {name: value for name, value in values.items() if name != "ready" or value is not None}
+    )
 
 
 def _nothing() -> None:

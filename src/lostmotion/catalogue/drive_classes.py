@@ -1,4 +1,6 @@
-"""Classes of drive: what a joint's drive usually is, by the load that it is to give, before any part is chosen."""
+"""Classes of drive: what a joint's drive usually is, by the load that it is to give, before any
+part is chosen.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +33,10 @@ class DriveClass:
     """One class of drive.
 
     order     position in the order of size, from 0
-    largest   largest load of a drive of the class by type of joint, N m or N; infinite for the last class
-    beyond    factor by which arms of the class may be worse than its laws, where no next class shows it; else 1
+    largest   largest load of a drive of the class by type of joint, N m or N; infinite for the last
+              class
+    beyond    factor by which arms of the class may be worse than its laws, where no next class
+              shows it; else 1
     examples  what arms of the class are
     laws      by type of joint: the table of the data file
     """
@@ -45,16 +49,21 @@ class DriveClass:
     laws: Mapping[str, Mapping[str, Any]]
 
     def values(self, kind: str, load: float) -> dict[str, Any]:
-        """Return the keys of a joint's table in an arm file, quantities as text, for a drive of this load (N m or N) on a joint of this type.
+        """Return the keys of a joint's table in an arm file, quantities as text, for a drive of
+        this load (N m or N) on a joint of this type.
 
         Laws are powers of the load, and hold for every load above zero.
         """
         laws = self.laws[kind]
         ratio = load / self.reference(kind)
-        return {key: _at(value, ratio) for key, value in laws.items() if key in PARTS or key == "mass"}
+        return {
+            key: _at(value, ratio) for key, value in laws.items() if key in PARTS or key == "mass"
+        }
 
     def source(self, kind: str, part: str) -> str:
-        """Return where the values of a part come from, with their marks; `part` "joint" for the mass."""
+        """Return where the values of a part come from, with their marks; `part` "joint" for the
+        mass.
+        """
         laws = self.laws[kind]
         return str(laws["source"] if part == "joint" else laws[part]["source"])
 
@@ -80,13 +89,17 @@ def drive_classes() -> dict[str, DriveClass]:
 
 
 def load_of(text: str, kind: str) -> float:
-    """Return the load (N m or N) of a drive on a joint of this type. Raises pydantic's error for any other text."""
+    """Return the load (N m or N) of a drive on a joint of this type. Raises pydantic's error for
+    any other text.
+    """
     found = LOADS[kind](text)
     return found if isinstance(found, float) else found.nominal
 
 
 def class_of(kind: str, load: float) -> DriveClass:
-    """Return the class of an arm whose largest drive on a joint of this type gives this load, N m or N."""
+    """Return the class of an arm whose largest drive on a joint of this type gives this load, N m
+    or N.
+    """
     return next(each for each in drive_classes().values() if load <= each.largest[kind])
 
 
@@ -112,7 +125,9 @@ def _at(value: Any, ratio: float) -> Any:  # noqa: ANN401 - whatever the data fi
 
 
 def scaled(text: str, factor: float) -> str:
-    """Return a quantity as text times a factor, with its tolerance; a tolerance in per cent stays. At most four significant digits."""
+    """Return a quantity as text times a factor, with its tolerance; a tolerance in per cent stays.
+    At most four significant digits.
+    """
     return _NUMBER.sub(lambda found: _plain(float(found[0]) * factor), text)
 
 

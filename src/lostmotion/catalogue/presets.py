@@ -22,7 +22,8 @@ class PresetRow:
 
     part    "joint", or one of `PARTS`
     type    "revolute" or "prismatic", of the joints that it suits; empty for any
-    values  keys of the part's table in an arm file, quantities as text; of a joint also tables of its parts
+    values  keys of the part's table in an arm file, quantities as text; of a joint also tables of
+            its parts
     source  where the values come from, with marks as in `catalogue.gearboxes`
     sources the same by part of a joint, where it differs
     size    {"load": …}, N m or N, of a row that a class of drive has for this load; else empty
@@ -42,8 +43,18 @@ def presets() -> dict[str, dict[str, PresetRow]]:
     """Return the presets by part and name."""
     return {
         part: {
-            name: PresetRow(part, name, entry.get("type", ""), {key: value for key, value in entry.items() if key not in _NO_VALUES}, entry["source"])
-            for name, entry in ((name, entry) for own, entry in entries.items() for name in (own, *entry.get("also", ())))
+            name: PresetRow(
+                part,
+                name,
+                entry.get("type", ""),
+                {key: value for key, value in entry.items() if key not in _NO_VALUES},
+                entry["source"],
+            )
+            for name, entry in (
+                (name, entry)
+                for own, entry in entries.items()
+                for name in (own, *entry.get("also", ()))
+            )
         }
         for part, entries in data_file("presets.toml").items()
     }

@@ -1,4 +1,6 @@
-"""Search for reducers by requirements; rows that do not state a required figure are listed separately, never dropped silently."""
+"""Search for reducers by requirements; rows that do not state a required figure are listed
+separately, never dropped silently.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ class Criteria:
 
 @dataclass(frozen=True, slots=True)
 class SearchResult:
-    """The rows that meet the criteria, and by figure the rows that meet the others but do not state this one."""
+    """The rows that meet the criteria, and by figure the rows that meet the others but do not state
+    this one.
+    """
 
     rows: tuple[GearboxRow, ...]
     not_stated: dict[str, tuple[GearboxRow, ...]]
@@ -51,13 +55,18 @@ class SearchResult:
 def searchable_figures(row: GearboxRow, ratio: float | None = None) -> dict[str, float]:
     """Return the figures of a row that can be searched for, in SI; NaN where it states none.
 
-    Stiffness is that of the softest zone, the rated torque that at `ratio`, or else the smallest of the ratios of the row.
+    Stiffness is that of the softest zone, the rated torque that at `ratio`, or else the smallest of
+    the ratios of the row.
     """
     part = row.figures.part
     torques = row.torques_at(ratio)
     lost_motion = row.lost_motion if part.lost_motion is None else part.lost_motion
     return {
-        "rated torque": torques[0] if torques else math.nan if part.rated_torque is None else part.rated_torque,
+        "rated torque": torques[0]
+        if torques
+        else math.nan
+        if part.rated_torque is None
+        else part.rated_torque,
         "stiffness": min(part.zones, default=math.nan),
         "lost motion": math.nan if lost_motion is None else lost_motion,
         "mass": math.nan if part.mass is None else part.mass,
@@ -79,15 +88,24 @@ def search(rows: Sequence[GearboxRow], wanted: Criteria) -> SearchResult:
     fitting: list[GearboxRow] = []
     not_stated: dict[str, list[GearboxRow]] = {}
     for row in rows:
-        if sought not in row.maker.casefold() or (wanted.ratio is not None and not row.applies_to(wanted.ratio)):
+        if sought not in row.maker.casefold() or (
+            wanted.ratio is not None and not row.applies_to(wanted.ratio)
+        ):
             continue
         stated = searchable_figures(row, wanted.ratio)
         limits = {name: (limit, sign) for name, (limit, sign) in asked.items() if limit is not None}
-        if any(sign * limit > sign * stated[name] * _SAME**sign for name, (limit, sign) in limits.items()):
-            continue  # a comparison with NaN is never true: a figure that is not stated does not exclude a row
+        if any(
+            sign * limit > sign * stated[name] * _SAME**sign
+            for name, (limit, sign) in limits.items()
+        ):
+            # a comparison with NaN is never true: a figure that is not stated does not exclude a
+            # row
+            continue
         missing = [name for name in limits if math.isnan(stated[name])]
         for name in missing:
             not_stated.setdefault(name, []).append(row)
         if not missing:
             fitting.append(row)
-    return SearchResult(tuple(fitting), {name: tuple(without) for name, without in not_stated.items()})
+    return SearchResult(
+        tuple(fitting), {name: tuple(without) for name, without in not_stated.items()}
+    )

@@ -4,8 +4,8 @@ import os
 
 from lostmotion.cli.loading import not_loaded
 
-# Read when NumPy is loaded. The matrices are small: threads of the linear algebra cost more than they save, and with their number the last digits
-# would change.
+# Read when NumPy is loaded. The matrices are small: threads of the linear algebra cost more than
+# they save, and with their number the last digits would change.
 for _library in ("OPENBLAS", "MKL"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 

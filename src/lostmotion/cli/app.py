@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 # Other names of commands.
 _ALIASES: Final = {"run": "study"}
-# New objects between two garbage collections. Libraries make a million objects that stay; Python's own 700 would search them again and again.
+# New objects between two garbage collections. Libraries make a million objects that stay; Python's
+# own 700 would search them again and again.
 _COLLECTED_EVERY: Final = 100_000
 
 
@@ -38,19 +39,36 @@ def _completes(ctx: typer.Context | None) -> bool:
 
 
 class _Questions(TyperGroup):
-    """The commands, each made when it is asked for. A shell that completes what is typed gets their names one word at a time."""
+    """The commands, each made when it is asked for. A shell that completes what is typed gets their
+    names one word at a time.
+    """
 
     def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override] # Click's own signature
         """Return the names of the questions, in the order of the help."""
         names = [command_name(name) for name in QUESTIONS]
-        return [*dict.fromkeys(name.partition(" ")[0] for name in names)] if _completes(ctx) else names
+        return (
+            [*dict.fromkeys(name.partition(" ")[0] for name in names)] if _completes(ctx) else names
+        )
 
     def get_command(self, ctx: typer.Context, cmd_name: str) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
         """Return the command of this name, None where there is none."""
         name = _ALIASES.get(cmd_name, cmd_name).replace(" ", "_")
         if name not in QUESTIONS:
-            behind = {each.removeprefix(f"{name}_"): self.get_command(ctx, each) for each in QUESTIONS if each.startswith(f"{name}_")}
-            return TyperGroup(name=cmd_name, commands=behind, help=f"Commands of {cmd_name}.", rich_markup_mode=None) if behind else None
+            behind = {
+                each.removeprefix(f"{name}_"): self.get_command(ctx, each)
+                for each in QUESTIONS
+                if each.startswith(f"{name}_")
+            }
+            return (
+                TyperGroup(
+                    name=cmd_name,
+                    commands=behind,
+                    help=f"Commands of {cmd_name}.",
+                    rich_markup_mode=None,
+                )
+                if behind
+                else None
+            )
         return command_of(getattr(importlib.import_module(QUESTIONS[name]), name))
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
@@ -60,17 +78,34 @@ class _Questions(TyperGroup):
         if " ".join(args[:2]) in map(command_name, QUESTIONS):  # `export c`
             args = [" ".join(args[:2]), *args[2:]]
         word = args[0]
-        if args[1:] == ["--help"] and any(command_name(name).startswith(f"{word} ") for name in QUESTIONS):  # `export --help`
+        # `export --help`
+        if args[1:] == ["--help"] and any(
+            command_name(name).startswith(f"{word} ") for name in QUESTIONS
+        ):
             return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
         if word not in {*map(command_name, QUESTIONS), *_ALIASES}:
             names = [command_name(name) for name in QUESTIONS]
-            raise InputError([Problem("", "command", shown(word), "one of " + ", ".join(names), "lostmotion study arm.toml", nearest(word, names))])
+            raise InputError(
+                [
+                    Problem(
+                        "",
+                        "command",
+                        shown(word),
+                        "one of " + ", ".join(names),
+                        "lostmotion study arm.toml",
+                        nearest(word, names),
+                    )
+                ]
+            )
         return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
 
 
 app = typer.Typer(
     cls=_Questions,
-    help="How accurate will this robot arm be before it is built, where in its workspace, and which part is to blame?",
+    help=(
+        "How accurate will this robot arm be before it is built, where in its workspace, and "
+        "which part is to blame?"
+    ),
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
@@ -86,7 +121,12 @@ def _print_version(wanted: bool) -> None:  # noqa: FBT001 - typer hands the swit
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.", is_eager=True, callback=_print_version)] = False,  # noqa: FBT002
+    version: Annotated[  # noqa: FBT002
+        bool,
+        typer.Option(
+            "--version", help="Print the version and stop.", is_eager=True, callback=_print_version
+        ),
+    ] = False,
 ) -> None:
     """Take the options that go before a command."""
 
@@ -94,13 +134,16 @@ def _options(
 def main() -> None:
     """Run the command line; whatever goes wrong is one message and an exit code, never a traceback.
 
-    0 done; 1 done, and the answer is no: nothing fits, not reproduced, or the output could not be printed; 2 refused, nothing written; 130 stopped.
+    0 done; 1 done, and the answer is no: nothing fits, not reproduced, or the output could not be
+    printed; 2 refused, nothing written; 130 stopped.
     """
     signal.signal(signal.SIGINT, _stop)
     sys.unraisablehook = _note_memory
     gc.set_threshold(_COLLECTED_EVERY)
-    atexit.register(gc.freeze)  # or Python searches all of them again at its end, for a tenth of a short command's time
-    # JAX logs a driver that does not load over a dozen lines; the message of a missing GPU says how to see them.
+    # or Python searches all of them again at its end, for a tenth of a short command's time
+    atexit.register(gc.freeze)
+    # JAX logs a driver that does not load over a dozen lines; the message of a missing GPU says how
+    # to see them.
     logging.getLogger("jax").setLevel(logging.CRITICAL)
     there = open_up()
     code, message = _carried_out()
@@ -124,7 +167,11 @@ def _carried_out() -> tuple[int, str]:
         os.getcwd()  # noqa: PTH109 - the same, without a class around it
         app()
     except SystemExit as end:
-        return (end.code, "") if isinstance(end.code, int) else (0 if end.code is None else 1, str(end.code or ""))
+        return (
+            (end.code, "")
+            if isinstance(end.code, int)
+            else (0 if end.code is None else 1, str(end.code or ""))
+        )
     except LostmotionError as error:
         return 2, str(error)
     except MemoryError:
@@ -141,14 +188,24 @@ def _carried_out() -> tuple[int, str]:
 def _of_system(error: OSError) -> tuple[int, str]:
     """Return exit code and message for what the system refused."""
     if is_of_output(error):
-        return 1, LOST if error.errno == errno.EPIPE else f"the output could not be printed: {error.strerror}; the results are written"
+        return (
+            1,
+            LOST
+            if error.errno == errno.EPIPE
+            else f"the output could not be printed: {error.strerror}; the results are written",
+        )
     if isinstance(error, FileNotFoundError) and error.filename is None:
-        return 2, "the folder you stand in no longer exists\n  change to another one, for example: cd ~"
+        return (
+            2,
+            "the folder you stand in no longer exists\n  change to another one, for example: cd ~",
+        )
     return 2, f"{error.strerror or error}" + (f": {error.filename}" if error.filename else "")
 
 
 def _note_memory(ignored: sys.UnraisableHookArgs) -> None:
-    """Remember that memory ran out where the error could not be raised: SciPy for one then continues with tables that are not filled."""
+    """Remember that memory ran out where the error could not be raised: SciPy for one then
+    continues with tables that are not filled.
+    """
     if isinstance(ignored.exc_value, MemoryError):
         swallowed.append(ignored.exc_value)
     else:
@@ -156,7 +213,9 @@ def _note_memory(ignored: sys.UnraisableHookArgs) -> None:
 
 
 def _stop(_signal: int, _frame: FrameType | None) -> None:
-    """Remember that the user wants to stop: compiled code may swallow the exception and continue with half a result."""
+    """Remember that the user wants to stop: compiled code may swallow the exception and continue
+    with half a result.
+    """
     stopped.append(True)
     say("\nlostmotion: stopped", error=True)
     raise KeyboardInterrupt

@@ -1,4 +1,6 @@
-"""One command per question, generated from its signature, and the options that every command has."""
+"""One command per question, generated from its signature, and the options that every command
+has.
+"""
 
 from __future__ import annotations
 
@@ -26,22 +28,48 @@ _LINE: Final = 80
 _GAP: Final = "   "
 STOPPED: Final = 130  # the shell's own code for it
 stopped: list[bool] = []
-swallowed: list[MemoryError] = []  # where they could not be raised: what was computed since is not to be trusted
+# where they could not be raised: what was computed since is not to be trusted
+swallowed: list[MemoryError] = []
 # What every command has besides the arguments of its question.
 SHARED: Final = (
-    Parameter("out", str, Argument("Folder for report.html, result.json and what else the command writes.", metavar="FOLDER"), None),
-    Parameter("figures", Literal["svg", "pdf", "png"], Argument("Also write every figure of the report as a file into FOLDER/figures."), None),
-    Parameter("tables", Literal["csv", "latex"], Argument("Also write every table as a file into FOLDER/tables; LaTeX for booktabs."), None),
+    Parameter(
+        "out",
+        str,
+        Argument(
+            "Folder for report.html, result.json and what else the command writes.",
+            metavar="FOLDER",
+        ),
+        None,
+    ),
+    Parameter(
+        "figures",
+        Literal["svg", "pdf", "png"],
+        Argument("Also write every figure of the report as a file into FOLDER/figures."),
+        None,
+    ),
+    Parameter(
+        "tables",
+        Literal["csv", "latex"],
+        Argument("Also write every table as a file into FOLDER/tables; LaTeX for booktabs."),
+        None,
+    ),
     Parameter("force", bool, Argument("Replace an existing output folder."), default=False),
     Parameter(
-        "json", bool, Argument("Print result.json in place of the figures; then a folder is written only where --out names one."), default=False
+        "json",
+        bool,
+        Argument(
+            "Print result.json in place of the figures; then a folder is written only where "
+            "--out names one."
+        ),
+        default=False,
     ),
     Parameter("full", bool, Argument("Print every figure in place of one screen."), default=False),
     Parameter("quiet", bool, Argument("Print the answer alone, on one line."), default=False),
 )
 # What a command has whose result is data that it states in words.
 _AS_JSON: Final = Parameter("json", bool, Argument("Print the result as JSON."), default=False)
-# Of these, what replaces the one screen that is printed, and what a report's folder holds besides the report.
+# Of these, what replaces the one screen that is printed, and what a report's folder holds besides
+# the report.
 _PRINTED: Final = ("json", "full", "quiet")
 _COPIES: Final = frozenset({"figures", "tables"})
 # The class of all mistakes in what was typed, of whichever Click typer brings.
@@ -58,22 +86,32 @@ def command_of(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - a command
         except InputError as error:
             raise InputError([spelled(problem, question) for problem in error.problems]) from error
 
-    declared = [_declared(question, each) for each in (*question.options, *shared_options(question))]
+    declared = [
+        _declared(question, each) for each in (*question.options, *shared_options(question))
+    ]
     vars(carry_out)["__signature__"] = inspect.Signature(declared)
     carry_out.__annotations__ = {each.name: each.annotation for each in declared}
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     kind = type("_Asking", (_Command,), {"question": question})
-    app.command(question.name, cls=kind, short_help=question.summary, help=f"{question.summary}\n\n{question.details}")(carry_out)
+    app.command(
+        question.name,
+        cls=kind,
+        short_help=question.summary,
+        help=f"{question.summary}\n\n{question.details}",
+    )(carry_out)
     return typer.main.get_command(app)
 
 
 def shared_options(question: Question) -> tuple[Parameter, ...]:
-    """Return the options that a command has besides the arguments of its question: where its result is data alone, only one to print it as such."""
+    """Return the options that a command has besides the arguments of its question: where its result
+    is data alone, only one to print it as such.
+    """
     own = {each.name for each in question.options}
     if question.folder is None:
         return () if question.in_words is None else (_AS_JSON,)
     own |= {"force"} if "out" in own else set()
-    own |= _COPIES if "out" in own and not question.folder else set()  # what it writes is one file, and no report
+    # what it writes is one file, and no report
+    own |= _COPIES if "out" in own and not question.folder else set()
     return tuple(each for each in SHARED if each.name not in own)
 
 
@@ -91,19 +129,40 @@ def _declared(question: Question, parameter: Parameter) -> inspect.Parameter:
     metavar = None if parameter.is_switch else " ".join([parameter.metavar] * about.together)
     text = parameter.help
     if parameter.name == "out" and parameter in SHARED:
-        text += f" Default: NAME-{question.folder}." if question.folder else " Default: none is written."
+        text += (
+            f" Default: NAME-{question.folder}."
+            if question.folder
+            else " Default: none is written."
+        )
     shown_as = (
         typer.Argument(help=text, metavar=_positional(parameter), show_default=False)
         if _is_positional(question, parameter)
-        else typer.Option(*names, help=text, metavar=metavar, show_default=False, autocompletion=_words_of(parameter))
+        else typer.Option(
+            *names,
+            help=text,
+            metavar=metavar,
+            show_default=False,
+            autocompletion=_words_of(parameter),
+        )
     )
     default = False if parameter.is_switch else None
-    return inspect.Parameter(parameter.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=Annotated[kind, shown_as])
+    return inspect.Parameter(
+        parameter.name,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=default,
+        annotation=Annotated[kind, shown_as],
+    )
 
 
 def _words_of(parameter: Parameter) -> Callable[[str], list[str]] | None:
-    """Return what completes a value in a shell: the words that an option takes. None for other options, which the shell completes by file names."""
-    return (lambda incomplete: [word for word in parameter.words if word.startswith(incomplete)]) if parameter.words else None
+    """Return what completes a value in a shell: the words that an option takes. None for other
+    options, which the shell completes by file names.
+    """
+    return (
+        (lambda incomplete: [word for word in parameter.words if word.startswith(incomplete)])
+        if parameter.words
+        else None
+    )
 
 
 def _is_positional(question: Question, parameter: Parameter) -> bool:
@@ -121,7 +180,11 @@ def _option(name: str) -> str:
 
 def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[str, Any]) -> None:
     """Ask the question, write its report, and print what was found."""
-    given = {each.name: typed[each.name] for each in question.options if typed[each.name] or typed[each.name] == "" or each.required}
+    given = {
+        each.name: typed[each.name]
+        for each in question.options
+        if typed[each.name] or typed[each.name] == "" or each.required
+    }
     if question.folder is None:
         data = function(**given)
         if question.in_words is None or typed["json"]:
@@ -134,7 +197,10 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     from lostmotion.reporting.folder import refuse_existing
     from lostmotion.reporting.progress import ProgressBar
 
-    common = {each.name: each.read(typed[each.name], {}) if each.words else typed[each.name] for each in shared_options(question)}
+    common = {
+        each.name: each.read(typed[each.name], {}) if each.words else typed[each.name]
+        for each in shared_options(question)
+    }
     _refuse_conflicts(common)
     own = "out" not in common  # a folder that is one of the question's arguments
     force = common.get("force", False)
@@ -145,12 +211,16 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
     keep_flexibilities()
     try:
         with ProgressBar() as bar:
-            found = _asked(function, {**given, **({"progress": bar} if "progress" in callbacks else {})})
+            found = _asked(
+                function, {**given, **({"progress": bar} if "progress" in callbacks else {})}
+            )
     except PartialResultError as error:
         found = error.partial()
     except KeyboardInterrupt as stop:
         notes = getattr(stop, "__notes__", ())
-        for note in notes or (() if own else ("nothing was written: a result is written only once it is complete",)):
+        for note in notes or (
+            () if own else ("nothing was written: a result is written only once it is complete",)
+        ):
             say(f"lostmotion: {note}", error=True)
         raise typer.Exit(STOPPED) from None
     if stopped:
@@ -159,22 +229,36 @@ def _carry_out(function: Callable[..., Any], question: Question, typed: Mapping[
         raise swallowed[0]
     results = found if isinstance(found, list) else [found]
     copies = {name: common[name] for name in _COPIES if name in common}
-    written = [each.report(None if own else out, force=force, **copies) for each in results if own or out is not None]
+    written = [
+        each.report(None if own else out, force=force, **copies)
+        for each in results
+        if own or out is not None
+    ]
     _show(results, written, common)
 
 
 def _refuse_conflicts(common: Mapping[str, Any]) -> None:
-    """Raise InputError for an output folder without a name, and for several options of what to print."""
+    """Raise InputError for an output folder without a name, and for several options of what to
+    print.
+    """
     if common.get("out") == "":
         raise refuse_argument("out", "", "a folder", out="results")
     chosen = [name for name in _PRINTED if common.get(name)]
     if len(chosen) > 1:
-        raise refuse_argument(", ".join(chosen), f"{len(chosen)} of them", "one of them, or none", **{chosen[0]: True})
+        raise refuse_argument(
+            ", ".join(chosen), f"{len(chosen)} of them", "one of them, or none", **{chosen[0]: True}
+        )
 
 
 def _asked(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:  # noqa: ANN401 - the result of any question
-    """Return the answer to a question; an argument that takes any number of values by position is handed over as such."""
-    listed = [each.name for each in inspect.signature(function).parameters.values() if each.kind is each.VAR_POSITIONAL]
+    """Return the answer to a question; an argument that takes any number of values by position is
+    handed over as such.
+    """
+    listed = [
+        each.name
+        for each in inspect.signature(function).parameters.values()
+        if each.kind is each.VAR_POSITIONAL
+    ]
     by_name = {name: value for name, value in given.items() if name not in listed}
     return function(*(value for name in listed for value in given.get(name) or ()), **by_name)
 
@@ -229,18 +313,26 @@ def _folder(question: Question, given: Mapping[str, Any]) -> str | None:
     """Return the folder for results where none was named: NAME is that of the first file."""
     if not question.folder:
         return None
-    files = [value for each in question.options if each.argument.metavar == "FILE" and (value := given.get(each.name))]
+    files = [
+        value
+        for each in question.options
+        if each.argument.metavar == "FILE" and (value := given.get(each.name))
+    ]
     first = files[0] if files else question.name
     return results_folder(first if isinstance(first, str) else first[0], question.folder)
 
 
 class _Command(TyperCommand):
-    """A command that refuses what was typed with what was found, what is expected and an example."""
+    """A command that refuses what was typed with what was found, what is expected and an
+    example.
+    """
 
     question: Question
 
     def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]
-        """Read the words typed. Raises InputError for an option that there is not, one without its value, and words too many."""
+        """Read the words typed. Raises InputError for an option that there is not, one without its
+        value, and words too many.
+        """
         typed = list(args)
         try:
             return super().parse_args(ctx, args)  # type: ignore[arg-type, unused-ignore]
@@ -248,22 +340,49 @@ class _Command(TyperCommand):
             raise InputError(list(_problems(self, ctx, typed, error))) from error
 
 
-def _problems(command: Any, ctx: typer.Context, typed: list[str], error: Exception) -> Iterator[Problem]:  # noqa: ANN401 - Click's own class
+def _problems(
+    command: Any,  # noqa: ANN401
+    ctx: typer.Context,
+    typed: list[str],
+    error: Exception,
+) -> Iterator[Problem]:
     own = {name for each in command.params for name in each.opts}
-    known = {name: each for each in (*command.question.options, *SHARED) for name in (_option(each.name), *each.argument.aliases) if name in own}
+    known = {
+        name: each
+        for each in (*command.question.options, *SHARED)
+        for name in (_option(each.name), *each.argument.aliases)
+        if name in own
+    }
     option = str(getattr(error, "option_name", ""))
     if not option:
         _, left, _ = command.make_parser(ctx).parse_args(args=typed)
-        yield Problem("", ctx.command_path, shown(" ".join(left)), "nothing more; what has spaces stands in quotes", '"x 0.2..0.5 m"')
+        yield Problem(
+            "",
+            ctx.command_path,
+            shown(" ".join(left)),
+            "nothing more; what has spaces stands in quotes",
+            '"x 0.2..0.5 m"',
+        )
     elif option not in known:
         near = nearest(option, known)
         example = _example(near, known[near]) if near else ""
-        yield Problem("", ctx.command_path, shown(option), f"an option that {ctx.command_path} --help lists", example, near)
+        yield Problem(
+            "",
+            ctx.command_path,
+            shown(option),
+            f"an option that {ctx.command_path} --help lists",
+            example,
+            near,
+        )
     elif known[option].is_switch:
         yield Problem("", option, "a value", "the option alone: it is a switch", option)
     else:
-        found = "too few values after it" if known[option].argument.together > 1 else "nothing after it"
-        yield Problem("", option, found, known[option].argument.help, _example(option, known[option]))
+        found = (
+            "too few values after it" if known[option].argument.together > 1 else "nothing after it"
+        )
+        yield Problem(
+            "", option, found, known[option].argument.help, _example(option, known[option])
+        )
 
 
 def _example(option: str, parameter: Parameter) -> str:
@@ -274,19 +393,28 @@ def _example(option: str, parameter: Parameter) -> str:
 
 
 def command_name(question: str) -> str:
-    """Return a question's name as it is typed: an export is named after what it writes, in a word of its own."""
+    """Return a question's name as it is typed: an export is named after what it writes, in a word
+    of its own.
+    """
     return question.replace("export_", "export ")
 
 
 def spelled(problem: Problem, question: Question) -> Problem:
-    """Return a mistake as the command line spells it: arguments by their options, and an example that can be typed."""
+    """Return a mistake as the command line spells it: arguments by their options, and an example
+    that can be typed.
+    """
     if problem.file:
         return problem
     known = {each.name: each for each in (*question.options, *SHARED)}
     first = question.options[0].name if question.options else ""
-    names = [name if name not in known else name.upper() if name == first else _option(name) for name in problem.key.split(", ")]
+    names = [
+        name if name not in known else name.upper() if name == first else _option(name)
+        for name in problem.key.split(", ")
+    ]
     example = problem.example or " ".join(
-        f"lostmotion {command_name(question.name)} {value}" if name == first else _typed(name, value)
+        f"lostmotion {command_name(question.name)} {value}"
+        if name == first
+        else _typed(name, value)
         for name, value in problem.passing
         if name in known
     )
@@ -299,5 +427,13 @@ def _typed(name: str, value: object) -> str:
         return _option(name)
     values = value if isinstance(value, tuple) else (value,)
     return " ".join(
-        [_option(name), *(f'"{each}"' if isinstance(each, str) and not each.replace("_", "").isalnum() else str(each) for each in values)]
+        [
+            _option(name),
+            *(
+                f'"{each}"'
+                if isinstance(each, str) and not each.replace("_", "").isalnum()
+                else str(each)
+                for each in values
+            ),
+        ]
     )

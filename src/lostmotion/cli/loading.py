@@ -1,4 +1,6 @@
-"""The message for a package that cannot be loaded, most often for want of memory. It needs no package itself."""
+"""The message for a package that cannot be loaded, most often for want of memory. It needs no
+package itself.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +9,40 @@ from typing import Final
 
 # What loaders, threads and allocators report where memory runs out, on Linux, macOS and Windows.
 _OF_MEMORY: Final = re.compile(
-    "failed to map segment|cannot allocate|cannot create shared object|can't start new thread|bad_alloc|paging file", re.IGNORECASE
+    (
+        "failed to map segment|cannot allocate|cannot create shared object|can't start new "
+        "thread|bad_alloc|paging file"
+    ),
+    re.IGNORECASE,
 )
 
 
 def is_of_memory(error: BaseException) -> bool:
     """Return whether an error follows from too little memory."""
-    return any(_OF_MEMORY.search(str(each)) or isinstance(each, MemoryError) for each in _causes(error))
+    return any(
+        _OF_MEMORY.search(str(each)) or isinstance(each, MemoryError) for each in _causes(error)
+    )
 
 
 def is_of_loading(error: BaseException) -> bool:
     """Return whether an error follows from a library that cannot be loaded."""
-    return any(isinstance(each, ImportError) or "shared object" in str(each) for each in _causes(error))
+    return any(
+        isinstance(each, ImportError) or "shared object" in str(each) for each in _causes(error)
+    )
 
 
 def not_loaded(error: BaseException) -> str:
     """Return the message for an error while a package is loaded."""
-    text = next((line.strip() for line in str(_causes(error)[-1]).splitlines() if line.strip()), type(error).__name__)
+    text = next(
+        (line.strip() for line in str(_causes(error)[-1]).splitlines() if line.strip()),
+        type(error).__name__,
+    )
     library = re.match(r"(?:.*[/\\])?(\S+\.(?:so|dylib|dll|pyd)[.\d]*):", text)
     if is_of_memory(error):
-        return f"not enough memory to load {library[1] if library else 'a package'}; nothing was written"
+        return (
+            f"not enough memory to load {library[1] if library else 'a package'}; nothing was "
+            "written"
+        )
     hint = "free memory, or install it again, for example: pip install --force-reinstall lostmotion"
     return f"a package cannot be loaded: {text.partition('. ')[0]}\n  {hint}"
 
@@ -34,6 +50,8 @@ def not_loaded(error: BaseException) -> str:
 def _causes(error: BaseException) -> list[BaseException]:
     """Return an error and those that it followed from, the first one last."""
     found = [error]
-    while (cause := found[-1].__cause__ or found[-1].__context__) is not None and cause not in found:
+    while (
+        cause := found[-1].__cause__ or found[-1].__context__
+    ) is not None and cause not in found:
         found.append(cause)
     return found

@@ -1,4 +1,6 @@
-"""What goes to the terminal, whatever the terminal is: closed, full, a pipe that ends, or one that knows ASCII alone."""
+"""What goes to the terminal, whatever the terminal is: closed, full, a pipe that ends, or one that
+knows ASCII alone.
+"""
 
 from __future__ import annotations
 
@@ -21,19 +23,40 @@ LOST: Final = "the output was closed before all was printed; the results are wri
 _HANDLER: Final = "lostmotion.plain"
 # How a terminal without these characters shows them; any other becomes "?".
 _PLAIN: Final = str.maketrans(
-    {"µ": "u", "μ": "u", "°": " deg", "±": "+/-", "′": "'", "″": '"', "–": "-", "—": "-", "…": "..."}
+    {
+        "µ": "u",
+        "μ": "u",
+        "°": " deg",
+        "±": "+/-",
+        "′": "'",
+        "″": '"',
+        "–": "-",
+        "—": "-",
+        "…": "...",
+    }
     | {"≤": "<=", "≥": ">=", "≈": "~", "²": "^2", "³": "^3"}
 )
 # What writing says of a full disk, a closed pipe, a closed file and a broken device.
-_OUTPUT_ERRORS: Final = frozenset({errno.ENOSPC, errno.EPIPE, errno.EBADF, errno.EIO, errno.EDQUOT if hasattr(errno, "EDQUOT") else errno.ENOSPC})
+_OUTPUT_ERRORS: Final = frozenset(
+    {
+        errno.ENOSPC,
+        errno.EPIPE,
+        errno.EBADF,
+        errno.EIO,
+        errno.EDQUOT if hasattr(errno, "EDQUOT") else errno.ENOSPC,
+    }
+)
 
 
-# Whether this command prints its results by now: until then an error without the name of a file is one of a file that is read.
+# Whether this command prints its results by now: until then an error without the name of a file is
+# one of a file that is read.
 _printing: list[bool] = []
 
 
 def begin_printing(*, begun: bool = True) -> None:
-    """Note that all is written, and that results are printed from here on; or that a new command begins."""
+    """Note that all is written, and that results are printed from here on; or that a new command
+    begins.
+    """
     _printing[:] = [True] if begun else []
 
 
@@ -45,21 +68,35 @@ def say(text: str, *, error: bool = False) -> None:
 
 
 def say_json(data: Any) -> None:  # noqa: ANN401 - whatever JSON can hold
-    """Print data for machines: JSON that holds the same on a terminal of any encoding, without a character that one would obey."""
+    """Print data for machines: JSON that holds the same on a terminal of any encoding, without a
+    character that one would obey.
+    """
     begin_printing()
     text = json.dumps(data, indent=2, ensure_ascii=not _knows_unicode(sys.stdout), allow_nan=False)
-    typer.echo("".join(char if char == "\n" or legible(char) == char else json.dumps(char)[1:-1] for char in text))
+    typer.echo(
+        "".join(
+            char if char == "\n" or legible(char) == char else json.dumps(char)[1:-1]
+            for char in text
+        )
+    )
 
 
 def _knows_unicode(stream: TextIO | None) -> bool:
-    return (getattr(stream, "encoding", None) or "utf-8").lower().replace("-", "").replace("_", "").startswith("utf")
+    return (
+        (getattr(stream, "encoding", None) or "utf-8")
+        .lower()
+        .replace("-", "")
+        .replace("_", "")
+        .startswith("utf")
+    )
 
 
 def open_up() -> bool:
     """Make both streams fit to be written to; return whether standard output exists.
 
-    Characters that an encoding lacks are replaced instead of raising. In the place of closed streams a null device is opened, or the next file
-    that is opened would take their numbers, and a stray word would end in a report.
+    Characters that an encoding lacks are replaced instead of raising. In the place of closed
+    streams a null device is opened, or the next file that is opened would take their numbers, and a
+    stray word would end in a report.
     """
     codecs.register_error(_HANDLER, _plainly)
     there = sys.stdout is not None
@@ -95,12 +132,16 @@ def flush() -> OSError | None:
 
 
 def is_of_output(error: OSError) -> bool:
-    """Return whether an error is one of a stream while results are printed; an error of a file names the file."""
+    """Return whether an error is one of a stream while results are printed; an error of a file
+    names the file.
+    """
     return bool(_printing) and error.filename is None and error.errno in _OUTPUT_ERRORS
 
 
 def give_up() -> None:
-    """Send what cannot be printed nowhere, or Python reports a second error when it closes the streams."""
+    """Send what cannot be printed nowhere, or Python reports a second error when it closes the
+    streams.
+    """
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError):

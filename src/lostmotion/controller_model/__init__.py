@@ -1,1 +1,3 @@
-"""The error model of an arm as tables, for a controller: prediction and compensation in fixed time, in Python and as C source."""
+"""The error model of an arm as tables, for a controller: prediction and compensation in fixed time,
+in Python and as C source.
+"""

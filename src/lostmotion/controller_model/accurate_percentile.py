@@ -1,4 +1,6 @@
-"""95th percentile of the length of a normal vector to 0.2 %, still in a fixed number of steps: an inversion of the moment generating function."""
+"""95th percentile of the length of a normal vector to 0.2 %, still in a fixed number of steps: an
+inversion of the moment generating function.
+"""
 
 from __future__ import annotations
 
@@ -19,15 +21,17 @@ _STEPS: Final = 8
 _NODES: Final = 10
 _SPACING: Final = 0.5
 _ABOVE: Final = 0.05
-# A variance of the squared length below this share of its mean's square: the length is nearly constant, and the closed form is exact.
+# A variance of the squared length below this share of its mean's square: the length is nearly
+# constant, and the closed form is exact.
 _CONSTANT: Final = 1e-10
 
 
 class _Invariants(NamedTuple):
-    """Of a scaled covariance C and mean b: eigenvalues, trace, sum of principal minors, determinant, and b'b, b'(tr C - C)b, b' adj(C) b.
+    """Of a scaled covariance C and mean b: eigenvalues, trace, sum of principal minors,
+    determinant, and b'b, b'(tr C - C)b, b' adj(C) b.
 
-    With D(t) = det(1 - 2 t C) and N(t) = b' adj(1 - 2 t C) b the logarithm of the moment generating function of the squared length is
-    -log(D)/2 + t N/D.
+    With D(t) = det(1 - 2 t C) and N(t) = b' adj(1 - 2 t C) b the logarithm of the moment generating
+    function of the squared length is -log(D)/2 + t N/D.
     """
 
     eigenvalues: Sequence[Floats]
@@ -45,10 +49,13 @@ class _Invariants(NamedTuple):
 
 
 def accurate95(mean: Floats, covariance: Floats) -> Floats:
-    """Return the 95th percentile of |mean + e| (pose,), m, for normal vectors e with mean (pose, 3) and covariance (pose, 3, 3).
+    """Return the 95th percentile of |mean + e| (pose,), m, for normal vectors e with mean (pose, 3)
+    and covariance (pose, 3, 3).
 
-    Within 0.2 % of the exact value: one Newton step from `percentile95` on the share of longer vectors, an integral along a path of steepest descent
-    through the saddle point. Source: H. Daniels, Annals of Mathematical Statistics 25 (1954) 631; S. Rice, SIAM J. Sci. Stat. Comput. 1 (1980) 438.
+    Within 0.2 % of the exact value: one Newton step from `percentile95` on the share of longer
+    vectors, an integral along a path of steepest descent through the saddle point. Source: H.
+    Daniels, Annals of Mathematical Statistics 25 (1954) 631; S. Rice, SIAM J. Sci. Stat. Comput. 1
+    (1980) 438.
     """
     start = percentile95(mean, covariance)
     square = np.einsum("pii->p", covariance) + (mean**2).sum(axis=1)
@@ -79,13 +86,20 @@ def _invariants(b: Floats, c: Floats) -> _Invariants:
     determinant = _determinant(c)
     adjoint = squared - trace[:, None, None] * c + minors[:, None, None] * np.eye(3)
     zero = (b**2).sum(axis=1)
-    one, two = trace * zero - np.einsum("pi,pij,pj->p", b, c, b), np.einsum("pi,pij,pj->p", b, adjoint, b)
-    # Eigenvalues of a symmetric matrix by the cosine of a third of an angle (O. Smith, Communications of the ACM 4 (1961) 168).
+    one, two = (
+        trace * zero - np.einsum("pi,pij,pj->p", b, c, b),
+        np.einsum("pi,pij,pj->p", b, adjoint, b),
+    )
+    # Eigenvalues of a symmetric matrix by the cosine of a third of an angle (O. Smith,
+    # Communications of the ACM 4 (1961) 168).
     rest = c - (trace / 3)[:, None, None] * np.eye(3)
     size = np.sqrt(np.einsum("pij,pij->p", rest, rest) / 6)
     half = _determinant(rest / np.where(size > 0, size, 1.0)[:, None, None]) / 2
     angle = np.arccos(np.clip(half, -1.0, 1.0)) / 3
-    eigenvalues = [np.maximum(trace / 3 + 2 * size * np.cos(angle + k * 2 * math.pi / 3), 0.0) for k in range(3)]
+    eigenvalues = [
+        np.maximum(trace / 3 + 2 * size * np.cos(angle + k * 2 * math.pi / 3), 0.0)
+        for k in range(3)
+    ]
     return _Invariants(eigenvalues, trace, minors, determinant, zero, one, two)
 
 
@@ -94,7 +108,9 @@ def _determinant(m: Floats) -> Floats:
 
 
 def _saddle(found: _Invariants, x: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the saddle point t of log M(t) - t x - log t, and the second and third derivatives there."""
+    """Return the saddle point t of log M(t) - t x - log t, and the second and third derivatives
+    there.
+    """
     low, high = np.zeros_like(x), 0.5 / found.eigenvalues[0]
     t = high / 2
     for _ in range(_STEPS):
@@ -107,12 +123,18 @@ def _saddle(found: _Invariants, x: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _derivatives(found: _Invariants, t: Floats, x: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the first three derivatives of log M(t) - t x - log t; those of a quotient M/D follow from M = g D."""
+    """Return the first three derivatives of log M(t) - t x - log t; those of a quotient M/D follow
+    from M = g D.
+    """
     parts = [value / (1 - 2 * value * t) for value in found.eigenvalues]
     d = math.prod(1 - 2 * value * t for value in found.eigenvalues)
     d1 = -2 * found.trace + 8 * t * found.minors - 24 * t * t * found.determinant
     d2, d3 = 8 * found.minors - 48 * t * found.determinant, -48 * found.determinant
-    m1, m2, m3 = found.zero - 4 * t * found.one + 12 * t * t * found.two, -4 * found.one + 24 * t * found.two, 24 * found.two
+    m1, m2, m3 = (
+        found.zero - 4 * t * found.one + 12 * t * t * found.two,
+        -4 * found.one + 24 * t * found.two,
+        24 * found.two,
+    )
     g = found.mean_term(t)
     g1 = (m1 - g * d1) / d
     g2 = (m2 - 2 * g1 * d1 - g * d2) / d

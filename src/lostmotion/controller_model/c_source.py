@@ -1,4 +1,6 @@
-"""The tables of a controller as C source: constant arrays that the C core evaluates, and the sizes of its scratch arrays."""
+"""The tables of a controller as C source: constant arrays that the C core evaluates, and the sizes
+of its scratch arrays.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lostmotion.controller_model.controller import Controller
-    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Product, Record, Tables
+    from lostmotion.controller_model.tables import (
+        Curve,
+        Entry,
+        Friction,
+        LoadTable,
+        Product,
+        Record,
+        Tables,
+    )
     from lostmotion.laws.rolling.table import ShiftTable
     from lostmotion.spatial import Floats
 
@@ -36,7 +46,11 @@ def number(value: float) -> str:
 
 def numbers(values: Floats) -> str:
     """Return an array as a C initialiser, in one row."""
-    return "{" + ", ".join(number(value) for value in np.asarray(values, dtype=float).ravel().tolist()) + "}"
+    return (
+        "{"
+        + ", ".join(number(value) for value in np.asarray(values, dtype=float).ravel().tolist())
+        + "}"
+    )
 
 
 @dataclass
@@ -60,8 +74,15 @@ class _Arrays:
     def array(self, values: Floats) -> str:
         """Return the name of a constant array with these values."""
         flat = np.asarray(values, dtype=float).ravel().tolist()
-        lines = (", ".join(number(value) for value in flat[k : k + _PER_LINE]) for k in range(0, len(flat), _PER_LINE))
-        self.matrices.append(f"static const lm_real lm_m{len(self.matrices)}[{len(flat)}] = {{\n    " + ",\n    ".join(lines) + "};")
+        lines = (
+            ", ".join(number(value) for value in flat[k : k + _PER_LINE])
+            for k in range(0, len(flat), _PER_LINE)
+        )
+        self.matrices.append(
+            f"static const lm_real lm_m{len(self.matrices)}[{len(flat)}] = {{\n    "
+            + ",\n    ".join(lines)
+            + "};"
+        )
         return f"lm_m{len(self.matrices) - 1}"
 
 
@@ -99,7 +120,9 @@ def sizes_of(tables: Tables) -> Sizes:
 
 
 class Bytes(NamedTuple):
-    """Sizes of the structures of the C core, and of its arrays on the stack while it compensates, in bytes."""
+    """Sizes of the structures of the C core, and of its arrays on the stack while it compensates,
+    in bytes.
+    """
 
     input: int
     output: int
@@ -113,29 +136,54 @@ def bytes_of(tables: Tables, number_size: int) -> Bytes:
     given, output = 2 * joints + 13, 9 + 3 + 2 * joints + 12 + 6 + 2 + 6 * joints
     command, of_integers = joints + 6, max(number_size, 4)
     frames, local = 18 * sizes.places, 12 + sizes.factors + sizes.sizes
-    # Frames twice, one place of the prediction, a second result and its input, rows of the Jacobian and the normal matrix, and small arrays.
+    # Frames twice, one place of the prediction, a second result and its input, rows of the Jacobian
+    # and the normal matrix, and small arrays.
     numbers_held = 2 * frames + local + 3 * sizes.draws + output + given + 6 * joints + 36 + 150
     stack = numbers_held + 512 // number_size
-    return Bytes(given * number_size, output * number_size + 8, command * number_size + of_integers, stack * number_size)
+    return Bytes(
+        given * number_size,
+        output * number_size + 8,
+        command * number_size + of_integers,
+        stack * number_size,
+    )
 
 
 def table_source(tables: Tables) -> str:
     """Return the definitions of all constant arrays."""
     arrays = _Arrays()
     arrays.add("lm_place lm_places", [_place(record, arrays) for record in tables.records])
-    lists = ("piece", "curve", "harmonic", "seat", "friction", "threshold", "load_table", "size", "entry", "axis_entry", "product", "axis_product")
+    lists = (
+        "piece",
+        "curve",
+        "harmonic",
+        "seat",
+        "friction",
+        "threshold",
+        "load_table",
+        "size",
+        "entry",
+        "axis_entry",
+        "product",
+        "axis_product",
+    )
     # Arrays without rows have one of zeros: C knows no empty arrays.
     for kind in (*lists, "column", "shared"):
         rows = arrays.rows.setdefault(f"lm_{kind} lm_{_plural(kind)}", [])
         rows += [] if rows else ["{{0}}" if kind == "column" else "{0}"]
-    blocks = [f"const {name}[{len(rows)}] = {{\n    " + ",\n    ".join(rows) + "};" for name, rows in arrays.rows.items()]
+    blocks = [
+        f"const {name}[{len(rows)}] = {{\n    " + ",\n    ".join(rows) + "};"
+        for name, rows in arrays.rows.items()
+    ]
     valid = tables.valid
     blocks += [
         f"const lm_real lm_limits[2 * LM_JOINTS] = {numbers(tables.limits)};",
         f"const lm_real lm_rated[LM_JOINTS] = {numbers(tables.rated)};",
         f"const lm_real lm_load[10] = {numbers(tables.load)};",
         f"const lm_real lm_gravity[3] = {numbers(tables.gravity)};",
-        f"const lm_validity lm_valid = {numbers(np.array([valid.payload, valid.reach, valid.force, valid.moment, valid.gravity]))};",
+        (
+            "const lm_validity lm_valid = "
+            f"{numbers(np.array([valid.payload, valid.reach, valid.force, valid.moment, valid.gravity]))};"  # noqa: E501
+        ),
     ]
     return "\n\n".join([*arrays.matrices, *blocks])
 
@@ -158,7 +206,12 @@ def vector_source(model: Controller, count: int) -> str:
 
 def tested_poses(tables: Tables, count: int) -> Floats:
     """Return joint values (pose, joint) spread over the middle 80 % of the range of each joint."""
-    share = (0.5 + np.outer(np.arange(1, count + 1), np.sqrt([2.0 + 3 * k for k in range(len(tables.joints))]))) % 1.0
+    share = (
+        0.5
+        + np.outer(
+            np.arange(1, count + 1), np.sqrt([2.0 + 3 * k for k in range(len(tables.joints))])
+        )
+    ) % 1.0
     low, high = tables.limits.T
     return np.asarray(low + (0.1 + 0.8 * share) * (high - low))
 
@@ -181,47 +234,106 @@ def _place(record: Record, arrays: _Arrays) -> str:
     for each in record.shared:
         first, count = arrays.add("lm_entry lm_entries", [_entry(entry) for entry in each.entries])
         share = each.share
-        rest = (each.compliance - share * record.compliance, each.own_weight - share * record.own_weight) if not share else (np.zeros(1), np.zeros(1))
-        shared.append(f"{{{each.draw}, {number(share)}, {arrays.matrix(rest[0])}, {arrays.matrix(rest[1])}, {first}, {count}}}")
+        rest = (
+            (
+                each.compliance - share * record.compliance,
+                each.own_weight - share * record.own_weight,
+            )
+            if not share
+            else (np.zeros(1), np.zeros(1))
+        )
+        shared.append(
+            f"{{{each.draw}, {number(share)}, {arrays.matrix(rest[0])}, "
+            f"{arrays.matrix(rest[1])}, {first}, {count}}}"
+        )
     thresholds = []
     for threshold in record.thresholds:
-        first, count = arrays.add("lm_friction lm_frictions", [_friction(friction, arrays) for friction in threshold.frictions])
+        first, count = arrays.add(
+            "lm_friction lm_frictions",
+            [_friction(friction, arrays) for friction in threshold.frictions],
+        )
         thresholds.append(f"{{{first}, {count}}}")
     lists = (
         arrays.add("lm_curve lm_curves", [_curve(curve, arrays) for curve in record.curves]),
-        arrays.add("lm_harmonic lm_harmonics", [f"{{{number(each.order)}, {number(each.turns)}, {int(each.cosine)}}}" for each in record.harmonics]),
-        arrays.add("lm_seat lm_seats", [f"{{{len(seat.way)}, {numbers(np.resize(seat.way, (3, 6)))}}}" for seat in record.seats]),
+        arrays.add(
+            "lm_harmonic lm_harmonics",
+            [
+                f"{{{number(each.order)}, {number(each.turns)}, {int(each.cosine)}}}"
+                for each in record.harmonics
+            ],
+        ),
+        arrays.add(
+            "lm_seat lm_seats",
+            [
+                f"{{{len(seat.way)}, {numbers(np.resize(seat.way, (3, 6)))}}}"
+                for seat in record.seats
+            ],
+        ),
         arrays.add("lm_threshold lm_thresholds", thresholds),
-        arrays.add("lm_load_table lm_load_tables", [_load_table(table, arrays) for table in record.tables]),
+        arrays.add(
+            "lm_load_table lm_load_tables", [_load_table(table, arrays) for table in record.tables]
+        ),
         arrays.add("lm_size lm_sizes", [f"{{{a}, {b}, {c}}}" for a, b, c in record.sizes]),
         arrays.add("lm_entry lm_entries", [_entry(entry) for entry in vector]),
-        arrays.add("lm_axis_entry lm_axis_entries", [f"{{{each.size}, {each.side}, {number(each.direction[axis])}}}" for each in scalar]),
-        arrays.add("lm_product lm_products", [f"{_product(each)}, {numbers(each.matrix[_UPPER])}}}" for each in matrices]),
-        arrays.add("lm_axis_product lm_axis_products", [f"{_product(each)}, {number(each.matrix[axis, axis])}}}" for each in scalars]),
+        arrays.add(
+            "lm_axis_entry lm_axis_entries",
+            [f"{{{each.size}, {each.side}, {number(each.direction[axis])}}}" for each in scalar],
+        ),
+        arrays.add(
+            "lm_product lm_products",
+            [f"{_product(each)}, {numbers(each.matrix[_UPPER])}}}" for each in matrices],
+        ),
+        arrays.add(
+            "lm_axis_product lm_axis_products",
+            [f"{_product(each)}, {number(each.matrix[axis, axis])}}}" for each in scalars],
+        ),
         arrays.add("lm_column lm_columns", [f"{{{numbers(column)}}}" for column in columns]),
         arrays.add("lm_shared lm_shareds", shared),
     )
-    head = f"{record.parent}, {record.joint}, {axis}, {int(record.carries_tool and (record.joint >= 0 or _errs(record)))}, {play_flags(record)}"
-    pose = f"{numbers(record.pose[:3, :3])}, {numbers(record.pose[:3, 3])}, {number(record.mass)}, {numbers(record.moment)}, {numbers(record.mean)}"
-    constant = f"{arrays.matrix(record.compliance)}, {arrays.matrix(record.own_weight)}, {number(variance)}"
-    return f"{{{head}, {pose}, {constant}, " + ", ".join(f"{first}, {count}" for first, count in lists) + "}"
+    head = (
+        f"{record.parent}, {record.joint}, {axis}, "
+        f"{int(record.carries_tool and (record.joint >= 0 or _errs(record)))}, "
+        f"{play_flags(record)}"
+    )
+    pose = (
+        f"{numbers(record.pose[:3, :3])}, {numbers(record.pose[:3, 3])}, {number(record.mass)}, "
+        f"{numbers(record.moment)}, {numbers(record.mean)}"
+    )
+    constant = (
+        f"{arrays.matrix(record.compliance)}, {arrays.matrix(record.own_weight)}, "
+        f"{number(variance)}"
+    )
+    return (
+        f"{{{head}, {pose}, {constant}, "
+        + ", ".join(f"{first}, {count}" for first, count in lists)
+        + "}"
+    )
 
 
 def _errs(record: Record) -> bool:
     """Return whether a place has errors."""
-    constant = any(each.any() for each in (record.mean, record.compliance, record.own_weight, record.covariance))
+    constant = any(
+        each.any()
+        for each in (record.mean, record.compliance, record.own_weight, record.covariance)
+    )
     return bool(constant or record.entries or record.products or record.shared)
 
 
 def _columns(covariance: Floats, axis: int | None) -> tuple[float, list[Floats]]:
-    """Return the variance along an axis, where it is independent of the rest, and columns whose squares add to the rest of a covariance (6, 6)."""
+    """Return the variance along an axis, where it is independent of the rest, and columns whose
+    squares add to the rest of a covariance (6, 6).
+    """
     rest, variance = covariance.copy(), 0.0
     if axis is not None and not np.delete(rest[axis], axis).any():
         variance, rest[axis, axis] = float(rest[axis, axis]), 0.0
     scale = np.sqrt(np.diag(rest))  # rotations and displacements have different units
     per = np.where(scale > 0, scale, 1.0)
     values, vectors = np.linalg.eigh(rest / np.outer(per, per))
-    return variance, [scale * np.sqrt(value) * vector for value, vector in zip(values, vectors.T, strict=True) if value > _ROUNDING]
+    return variance, [
+        scale * np.sqrt(value) * vector
+        for value, vector in zip(values, vectors.T, strict=True)
+        if value > _ROUNDING
+    ]
 
 
 def _entry(entry: Entry) -> str:
@@ -233,32 +345,50 @@ def _product(product: Product) -> str:
 
 
 def _pieces(start: Floats, width: Floats, slope: Floats, arrays: _Arrays) -> tuple[int, int]:
-    return arrays.add("lm_piece lm_pieces", [numbers(np.array(row)) for row in zip(start, width, slope, strict=True)])
+    return arrays.add(
+        "lm_piece lm_pieces",
+        [numbers(np.array(row)) for row in zip(start, width, slope, strict=True)],
+    )
 
 
 def _curve(curve: Curve, arrays: _Arrays) -> str:
     first, count = _pieces(curve.start, curve.width, curve.slope, arrays)
-    return f"{{{number(curve.base)}, {int(curve.odd)}, {int(curve.travels)}, {first}, {count}, {numbers(curve.way)}}}"
+    return (
+        f"{{{number(curve.base)}, {int(curve.odd)}, {int(curve.travels)}, {first}, {count}, "
+        f"{numbers(curve.way)}}}"
+    )
 
 
 def _friction(friction: Friction, arrays: _Arrays) -> str:
-    first, count = (0, 0) if friction.cut else _pieces(friction.start, friction.width, friction.slope, arrays)
+    first, count = (
+        (0, 0) if friction.cut else _pieces(friction.start, friction.width, friction.slope, arrays)
+    )
     low = float(ndtr(-friction.cut)) if friction.cut and math.isfinite(friction.cut) else 0.0
     values = [friction.lever, friction.nominal, friction.tolerance, friction.base]
     law = [friction.scale, low, 1 - 2 * low]
-    return f"{{{friction.seat}, {', '.join(map(number, values))}, {first}, {count}, {', '.join(map(number, law))}}}"
+    return (
+        f"{{{friction.seat}, {', '.join(map(number, values))}, {first}, {count}, "
+        f"{', '.join(map(number, law))}}}"
+    )
 
 
 def _load_table(table: LoadTable, arrays: _Arrays) -> str:
     power, step = 1 / table.table.pair.exponent, table.step
     own, wider = _spline(table.table, table.table.spline.c, arrays), "0"
     if table.wider is not None and table.wider.preloaded == table.table.preloaded:
-        # The difference of two tables as one table, because in single precision it would lose digits.
-        wider, step = _spline(table.table, (table.wider.spline.c - table.table.spline.c) / step, arrays), 0.0
+        # The difference of two tables as one table, because in single precision it would lose
+        # digits.
+        wider, step = (
+            _spline(table.table, (table.wider.spline.c - table.table.spline.c) / step, arrays),
+            0.0,
+        )
     elif table.wider is not None:
         wider = _spline(table.wider, table.wider.spline.c, arrays)
     values = (power, table.table.top**power, RIM, BOTTOM ** (power / 2), step)
-    return f"{{{int(table.axial)}, {{{', '.join(map(str, table.seats))}}}, {', '.join(map(number, values))}, {own}, {wider}}}"
+    return (
+        f"{{{int(table.axial)}, {{{', '.join(map(str, table.seats))}}}, "
+        f"{', '.join(map(number, values))}, {own}, {wider}}}"
+    )
 
 
 def _spline(table: ShiftTable, coefficients: Floats, arrays: _Arrays) -> str:
@@ -267,5 +397,8 @@ def _spline(table: ShiftTable, coefficients: Floats, arrays: _Arrays) -> str:
     nodes = [*coefficients.shape[:-1], 1, 1][:3]
     flags = f"{int(table.clearance > 0)}, {int(table.preloaded)}"
     values, name = arrays.array(coefficients), f"lm_s{len(arrays.matrices)}"
-    arrays.matrices.append(f"static const lm_spline {name} = {{{{{', '.join(names)}}}, {{{', '.join(map(str, nodes))}}}, {values}, {flags}}};")
+    arrays.matrices.append(
+        f"static const lm_spline {name} = {{{{{', '.join(names)}}}, "
+        f"{{{', '.join(map(str, nodes))}}}, {values}, {flags}}};"
+    )
     return f"&{name}"

@@ -1,4 +1,6 @@
-"""Arithmetic on symbols, written out as C: constants are folded, products with zero and one vanish, and each expression is stored once."""
+"""Arithmetic on symbols, written out as C: constants are folded, products with zero and one vanish,
+and each expression is stored once.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ _LONG: Final = 80
 
 
 class Symbol:
-    """A number that is known when the C source runs: what NumPy adds and multiplies in an array of objects."""
+    """A number that is known when the C source runs: what NumPy adds and multiplies in an array of
+    objects.
+    """
 
     __slots__ = ("index", "of")
 
@@ -23,17 +27,29 @@ class Symbol:
     def __neg__(self) -> Number:
         """Return its negative."""
         operation, *operands = self.of.nodes[self.index]
-        return Symbol(self.of, operands[0]) if operation == "neg" else self.of.symbol("neg", self.index)  # type: ignore[arg-type]
+        if operation == "neg":
+            return Symbol(self.of, operands[0])  # type: ignore[arg-type]
+        return self.of.symbol("neg", self.index)
 
     def __add__(self, other: Number) -> Number:
         """Return a sum."""
         if not isinstance(other, Symbol):
             constant = float(other)
-            return self if constant == 0 else self.of.symbol("+" if constant > 0 else "-", self.index, self.of.number(abs(constant)))
+            return (
+                self
+                if constant == 0
+                else self.of.symbol(
+                    "+" if constant > 0 else "-", self.index, self.of.number(abs(constant))
+                )
+            )
         mine, its = self.of.positive(self), self.of.positive(other)
         if its is not None:
             return self - its
-        return other - mine if mine is not None else self.of.symbol("+", *sorted((self.index, other.index)))
+        return (
+            other - mine
+            if mine is not None
+            else self.of.symbol("+", *sorted((self.index, other.index)))
+        )
 
     __radd__ = __add__
 
@@ -57,10 +73,18 @@ class Symbol:
             return -(mine * other)
         if isinstance(other, Symbol):
             its = self.of.positive(other)
-            return -(self * its) if its is not None else self.of.symbol("*", *sorted((self.index, other.index)))
+            return (
+                -(self * its)
+                if its is not None
+                else self.of.symbol("*", *sorted((self.index, other.index)))
+            )
         if other in {0, 1, -1}:
             return 0.0 if other == 0 else self if other == 1 else -self
-        return self.of.symbol("*", self.index, self.of.number(float(other))) if other > 0 else -(self * -other)
+        return (
+            self.of.symbol("*", self.index, self.of.number(float(other)))
+            if other > 0
+            else -(self * -other)
+        )
 
     __rmul__ = __mul__
 
@@ -74,7 +98,8 @@ class Symbol:
 
 
 Number: TypeAlias = "Symbol | float"
-# Operation and operands: the index of an expression, or text of C. A constant is text, because 2 and 2.0 are one key.
+# Operation and operands: the index of an expression, or text of C. A constant is text, because 2
+# and 2.0 are one key.
 Node: TypeAlias = "tuple[str | int, ...]"
 
 
@@ -88,7 +113,9 @@ class Expressions:
         self.number = number
 
     def symbol(self, *node: str | int) -> Symbol:
-        """Return the symbol of an operation and its operands: integers are indices of expressions."""
+        """Return the symbol of an operation and its operands: integers are indices of
+        expressions.
+        """
         if node not in self._known:
             self._known[node] = len(self.nodes)
             self.nodes.append(node)
@@ -100,11 +127,27 @@ class Expressions:
 
     def call(self, function: str, *operands: Number) -> Symbol:
         """Return the symbol of a call of a C function."""
-        return self.symbol("call", function, *(each.index if isinstance(each, Symbol) else self.number(float(each)) for each in operands))
+        return self.symbol(
+            "call",
+            function,
+            *(
+                each.index if isinstance(each, Symbol) else self.number(float(each))
+                for each in operands
+            ),
+        )
 
     def statement(self, template: str, *operands: Number) -> Symbol:
-        """Return the symbol of a statement, {0}, {1} ... being its operands; what it computes are `results` of it."""
-        return self.symbol("statement", template, *(each.index if isinstance(each, Symbol) else self.number(float(each)) for each in operands))
+        """Return the symbol of a statement, {0}, {1} ... being its operands; what it computes are
+        `results` of it.
+        """
+        return self.symbol(
+            "statement",
+            template,
+            *(
+                each.index if isinstance(each, Symbol) else self.number(float(each))
+                for each in operands
+            ),
+        )
 
     def result(self, statement: Symbol, text: str) -> Symbol:
         """Return the symbol of a term of C that has its value right after a statement."""
@@ -116,7 +159,9 @@ class Expressions:
         return Symbol(self, operands[0]) if operation == "neg" else None  # type: ignore[arg-type]
 
     def lines(self, outputs: Sequence[tuple[str, Number]]) -> Iterator[str]:
-        """Yield the statements of C that compute the outputs, pairs of a place to store and what to store there."""
+        """Yield the statements of C that compute the outputs, pairs of a place to store and what to
+        store there.
+        """
         uses = self._uses([value.index for _, value in outputs if isinstance(value, Symbol)])
         texts: dict[int, str] = {}
 
@@ -142,13 +187,23 @@ class Expressions:
                     text = f"(-{own[0]})"
                 case _:
                     text = f"({own[0]} {operation} {own[1]})"
-            if operation in {"result", "call"} or (uses[index] > 1 and operation != "neg") or len(text) > _LONG:
+            if (
+                operation in {"result", "call"}
+                or (uses[index] > 1 and operation != "neg")
+                or len(text) > _LONG
+            ):
                 texts[index] = f"v{index}"
-                yield f"const lm_real v{index} = {text.removeprefix('(').removesuffix(')') if text.startswith('(') else text};"
+                yield (
+                    f"const lm_real v{index} = "
+                    f"{text.removeprefix('(').removesuffix(')') if text.startswith('(') else text};"
+                )
             else:
                 texts[index] = text
         for place, value in outputs:
-            yield f"{place} = {texts[value.index] if isinstance(value, Symbol) else self.number(float(value))};"
+            yield (
+                f"{place} = "
+                f"{texts[value.index] if isinstance(value, Symbol) else self.number(float(value))};"
+            )
 
     def _uses(self, outputs: Sequence[int]) -> dict[int, int]:
         """Return how often each expression that the outputs need is used."""

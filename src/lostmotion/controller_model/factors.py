@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from lostmotion.controller_model.tables import CLOSED, DIFFERS, ONE, OPEN, Curve, Friction, Harmonic, LoadTable, Seat, Threshold
+from lostmotion.controller_model.tables import (
+    CLOSED,
+    DIFFERS,
+    ONE,
+    OPEN,
+    Curve,
+    Friction,
+    Harmonic,
+    LoadTable,
+    Seat,
+    Threshold,
+)
 from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.parts import forms, load_table, play
 
@@ -82,20 +93,34 @@ class Factors:
         return tuple(out)
 
     def of_form(self, form: Form) -> list[tuple[Size, Floats]]:
-        """Return the sizes of a form, without its threshold, and their directions (6,) in the axes of the record.
+        """Return the sizes of a form, without its threshold, and their directions (6,) in the axes
+        of the record.
 
         Raises TypeError for a form that is linear in the wrench, and for one that is not known.
         """
         match form:
             case forms.Constant(direction=direction, travel=travel):
                 return [(self._travel(travel), self.turn @ direction)]
-            case forms.Harmonic(direction=direction, order=order, phase=phase, turns=turns, envelope=envelope):
-                harmonic = self._harmonic(Harmonic(order, 1.0 if turns is None else turns, phase == "cosine"))
-                own: Size = () if envelope is None else (self.curve(direction, envelope, odd=False),)
+            case forms.Harmonic(
+                direction=direction, order=order, phase=phase, turns=turns, envelope=envelope
+            ):
+                harmonic = self._harmonic(
+                    Harmonic(order, 1.0 if turns is None else turns, phase == "cosine")
+                )
+                own: Size = (
+                    () if envelope is None else (self.curve(direction, envelope, odd=False),)
+                )
                 return [((harmonic, *own), self.turn @ direction)]
             case forms.Spring(direction=direction, curve=curve, odd=odd, travel=travel):
-                return [((self.curve(direction, curve, odd=odd), *self._travel(travel)), self.turn @ direction)]
-            case play.HeldPlay(direction=direction) | load_table.LoadTable(direction=direction) if direction is not None:
+                return [
+                    (
+                        (self.curve(direction, curve, odd=odd), *self._travel(travel)),
+                        self.turn @ direction,
+                    )
+                ]
+            case play.HeldPlay(direction=direction) | load_table.LoadTable(direction=direction) if (
+                direction is not None
+            ):
                 return [((), self.turn @ direction)]
             case play.HeldPlay(seat=seat):
                 return self._along_load(seat, ())
@@ -103,14 +128,19 @@ class Factors:
                 value: Factor = ("table", self._table(shaft), 3 * row + _STATES.index(state))
                 seat = shaft.seats[row]
                 # Axial values have a sign; radial ones are sizes along the load.
-                return [((value,), self.turn @ seat.way[0])] if row == len(shaft.seats) - 1 else self._along_load(seat, (value,))
+                return (
+                    [((value,), self.turn @ seat.way[0])]
+                    if row == len(shaft.seats) - 1
+                    else self._along_load(seat, (value,))
+                )
             case _:
                 raise TypeError(f"a form without factors: {type(form).__name__}")
 
     def threshold(self, threshold: FormThreshold, *, above: bool) -> tuple[Factor, Factor, float]:
         """Return the factors of a form that exists where a play is closed (`above`), or open.
 
-        One factor of its mean over robots, one of the change from robot to robot, and the sign of the change.
+        One factor of its mean over robots, one of the change from robot to robot, and the sign of
+        the change.
         """
         seats = _seats(threshold)
         key = ("threshold", seats)
@@ -118,25 +148,41 @@ class Factors:
             self._known[key] = len(self.thresholds)
             self.thresholds.append(Threshold(tuple(self._friction(seat) for seat in seats)))
         index = self._known[key]
-        return ("threshold", index, CLOSED if above else OPEN), ("threshold", index, DIFFERS), 1.0 if above else -1.0
+        return (
+            ("threshold", index, CLOSED if above else OPEN),
+            ("threshold", index, DIFFERS),
+            1.0 if above else -1.0,
+        )
 
     def curve(self, direction: Floats, curve: LoadCurve, *, odd: bool) -> Factor:
         """Return the factor of a curve of the load along a direction (6,) of the arm's place."""
-        key = ("curve", direction.tobytes(), curve.load.tobytes(), curve.value.tobytes(), curve.beyond, odd)
+        key = (
+            "curve",
+            direction.tobytes(),
+            curve.load.tobytes(),
+            curve.value.tobytes(),
+            curve.beyond,
+            odd,
+        )
         if key not in self._known:
             self._known[key] = len(self.curves)
             slope = np.append(np.diff(curve.value) / np.diff(curve.load), curve.beyond)
             width = np.append(np.diff(curve.load), math.inf)
-            self.curves.append(Curve(self.turn @ direction, odd, float(curve.value[0]), curve.load, width, slope))
+            self.curves.append(
+                Curve(self.turn @ direction, odd, float(curve.value[0]), curve.load, width, slope)
+            )
         return ("curve", self._known[key], 0)
 
     def _travel(self, travel: LoadCurve | None) -> Size:
-        """Return the factor of a curve over the joint value, between the limits; none without one."""
+        """Return the factor of a curve over the joint value, between the limits; none without
+        one.
+        """
         if travel is None:
             return ()
         if self.limits is None:
             raise TypeError("a form that follows the value of a joint, at a place without one")
-        # A curve that began far below the limits would be a small difference of large numbers in single precision.
+        # A curve that began far below the limits would be a small difference of large numbers in
+        # single precision.
         low, high = self.limits
         at = np.array([low, *travel.load[(travel.load > low) & (travel.load < high)], high])
         return (self.curve(np.zeros(6), type(travel)(at, travel(at)), odd=False),)
@@ -186,7 +232,9 @@ class Factors:
         if key not in self._known:
             self._known[key] = len(self.tables)
             behind, ahead, along = (self._seat(seat.way) for seat in shaft.seats)
-            self.tables.append(LoadTable((behind, ahead, along), shaft.axial, shaft.table, shaft.wider, shaft.step))
+            self.tables.append(
+                LoadTable((behind, ahead, along), shaft.axial, shaft.table, shaft.wider, shaft.step)
+            )
         return self._known[key]
 
 

@@ -1,4 +1,6 @@
-"""Lowering of an arm to the tables of its controller: from terms and forms to constant matrices, sizes and products of sizes."""
+"""Lowering of an arm to the tables of its controller: from terms and forms to constant matrices,
+sizes and products of sizes.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,15 @@ import numpy as np
 from lostmotion.controller_model.factors import Factors
 from lostmotion.controller_model.places import places_of
 from lostmotion.controller_model.simplification import with_combined_springs, without_phases
-from lostmotion.controller_model.tables import ONE, UNKNOWN, Entry, Product, Shared, Tables, Validity
+from lostmotion.controller_model.tables import (
+    ONE,
+    UNKNOWN,
+    Entry,
+    Product,
+    Shared,
+    Tables,
+    Validity,
+)
 from lostmotion.parts.forms import Linear
 from lostmotion.parts.play import InPlay
 
@@ -31,10 +41,12 @@ if TYPE_CHECKING:
 
 
 class Error(NamedTuple):
-    """The draws of an error: terms with equal draws add before they are squared. The joint's last motion is not among them.
+    """The draws of an error: terms with equal draws add before they are squared. The joint's last
+    motion is not among them.
 
     robot, visit  streams with their laws; None: no such factor
-    play          name of the stream that decides whether a play is closed, for the deviation of one robot from the mean; empty elsewhere
+    play          name of the stream that decides whether a play is closed, for the deviation of one
+                  robot from the mean; empty elsewhere
     """
 
     robot: tuple[str, Law] | None = None
@@ -55,7 +67,9 @@ _ROUNDING: Final = 1e-14
 
 @dataclass
 class Screws:
-    """The screws of one error at one place: without and with the last motion as a factor, and what is linear in wrench and gravity."""
+    """The screws of one error at one place: without and with the last motion as a factor, and what
+    is linear in wrench and gravity.
+    """
 
     plain: Screw = field(default_factory=dict)
     sided: Screw = field(default_factory=dict)
@@ -76,18 +90,28 @@ def tables_of(arm: Arm, valid: Validity, terms: Sequence[PlacedTerm] | None = No
 
     Exact: the tables have the same mean and covariance as the terms.
     """
-    own = [each for each in (arm.terms if terms is None else terms) if each.place in arm.tree.tool_path]
+    own = [
+        each for each in (arm.terms if terms is None else terms) if each.place in arm.tree.tool_path
+    ]
     simplified = with_combined_springs(without_phases(own))
     places = places_of(arm.tree, {each.place for each in simplified})
     rise = 0.0 if arm.environment.rise is None else arm.environment.rise.nominal
-    factors = [Factors(np.eye(6), None if each.joint < 0 else arm.limits[each.joint]) for each in places.records]
+    factors = [
+        Factors(np.eye(6), None if each.joint < 0 else arm.limits[each.joint])
+        for each in places.records
+    ]
     errors: list[dict[Error, Screws]] = [{} for _ in places.records]
     for placed in simplified:
         number = places.number[placed.place]
-        factors[number].turn = np.asarray(np.kron(np.eye(2), places.pose[placed.place][:3, :3]), dtype=float)
+        factors[number].turn = np.asarray(
+            np.kron(np.eye(2), places.pose[placed.place][:3, :3]), dtype=float
+        )
         _add(placed, errors[number], factors[number], rise)
     draws = _shared(errors)
-    payload, rated = arm.payload, [None if joint.gearbox is None else joint.gearbox.rated_torque for joint in arm.moving]
+    payload, rated = (
+        arm.payload,
+        [None if joint.gearbox is None else joint.gearbox.rated_torque for joint in arm.moving],
+    )
     return Tables(
         arm.name,
         tuple(joint.name for joint in arm.moving),
@@ -102,10 +126,16 @@ def tables_of(arm: Arm, valid: Validity, terms: Sequence[PlacedTerm] | None = No
 
 
 def _shared(errors: Sequence[Mapping[Error, Screws]]) -> list[Error]:
-    """Return the errors that are added up at the tool: those of several places, and those with a compliance matrix."""
+    """Return the errors that are added up at the tool: those of several places, and those with a
+    compliance matrix.
+    """
     count = Counter(error for here in errors for error in here)
     linear = {error for here in errors for error, screws in here.items() if screws.is_linear}
-    return [error for error, places in count.items() if error != _DESIGN and (places > 1 or error in linear)]
+    return [
+        error
+        for error, places in count.items()
+        if error != _DESIGN and (places > 1 or error in linear)
+    ]
 
 
 def _stream(owner: str, draw: Draw | None) -> tuple[str, Law] | None:
@@ -115,7 +145,9 @@ def _stream(owner: str, draw: Draw | None) -> tuple[str, Law] | None:
 def _add(placed: PlacedTerm, errors: dict[Error, Screws], factors: Factors, rise: float) -> None:
     """Add a term to the errors at its place."""
     term, form = placed.term, placed.term.form
-    error = Error(_stream(placed.owner, term.robot), None if term.sided else _stream(placed.owner, term.visit))
+    error = Error(
+        _stream(placed.owner, term.robot), None if term.sided else _stream(placed.owner, term.visit)
+    )
     if isinstance(form, Linear):
         screws = errors.setdefault(error, Screws())
         _add_linear(screws, form, term.scale, factors.turn)
@@ -129,11 +161,21 @@ def _add(placed: PlacedTerm, errors: dict[Error, Screws], factors: Factors, rise
         mean, change, sign = factors.threshold(decides, above=form.above)
         variants = [(error, _times(sizes, mean), 1.0)]
         if decides.scatters:
-            variants.append((error._replace(play=f"{placed.owner}.{decides.stream}"), _times(sizes, change), sign))
+            variants.append(
+                (
+                    error._replace(play=f"{placed.owner}.{decides.stream}"),
+                    _times(sizes, change),
+                    sign,
+                )
+            )
     for each, of_size, sign in variants:
         screws = errors.setdefault(each, Screws())
         for size, direction in of_size:
-            _put(screws.sided if term.sided else screws.plain, factors.size(size), sign * term.scale * direction)
+            _put(
+                screws.sided if term.sided else screws.plain,
+                factors.size(size),
+                sign * term.scale * direction,
+            )
 
 
 def _add_linear(screws: Screws, form: Linear, scale: float, turn: Floats) -> None:
@@ -150,7 +192,9 @@ def _put(screw: Screw, size: int, direction: Floats) -> None:
     screw[size] = screw[size] + direction if size in screw else direction
 
 
-def _record(record: Record, errors: Mapping[Error, Screws], factors: Factors, draws: Sequence[Error]) -> Record:
+def _record(
+    record: Record, errors: Mapping[Error, Screws], factors: Factors, draws: Sequence[Error]
+) -> Record:
     """Return the record of a place with its errors."""
     design = errors.get(_DESIGN, Screws())
     sums: dict[tuple[int, int, int], Floats] = {}
@@ -158,12 +202,23 @@ def _record(record: Record, errors: Mapping[Error, Screws], factors: Factors, dr
     for error, screws in errors.items():
         if error in draws:
             entries = _entries(screws, constant=True)
-            shared.append(Shared(draws.index(error), screws.compliance, screws.own_weight, entries, _share(screws, design)))
+            shared.append(
+                Shared(
+                    draws.index(error),
+                    screws.compliance,
+                    screws.own_weight,
+                    entries,
+                    _share(screws, design),
+                )
+            )
         elif error != _DESIGN:
             _square(sums, screws.plain, screws.plain, 0)
             _square(sums, screws.plain, screws.sided, 1, 2.0)
-        # A last motion that is drawn has the variance 1 - s^2, which is zero where it is known. Of a drawn error the mean square remains.
-        _square(sums, screws.sided, screws.sided, UNKNOWN if error == _DESIGN or error in draws else 0)
+        # A last motion that is drawn has the variance 1 - s^2, which is zero where it is known. Of
+        # a drawn error the mean square remains.
+        _square(
+            sums, screws.sided, screws.sided, UNKNOWN if error == _DESIGN or error in draws else 0
+        )
     constant = sums.pop((ONE, ONE, 0), np.zeros((6, 6)))
     return replace(
         record,
@@ -184,12 +239,24 @@ def _record(record: Record, errors: Mapping[Error, Screws], factors: Factors, dr
 
 
 def _entries(screws: Screws, *, constant: bool) -> tuple[Entry, ...]:
-    plain = [Entry(size, 0, direction) for size, direction in screws.plain.items() if constant or size != ONE]
+    plain = [
+        Entry(size, 0, direction)
+        for size, direction in screws.plain.items()
+        if constant or size != ONE
+    ]
     return (*plain, *(Entry(size, 1, direction) for size, direction in screws.sided.items()))
 
 
-def _square(sums: dict[tuple[int, int, int], Floats], one: Screw, other: Screw, side: int, factor: float = 1.0) -> None:
-    """Add the covariance of two screws of one error, by pairs of sizes and by the factor of the last motion."""
+def _square(
+    sums: dict[tuple[int, int, int], Floats],
+    one: Screw,
+    other: Screw,
+    side: int,
+    factor: float = 1.0,
+) -> None:
+    """Add the covariance of two screws of one error, by pairs of sizes and by the factor of the
+    last motion.
+    """
     for a, first in one.items():
         for b, second in other.items():
             outer = np.outer(first, second)
@@ -198,8 +265,13 @@ def _square(sums: dict[tuple[int, int, int], Floats], one: Screw, other: Screw, 
 
 
 def _share(screws: Screws, whole: Screws) -> float:
-    """Return by which factor compliance and own weight are those of the whole; 0 where they are not proportional to them."""
-    drawn, own = (np.concatenate([each.compliance.ravel(), each.own_weight.ravel()]) for each in (screws, whole))
+    """Return by which factor compliance and own weight are those of the whole; 0 where they are not
+    proportional to them.
+    """
+    drawn, own = (
+        np.concatenate([each.compliance.ravel(), each.own_weight.ravel()])
+        for each in (screws, whole)
+    )
     largest = int(np.argmax(np.abs(own)))
     share = float(drawn[largest] / own[largest]) if own[largest] else 0.0
     return share if (np.abs(drawn - share * own) <= _ROUNDING * np.abs(drawn)).all() else 0.0

@@ -1,4 +1,6 @@
-"""95th percentile of the length of a normal vector with a mean, in fixed time and without eigenvalues."""
+"""95th percentile of the length of a normal vector with a mean, in fixed time and without
+eigenvalues.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +13,24 @@ if TYPE_CHECKING:
 
 # 95 % quantile of the standard normal law.
 _Z95: Final = 1.6448536269514722
-# A variance of the squared length below this share of its mean's square is none: the length is then constant to 1e-6.
+# A variance of the squared length below this share of its mean's square is none: the length is then
+# constant to 1e-6.
 _CONSTANT: Final = 1e-12
 
 
 def percentile95(mean: Floats, covariance: Floats) -> Floats:
-    """Return the 95th percentile of |mean + e| (pose,), m, for normal vectors e with mean (pose, 3) and covariance (pose, 3, 3).
+    """Return the 95th percentile of |mean + e| (pose,), m, for normal vectors e with mean (pose, 3)
+    and covariance (pose, 3, 3).
 
-    The first three cumulants of the squared length determine a gamma law, whose quantile follows from the cube root that makes it nearly normal.
-    Within 1.5 % of the exact value. Sources: P. Hall, J. Royal Statistical Society B 45 (1983) 459; E. Wilson, M. Hilferty, PNAS 17 (1931) 684.
+    The first three cumulants of the squared length determine a gamma law, whose quantile follows
+    from the cube root that makes it nearly normal. Within 1.5 % of the exact value. Sources: P.
+    Hall, J. Royal Statistical Society B 45 (1983) 459; E. Wilson, M. Hilferty, PNAS 17 (1931) 684.
     """
     square = np.einsum("pii->p", covariance) + (mean**2).sum(axis=1)
     some = square > 0
     scale = np.where(some, square, 1.0)
-    # Scaled to a mean square of one, because powers of small errors in metres underflow in single precision.
+    # Scaled to a mean square of one, because powers of small errors in metres underflow in single
+    # precision.
     b, c = mean / np.sqrt(scale)[:, None], covariance / scale[:, None, None]
     c2 = c @ c
     second = np.einsum("pii->p", c2) + 2 * np.einsum("pi,pij,pj->p", b, c, b)

@@ -1,4 +1,6 @@
-"""The places of an arm that its controller needs: fixed places without errors are combined with their parents, and every joint moves along its z."""
+"""The places of an arm that its controller needs: fixed places without errors are combined with
+their parents, and every joint moves along its z.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ if TYPE_CHECKING:
 
 
 class Places(NamedTuple):
-    """Records without error terms, and for the arm's places the index of the record and the pose in it.
+    """Records without error terms, and for the arm's places the index of the record and the pose in
+    it.
 
     number  index of the record of each place of the arm
     pose    (4, 4) pose of each place of the arm in the axes of its record, m
@@ -29,14 +32,18 @@ class Places(NamedTuple):
 
 
 def places_of(tree: Tree, with_terms: AbstractSet[int]) -> Places:
-    """Return the records of a tree; places with indices in `with_terms` have errors and keep a record of their own, as do joints, base and tool."""
+    """Return the records of a tree; places with indices in `with_terms` have errors and keep a
+    record of their own, as do joints, base and tool.
+    """
     records: list[Record] = []
     number: list[int] = []
     pose: list[Floats] = []
     last = len(tree.places) - 1
     for k, place in enumerate(tree.places):
         if place.parent < 0:
-            records.append(Record(place.name, -1, -1, slides=False, carries_tool=True, pose=np.eye(4)))
+            records.append(
+                Record(place.name, -1, -1, slides=False, carries_tool=True, pose=np.eye(4))
+            )
             number.append(0)
             pose.append(np.eye(4))
             continue
@@ -73,7 +80,9 @@ def along_z(twist: Floats) -> Floats:
     return out
 
 
-def _with_masses(tree: Tree, records: list[Record], number: list[int], pose: list[Floats]) -> tuple[Record, ...]:
+def _with_masses(
+    tree: Tree, records: list[Record], number: list[int], pose: list[Floats]
+) -> tuple[Record, ...]:
     mass, moment = np.zeros(len(records)), np.zeros((len(records), 3))
     for weight in tree.masses:
         # A mass is stated in the axes of one place and loads another one, which is fixed to it.
@@ -86,6 +95,15 @@ def _with_masses(tree: Tree, records: list[Record], number: list[int], pose: lis
         mass[number[weight.on]] += weight.mass
         moment[number[weight.on]] += weight.mass * centre
     return tuple(
-        Record(each.name, each.parent, each.joint, each.slides, each.carries_tool, each.pose, float(m), c)
+        Record(
+            each.name,
+            each.parent,
+            each.joint,
+            each.slides,
+            each.carries_tool,
+            each.pose,
+            float(m),
+            c,
+        )
         for each, m, c in zip(records, mass, moment, strict=True)
     )

@@ -1,4 +1,6 @@
-"""Evaluation of the tables of a controller in NumPy, for many poses at a time: the reference for the C sources, step by step the same."""
+"""Evaluation of the tables of a controller in NumPy, for many poses at a time: the reference for
+the C sources, step by step the same.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,15 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lostmotion.controller_model.tables import Curve, Entry, Friction, LoadTable, Record, Shared, Tables
+    from lostmotion.controller_model.tables import (
+        Curve,
+        Entry,
+        Friction,
+        LoadTable,
+        Record,
+        Shared,
+        Tables,
+    )
     from lostmotion.spatial import Floats
 
 # A load below this share of the whole wrench is rounding (`laws.clearance`).
@@ -40,7 +50,9 @@ class Factors(NamedTuple):
 
 
 class ToolError(NamedTuple):
-    """State and error of the tool; the names are those of `controller.Prediction`. `factors` are those of each place that has any."""
+    """State and error of the tool; the names are those of `controller.Prediction`. `factors` are
+    those of each place that has any.
+    """
 
     turn: Floats
     point: Floats
@@ -54,11 +66,17 @@ class ToolError(NamedTuple):
 
 
 def tool_error(
-    tables: Tables, q: Floats, load: Floats, gravity: Floats, side: Floats, factors_of: Callable[[Record, Floats, Floats], Factors]
+    tables: Tables,
+    q: Floats,
+    load: Floats,
+    gravity: Floats,
+    side: Floats,
+    factors_of: Callable[[Record, Floats, Floats], Factors],
 ) -> ToolError:
     """Return state and error of the tool at valid inputs, in the shapes of `Controller.predict`.
 
-    factors_of  function that evaluates the factors of a record from the joint value (pose,) and the wrench (pose, 6) in the axes of the place
+    factors_of  function that evaluates the factors of a record from the joint value (pose,) and the
+                wrench (pose, 6) in the axes of the place
 
     Only additions, products, sines and cosines: the arrays may hold symbols in place of numbers.
     """
@@ -66,8 +84,16 @@ def tool_error(
     turns, points = frames(tables, q)
     carried = wrenches(tables, turns, points, load, gravity)
     tool = points[-1]
-    torques, along, jacobian = np.zeros((count, joints), kind), np.zeros((count, joints), kind), np.zeros((count, 6, joints), kind)
-    elsewhere, screw, covariance = np.zeros((count, 6), kind), np.zeros((count, 6), kind), np.zeros((count, 3, 3), kind)
+    torques, along, jacobian = (
+        np.zeros((count, joints), kind),
+        np.zeros((count, joints), kind),
+        np.zeros((count, 6, joints), kind),
+    )
+    elsewhere, screw, covariance = (
+        np.zeros((count, 6), kind),
+        np.zeros((count, 6), kind),
+        np.zeros((count, 3, 3), kind),
+    )
     shared = np.zeros((len(tables.draws), count, 3), kind)
     found = []
     for k, record in enumerate(tables.records):
@@ -77,7 +103,11 @@ def tool_error(
         if not record.carries_tool:
             continue
         carry = to_tool(turns[k], tool - points[k])
-        value, last = (q[:, record.joint], side[:, record.joint]) if record.joint >= 0 else (np.zeros(count), np.zeros(count))
+        value, last = (
+            (q[:, record.joint], side[:, record.joint])
+            if record.joint >= 0
+            else (np.zeros(count), np.zeros(count))
+        )
         factors = factors_of(record, value, carried[k])
         found.append(factors)
         fall = np.einsum("pij,pi->pj", turns[k], gravity)
@@ -97,14 +127,23 @@ def tool_error(
         covariance += shift @ spread @ shift.transpose(0, 2, 1)
         for each, part in zip(record.shared, own, strict=True):
             whole = part if each.share else part + _linear(each, carried[k], fall)
-            shared[each.draw] += each.share * (moved + along_axis) + np.einsum("pij,pj->pi", shift, whole)
+            shared[each.draw] += each.share * (moved + along_axis) + np.einsum(
+                "pij,pj->pi", shift, whole
+            )
     covariance += np.einsum("dpi,dpj->pij", shared, shared)
-    return ToolError(turns[-1], tool, torques, along, elsewhere, screw + elsewhere, covariance, jacobian, found)
+    return ToolError(
+        turns[-1], tool, torques, along, elsewhere, screw + elsewhere, covariance, jacobian, found
+    )
 
 
 def frames(tables: Tables, q: Floats) -> tuple[Floats, Floats]:
-    """Return rotations (place, pose, 3, 3) and origins (place, pose, 3), m, of the places in the base's axes, for q (pose, joint)."""
-    turns, points = np.empty((len(tables.records), len(q), 3, 3), dtype=q.dtype), np.empty((len(tables.records), len(q), 3), dtype=q.dtype)
+    """Return rotations (place, pose, 3, 3) and origins (place, pose, 3), m, of the places in the
+    base's axes, for q (pose, joint).
+    """
+    turns, points = (
+        np.empty((len(tables.records), len(q), 3, 3), dtype=q.dtype),
+        np.empty((len(tables.records), len(q), 3), dtype=q.dtype),
+    )
     turns[0], points[0] = np.eye(3), 0.0
     for k, record in enumerate(tables.records[1:], start=1):
         before = turns[record.parent]
@@ -124,17 +163,27 @@ def frames(tables: Tables, q: Floats) -> tuple[Floats, Floats]:
     return turns, points
 
 
-def wrenches(tables: Tables, turns: Floats, points: Floats, load: Floats, gravity: Floats) -> Floats:
-    """Return the wrench on each place from everything outboard of it (place, pose, 6), in its axes, N m and N.
+def wrenches(
+    tables: Tables, turns: Floats, points: Floats, load: Floats, gravity: Floats
+) -> Floats:
+    """Return the wrench on each place from everything outboard of it (place, pose, 6), in its axes,
+    N m and N.
 
-    load     (pose, 10) mass, centre of mass, force and moment in the tool's axes, as in `Tables.load`
+    load     (pose, 10) mass, centre of mass, force and moment in the tool's axes, as in
+             `Tables.load`
     gravity  (pose, 3) in the base's axes, m/s^2
     """
-    force, moment = np.zeros(points.shape, dtype=points.dtype), np.zeros(points.shape, dtype=points.dtype)
+    force, moment = (
+        np.zeros(points.shape, dtype=points.dtype),
+        np.zeros(points.shape, dtype=points.dtype),
+    )
     last = len(tables.records) - 1
     for k in range(last, -1, -1):
         record = tables.records[k]
-        mass, first = np.full((len(load), 1), record.mass), np.broadcast_to(record.moment, points[k].shape)
+        mass, first = (
+            np.full((len(load), 1), record.mass),
+            np.broadcast_to(record.moment, points[k].shape),
+        )
         if k == last:
             mass = mass + load[:, :1]
             first = first + load[:, :1] * load[:, 1:4]
@@ -149,8 +198,11 @@ def wrenches(tables: Tables, turns: Floats, points: Floats, load: Floats, gravit
     return np.concatenate(local, axis=2)
 
 
-def local_error(record: Record, factors: Sequence[Floats], side: Floats) -> tuple[Floats, Floats, list[Floats]]:
-    """Return mean (pose, 6) and covariance (pose, 6, 6) of the screw at one place, in its axes, and the part (pose, 6) of each shared draw.
+def local_error(
+    record: Record, factors: Sequence[Floats], side: Floats
+) -> tuple[Floats, Floats, list[Floats]]:
+    """Return mean (pose, 6) and covariance (pose, 6, 6) of the screw at one place, in its axes, and
+    the part (pose, 6) of each shared draw.
 
     Without compliance and own weight, which `tool_error` adds.
 
@@ -158,7 +210,8 @@ def local_error(record: Record, factors: Sequence[Floats], side: Floats) -> tupl
     side     (pose,) sign of the joint's last motion; 0 where it is not known
     """
     sizes = [factors[a] * factors[b] * factors[c] for a, b, c in record.sizes]
-    behind = [np.ones_like(side), -side, 1 - side * side]  # the output trails the motor: it rests behind its last motion
+    # the output trails the motor: it rests behind its last motion
+    behind = [np.ones_like(side), -side, 1 - side * side]
     covariance = np.broadcast_to(record.covariance, (len(side), 6, 6))
     for product in record.products:
         factor = sizes[product.first] * sizes[product.second] * behind[product.side]
@@ -171,7 +224,9 @@ def _linear(of: Record | Shared, wrench: Floats, gravity: Floats) -> Floats:
     return np.asarray(wrench @ of.compliance.T + gravity @ of.own_weight.T)
 
 
-def _sum(entries: Sequence[Entry], sizes: Sequence[Floats], behind: Sequence[Floats], count: int) -> Floats:
+def _sum(
+    entries: Sequence[Entry], sizes: Sequence[Floats], behind: Sequence[Floats], count: int
+) -> Floats:
     out: Floats = np.zeros((count, 6))
     for entry in entries:
         out = out + (sizes[entry.size] * behind[entry.side])[:, None] * entry.direction
@@ -179,9 +234,13 @@ def _sum(entries: Sequence[Entry], sizes: Sequence[Floats], behind: Sequence[Flo
 
 
 def factors_of(record: Record, value: Floats, wrench: Floats) -> Factors:
-    """Return the factors of a record at joint values (pose,), rad or m, and wrenches (pose, 6) in the axes of its place."""
+    """Return the factors of a record at joint values (pose,), rad or m, and wrenches (pose, 6) in
+    the axes of its place.
+    """
     out = [np.ones(len(value))]
-    out += [_curve(curve, value if curve.travels else wrench @ curve.way) for curve in record.curves]
+    out += [
+        _curve(curve, value if curve.travels else wrench @ curve.way) for curve in record.curves
+    ]
     for harmonic in record.harmonics:
         phase = harmonic.order * (harmonic.turns * value)
         out.append(np.cos(phase) if harmonic.cosine else np.sin(phase))
@@ -192,7 +251,10 @@ def factors_of(record: Record, value: Floats, wrench: Floats) -> Factors:
     whole = np.sqrt((wrench**2).sum(axis=1))
     open_play, beyond = np.zeros((2, len(value)), dtype=bool)
     for threshold in record.thresholds:
-        closed = np.max([_share(friction, lengths[friction.seat], whole) for friction in threshold.frictions], axis=0)
+        closed = np.max(
+            [_share(friction, lengths[friction.seat], whole) for friction in threshold.frictions],
+            axis=0,
+        )
         out += [closed, 1 - closed, np.sqrt(closed * (1 - closed))]
         open_play |= closed < _ALL
     for table in record.tables:
@@ -216,7 +278,9 @@ def _curve(curve: Curve, load: Floats) -> Floats:
 
 
 def _share(friction: Friction, load: Floats, whole: Floats) -> Floats:
-    """Return the share of robots in which a load overcomes the friction, as `laws.clearance.closed_share`."""
+    """Return the share of robots in which a load overcomes the friction, as
+    `laws.clearance.closed_share`.
+    """
     rounding = _ROUNDING * whole / friction.lever
     real = np.where((load > rounding) | (friction.nominal > rounding), load, 0.0)
     if not friction.tolerance:
@@ -225,27 +289,48 @@ def _share(friction: Friction, load: Floats, whole: Floats) -> Floats:
         beyond = (real - friction.nominal) / friction.tolerance
     if friction.cut:
         low = ndtr(-friction.cut) if math.isfinite(friction.cut) else 0.0
-        return np.asarray((ndtr(np.clip(friction.scale * beyond, -friction.cut, friction.cut)) - low) / (1 - 2 * low))
+        return np.asarray(
+            (ndtr(np.clip(friction.scale * beyond, -friction.cut, friction.cut)) - low)
+            / (1 - 2 * low)
+        )
     out = np.full(len(load), friction.base)
     for start, width, slope in zip(friction.start, friction.width, friction.slope, strict=True):
         out += slope * np.clip(beyond - start, 0.0, width)
     return out
 
 
-def _displacements(table: LoadTable, loads: Sequence[Floats], lengths: Sequence[Floats]) -> tuple[list[Floats], NDArray[np.bool_]]:
-    """Return the nine factors (pose,) of a table, and whether the loads are beyond it; their factors are then those without a load."""
+def _displacements(
+    table: LoadTable, loads: Sequence[Floats], lengths: Sequence[Floats]
+) -> tuple[list[Floats], NDArray[np.bool_]]:
+    """Return the nine factors (pose,) of a table, and whether the loads are beyond it; their
+    factors are then those without a load.
+    """
     behind, ahead, along = table.seats
-    given = lengths[behind], lengths[ahead], loads[along][:, 0] if table.axial else np.zeros(len(lengths[behind]))
+    given = (
+        lengths[behind],
+        lengths[ahead],
+        loads[along][:, 0] if table.axial else np.zeros(len(lengths[behind])),
+    )
     beyond = table.table.coordinates(*given)[0] > 1
     one, other, axial = (np.where(beyond, 0.0, load) for load in given)
     at = one, other, axial
     whole, edge = table.table.shifts(*at), table.table.edges(*at)
-    grows = np.zeros_like(whole) if table.wider is None else (table.wider.shifts(*at) - whole) / table.step
-    return [each for row in range(3) for each in (whole[:, row] - edge[:, row], edge[:, row], grows[:, row])], beyond
+    grows = (
+        np.zeros_like(whole)
+        if table.wider is None
+        else (table.wider.shifts(*at) - whole) / table.step
+    )
+    return [
+        each
+        for row in range(3)
+        for each in (whole[:, row] - edge[:, row], edge[:, row], grows[:, row])
+    ], beyond
 
 
 def to_tool(turn: Floats, from_place: Floats) -> Floats:
-    """Return the tool's twist per twist at a place (pose, 6, 6), for rotations of the place and the vector from it to the tool point (pose, 3)."""
+    """Return the tool's twist per twist at a place (pose, 6, 6), for rotations of the place and the
+    vector from it to the tool point (pose, 3).
+    """
     out = np.zeros((len(turn), 6, 6), dtype=turn.dtype)
     out[:, :3, :3] = out[:, 3:, 3:] = turn
     out[:, 3:, :3] = -skew(from_place) @ turn

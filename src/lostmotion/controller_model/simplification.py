@@ -1,4 +1,6 @@
-"""Fewer error terms with the same mean and covariance at every pose: what a controller evaluates need not be listed cause by cause."""
+"""Fewer error terms with the same mean and covariance at every pose: what a controller evaluates
+need not be listed cause by cause.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +20,11 @@ if TYPE_CHECKING:
 
 
 def without_phases(terms: Sequence[PlacedTerm]) -> list[PlacedTerm]:
-    """Return the terms with one term in place of the sine and the cosine of a harmonic whose phase is drawn.
+    """Return the terms with one term in place of the sine and the cosine of a harmonic whose phase
+    is drawn.
 
-    The squares of sine and cosine add to one, so the covariance does not depend on the joint value. Mean and covariance are equal; draws are not.
+    The squares of sine and cosine add to one, so the covariance does not depend on the joint value.
+    Mean and covariance are equal; draws are not.
     """
     pairs: dict[str, list[PlacedTerm]] = {}
     for each in terms:
@@ -38,21 +42,36 @@ def without_phases(terms: Sequence[PlacedTerm]) -> list[PlacedTerm]:
 
 def _are_one(sine: PlacedTerm, cosine: PlacedTerm) -> bool:
     one, other = sine.term.form, cosine.term.form
-    if not isinstance(one, Harmonic) or not isinstance(other, Harmonic) or sine.place != cosine.place:
+    if (
+        not isinstance(one, Harmonic)
+        or not isinstance(other, Harmonic)
+        or sine.place != cosine.place
+    ):
         return False
     equal = (one.order, one.turns, one.envelope) == (other.order, other.turns, other.envelope)
-    return bool(equal and one.phase != other.phase and sine.term.scale == cosine.term.scale and (one.direction == other.direction).all())
+    return bool(
+        equal
+        and one.phase != other.phase
+        and sine.term.scale == cosine.term.scale
+        and (one.direction == other.direction).all()
+    )
 
 
 def _amplitude(placed: PlacedTerm) -> PlacedTerm:
     form = placed.term.form
     assert isinstance(form, Harmonic)  # noqa: S101 - for the type checker
-    own = Constant(form.direction) if form.envelope is None else Spring(form.direction, form.envelope, odd=False)
+    own = (
+        Constant(form.direction)
+        if form.envelope is None
+        else Spring(form.direction, form.envelope, odd=False)
+    )
     return replace(placed, term=replace(placed.term, form=own))
 
 
 def with_combined_springs(terms: Iterable[PlacedTerm]) -> list[PlacedTerm]:
-    """Return the terms with one spring in place of several that have the same draws, place and direction, such as the members of one gearbox."""
+    """Return the terms with one spring in place of several that have the same draws, place and
+    direction, such as the members of one gearbox.
+    """
     out: list[PlacedTerm] = []
     springs: dict[object, list[PlacedTerm]] = {}
     for each in terms:
@@ -61,9 +80,15 @@ def with_combined_springs(terms: Iterable[PlacedTerm]) -> list[PlacedTerm]:
             out.append(each)
             continue
         line = _line(form).tobytes()
-        drawn = [draw for draw in (each.term.robot, None if each.term.sided else each.term.visit) if draw is not None]
+        drawn = [
+            draw
+            for draw in (each.term.robot, None if each.term.sided else each.term.visit)
+            if draw is not None
+        ]
         owners = tuple(draw.shared or each.owner for draw in drawn)
-        springs.setdefault((each.place, owners, each.term.robot, each.term.visit, line, form.odd, form.travel), []).append(each)
+        springs.setdefault(
+            (each.place, owners, each.term.robot, each.term.visit, line, form.odd, form.travel), []
+        ).append(each)
     return [*out, *(_combined(group) if len(group) > 1 else group[0] for group in springs.values())]
 
 
@@ -77,8 +102,20 @@ def _combined(group: Sequence[PlacedTerm]) -> PlacedTerm:
     load = np.unique(np.concatenate([form.curve.load for form in forms]))
     value, beyond, direction = np.zeros(len(load)), 0.0, _line(forms[0])
     for each, form in zip(group, forms, strict=True):
-        # An odd curve along the opposite direction deflects the same way; an even one the opposite way.
-        factor = each.term.scale if form.odd else each.term.scale * float(np.sign(form.direction @ direction))
+        # An odd curve along the opposite direction deflects the same way; an even one the opposite
+        # way.
+        factor = (
+            each.term.scale
+            if form.odd
+            else each.term.scale * float(np.sign(form.direction @ direction))
+        )
         value = value + factor * form.curve(load)
         beyond += factor * form.curve.beyond
-    return replace(group[0], term=replace(group[0].term, form=replace(forms[0], direction=direction, curve=Curve(load, value, beyond)), scale=1.0))
+    return replace(
+        group[0],
+        term=replace(
+            group[0].term,
+            form=replace(forms[0], direction=direction, curve=Curve(load, value, beyond)),
+            scale=1.0,
+        ),
+    )

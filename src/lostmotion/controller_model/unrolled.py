@@ -1,4 +1,6 @@
-"""The prediction of one arm as C without loops: `prediction.tool_error`, run once on symbols, with the constants of the arm in place."""
+"""The prediction of one arm as C without loops: `prediction.tool_error`, run once on symbols, with
+the constants of the arm in place.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,7 @@ static lm_real lm_joint_dot(const lm_real a[], const lm_real b[])
 
 static void lm_predict_valid(const lm_input *input, lm_output *output)
 {{
-"""
+"""  # noqa: E501
 
 
 def unrolled_source(tables: Tables, version: str) -> str:
@@ -48,20 +50,35 @@ def unrolled_source(tables: Tables, version: str) -> str:
         k = places[id(record)]
         if k in tabulated:
             words = "".join(f"local.wrench[{i}] = {{{i + 1}}};\n    " for i in range(6))
-            done = found.statement(f"{words}lm_find_factors(&lm_places[{k}], {{0}}, &local);", value[0], *wrench[0])
+            done = found.statement(
+                f"{words}lm_find_factors(&lm_places[{k}], {{0}}, &local);", value[0], *wrench[0]
+            )
             count = max((each for size in record.sizes for each in size), default=0) + 1
-            values: list[Number] = [found.result(done, f"local.factors[{each}]") for each in range(1, count)]
+            values: list[Number] = [
+                found.result(done, f"local.factors[{each}]") for each in range(1, count)
+            ]
         else:
             values = [_curve(found, curve, wrench @ curve.way) for curve in record.curves]
             phases = [each.order * each.turns * value[0] for each in record.harmonics]
-            values += [phase.cos() if each.cosine else phase.sin() for each, phase in zip(record.harmonics, phases, strict=True)]
+            values += [
+                phase.cos() if each.cosine else phase.sin()
+                for each, phase in zip(record.harmonics, phases, strict=True)
+            ]
         none = np.zeros(1, dtype=bool)
-        return Factors([np.ones(1), *(np.array([each], dtype=object) for each in values)], none, none)
+        return Factors(
+            [np.ones(1), *(np.array([each], dtype=object) for each in values)], none, none
+        )
 
     error = tool_error(tables, q, load, gravity, side, factors_of)
     names = ("turn", "point", "torques", "joints", "elsewhere", "screw", "jacobian")
-    outputs = [(f"output->{name}[{k}]", value) for name in names for k, value in enumerate(getattr(error, name)[0].ravel())]
-    outputs += [(f"output->covariance[{k}]", value) for k, value in enumerate(error.covariance[0][_UPPER])]
+    outputs = [
+        (f"output->{name}[{k}]", value)
+        for name in names
+        for k, value in enumerate(getattr(error, name)[0].ravel())
+    ]
+    outputs += [
+        (f"output->covariance[{k}]", value) for k, value in enumerate(error.covariance[0][_UPPER])
+    ]
     start = ["lm_local local;", "local.open_play = 0;", "local.beyond = 0;"] if tabulated else []
     end = f"lm_finish(output, {'local.open_play, local.beyond' if tabulated else '0, 0'});"
     lines = "\n".join(f"    {line}" for line in (*start, *found.lines(outputs), end))
@@ -70,16 +87,24 @@ def unrolled_source(tables: Tables, version: str) -> str:
 
 
 def evaluated(tables: Tables) -> set[int]:
-    """Return the indices of the places whose factors the core evaluates by its tables, because they have frictions or displacements of a bearing."""
+    """Return the indices of the places whose factors the core evaluates by its tables, because they
+    have frictions or displacements of a bearing.
+    """
     return {
         k
         for k, record in enumerate(tables.records)
-        if record.carries_tool and (record.seats or any(not curve.odd or curve.base or curve.start[0] for curve in record.curves))
+        if record.carries_tool
+        and (
+            record.seats
+            or any(not curve.odd or curve.base or curve.start[0] for curve in record.curves)
+        )
     }
 
 
 def _curve(found: Expressions, curve: Curve, load: Floats) -> Number:
-    """Return the value of an odd piecewise linear curve from the origin: the last slope, and for each corner the change of the slope up to it."""
+    """Return the value of an odd piecewise linear curve from the origin: the last slope, and for
+    each corner the change of the slope up to it.
+    """
     ends, change = curve.start[1:], -np.diff(curve.slope)
     corners = [change[k] * found.call("lm_clip", load[0], -end, end) for k, end in enumerate(ends)]
     whole: Number = sum(corners, start=curve.slope[-1] * load[0])
@@ -90,6 +115,10 @@ def _rounded(tables: Tables) -> Tables:
     """Return tables whose poses have exact zeros and ones."""
 
     def exact(pose: Floats) -> Floats:
-        return np.asarray(np.where(np.abs(pose - np.round(pose)) < _ROUNDING, np.round(pose), pose), dtype=float)
+        return np.asarray(
+            np.where(np.abs(pose - np.round(pose)) < _ROUNDING, np.round(pose), pose), dtype=float
+        )
 
-    return replace(tables, records=tuple(replace(record, pose=exact(record.pose)) for record in tables.records))
+    return replace(
+        tables, records=tuple(replace(record, pose=exact(record.pose)) for record in tables.records)
+    )

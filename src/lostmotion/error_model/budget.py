@@ -1,4 +1,6 @@
-"""Error budget by part, kind of error and level, with the effect of halving each: exact sums over terms, without sampling."""
+"""Error budget by part, kind of error and level, with the effect of halving each: exact sums over
+terms, without sampling.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 By = Literal["part", "cause", "level", "term"]
-# A part whose own r.m.s. error is a smaller share of the total moves the tool by rounding only. It counts as zero in every analysis.
+# A part whose own r.m.s. error is a smaller share of the total moves the tool by rounding only. It
+# counts as zero in every analysis.
 NOTHING: Final = 1e-12
 _BLOCK: Final = 1024
 # Each level of chance counts in one of three parts of a mean square: by design, by robot, by visit.
@@ -41,7 +44,9 @@ LABELS: Final[dict[By, Callable[[Column], str]]] = {
 
 
 def label_of(by: By) -> Callable[[Column], str]:
-    """Return the function that labels a column when terms are grouped by part, cause, level or term. Raises InputError for any other word."""
+    """Return the function that labels a column when terms are grouped by part, cause, level or
+    term. Raises InputError for any other word.
+    """
     if by not in LABELS:
         raise refuse_argument("by", by, "one of " + ", ".join(LABELS), by="cause")
     return LABELS[by]
@@ -49,7 +54,8 @@ def label_of(by: By) -> Callable[[Column], str]:
 
 @dataclass(frozen=True)
 class Halving:
-    """Decrease of the 95th percentile of the error (m) when errors are halved, from a smaller run with common random numbers.
+    """Decrease of the 95th percentile of the error (m) when errors are halved, from a smaller run
+    with common random numbers.
 
     gains    decrease by part, or by the grouping that was requested instead
     before   95th percentile of that run with all errors, m
@@ -65,14 +71,16 @@ class Halving:
 
 @dataclass(frozen=True)
 class Tally:
-    """Sums over poses of mean-square tool errors, m^2, with one entry per part in `owners`, or per label of another grouping.
+    """Sums over poses of mean-square tool errors, m^2, with one entry per part in `owners`, or per
+    label of another grouping.
 
-    Columns with the same draws are one error; so are all design columns. X is the sum of the columns of one error, and x the part of it that belongs
-    to one entry.
+    Columns with the same draws are one error; so are all design columns. X is the sum of the
+    columns of one error, and x the part of it that belongs to one entry.
 
     total   sum of |X|^2 over all errors
     own     (entry,) sum of |x|^2: the mean square of each entry by itself
-    shared  (entry, 3) sum of x.X by design, by robot and by visit; all entries together add up to the total
+    shared  (entry, 3) sum of x.X by design, by robot and by visit; all entries together add up to
+            the total
     """
 
     owners: tuple[str, ...]
@@ -83,7 +91,9 @@ class Tally:
 
     @classmethod
     def of(cls, matrix: PoseMatrix, by: By | Callable[[Column], str] = "part") -> Self:
-        """Return the sums over one block of poses, grouped by part, by cause ("gearbox backlash", at any joint), by level, by term, or by a label."""
+        """Return the sums over one block of poses, grouped by part, by cause ("gearbox backlash",
+        at any joint), by level, by term, or by a label.
+        """
         label = by if callable(by) else label_of(by)
         names = [label(column) for column in matrix.infos]
         entry = {owner: k for k, owner in enumerate(dict.fromkeys(names))}
@@ -107,10 +117,18 @@ class Tally:
         return np.asarray(self.shared.sum(axis=0))
 
     def __add__(self, other: Tally) -> Tally:
-        """Return the sums over two blocks of poses of one arm. Raises ValueError for different entries."""
+        """Return the sums over two blocks of poses of one arm. Raises ValueError for different
+        entries.
+        """
         if self.owners != other.owners:
             raise ValueError("blocks of different arms do not add")
-        return Tally(self.owners, self.poses + other.poses, self.total + other.total, self.own + other.own, self.shared + other.shared)
+        return Tally(
+            self.owners,
+            self.poses + other.poses,
+            self.total + other.total,
+            self.own + other.own,
+            self.shared + other.shared,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,8 +137,9 @@ class Cost:
 
     part           the part, or the label of another grouping
     alone          r.m.s. error of this part by itself, m
-    share          share of the mean-square error; all shares add to one. A negative share means that the part partly cancels others
-    rms_if_halved  r.m.s. error of the arm if the errors of this part were halved, m
+    share          share of the mean-square error; all shares add to one. A negative share means
+                   that the part partly cancels others rms_if_halved  r.m.s. error of the arm if the
+                   errors of this part were halved, m
     levels         share by design, by robot and by visit; the three add to `share`
     """
 
@@ -137,25 +156,42 @@ class Cost:
 
 
 def costs(tally: Tally) -> list[Cost]:
-    """Return the contribution of each part at the poses of the tally, the largest first; exactly zero where it is only rounding (`NOTHING`)."""
+    """Return the contribution of each part at the poses of the tally, the largest first; exactly
+    zero where it is only rounding (`NOTHING`).
+    """
     mean_square = tally.total / tally.poses
     out = []
-    for owner, own, shared in zip(tally.owners, tally.own / tally.poses, tally.shared / tally.poses, strict=True):
+    for owner, own, shared in zip(
+        tally.owners, tally.own / tally.poses, tally.shared / tally.poses, strict=True
+    ):
         counts = own > NOTHING**2 * mean_square
         alone, levels = (float(own), shared) if counts else (0.0, np.zeros(3))
         halved = mean_square - float(levels.sum()) + alone / 4
-        design, robot, visit = (float(each) / mean_square if mean_square else 0.0 for each in levels)
-        out.append(Cost(owner, math.sqrt(alone), design + robot + visit, math.sqrt(max(halved, 0.0)), (design, robot, visit)))
+        design, robot, visit = (
+            float(each) / mean_square if mean_square else 0.0 for each in levels
+        )
+        out.append(
+            Cost(
+                owner,
+                math.sqrt(alone),
+                design + robot + visit,
+                math.sqrt(max(halved, 0.0)),
+                (design, robot, visit),
+            )
+        )
     return sorted(out, key=lambda cost: -cost.share)
 
 
 @dataclass(frozen=True)
 class Budget:
-    """Error budget at some poses: their number, the r.m.s. error (m), and the contribution of each part and each kind of error.
+    """Error budget at some poses: their number, the r.m.s. error (m), and the contribution of each
+    part and each kind of error.
 
     where     name of the poses
-    of_sets   mean squares (m^2) by design, by robot and by visit over each independent set of the poses
-    of_many   the same over many other poses, to check whether these are too few; empty where they are not checked
+    of_sets   mean squares (m^2) by design, by robot and by visit over each independent set of the
+              poses
+    of_many   the same over many other poses, to check whether these are too few; empty where they
+              are not checked
     halving   effect of halving each part there, where it was requested
     """
 
@@ -170,55 +206,86 @@ class Budget:
 
     @property
     def levels(self) -> tuple[float, float, float]:
-        """Return the shares of the mean square by design, by robot and by visit; they add to one, or are zero for an arm without errors."""
+        """Return the shares of the mean square by design, by robot and by visit; they add to one,
+        or are zero for an arm without errors.
+        """
         design, robot, visit = (sum(cost.levels[k] for cost in self.parts) for k in range(3))
         return float(design), float(robot), float(visit)
 
     def rms_interval(self, *levels: int) -> Estimate:
-        """Return the r.m.s. error (m) of these levels of chance together: 0 by design, 1 by robot, 2 by visit; all by default.
+        """Return the r.m.s. error (m) of these levels of chance together: 0 by design, 1 by robot,
+        2 by visit; all by default.
 
-        The value is exact at the poses. The 95 % interval is the uncertainty due to their choice; its ends are NaN without independent sets of poses,
-        and as in `known_ends` where the poses are too few.
+        The value is exact at the poses. The 95 % interval is the uncertainty due to their choice;
+        its ends are NaN without independent sets of poses, and as in `known_ends` where the poses
+        are too few.
         """
         weights = np.isin(range(3), levels or (0, 1, 2)).astype(float)
         return self.known_ends(root_mean_square(np.array(self.of_sets) @ weights), *weights)
 
     def known_ends(self, found: Estimate, *weights: float) -> Estimate:
-        """Return a figure over these poses, its upper or lower end NaN where they lack rare poses with larger or smaller errors.
+        """Return a figure over these poses, its upper or lower end NaN where they lack rare poses
+        with larger or smaller errors.
 
         weights: of the mean squares by design, by robot and by visit in the figure.
         """
         return known_ends(found, *self.beside_many(*weights)) if self.of_many else found
 
     def beside_many(self, *weights: float) -> tuple[Estimate, Estimate]:
-        """Return the root mean square (m) of the levels with these weights over the poses, and over those of `of_many`. Valid where there are any."""
-        visited, many = (root_mean_square(np.array(squares) @ np.array(weights)) for squares in (self.of_sets, self.of_many))
+        """Return the root mean square (m) of the levels with these weights over the poses, and over
+        those of `of_many`. Valid where there are any.
+        """
+        visited, many = (
+            root_mean_square(np.array(squares) @ np.array(weights))
+            for squares in (self.of_sets, self.of_many)
+        )
         return visited, many
 
 
 def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tally:
-    """Return the exact error budget of an arm at the poses q (pose, joint), rad and m, by part, cause, level or term.
+    """Return the exact error budget of an arm at the poses q (pose, joint), rad and m, by part,
+    cause, level or term.
 
-    `approach` as in `screws`. Raises InputError for no poses or any other grouping, and ValueError as `screws` does.
+    `approach` as in `screws`. Raises InputError for no poses or any other grouping, and ValueError
+    as `screws` does.
     """
     return tallies(arm, q, (by,), approach)[0]
 
 
-def budget(arm: Arm, q: Floats, where: str = "", *, approach: float = 0.0, replicates: int = 1, many: Poses | None = None) -> Budget:
-    """Return the error budgets by part and by kind of error at the poses q (pose, joint), rad and m; `where` names the poses.
+def budget(
+    arm: Arm,
+    q: Floats,
+    where: str = "",
+    *,
+    approach: float = 0.0,
+    replicates: int = 1,
+    many: Poses | None = None,
+) -> Budget:
+    """Return the error budgets by part and by kind of error at the poses q (pose, joint), rad and
+    m; `where` names the poses.
 
     approach     sign of the joints' last motion, as in `screws`
-    replicates   number of independent sets of equal size that the poses consist of, one after another
+    replicates   number of independent sets of equal size that the poses consist of, one after
+                 another
     many         poses by which to check whether these are too few (`many_poses`)
 
-    Raises InputError for no poses, ValueError as `screws` does or where the sets would differ in size.
+    Raises InputError for no poses, ValueError as `screws` does or where the sets would differ in
+    size.
     """
     found = [tallies(arm, each, ("part", "cause"), approach) for each in np.split(q, replicates)]
     parts, causes = (functools.reduce(operator.add, each) for each in zip(*found, strict=True))
     of_sets = _by_level([each for each, _ in found])
-    of_many = () if many is None else _by_level([tally(arm, each, approach=approach) for each in np.split(many.q, many.replicates)])
+    of_many = (
+        ()
+        if many is None
+        else _by_level(
+            [tally(arm, each, approach=approach) for each in np.split(many.q, many.replicates)]
+        )
+    )
     rms = float(np.sqrt(parts.total / parts.poses))
-    return Budget(where, parts.poses, rms, tuple(costs(parts)), tuple(costs(causes)), of_sets, of_many=of_many)
+    return Budget(
+        where, parts.poses, rms, tuple(costs(parts)), tuple(costs(causes)), of_sets, of_many=of_many
+    )
 
 
 def _by_level(found: Sequence[Tally]) -> tuple[tuple[float, float, float], ...]:
@@ -227,12 +294,21 @@ def _by_level(found: Sequence[Tally]) -> tuple[tuple[float, float, float], ...]:
     return tuple(zip(design, robot, visit, strict=True))
 
 
-def budget_changes(before: Arm, after: Arm, q: Floats, labels: Sequence[Callable[[Column], str]], *, approach: float = 0.0) -> list[dict[str, float]]:
-    """Return the contribution of each part to the change of the mean-square error from one arm to another, m^2, one dictionary for each label.
+def budget_changes(
+    before: Arm,
+    after: Arm,
+    q: Floats,
+    labels: Sequence[Callable[[Column], str]],
+    *,
+    approach: float = 0.0,
+) -> list[dict[str, float]]:
+    """Return the contribution of each part to the change of the mean-square error from one arm to
+    another, m^2, one dictionary for each label.
 
-    X and Y are the sums of the columns of one error (the same draws) before and after, x and y the parts of them that belong to one entry. The entry
-    contributes (y - x).(X + Y): these add to the change of the mean square exactly, and an entry that moves the tool as before contributes nothing,
-    also where others no longer add to it.
+    X and Y are the sums of the columns of one error (the same draws) before and after, x and y the
+    parts of them that belong to one entry. The entry contributes (y - x).(X + Y): these add to the
+    change of the mean square exactly, and an entry that moves the tool as before contributes
+    nothing, also where others no longer add to it.
 
     q       (pose, joint) rad or m: both arms stand there
     labels  by which columns are grouped, `label_of("part")`
@@ -241,7 +317,9 @@ def budget_changes(before: Arm, after: Arm, q: Floats, labels: Sequence[Callable
     """
     out: list[dict[str, float]] = [{} for _ in labels]
     for start in range(0, len(q), _BLOCK):
-        matrices = [screws(arm, q[start : start + _BLOCK], approach=approach) for arm in (before, after)]
+        matrices = [
+            screws(arm, q[start : start + _BLOCK], approach=approach) for arm in (before, after)
+        ]
         for draws in dict.fromkeys(draws for matrix in matrices for draws in matrix.groups):
             found = [matrix.along_poses[3:, matrix.groups.get(draws, [])] for matrix in matrices]
             both = sum(each.sum(axis=1) for each in found)
@@ -249,13 +327,21 @@ def budget_changes(before: Arm, after: Arm, q: Floats, labels: Sequence[Callable
                 for sign, matrix, columns in zip((-1.0, 1.0), matrices, found, strict=True):
                     names = [label(matrix.infos[k]) for k in matrix.groups.get(draws, [])]
                     for name in dict.fromkeys(names):
-                        own = columns[:, [k for k, other in enumerate(names) if other == name]].sum(axis=1)
-                        changes[name] = changes.get(name, 0.0) + sign * float(np.vdot(own, both)) / len(q)
+                        own = columns[:, [k for k, other in enumerate(names) if other == name]].sum(
+                            axis=1
+                        )
+                        changes[name] = changes.get(name, 0.0) + sign * float(
+                            np.vdot(own, both)
+                        ) / len(q)
     return out
 
 
-def tallies(arm: Arm, q: Floats, groupings: Sequence[By | Callable[[Column], str]], approach: float = 0.0) -> list[Tally]:
-    """Return the exact error budget of an arm at the poses q for each grouping of its terms; arguments and errors as for `tally`."""
+def tallies(
+    arm: Arm, q: Floats, groupings: Sequence[By | Callable[[Column], str]], approach: float = 0.0
+) -> list[Tally]:
+    """Return the exact error budget of an arm at the poses q for each grouping of its terms;
+    arguments and errors as for `tally`.
+    """
     out: list[Tally] = []
     for start in range(0, len(q), _BLOCK):
         matrix = screws(arm, q[start : start + _BLOCK], approach=approach)

@@ -1,8 +1,11 @@
-"""Plays that a load closes in some robots and leaves open in others, because friction differs from robot to robot.
+"""Plays that a load closes in some robots and leaves open in others, because friction differs from
+robot to robot.
 
-Let b be 1 in a robot whose play is closed and 0 in any other, and c the share of robots with b = 1. An error that exists only where the play is
-closed is b x its screw. With z = (b - c) / sqrt(c (1 - c)), which has mean 0 and mean square 1 at every pose, b = c + z sqrt(c (1 - c)). First and
-second moments therefore remain sums over columns. Between two poses, the z of one robot has the correlation
+Let b be 1 in a robot whose play is closed and 0 in any other, and c the share of robots with b = 1.
+An error that exists only where the play is closed is b x its screw. With z = (b - c) / sqrt(c (1 -
+c)), which has mean 0 and mean square 1 at every pose, b = c + z sqrt(c (1 - c)). First and second
+moments therefore remain sums over columns. Between two poses, the z of one robot has the
+correlation
 (min(c, c') - c c') / sqrt(c (1 - c) c' (1 - c')).
 """
 
@@ -22,7 +25,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Closing:
-    """Decides in each robot whether a load closes a play: it does where the robot's draw is at most the share of robots with a closed play.
+    """Decides in each robot whether a load closes a play: it does where the robot's draw is at most
+    the share of robots with a closed play.
 
     stream  one uniform per robot, compared with the share
     row     row of `PoseMatrix.closed` that holds the share at each pose
@@ -40,7 +44,8 @@ def closed_in_some(closed: Floats) -> NDArray[np.bool_]:
 
 
 def mean_and_change(closed: Floats, *, above: bool) -> tuple[Floats, Floats]:
-    """Return two factors (pose,) on a screw that exists only where a play is closed (`above`), or only where it is open (not `above`).
+    """Return two factors (pose,) on a screw that exists only where a play is closed (`above`), or
+    only where it is open (not `above`).
 
     The first factor is the mean over robots, the second the change per unit of `standardised`.
 
@@ -51,17 +56,21 @@ def mean_and_change(closed: Floats, *, above: bool) -> tuple[Floats, Floats]:
 
 
 def third_and_fourth_moment(closed: Floats) -> Floats:
-    """Return the third and fourth moments of `standardised` (2, ...), for shares of any shape; zeros where the share is 0 or 1."""
+    """Return the third and fourth moments of `standardised` (2, ...), for shares of any shape;
+    zeros where the share is 0 or 1.
+    """
     differs = closed_in_some(closed)
     c = np.where(differs, closed, 0.5)
     return np.stack([(1 - 2 * c) / np.sqrt(c * (1 - c)), 1 / (c * (1 - c)) - 3]) * differs
 
 
 def standardised(u: Floats | float, closed: Floats) -> Floats:
-    """Return (b - c) / sqrt(c (1 - c)), a draw of mean 0 and mean square 1: b is 1 where a play is closed (u at most c) and 0 where it is open.
+    """Return (b - c) / sqrt(c (1 - c)), a draw of mean 0 and mean square 1: b is 1 where a play is
+    closed (u at most c) and 0 where it is open.
 
     u       uniforms in 0..1, of a shape that broadcasts with `closed`
-    closed  c, the share of robots in which the play is closed; where it is 0 or 1 all robots are equal, and the draw is 0
+    closed  c, the share of robots in which the play is closed; where it is 0 or 1 all robots are
+            equal, and the draw is 0
     """
     differs = closed_in_some(closed)
     c = np.where(differs, closed, 0.5)

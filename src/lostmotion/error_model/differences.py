@@ -1,8 +1,11 @@
-"""Differences between two arms with paired confidence intervals: the same robots, visits and sets of poses, taken together.
+"""Differences between two arms with paired confidence intervals: the same robots, visits and sets
+of poses, taken together.
 
-Robot r and set of poses k of one arm belong to robot r and set k of the other: they have the same named draws. What both arms share cancels in their
-difference, so its interval is narrower than the two intervals suggest. The interval is also valid where nothing cancels, since other robots and other
-sets are independent. All differences are after minus before; exchanging the arms changes the sign and nothing else. All intervals are of 95 %.
+Robot r and set of poses k of one arm belong to robot r and set k of the other: they have the same
+named draws. What both arms share cancels in their difference, so its interval is narrower than the
+two intervals suggest. The interval is also valid where nothing cancels, since other robots and
+other sets are independent. All differences are after minus before; exchanging the arms changes the
+sign and nothing else. All intervals are of 95 %.
 """
 
 from __future__ import annotations
@@ -35,9 +38,11 @@ ZERO: Final = Estimate(0.0, 0.0, 0.0)
 
 
 def mean_difference(before: Floats, after: Floats) -> Estimate:
-    """Return the difference of the mean over robots and poses from these means (set of poses, robot), with its interval.
+    """Return the difference of the mean over robots and poses from these means (set of poses,
+    robot), with its interval.
 
-    The differences of single robots on single sets are analysed as in `two_way`. NaN ends for a single robot.
+    The differences of single robots on single sets are analysed as in `two_way`. NaN ends for a
+    single robot.
     """
     value = float(after.mean()) - float(before.mean())
     if before.shape[1] < 2:  # noqa: PLR2004 - a single one shows no differences
@@ -46,7 +51,10 @@ def mean_difference(before: Floats, after: Floats) -> Estimate:
 
 
 def quantile_difference(
-    before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray], level: float, values: tuple[float, float]
+    before: tuple[np.ndarray, np.ndarray],
+    after: tuple[np.ndarray, np.ndarray],
+    level: float,
+    values: tuple[float, float],
 ) -> Estimate:
     """Return the difference of the quantile at `level` of all samples, with its interval.
 
@@ -60,10 +68,12 @@ def quantile_difference(
 
 
 def robots_quantile_difference(before: Floats, after: Floats, level: float = 0.95) -> Estimate:
-    """Return the difference of the quantile over robots of their mean over the poses, from means (set of poses, robot), with its interval.
+    """Return the difference of the quantile over robots of their mean over the poses, from means
+    (set of poses, robot), with its interval.
 
-    The quantiles are those of `pooled_robots_quantile`. One group of robots, or one set of poses, is omitted at a time, before and after together
-    (jackknife, B. Efron 1982, ch. 3). Groups have at least 20 robots, since the jackknife of a quantile needs many: NaN ends for fewer than 40.
+    The quantiles are those of `pooled_robots_quantile`. One group of robots, or one set of poses,
+    is omitted at a time, before and after together (jackknife, B. Efron 1982, ch. 3). Groups have
+    at least 20 robots, since the jackknife of a quantile needs many: NaN ends for fewer than 40.
     """
     value = _quantile_of_robots(after, level) - _quantile_of_robots(before, level)
     sets, robots = before.shape
@@ -72,39 +82,63 @@ def robots_quantile_difference(before: Floats, after: Floats, level: float = 0.9
         return Estimate(value, math.nan, math.nan)
 
     def changed(keep_sets: np.ndarray, keep_robots: np.ndarray) -> float:
-        return _quantile_of_robots(after[keep_sets][:, keep_robots], level) - _quantile_of_robots(before[keep_sets][:, keep_robots], level)
+        return _quantile_of_robots(after[keep_sets][:, keep_robots], level) - _quantile_of_robots(
+            before[keep_sets][:, keep_robots], level
+        )
 
     of_sets, of_robots = np.arange(sets), np.arange(robots)
-    pseudo = [_pseudo_values(value, [changed(of_sets, np.setdiff1d(of_robots, some)) for some in np.array_split(of_robots, groups)])]
+    pseudo = [
+        _pseudo_values(
+            value,
+            [
+                changed(of_sets, np.setdiff1d(of_robots, some))
+                for some in np.array_split(of_robots, groups)
+            ],
+        )
+    ]
     if sets > 1:
-        pseudo.append(_pseudo_values(value, [changed(np.delete(of_sets, k), of_robots) for k in range(sets)]))
-    variance, freedom = satterthwaite([variance_of_mean(each) for each in pseudo], [len(each) - 1 for each in pseudo])
+        pseudo.append(
+            _pseudo_values(value, [changed(np.delete(of_sets, k), of_robots) for k in range(sets)])
+        )
+    variance, freedom = satterthwaite(
+        [variance_of_mean(each) for each in pseudo], [len(each) - 1 for each in pseudo]
+    )
     return _about(value, student(freedom) * math.sqrt(variance))
 
 
 def root_mean_square_difference(before: Floats, after: Floats) -> Estimate:
-    """Return the difference of the root mean square from mean squares (set of poses,) over independent sets, with its interval.
+    """Return the difference of the root mean square from mean squares (set of poses,) over
+    independent sets, with its interval.
 
-    The value is exact at the poses; the interval, by the delta method on the differences of the sets, is due to their choice. NaN ends for one set.
+    The value is exact at the poses; the interval, by the delta method on the differences of the
+    sets, is due to their choice. NaN ends for one set.
     """
     roots = [math.sqrt(float(squares.mean())) for squares in (before, after)]
-    slopes = [squares / (2 * root) if root > 0 else np.zeros(len(squares)) for squares, root in zip((before, after), roots, strict=True)]
+    slopes = [
+        squares / (2 * root) if root > 0 else np.zeros(len(squares))
+        for squares, root in zip((before, after), roots, strict=True)
+    ]
     return _of_sets(roots[1] - roots[0], slopes[1] - slopes[0])
 
 
 def sets_difference(before: Floats, after: Floats) -> Estimate:
-    """Return the difference of a mean over poses from means (set of poses,), with its interval, which is due to the choice of poses."""
+    """Return the difference of a mean over poses from means (set of poses,), with its interval,
+    which is due to the choice of poses.
+    """
     return _of_sets(float(after.mean()) - float(before.mean()), after - before)
 
 
 def share_of_difference(changes: Floats, total_before: Floats, total_after: Floats) -> Estimate:
-    """Return how much of the difference of the root mean square is due to one part, in its unit, with its interval.
+    """Return how much of the difference of the root mean square is due to one part, in its unit,
+    with its interval.
 
-    changes                    contributions of the part to the change of the mean square, over independent sets of poses (set,)
+    changes                    contributions of the part to the change of the mean square, over
+                               independent sets of poses (set,)
     total_before, total_after  mean squares of the whole arm (set,)
 
-    With the roots r and R of the total mean squares before and after, R - r = (R² - r²) / (R + r). So contributions of parts that add to the change
-    of the mean square, divided by R + r, add to the difference of the roots, exactly. Interval as for `root_mean_square_difference`.
+    With the roots r and R of the total mean squares before and after, R - r = (R² - r²) / (R + r).
+    So contributions of parts that add to the change of the mean square, divided by R + r, add to
+    the difference of the roots, exactly. Interval as for `root_mean_square_difference`.
     """
     roots = [math.sqrt(float(squares.mean())) for squares in (total_before, total_after)]
     both = roots[0] + roots[1]
@@ -112,7 +146,8 @@ def share_of_difference(changes: Floats, total_before: Floats, total_after: Floa
         return ZERO
     value = float(changes.mean()) / both
     moved = sum(
-        squares / (2 * root) if root > 0 else np.zeros(len(squares)) for squares, root in zip((total_before, total_after), roots, strict=True)
+        squares / (2 * root) if root > 0 else np.zeros(len(squares))
+        for squares, root in zip((total_before, total_after), roots, strict=True)
     )
     return _of_sets(value, (changes - value * moved) / both)
 
@@ -122,13 +157,17 @@ def _quantile_of_robots(means: Floats, level: float) -> float:
 
 
 def _pseudo_values(whole: float, without: Sequence[float]) -> Floats:
-    """Return the jackknife pseudo-values (member,) from the value of all members, and those without each."""
+    """Return the jackknife pseudo-values (member,) from the value of all members, and those without
+    each.
+    """
     count = len(without)
     return count * whole - (count - 1) * np.array(without)
 
 
 def _of_sets(value: float, members: Floats) -> Estimate:
-    """Return an estimate with the interval that the differences between sets of poses (set,) show; NaN ends for a single set."""
+    """Return an estimate with the interval that the differences between sets of poses (set,) show;
+    NaN ends for a single set.
+    """
     return _about(value, student(len(members) - 1) * math.sqrt(variance_of_mean(members)))
 
 

@@ -9,12 +9,14 @@ import numpy as np
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-# Histogram over the squared error in m^2: 128 bins per factor of two, from 2^-64 (0.2 nm) to 2^8 (16 m).
+# Histogram over the squared error in m^2: 128 bins per factor of two, from 2^-64 (0.2 nm) to 2^8
+# (16 m).
 _LOWEST_EXPONENT: Final = -64
 _HIGHEST_EXPONENT: Final = 8
 MANTISSA_BITS: Final = 7
 BINS: Final = (_HIGHEST_EXPONENT - _LOWEST_EXPONENT) << MANTISSA_BITS
-# Rows are padded: rows of BINS alone would begin at the same offset in every memory page and evict each other from the first-level cache.
+# Rows are padded: rows of BINS alone would begin at the same offset in every memory page and evict
+# each other from the first-level cache.
 ROW_OF_BINS: Final = BINS + 24
 SHIFT: Final = 52 - MANTISSA_BITS
 FIRST_BIN: Final = (1023 + _LOWEST_EXPONENT) << MANTISSA_BITS

@@ -1,8 +1,10 @@
-"""Check whether few poses represent the workspace: exact mean squares over them are compared with those over many poses.
+"""Check whether few poses represent the workspace: exact mean squares over them are compared with
+those over many poses.
 
-The interval of a figure rests on the differences between independent sets of poses. An error in rare poses alone, such as a play that opens where the
-load is near the friction, leaves no difference if no set visits it. No formula can recover it from these sets: the interval is narrow, and wrong.
-Mean squares need no sampling, so 2 048 more poses cost little and show such an error.
+The interval of a figure rests on the differences between independent sets of poses. An error in
+rare poses alone, such as a play that opens where the load is near the friction, leaves no
+difference if no set visits it. No formula can recover it from these sets: the interval is narrow,
+and wrong. Mean squares need no sampling, so 2 048 more poses cost little and show such an error.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
 
-# Number of poses from which nothing is checked. With 95 % confidence they visit what occurs in 3/2048 = 0.15 % of poses.
+# Number of poses from which nothing is checked. With 95 % confidence they visit what occurs in
+# 3/2048 = 0.15 % of poses.
 MANY: Final = 2048
 # Differences below this share of the root mean square are rounding.
 _ROUNDING: Final = 1e-9
@@ -28,35 +31,51 @@ RP: Final = (0.0, 0.0, 1.0)
 
 
 def ap_weights(visits: int) -> tuple[float, float, float]:
-    """Return the weights of the mean squares by design, by robot and by visit in AP, the length of the mean error of this number of visits."""
+    """Return the weights of the mean squares by design, by robot and by visit in AP, the length of
+    the mean error of this number of visits.
+    """
     return 1.0, 1.0, 1 / visits
 
 
 def weights_of(visits: int, approach: float = 0.0) -> dict[str, tuple[float, float, float]]:
-    """Return the weights of every figure that is checked, by its name; AP needs two visits. `approach` of the joints names RP."""
-    return {"position error": ERROR} | ({"AP": ap_weights(visits)} if visits > 1 else {}) | {f"{rp_name(approach)}, between visits": RP}
+    """Return the weights of every figure that is checked, by its name; AP needs two visits.
+    `approach` of the joints names RP.
+    """
+    return (
+        {"position error": ERROR}
+        | ({"AP": ap_weights(visits)} if visits > 1 else {})
+        | {f"{rp_name(approach)}, between visits": RP}
+    )
 
 
 def many_poses(arm: Arm, poses: Poses) -> Poses | None:
-    """Return 2 048 poses of the same law to compare with these; None for as many, and for poses whose choice has no interval (given, or on a grid).
+    """Return 2 048 poses of the same law to compare with these; None for as many, and for poses
+    whose choice has no interval (given, or on a grid).
 
-    They are the same in every study of an arm. Valid for poses over the whole joint limits, not for those in a zone.
+    They are the same in every study of an arm. Valid for poses over the whole joint limits, not for
+    those in a zone.
     """
     if poses.replicates == 1 or len(poses) >= MANY or poses.law in {"given", "grid"}:
         return None
-    from lostmotion.error_model.poses import sample_poses  # brings Numba, which what only warns does not need
+    # brings Numba, which what only warns does not need
+    from lostmotion.error_model.poses import sample_poses
 
     return sample_poses(arm, MANY, poses.law)
 
 
-def known_ends(found: Estimate, visited: Estimate, many: Estimate, size: float | None = None) -> Estimate:
-    """Return an estimate whose upper (lower) end is NaN if the visited poses lack poses with larger (smaller) errors.
+def known_ends(
+    found: Estimate, visited: Estimate, many: Estimate, size: float | None = None
+) -> Estimate:
+    """Return an estimate whose upper (lower) end is NaN if the visited poses lack poses with larger
+    (smaller) errors.
 
     found          figure over the visited poses, or its difference between two arms
-    visited, many  root mean square of the errors in it over the visited and over many poses, or its difference, m
+    visited, many  root mean square of the errors in it over the visited and over many poses, or its
+                   difference, m
     size           root mean square to which rounding is relative, m; default: that of `many`
 
-    Poses are lacking where the whole interval of `many` lies beyond that of `visited`. How far they move other figures is not known.
+    Poses are lacking where the whole interval of `many` lies beyond that of `visited`. How far they
+    move other figures is not known.
     """
     rounding = _ROUNDING * (many.value if size is None else size)
     if many.low > visited.high + rounding:

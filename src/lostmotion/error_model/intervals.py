@@ -1,7 +1,9 @@
-"""Confidence intervals of means, quantiles and shares over robots, poses and visits. The sample size is that of robots and of sets of poses.
+"""Confidence intervals of means, quantiles and shares over robots, poses and visits. The sample
+size is that of robots and of sets of poses.
 
-The errors of one robot are correlated, so a thousand robots that visit a pose thirty times are a thousand independent samples, not thirty thousand.
-All intervals have a confidence of 95 %. Errors are lengths in m, counted in histograms with the bins of `error_bins`.
+The errors of one robot are correlated, so a thousand robots that visit a pose thirty times are a
+thousand independent samples, not thirty thousand. All intervals have a confidence of 95 %. Errors
+are lengths in m, counted in histograms with the bins of `error_bins`.
 """
 
 from __future__ import annotations
@@ -14,7 +16,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.error_bins import bin_edges
-from lostmotion.error_model.small_counts import counting_floor, freedom_of_variance, order_statistics, satterthwaite
+from lostmotion.error_model.small_counts import (
+    counting_floor,
+    freedom_of_variance,
+    order_statistics,
+    satterthwaite,
+)
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -23,7 +30,8 @@ if TYPE_CHECKING:
 RESOLUTION: Final = 2.7e-4
 # Confidence of every interval for which no other is stated.
 _CONFIDENCE: Final = 0.95
-# Largest number of groups of robots, and smallest number of robots in each. Groups separate the effect of few robots from that of few poses.
+# Largest number of groups of robots, and smallest number of robots in each. Groups separate the
+# effect of few robots from that of few poses.
 _GROUPS: Final = 16
 _IN_GROUP: Final = 20
 # A variance below this share of the mean square is rounding.
@@ -37,7 +45,9 @@ _edges = functools.cache(bin_edges)
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A value and the ends of its 95 % confidence interval; NaN ends where the sample cannot determine them (one robot, for example)."""
+    """A value and the ends of its 95 % confidence interval; NaN ends where the sample cannot
+    determine them (one robot, for example).
+    """
 
     value: float
     low: float
@@ -45,13 +55,16 @@ class Estimate:
 
     @property
     def half(self) -> float:
-        """Return half of the interval's width; for an interval cut off at zero, at least the distance from the value to the upper end."""
+        """Return half of the interval's width; for an interval cut off at zero, at least the
+        distance from the value to the upper end.
+        """
         half = (self.high - self.low) / 2
         return half if self.low > 0 else max(half, self.high - self.value)
 
 
 def of_length(value: float, low: float, high: float) -> Estimate:
-    """Return an estimate of a length, or of another quantity that cannot be negative; the part of its interval below zero is cut off.
+    """Return an estimate of a length, or of another quantity that cannot be negative; the part of
+    its interval below zero is cut off.
 
     The true value is never in that part, so the coverage is unchanged. NaN ends stay NaN.
     """
@@ -73,7 +86,8 @@ class Spread:
 
 
 def quantile(hist: np.ndarray, level: float) -> float:
-    """Return the quantile (m) at `level`, 0..1, of a histogram of lengths, by linear interpolation in bins of 0.3 % width.
+    """Return the quantile (m) at `level`, 0..1, of a histogram of lengths, by linear interpolation
+    in bins of 0.3 % width.
 
     Zero below a nanometre and infinite from 16 m, where the histogram ends.
     """
@@ -89,18 +103,23 @@ def quantile(hist: np.ndarray, level: float) -> float:
     return float(low + (high - low) * max(rank - before, 0.0) / max(float(hist[at]), 1.0))
 
 
-def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: float, largest: float = math.inf) -> Estimate:
+def pooled_quantile(
+    group_hist: np.ndarray, replicate_hist: np.ndarray, level: float, largest: float = math.inf
+) -> Estimate:
     """Return a quantile (m) of all samples at `level`, 0..1, with its confidence interval.
 
-    group_hist, replicate_hist  (group of robots, bin), (set of poses, bin): counts of all samples by length
+    group_hist, replicate_hist  (group of robots, bin), (set of poses, bin): counts of all samples
+                                by length
     largest                     largest sample, m; no quantile is above it
 
-    The share of samples below the quantile differs between groups of robots and between sets of poses. The interval is that of as many independent
-    samples as have the same variance of this share, by order statistics (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; E. Korn, B. Graubard,
-    Survey Methodology 24 (1998) 193). Where all of so few may lie below the quantile, as with 200 robots where the worst of them alone make the 99th
-    percentile, its upper end is the largest sample. The interval is at least the bin of the value. A quantile from 16 m is infinite and has no
-    interval, because the histogram ends there. With one set of poses, given or on a grid, the interval does not include the choice of poses. NaN
-    ends for a single group of robots.
+    The share of samples below the quantile differs between groups of robots and between sets of
+    poses. The interval is that of as many independent samples as have the same variance of this
+    share, by order statistics (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; E. Korn, B.
+    Graubard, Survey Methodology 24 (1998) 193). Where all of so few may lie below the quantile, as
+    with 200 robots where the worst of them alone make the 99th percentile, its upper end is the
+    largest sample. The interval is at least the bin of the value. A quantile from 16 m is infinite
+    and has no interval, because the histogram ends there. With one set of poses, given or on a
+    grid, the interval does not include the choice of poses. NaN ends for a single group of robots.
     """
     hist = group_hist.sum(axis=0)
     value = quantile(hist, level)
@@ -111,20 +130,31 @@ def pooled_quantile(group_hist: np.ndarray, replicate_hist: np.ndarray, level: f
     half = share_spread(group_hist, replicate_hist, value).half
     value = min(value, largest)
     at = int(np.searchsorted(_edges(), value, side="right"))
-    bin_low, bin_high = (0.0, 0.0) if value == 0 else (float(_edges()[k]) for k in (max(at - 1, 0), min(at, len(hist))))
-    count = level * (1 - level) * (student(math.inf) / half) ** 2 if half > 0 else math.inf  # of independent samples with the same variance
+    bin_low, bin_high = (
+        (0.0, 0.0)
+        if value == 0
+        else (float(_edges()[k]) for k in (max(at - 1, 0), min(at, len(hist))))
+    )
+    # of independent samples with the same variance
+    count = level * (1 - level) * (student(math.inf) / half) ** 2 if half > 0 else math.inf
     ends = [quantile(hist, share) for share in order_statistics(level, count, _CONFIDENCE)]
-    return Estimate(value, min(ends[0], bin_low, value), max(min(ends[1], largest), bin_high, value))
+    return Estimate(
+        value, min(ends[0], bin_low, value), max(min(ends[1], largest), bin_high, value)
+    )
 
 
-def standard_deviation(group_hist: np.ndarray, replicate_hist: np.ndarray, mean: float, mean_square: float) -> Estimate:
+def standard_deviation(
+    group_hist: np.ndarray, replicate_hist: np.ndarray, mean: float, mean_square: float
+) -> Estimate:
     """Return the standard deviation (m) of the lengths of all errors, with its confidence interval.
 
-    group_hist, replicate_hist  (group of robots, bin), (set of poses, bin): counts of all samples by length, for the interval
+    group_hist, replicate_hist  (group of robots, bin), (set of poses, bin): counts of all samples
+                                by length, for the interval
     mean, mean_square           of all samples, m and m^2, for the value
 
-    The interval is found by the delta method from mean squares about the common mean, with variances as in `share_spread`. NaN ends for a single
-    group of robots, and where the lengths differ by too little for the bins of 0.3 %.
+    The interval is found by the delta method from mean squares about the common mean, with
+    variances as in `share_spread`. NaN ends for a single group of robots, and where the lengths
+    differ by too little for the bins of 0.3 %.
     """
     variance = mean_square - mean * mean
     if variance <= _ROUNDING * mean_square:
@@ -132,11 +162,15 @@ def standard_deviation(group_hist: np.ndarray, replicate_hist: np.ndarray, mean:
     value = math.sqrt(variance)
     centres = np.sqrt(_edges()[:-1] * _edges()[1:])
     off = (centres - mean) ** 2
-    members = [hists @ off / np.maximum(hists.sum(axis=1), 1) for hists in (group_hist, replicate_hist)]
+    members = [
+        hists @ off / np.maximum(hists.sum(axis=1), 1) for hists in (group_hist, replicate_hist)
+    ]
     counted = float(group_hist.sum(axis=0) @ off / group_hist.sum())
     if len(group_hist) < 2 or abs(counted / variance - 1) > _RESOLVED:  # noqa: PLR2004 - a single one shows no differences
         return Estimate(value, math.nan, math.nan)
-    of_variance, freedom = satterthwaite([variance_of_mean(each) for each in members], [len(each) - 1 for each in members])
+    of_variance, freedom = satterthwaite(
+        [variance_of_mean(each) for each in members], [len(each) - 1 for each in members]
+    )
     # Symmetric on the logarithm, so that no end is below zero.
     factor = math.exp(student(freedom) * math.sqrt(of_variance) / (2 * variance))
     return Estimate(value, value / factor, value * factor)
@@ -145,9 +179,10 @@ def standard_deviation(group_hist: np.ndarray, replicate_hist: np.ndarray, mean:
 def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: float) -> Spread:
     """Return the uncertainty of the share of all samples below a value (m).
 
-    The variance between groups of robots and that between sets of poses both contain the variance of single cells (group, set). So the interval is
-    never too narrow, and at most too wide by a factor of sqrt(2). Where few robots have most of the samples above the value, their variance is itself
-    uncertain, which leaves fewer degrees of freedom.
+    The variance between groups of robots and that between sets of poses both contain the variance
+    of single cells (group, set). So the interval is never too narrow, and at most too wide by a
+    factor of sqrt(2). Where few robots have most of the samples above the value, their variance is
+    itself uncertain, which leaves fewer degrees of freedom.
     """
     members = [shares_below(hists, value) for hists in (group_hist, replicate_hist)]
     squares = [variance_of_mean(each) for each in members]
@@ -156,29 +191,43 @@ def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: floa
 
 
 def shares_below(hists: np.ndarray, value: float) -> Floats:
-    """Return the share (member,) of the samples of each histogram (member, bin) below the value (m), linear within a bin."""
+    """Return the share (member,) of the samples of each histogram (member, bin) below the value
+    (m), linear within a bin.
+    """
     edges = _edges()
     at = int(np.clip(np.searchsorted(edges, value, side="right") - 1, 0, hists.shape[1] - 1))
     part = min(max((value - edges[at]) / (edges[at + 1] - edges[at]), 0.0), 1.0)
-    return np.asarray((hists[:, :at].sum(axis=1) + part * hists[:, at]) / np.maximum(hists.sum(axis=1), 1))
+    return np.asarray(
+        (hists[:, :at].sum(axis=1) + part * hists[:, at]) / np.maximum(hists.sum(axis=1), 1)
+    )
 
 
 def pseudo_values(hists: np.ndarray, level: float) -> Floats:
-    """Return the jackknife pseudo-values (member,), m, of the quantile at `level` of histograms (member, bin)."""
+    """Return the jackknife pseudo-values (member,), m, of the quantile at `level` of histograms
+    (member, bin).
+    """
     whole = hists.sum(axis=0)
     count = len(hists)
     if count == 1:
         return np.array([quantile(whole, level)])
-    return np.array([count * quantile(whole, level) - (count - 1) * quantile(whole - one, level) for one in hists])
+    return np.array(
+        [
+            count * quantile(whole, level) - (count - 1) * quantile(whole - one, level)
+            for one in hists
+        ]
+    )
 
 
 def pooled_mean(robot_means: Floats, of_poses: Floats | None = None) -> Estimate:
-    """Return the mean over robots and poses of these mean lengths (set of poses, robot), with its confidence interval; no end is below zero.
+    """Return the mean over robots and poses of these mean lengths (set of poses, robot), with its
+    confidence interval; no end is below zero.
 
-    of_poses  (pose,) mean over the robots at each pose, set after set, for the floor of `counting_floor`; without it, errors that begin abruptly in
-              rare poses may leave the interval too narrow
+    of_poses  (pose,) mean over the robots at each pose, set after set, for the floor of
+              `counting_floor`; without it, errors that begin abruptly in rare poses may leave the
+              interval too narrow
 
-    Robots and sets of poses are crossed random factors: each set is visited by all robots (see `two_way`). NaN ends for a single robot.
+    Robots and sets of poses are crossed random factors: each set is visited by all robots (see
+    `two_way`). NaN ends for a single robot.
     """
     value = float(robot_means.mean())
     if robot_means.shape[1] < 2:  # noqa: PLR2004 - a single one shows no differences
@@ -188,7 +237,9 @@ def pooled_mean(robot_means: Floats, of_poses: Floats | None = None) -> Estimate
 
 
 def mean_spread(robot_means: Floats, of_poses: Floats | None = None) -> Spread:
-    """Return the uncertainty of the mean of `pooled_mean`: that of `two_way`, with the share of the poses at least that of `counting_floor`."""
+    """Return the uncertainty of the mean of `pooled_mean`: that of `two_way`, with the share of the
+    poses at least that of `counting_floor`.
+    """
     found = two_way(robot_means)
     variance = found.of_robots + found.of_poses
     least = 0.0 if of_poses is None else counting_floor(of_poses, len(robot_means), _CONFIDENCE)
@@ -200,46 +251,65 @@ def mean_spread(robot_means: Floats, of_poses: Floats | None = None) -> Spread:
 
 
 def root_mean_square(of_sets: Floats) -> Estimate:
-    """Return the square root of the mean of the mean squares (set,) of independent sets of poses, with its confidence interval.
+    """Return the square root of the mean of the mean squares (set,) of independent sets of poses,
+    with its confidence interval.
 
     The ends are the roots of those of Student's interval of the mean. NaN ends for a single set.
     """
     mean = float(of_sets.mean())
     half = student(len(of_sets) - 1) * math.sqrt(variance_of_mean(of_sets))
-    return Estimate(math.sqrt(mean), float(np.sqrt(np.maximum(mean - half, 0.0))), math.sqrt(mean + half))
+    return Estimate(
+        math.sqrt(mean), float(np.sqrt(np.maximum(mean - half, 0.0))), math.sqrt(mean + half)
+    )
 
 
 def root_mean_square_of_samples(squares: Floats) -> Estimate:
-    """Return the root mean square of independent samples from their positive squares (sample,), with its confidence interval.
+    """Return the root mean square of independent samples from their positive squares (sample,),
+    with its confidence interval.
 
-    The sum of the squares is approximated by a scaled chi-square distribution of the same mean and variance, with 2 n mean^2/variance degrees of
-    freedom (F. Satterthwaite, Biometrics Bulletin 2 (1946) 110). It has their long upper tail, and is exact for a normal error and for a harmonic of
+    The sum of the squares is approximated by a scaled chi-square distribution of the same mean and
+    variance, with 2 n mean^2/variance degrees of freedom (F. Satterthwaite, Biometrics Bulletin 2
+    (1946) 110). It has their long upper tail, and is exact for a normal error and for a harmonic of
     random phase. NaN ends for a single sample.
     """
     from scipy.special import gammaincinv
 
-    mean, variance = float(squares.mean()), float(squares.var(ddof=1)) if len(squares) > 1 else math.nan
+    mean, variance = (
+        float(squares.mean()),
+        float(squares.var(ddof=1)) if len(squares) > 1 else math.nan,
+    )
     if not variance > 0:
-        return Estimate(math.sqrt(mean), *((math.sqrt(mean),) * 2 if variance == 0 else (math.nan, math.nan)))
+        return Estimate(
+            math.sqrt(mean), *((math.sqrt(mean),) * 2 if variance == 0 else (math.nan, math.nan))
+        )
     half = len(squares) * mean**2 / variance  # half of the degrees of freedom
-    low, high = (float(gammaincinv(half, share)) / half for share in ((1 + _CONFIDENCE) / 2, (1 - _CONFIDENCE) / 2))
+    low, high = (
+        float(gammaincinv(half, share)) / half
+        for share in ((1 + _CONFIDENCE) / 2, (1 - _CONFIDENCE) / 2)
+    )
     return Estimate(math.sqrt(mean), math.sqrt(mean / low), math.sqrt(mean / high))
 
 
 def two_way(values: Floats) -> Spread:
-    """Return the uncertainty of the mean of these values (set of poses, robot or group of robots), by a two-way analysis of variance.
+    """Return the uncertainty of the mean of these values (set of poses, robot or group of robots),
+    by a two-way analysis of variance.
 
-    The variance of the grand mean is the sum of the mean squares of sets and of robots less that of the cells (S. Searle et al., Variance Components,
-    1992, ch. 4). F. Satterthwaite's formula (Biometrics Bulletin 2 (1946) 110) gives its degrees of freedom. A negative component counts as zero.
+    The variance of the grand mean is the sum of the mean squares of sets and of robots less that of
+    the cells (S. Searle et al., Variance Components, 1992, ch. 4). F. Satterthwaite's formula
+    (Biometrics Bulletin 2 (1946) 110) gives its degrees of freedom. A negative component counts as
+    zero.
     """
     sets, robots = values.shape
     squares = [variance_of_mean(values.mean(axis=0)), variance_of_mean(values.mean(axis=1))]
     freedoms = [robots - 1, sets - 1]
     cells = _mean_square_of_cells(values)
-    # Both mean squares contain that of the cells; a factor with less than that has no variance of its own.
+    # Both mean squares contain that of the cells; a factor with less than that has no variance of
+    # its own.
     real = [k for k in (0, 1) if squares[k] > cells]
     if len(real) > 1:
-        variance, freedom = satterthwaite([*squares, -cells], [*freedoms, (sets - 1) * (robots - 1)])
+        variance, freedom = satterthwaite(
+            [*squares, -cells], [*freedoms, (sets - 1) * (robots - 1)]
+        )
     else:
         k = real[0] if real else 0
         variance, freedom = max(squares[k], cells), float(freedoms[k])
@@ -247,19 +317,27 @@ def two_way(values: Floats) -> Spread:
     return Spread(variance - of_poses, of_poses, student(freedom) * math.sqrt(variance))
 
 
-def quantile_drop(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray], level: float) -> Estimate:
-    """Return the reduction (m) of the quantile at `level` of all samples from before to after, with its confidence interval.
+def quantile_drop(
+    before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray], level: float
+) -> Estimate:
+    """Return the reduction (m) of the quantile at `level` of all samples from before to after, with
+    its confidence interval.
 
-    before, after  histograms by group of robots (group, bin) and by set of poses (set, bin), of the same robots and poses
+    before, after  histograms by group of robots (group, bin) and by set of poses (set, bin), of the
+                   same robots and poses
 
-    One group or set is omitted at a time, before and after together (jackknife, B. Efron 1982, ch. 3). The interval is at least as wide as the error
-    of a quantile from the bins. NaN ends for a single group of robots.
+    One group or set is omitted at a time, before and after together (jackknife, B. Efron 1982, ch.
+    3). The interval is at least as wide as the error of a quantile from the bins. NaN ends for a
+    single group of robots.
     """
     values = [quantile(hists[0].sum(axis=0), level) for hists in (before, after)]
     value = values[0] - values[1]
     if len(before[0]) < 2:  # noqa: PLR2004 - a single one shows no differences
         return Estimate(value, math.nan, math.nan)
-    squares = [variance_of_mean(pseudo_values(first, level) - pseudo_values(second, level)) for first, second in zip(before, after, strict=True)]
+    squares = [
+        variance_of_mean(pseudo_values(first, level) - pseudo_values(second, level))
+        for first, second in zip(before, after, strict=True)
+    ]
     variance, freedom = satterthwaite(squares, [len(hists) - 1 for hists in before])
     half = student(freedom) * math.sqrt(variance)
     half = max(half, RESOLUTION * values[0])
@@ -267,10 +345,12 @@ def quantile_drop(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray
 
 
 def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
-    """Return the quantile over robots of values (..., robot): (..., 3), the quantile and the ends of its confidence interval.
+    """Return the quantile over robots of values (..., robot): (..., 3), the quantile and the ends
+    of its confidence interval.
 
-    The ends are order statistics, interpolated between two robots (A. Hutson, J. Applied Statistics 26 (1999) 343). Each end is missed in 1.5 to 3 %
-    of cases from 128 robots on, for short and for long tails, and in up to 5.5 % with fewer robots. An end outside the sample is NaN. Valid for
+    The ends are order statistics, interpolated between two robots (A. Hutson, J. Applied Statistics
+    26 (1999) 343). Each end is missed in 1.5 to 3 % of cases from 128 robots on, for short and for
+    long tails, and in up to 5.5 % with fewer robots. An end outside the sample is NaN. Valid for
     finite values.
     """
     from scipy.special import bdtr, bdtrik
@@ -283,15 +363,21 @@ def robots_quantile(values: Floats, level: float = 0.95) -> Floats:
         place = float(bdtrik(tail, count, level))  # number of robots below it, not an integer
         if bdtr(0, count, level) <= tail and place <= count - 1:
             before = min(int(place), count - 2)
-            out[..., k] = ordered[..., before] + (place - before) * (ordered[..., before + 1] - ordered[..., before])
+            out[..., k] = ordered[..., before] + (place - before) * (
+                ordered[..., before + 1] - ordered[..., before]
+            )
     return out
 
 
-def pooled_robots_quantile(robot_means: Floats, level: float = 0.95, of_poses: Floats | None = None) -> Estimate:
-    """Return the quantile over robots of their mean over the poses, with its confidence interval, from means (set of poses, robot).
+def pooled_robots_quantile(
+    robot_means: Floats, level: float = 0.95, of_poses: Floats | None = None
+) -> Estimate:
+    """Return the quantile over robots of their mean over the poses, with its confidence interval,
+    from means (set of poses, robot).
 
-    The means are first shrunk towards their common mean by the variance due to few poses and visits, estimated from the sets. Without this the
-    quantile would be biased upwards. The interval is that of `robots_quantile`, widened by the uncertainty due to the choice of poses
+    The means are first shrunk towards their common mean by the variance due to few poses and
+    visits, estimated from the sets. Without this the quantile would be biased upwards. The interval
+    is that of `robots_quantile`, widened by the uncertainty due to the choice of poses
     (`quantile_spread`), at least by that of `counting_floor` with `of_poses` as for `pooled_mean`.
     """
     sets = len(robot_means)
@@ -299,13 +385,17 @@ def pooled_robots_quantile(robot_means: Floats, level: float = 0.95, of_poses: F
     chosen = student(sets - 1) * math.sqrt(quantile_spread(robot_means, level)) if sets > 1 else 0.0
     if of_poses is not None:
         chosen = max(chosen, counting_floor(of_poses, sets, _CONFIDENCE))
-    return of_length(value, value - math.hypot(value - low, chosen), value + math.hypot(high - value, chosen))
+    return of_length(
+        value, value - math.hypot(value - low, chosen), value + math.hypot(high - value, chosen)
+    )
 
 
 def shrunk_means(robot_means: Floats) -> Floats:
-    """Return each robot's mean (robot,), shrunk so that their variance is that between robots, from means (set of poses, robot).
+    """Return each robot's mean (robot,), shrunk so that their variance is that between robots, from
+    means (set of poses, robot).
 
-    Source: T. Louis, J. Am. Stat. Assoc. 79 (1984) 393. With a single set the means are returned unchanged.
+    Source: T. Louis, J. Am. Stat. Assoc. 79 (1984) 393. With a single set the means are returned
+    unchanged.
     """
     found = robot_means.mean(axis=0)
     if min(robot_means.shape) < 2:  # noqa: PLR2004 - no differences to estimate it from
@@ -316,25 +406,37 @@ def shrunk_means(robot_means: Floats) -> Floats:
 
 
 def quantile_spread(robot_means: Floats, level: float = 0.95) -> float:
-    """Return the variance of a quantile over robots that is due to the choice of poses, from means (set of poses, robot).
+    """Return the variance of a quantile over robots that is due to the choice of poses, from means
+    (set of poses, robot).
 
-    Groups of robots in each set separate the effect of the choice of robots (see `two_way`). Zero for a single set.
+    Groups of robots in each set separate the effect of the choice of robots (see `two_way`). Zero
+    for a single set.
     """
     sets, robots = robot_means.shape
     if sets < 2:  # noqa: PLR2004 - a single set
         return 0.0
     groups = min(max(robots // _IN_GROUP, 1), _GROUPS)
-    of_groups = [np.quantile(part, level, axis=1) for part in np.array_split(robot_means, groups, axis=1)]
-    return variance_of_mean(of_groups[0]) if groups < 2 else two_way(np.stack(of_groups, axis=1)).of_poses  # noqa: PLR2004 - too few robots to separate
+    of_groups = [
+        np.quantile(part, level, axis=1) for part in np.array_split(robot_means, groups, axis=1)
+    ]
+    return (
+        variance_of_mean(of_groups[0])
+        if groups < 2  # noqa: PLR2004
+        else two_way(np.stack(of_groups, axis=1)).of_poses
+    )
 
 
 def variance_of_mean(members: Floats) -> float:
-    """Return the squared standard error of the mean of independent members (member,); zero for a single one."""
+    """Return the squared standard error of the mean of independent members (member,); zero for a
+    single one.
+    """
     return float(members.var(ddof=1)) / len(members) if len(members) > 1 else 0.0
 
 
 def _mean_square_of_cells(values: Floats) -> float:
-    """Return the contribution to the squared standard error of the grand mean from the interaction of values (set of poses, robot)."""
+    """Return the contribution to the squared standard error of the grand mean from the interaction
+    of values (set of poses, robot).
+    """
     sets, robots = values.shape
     if sets < 2:  # noqa: PLR2004 - a single set has no interaction
         return 0.0
@@ -343,7 +445,9 @@ def _mean_square_of_cells(values: Floats) -> float:
 
 
 def student(freedom: float, level: float | None = None) -> float:
-    """Return the half-width, in standard errors, of Student's interval of confidence `level` (0..1), by default 95 %; NaN without freedom."""
+    """Return the half-width, in standard errors, of Student's interval of confidence `level`
+    (0..1), by default 95 %; NaN without freedom.
+    """
     from scipy.special import stdtrit
 
     return float(stdtrit(freedom, (1 + (level or _CONFIDENCE)) / 2)) if freedom > 0 else math.nan

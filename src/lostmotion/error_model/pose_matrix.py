@@ -1,4 +1,6 @@
-"""The pose matrix of an arm: how much each elementary error moves the tool at each pose, per unit draw."""
+"""The pose matrix of an arm: how much each elementary error moves the tool at each pose, per unit
+draw.
+"""
 
 from __future__ import annotations
 
@@ -34,11 +36,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Draws:
-    """The draws that a column is multiplied by. Columns with the same draws are one error; all others are uncorrelated.
+    """The draws that a column is multiplied by. Columns with the same draws are one error; all
+    others are uncorrelated.
 
     robot    stream drawn once per robot; None: the factor is one
     visit    stream drawn at every visit; None: the factor is one
-    closing  decides whether the play of a robot is closed; the factor is `closing.standardised` of it. None: the factor is one
+    closing  decides whether the play of a robot is closed; the factor is `closing.standardised` of
+             it. None: the factor is one
     """
 
     robot: Stream | None
@@ -52,31 +56,45 @@ class Draws:
 
     @property
     def draws(self) -> tuple[tuple[tuple[str, str], Law], ...]:
-        """Return the streams (level, name) whose draws the column is multiplied by, each with its law."""
+        """Return the streams (level, name) whose draws the column is multiplied by, each with its
+        law.
+        """
         closing = None if self.closing is None else self.closing.stream
         streams = (("closing", closing), ("robot", self.robot), ("visit", self.visit))
-        return tuple(((level, stream.name), stream.law) for level, stream in streams if stream is not None)
+        return tuple(
+            ((level, stream.name), stream.law) for level, stream in streams if stream is not None
+        )
 
     @property
     def bound(self) -> float:
-        """Return the largest absolute product of the robot and the visit draw, without the closing; 1 where there are none."""
-        return math.prod(stream.law.bound for stream in (self.robot, self.visit) if stream is not None)
+        """Return the largest absolute product of the robot and the visit draw, without the closing;
+        1 where there are none.
+        """
+        return math.prod(
+            stream.law.bound for stream in (self.robot, self.visit) if stream is not None
+        )
 
     @property
     def limit(self) -> float:
-        """Return the size of these draws in a root-sum-square: their bound, or the stated tolerance of an unbounded distribution."""
-        return math.prod(stream.law.limit for stream in (self.robot, self.visit) if stream is not None)
+        """Return the size of these draws in a root-sum-square: their bound, or the stated tolerance
+        of an unbounded distribution.
+        """
+        return math.prod(
+            stream.law.limit for stream in (self.robot, self.visit) if stream is not None
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class Column(Draws):
     """A column of the pose matrix: a term, or a part of one.
 
-    A sided term has one column for poses whose last motion is known, which draws no side, and one for all others. A term that exists only where a
-    load closes a play, or only where it leaves the play open, has two columns: its mean over robots, and the deviation of one robot from the mean.
+    A sided term has one column for poses whose last motion is known, which draws no side, and one
+    for all others. A term that exists only where a load closes a play, or only where it leaves the
+    play open, has two columns: its mean over robots, and the deviation of one robot from the mean.
 
     of       the term and its place on the arm
-    mean_by  decides whether the play is closed, for the column of the mean; `closing` is the same for the column of the deviation
+    mean_by  decides whether the play is closed, for the column of the mean; `closing` is the same
+             for the column of the deviation
     """
 
     of: PlacedTerm
@@ -95,10 +113,12 @@ class Column(Draws):
 
 @dataclass(frozen=True)
 class ToolScrews:
-    """Motion of the tool per unit draw: error[pose] = tool[pose] @ draws, along the axes of the base frame, at the tool point.
+    """Motion of the tool per unit draw: error[pose] = tool[pose] @ draws, along the axes of the
+    base frame, at the tool point.
 
     infos   the draws of each column
-    tool    (pose, 6, column) rotation of the tool and displacement of the tool point, rad and m per unit draw
+    tool    (pose, 6, column) rotation of the tool and displacement of the tool point, rad and m per
+            unit draw
     """
 
     infos: Sequence[Draws]
@@ -115,9 +135,12 @@ class ToolScrews:
 
     @functools.cached_property
     def bias(self) -> Floats:
-        """Return the sum of the design columns (pose, 6), rad and m: the mean error, which every robot has at every visit."""
+        """Return the sum of the design columns (pose, 6), rad and m: the mean error, which every
+        robot has at every visit.
+        """
         out = np.zeros((6, len(self.tool)))
-        for k in self.columns("design"):  # one by one: NumPy would sum a single pose in another order
+        # one by one: NumPy would sum a single pose in another order
+        for k in self.columns("design"):
             out += self.along_poses[:, k]
         return out.T
 
@@ -134,11 +157,14 @@ class ToolScrews:
 
 @dataclass(frozen=True)
 class PoseMatrix(ToolScrews):
-    """The pose matrix of an arm, with a column for each term. Sums of squares use `merged`, which has a column for each draw.
+    """The pose matrix of an arm, with a column for each term. Sums of squares use `merged`, which
+    has a column for each draw.
 
-    groups     indices of the columns of each error by its draws; the design columns are the group without a draw
+    groups     indices of the columns of each error by its draws; the design columns are the group
+               without a draw
     place      (column,) index of the place in whose frame `local` is expressed
-    scale      (column,) size of the term; columns of one form at one place are proportional to it at every pose
+    scale      (column,) size of the term; columns of one form at one place are proportional to it
+               at every pose
     local      (pose, 6, column) screw at the place, rad and m per unit draw
     at         (place, pose, 4, 4) frames of the arm
     closed     (row, pose) share of robots in which a load closes the play of each `Closing`
@@ -160,11 +186,19 @@ class PoseMatrix(ToolScrews):
 
     def rows(self, rows: slice | NDArray[np.int64]) -> PoseMatrix:
         """Return the matrix of the poses in these rows."""
-        return replace(self, tool=self.tool[rows], local=self.local[rows], at=self.at[:, rows], closed=self.closed[:, rows])
+        return replace(
+            self,
+            tool=self.tool[rows],
+            local=self.local[rows],
+            at=self.at[:, rows],
+            closed=self.closed[:, rows],
+        )
 
     def scaled(self, factors: Floats) -> PoseMatrix:
         """Return the matrix with every column scaled by its factor (column,)."""
-        return replace(self, tool=self.tool * factors, scale=self.scale * factors, local=self.local * factors)
+        return replace(
+            self, tool=self.tool * factors, scale=self.scale * factors, local=self.local * factors
+        )
 
     @property
     def closed_in_some(self) -> NDArray[np.bool_]:
@@ -178,13 +212,18 @@ class PoseMatrix(ToolScrews):
 
     @functools.cached_property
     def merged(self) -> ToolScrews:
-        """Return the matrix with one column per draw, in the order of `groups`: the sum of the columns that have this draw."""
+        """Return the matrix with one column per draw, in the order of `groups`: the sum of the
+        columns that have this draw.
+        """
         out = self.along_poses[:, [members[0] for members in self.groups.values()]]
         for column, (_, *others) in enumerate(self.groups.values()):
             for k in others:
                 out[:, column] += self.along_poses[:, k]
         firsts = (self.infos[members[0]] for members in self.groups.values())
-        return ToolScrews(tuple(Draws(info.robot, info.visit, info.closing) for info in firsts), out.transpose(2, 0, 1))
+        return ToolScrews(
+            tuple(Draws(info.robot, info.visit, info.closing) for info in firsts),
+            out.transpose(2, 0, 1),
+        )
 
 
 def grouped(infos: Sequence[Draws]) -> Groups:
@@ -199,21 +238,25 @@ def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix
     """Return the pose matrix of the arm at these poses, to first order in the errors.
 
     q         (pose, joint) rad or m
-    approach  sign of the joints' last motion, 0 where it is drawn at every visit: one for all, or (pose, joint)
+    approach  sign of the joints' last motion, 0 where it is drawn at every visit: one for all, or
+              (pose, joint)
 
-    Valid for small errors; `propagation.exact.check` reports what first order neglects. Raises ValueError for q of another shape or not finite.
+    Valid for small errors; `propagation.exact.check` reports what first order neglects. Raises
+    ValueError for q of another shape or not finite.
     """
     return Columns(arm, approach).matrix(q)
 
 
 @dataclass(frozen=True)
 class _Family:
-    """Successive terms of one form at one place, whose screws are proportional to each other; or springs or harmonics of one motion.
+    """Successive terms of one form at one place, whose screws are proportional to each other; or
+    springs or harmonics of one motion.
 
     of       one of the terms
     form     writes the screws of all
     scales   (term,) sizes
-    columns  the columns of all terms for each pair of side and part, and the row of `closed`, None where no friction decides
+    columns  the columns of all terms for each pair of side and part, and the row of `closed`, None
+             where no friction decides
     """
 
     of: PlacedTerm
@@ -224,7 +267,9 @@ class _Family:
 
 
 class Columns:
-    """The columns of the pose matrix of an arm: what does not depend on the pose, computed once for many poses."""
+    """The columns of the pose matrix of an arm: what does not depend on the pose, computed once for
+    many poses.
+    """
 
     def __init__(self, arm: Arm, approach: float | Floats = 0.0) -> None:
         """Number the columns; arm and approach as for `screws`."""
@@ -236,16 +281,38 @@ class Columns:
         for (_, _, kind, sided), run in itertools.groupby(arm.terms, _kind):
             members = list(run)
             form = members[0].term.form
-            kinds = list(itertools.product(sides if sided else (None,), ("whole",) if form.threshold is None else ("mean", "changed")))
-            row = None if form.threshold is None else thresholds.setdefault((members[0].place, form.threshold), len(thresholds))
+            kinds = list(
+                itertools.product(
+                    sides if sided else (None,),
+                    ("whole",) if form.threshold is None else ("mean", "changed"),
+                )
+            )
+            row = (
+                None
+                if form.threshold is None
+                else thresholds.setdefault((members[0].place, form.threshold), len(thresholds))
+            )
             first, last = len(infos), len(infos) + len(members) * len(kinds)
-            columns = tuple((side, part, slice(first + k, last, len(kinds))) for k, (side, part) in enumerate(kinds))
-            writes = form if isinstance(kind, int) else forms_together.together([of.term.form for of in members])
-            self._families.append(_Family(members[0], writes, np.array([of.term.scale for of in members]), columns, row))
+            columns = tuple(
+                (side, part, slice(first + k, last, len(kinds)))
+                for k, (side, part) in enumerate(kinds)
+            )
+            writes = (
+                form
+                if isinstance(kind, int)
+                else forms_together.together([of.term.form for of in members])
+            )
+            self._families.append(
+                _Family(
+                    members[0], writes, np.array([of.term.scale for of in members]), columns, row
+                )
+            )
             for of in members:
                 closing = None
                 if row is not None and form.threshold is not None:
-                    closing = Closing(Stream(f"{of.owner}.{form.threshold.stream}", COMPARED), row, form.above)
+                    closing = Closing(
+                        Stream(f"{of.owner}.{form.threshold.stream}", COMPARED), row, form.above
+                    )
                 infos += [_column(of, side, names, closing, part) for side, part in kinds]
         self.infos = tuple(infos)
         self._groups = grouped(infos)
@@ -268,18 +335,31 @@ class Columns:
             if row is not None and form.threshold is not None and row not in done:
                 closed[row] = form.threshold.share(condition)
                 done.add(row)
-            mean, changed = (None, None) if row is None else mean_and_change(closed[row], above=form.above)
+            mean, changed = (
+                (None, None) if row is None else mean_and_change(closed[row], above=form.above)
+            )
             for side, part, columns in family.columns:
                 screw = local[:, columns]
                 family.form.write(condition, family.scales, screw)
                 if side is not None and of.joint is not None:
-                    screw *= _side_factor(last_motion if last_motion.ndim == 0 else last_motion[:, of.joint], known=side == "known")
+                    screw *= _side_factor(
+                        last_motion if last_motion.ndim == 0 else last_motion[:, of.joint],
+                        known=side == "known",
+                    )
                 factor = {"whole": None, "mean": mean, "changed": changed}[part]
                 if factor is not None:
                     screw *= factor
         tool = tool_twists(arm.tree, at, self._place, local)
         return PoseMatrix(
-            self.infos, tool.transpose(2, 0, 1), self._groups, self._place, self._scale, local.transpose(2, 0, 1), at, closed, arm.tree.tool_path
+            self.infos,
+            tool.transpose(2, 0, 1),
+            self._groups,
+            self._place,
+            self._scale,
+            local.transpose(2, 0, 1),
+            at,
+            closed,
+            arm.tree.tool_path,
         )
 
 
@@ -290,21 +370,41 @@ def _kind(of: PlacedTerm) -> tuple[int, int | None, Hashable, bool]:
 
 
 def _sides(last_motion: Floats) -> tuple[str, ...]:
-    """Return the columns that a sided term has: "known" for poses whose last motion is known, "drawn" for poses where the side is drawn."""
-    return (*(("known",) if (last_motion != 0).any() else ()), *(("drawn",) if (last_motion == 0).any() else ()))
+    """Return the columns that a sided term has: "known" for poses whose last motion is known,
+    "drawn" for poses where the side is drawn.
+    """
+    return (
+        *(("known",) if (last_motion != 0).any() else ()),
+        *(("drawn",) if (last_motion == 0).any() else ()),
+    )
 
 
 def _side_factor(last_motion: Floats, *, known: bool) -> Floats:
-    """Return the factor on a sided screw. After a positive motion the factor is -1: the output trails the motor, and rests behind it."""
+    """Return the factor on a sided screw. After a positive motion the factor is -1: the output
+    trails the motor, and rests behind it.
+    """
     return -last_motion if known else (last_motion == 0).astype(float)
 
 
-def _column(of: PlacedTerm, side: str | None, joints: Sequence[str], closing: Closing | None, part: str) -> Column:
-    """Return the column of a term, or of one part of it. All parts of a joint share one stream of its last motion."""
+def _column(
+    of: PlacedTerm, side: str | None, joints: Sequence[str], closing: Closing | None, part: str
+) -> Column:
+    """Return the column of a term, or of one part of it. All parts of a joint share one stream of
+    its last motion.
+    """
     term = of.term
     owner = f"joints.{joints[of.joint]}" if term.sided and of.joint is not None else of.owner
-    robot, visit = _stream(of.owner, term.robot), None if side == "known" else _stream(owner, term.visit)
-    return Column(robot, visit, closing if part == "changed" else None, of, closing if part == "mean" else None)
+    robot, visit = (
+        _stream(of.owner, term.robot),
+        None if side == "known" else _stream(owner, term.visit),
+    )
+    return Column(
+        robot,
+        visit,
+        closing if part == "changed" else None,
+        of,
+        closing if part == "mean" else None,
+    )
 
 
 def _stream(owner: str, draw: Draw | None) -> Stream | None:

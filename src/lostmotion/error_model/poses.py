@@ -19,12 +19,14 @@ if TYPE_CHECKING:
 
 PoseLaw = Literal["sobol", "uniform", "normal", "grid", "given"]
 POSE_LAWS: Final[tuple[str, ...]] = get_args(PoseLaw)[:-1]
-# Number of independent sets of poses; the differences between them show the uncertainty due to the choice of poses.
+# Number of independent sets of poses; the differences between them show the uncertainty due to the
+# choice of poses.
 REPLICATES: Final = 8
 MOST_POSES: Final = 10_000_000
 # Poses that show in a picture what the tool reaches.
 _PICTURED: Final = 131_072
-# NumPy's largest number of dimensions. With more joints a grid has one step in each, or far too many poses.
+# NumPy's largest number of dimensions. With more joints a grid has one step in each, or far too
+# many poses.
 _MOST_AXES: Final = 32
 
 
@@ -42,13 +44,23 @@ class Poses:
     replicates: int = 1
 
     def __post_init__(self) -> None:
-        """Refuse joint values that are not a table of finite numbers, and a number of sets that does not divide the number of poses."""
+        """Refuse joint values that are not a table of finite numbers, and a number of sets that
+        does not divide the number of poses.
+        """
         if self.q.ndim != 2 or not len(self.q) or not np.isfinite(self.q).all():  # noqa: PLR2004 - pose and joint
             raise refuse_argument(
-                "poses", f"joint values of shape {self.q.shape}", "at least one pose (pose, joint) of finite values in rad and m", poses=2048
+                "poses",
+                f"joint values of shape {self.q.shape}",
+                "at least one pose (pose, joint) of finite values in rad and m",
+                poses=2048,
             )
         if self.replicates < 1 or len(self.q) % self.replicates:
-            raise refuse_argument("replicates", self.replicates, f"a number that divides the {len(self.q)} poses", replicates=1)
+            raise refuse_argument(
+                "replicates",
+                self.replicates,
+                f"a number that divides the {len(self.q)} poses",
+                replicates=1,
+            )
 
     def __len__(self) -> int:
         """Return the number of poses."""
@@ -60,10 +72,12 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
 
     sobol    eight independently scrambled Sobol sequences, which cover the joint ranges evenly
     uniform  every value within the limits equally likely
-    normal   normal about mid-range with a standard deviation of range/6, truncated at the limits, as in the paper
+    normal   normal about mid-range with a standard deviation of range/6, truncated at the limits,
+             as in the paper
     grid     equal steps in every joint, ends included
 
-    The count is rounded up: to eight times a power of two (sobol), to a multiple of eight (uniform, normal), to a full grid.
+    The count is rounded up: to eight times a power of two (sobol), to a multiple of eight (uniform,
+    normal), to a full grid.
     Raises InputError for an unknown law, or a count below one or above ten million.
     """
     if law not in POSE_LAWS:
@@ -76,15 +90,28 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
         steps = max(math.ceil(count ** (1 / joints) - 1e-9), 1)
         if steps**joints > MOST_POSES:
             found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"
-            raise refuse_argument("poses, pose_law", found, f"at most {MOST_POSES}", pose_law="sobol")
-        axes = [np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
-        at = np.unravel_index(np.arange(steps**joints), (steps,) * joints) if joints <= _MOST_AXES else np.zeros((joints, 1), int)
-        return Poses(np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)]), "grid")
+            raise refuse_argument(
+                "poses, pose_law", found, f"at most {MOST_POSES}", pose_law="sobol"
+            )
+        axes = [
+            np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2])
+            for a, b in zip(low, high, strict=True)
+        ]
+        at = (
+            np.unravel_index(np.arange(steps**joints), (steps,) * joints)
+            if joints <= _MOST_AXES
+            else np.zeros((joints, 1), int)
+        )
+        return Poses(
+            np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)]), "grid"
+        )
     each = math.ceil(count / REPLICATES)
     if law == "sobol":
         u = _sobol(joints, each, seed)
     else:
-        u = np.column_stack([uniforms(seed, f"poses.{law}.{k}", each * REPLICATES) for k in range(joints)])
+        u = np.column_stack(
+            [uniforms(seed, f"poses.{law}.{k}", each * REPLICATES) for k in range(joints)]
+        )
     if law == "normal":
         middle, sigma = (low + high) / 2, (high - low) / 6
         shape = Normal(cut=3.0)
@@ -93,10 +120,17 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
 
 
 def reachable_points(arm: Arm, seed: int = 1) -> Floats:
-    """Return what the tool reaches within the joint limits, for a picture: the tool points (point, 3), m, of many poses."""
+    """Return what the tool reaches within the joint limits, for a picture: the tool points (point,
+    3), m, of many poses.
+    """
     return tool_points(arm, sample_poses(arm, _PICTURED, "sobol", seed).q)
 
 
 def _sobol(joints: int, each: int, seed: int) -> Floats:
     power = max(each - 1, 0).bit_length()
-    return np.concatenate([sobol(seed, f"poses.sobol.{replicate}", joints).random_base2(power) for replicate in range(REPLICATES)])
+    return np.concatenate(
+        [
+            sobol(seed, f"poses.sobol.{replicate}", joints).random_base2(power)
+            for replicate in range(REPLICATES)
+        ]
+    )

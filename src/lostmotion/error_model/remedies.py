@@ -1,22 +1,32 @@
 """Remedies against errors, each as the columns of the pose matrix that it removes.
 
-Calibrated          removes every error drawn per robot that is a constant screw in the frame of its place: lengths, axis tilts and offsets, encoder
-                    zeros, base tilt. An ideal identification of the geometry finds these. It does not find harmonics (transmission error, encoder
-                    eccentricity, runout), which require a table per joint, nor errors that depend on the load (scatter of stiffness, size of a play
-                    that a load closes). Errors that are the same in every robot are removed by compensation, also constant ones.
-Load compensated    removes every design term: the controller knows pose, load, nominal stiffness and nominal play exactly.
-Mapped              removes every error drawn per robot, including harmonics and errors that depend on the load.
-Arriving from one   every joint arrives from the same side at every visit, as in the cycle of ISO 9283. Nothing is removed: the side of backlash that
-side                no load closes, and of hysteresis, becomes a constant, which repeats.
-Side known          the controller knows the side from which each joint arrives (or always arrives from one), and compensates the nominal backlash and
-                    hysteresis of that side. Their scatter over robots remains, and so does the scatter of friction.
-Output encoders     remove every error of the gearboxes: backlash, wind-up, hysteresis, transmission and lead error. Error of the encoder and dead
-                    band of the servo stay as large at the output as they are. The encoder has no dead band of its own, which would leave open a
-                    backlash that no load closes, up to its size.
-Torque sensors      know the load of each drive: they remove its nominal wind-up and the side of backlash that the load closes, a part of what load
-                    compensation removes. They do not measure bending, the stiffness of a robot, or the last motion.
+Calibrated          removes every error drawn per robot that is a constant screw in the frame of its
+                    place: lengths, axis tilts and offsets, encoder zeros, base tilt. An ideal
+                    identification of the geometry finds these. It does not find harmonics
+                    (transmission error, encoder eccentricity, runout), which require a table per
+                    joint, nor errors that depend on the load (scatter of stiffness, size of a play
+                    that a load closes). Errors that are the same in every robot are removed by
+                    compensation, also constant ones.
+Load compensated    removes every design term: the controller knows pose, load, nominal stiffness
+                    and nominal play exactly.
+Mapped              removes every error drawn per robot, including harmonics and errors that depend
+                    on the load.
+Arriving from one   every joint arrives from the same side at every visit, as in the cycle of ISO
+                    9283. Nothing is removed: the side of backlash that side                no load
+                    closes, and of hysteresis, becomes a constant, which repeats.
+Side known          the controller knows the side from which each joint arrives (or always arrives
+                    from one), and compensates the nominal backlash and hysteresis of that side.
+                    Their scatter over robots remains, and so does the scatter of friction.
+Output encoders     remove every error of the gearboxes: backlash, wind-up, hysteresis, transmission
+                    and lead error. Error of the encoder and dead band of the servo stay as large at
+                    the output as they are. The encoder has no dead band of its own, which would
+                    leave open a backlash that no load closes, up to its size.
+Torque sensors      know the load of each drive: they remove its nominal wind-up and the side of
+                    backlash that the load closes, a part of what load compensation removes. They do
+                    not measure bending, the stiffness of a robot, or the last motion.
 
-What all of them together leave scatters from visit to visit: encoder, servo, friction, open clearances. Only other parts reduce it.
+What all of them together leave scatters from visit to visit: encoder, servo, friction, open
+clearances. Only other parts reduce it.
 
 Each remedy is ideal, so the remaining error is a lower limit for a real one.
 """
@@ -40,7 +50,13 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-STAGES: Final = ("as manufactured", "calibrated", "load compensated", "both", "both, and each robot mapped")
+STAGES: Final = (
+    "as manufactured",
+    "calibrated",
+    "load compensated",
+    "both",
+    "both, and each robot mapped",
+)
 ONE_SIDE: Final = "arriving from one side"
 SIDE_KNOWN: Final = "side known"
 SIDE_AND_LOAD: Final = "side known, load compensated"
@@ -56,12 +72,19 @@ _BLOCK: Final = 1024
 
 
 def remaining(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> Floats:
-    """Return 1 for each column that remains at a stage of `EVERY_STAGE`, else 0 (column,); `geometry`: names of terms that ideal calibration finds.
+    """Return 1 for each column that remains at a stage of `EVERY_STAGE`, else 0 (column,);
+    `geometry`: names of terms that ideal calibration finds.
 
     The columns are those of joints that arrive as the stage requires (`approach_at_stage`).
     """
     calibrated = stage in {"calibrated", "both"}
-    compensated = stage in {"load compensated", "both", "both, and each robot mapped", SIDE_AND_LOAD, ALL_KNOWN}
+    compensated = stage in {
+        "load compensated",
+        "both",
+        "both, and each robot mapped",
+        SIDE_AND_LOAD,
+        ALL_KNOWN,
+    }
     mapped = stage in {"both, and each robot mapped", ALL_KNOWN}
     removed = [
         (calibrated and info.name in geometry)
@@ -69,44 +92,69 @@ def remaining(infos: Sequence[Column], stage: str, geometry: frozenset[str]) -> 
         or (mapped and info.level == "robot")
         or (stage == SIDE_KNOWN and info.level == "design" and info.of.term.sided)
         or (stage == OUTPUT_ENCODERS and info.of.kind == _DRIVE)
-        or (stage == TORQUE_SENSORS and info.of.kind == _DRIVE and info.level == "design" and not info.of.term.sided)
+        or (
+            stage == TORQUE_SENSORS
+            and info.of.kind == _DRIVE
+            and info.level == "design"
+            and not info.of.term.sided
+        )
         for info in infos
     ]
     return 1.0 - np.array(removed, dtype=float)
 
 
 def approach_at_stage(stage: str, approach: float) -> float:
-    """Return the sign of the joints' last motion at a stage of `EVERY_STAGE`: fixed where a remedy fixes or knows the side, else `approach`."""
+    """Return the sign of the joints' last motion at a stage of `EVERY_STAGE`: fixed where a remedy
+    fixes or knows the side, else `approach`.
+    """
     return approach or (1.0 if stage in _FROM_ONE_SIDE else 0.0)
 
 
 def geometry_of(arm: Arm) -> frozenset[str]:
-    """Return the names of the terms that an ideal calibration of the geometry finds: drawn per robot, with a constant screw."""
-    return frozenset(of.name for of in arm.terms if of.term.level == "robot" and not of.term.form.reads)
+    """Return the names of the terms that an ideal calibration of the geometry finds: drawn per
+    robot, with a constant screw.
+    """
+    return frozenset(
+        of.name for of in arm.terms if of.term.level == "robot" and not of.term.form.reads
+    )
 
 
 def screws_at_stage(arm: Arm, q: Floats, stage: str, *, approach: float = 0.0) -> PoseMatrix:
-    """Return the pose matrix of the errors that remain at a stage of `EVERY_STAGE`; other arguments and errors as for `screws`."""
+    """Return the pose matrix of the errors that remain at a stage of `EVERY_STAGE`; other arguments
+    and errors as for `screws`.
+    """
     matrix = screws(arm, q, approach=approach_at_stage(stage, approach))
-    return matrix if stage == STAGES[0] else matrix.scaled(remaining(matrix.infos, stage, geometry_of(arm)))
+    return (
+        matrix
+        if stage == STAGES[0]
+        else matrix.scaled(remaining(matrix.infos, stage, geometry_of(arm)))
+    )
 
 
-def remaining_rms(arm: Arm, poses: Poses, *, approach: float = 0.0, many: Poses | None = None) -> dict[str, Estimate]:
+def remaining_rms(
+    arm: Arm, poses: Poses, *, approach: float = 0.0, many: Poses | None = None
+) -> dict[str, Estimate]:
     """Return the r.m.s. error (m) at each stage of `EVERY_STAGE`, without sampling.
 
-    The value is exact at the poses, to first order in the errors. The 95 % interval is the uncertainty due to their choice, as in
-    `Budget.rms_interval`; `many`: poses by which to check whether these are too few (`many_poses`). Raises ValueError as `screws` does.
+    The value is exact at the poses, to first order in the errors. The 95 % interval is the
+    uncertainty due to their choice, as in `Budget.rms_interval`; `many`: poses by which to check
+    whether these are too few (`many_poses`). Raises ValueError as `screws` does.
     """
     found = _mean_squares(arm, poses, approach)
     if many is None:
         return {stage: root_mean_square(found[stage]) for stage in EVERY_STAGE}
     beside = _mean_squares(arm, many, approach)
-    pairs = {stage: (root_mean_square(found[stage]), root_mean_square(beside[stage])) for stage in EVERY_STAGE}
+    pairs = {
+        stage: (root_mean_square(found[stage]), root_mean_square(beside[stage]))
+        for stage in EVERY_STAGE
+    }
     return {stage: known_ends(here, here, there) for stage, (here, there) in pairs.items()}
 
 
 def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
-    """Return the mean square (m^2) over each independent set of the poses (replicate,), by stage."""
+    """Return the mean square (m^2) over each independent set of the poses (replicate,), by
+    stage.
+    """
     geometry = geometry_of(arm)
     squares: dict[str, list[float]] = {stage: [] for stage in EVERY_STAGE}
     for q in np.split(poses.q, poses.replicates):
@@ -118,7 +166,9 @@ def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
                 if side not in arriving:
                     arriving[side] = screws(arm, q[start : start + _BLOCK], approach=side)
                 matrix = arriving[side]
-                shift = matrix.scaled(remaining(matrix.infos, stage, geometry)).merged.along_poses[3:]
+                shift = matrix.scaled(remaining(matrix.infos, stage, geometry)).merged.along_poses[
+                    3:
+                ]
                 sums[stage] += float(np.vdot(shift, shift))
         for stage, whole in sums.items():
             squares[stage].append(whole / len(q))

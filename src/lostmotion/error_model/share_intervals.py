@@ -1,4 +1,6 @@
-"""Confidence intervals of shares: of all samples up to a length, and of successes in independent trials."""
+"""Confidence intervals of shares: of all samples up to a length, and of successes in independent
+trials.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +13,19 @@ if TYPE_CHECKING:
     import numpy as np
 
 
-def share_below(group_hist: np.ndarray, replicate_hist: np.ndarray, value: float, robots: int) -> Estimate:
-    """Return the share, 0..1, of all samples that are at most a length (m), with its confidence interval.
+def share_below(
+    group_hist: np.ndarray, replicate_hist: np.ndarray, value: float, robots: int
+) -> Estimate:
+    """Return the share, 0..1, of all samples that are at most a length (m), with its confidence
+    interval.
 
-    group_hist, replicate_hist  (group of robots, bin), (set of poses, bin): counts of all samples by length
+    group_hist, replicate_hist  (group of robots, bin), (set of poses, bin): counts of all samples
+                                by length
     robots                      number of robots, for a share of none or all of the samples
 
-    The spread of `share_spread` is added to the log odds, so both ends stay between 0 and 1. A share of 0 or 1 shows no differences: its interval
-    is then that of as many independent trials as there are robots (`share_interval`). NaN ends for a single group of robots.
+    The spread of `share_spread` is added to the log odds, so both ends stay between 0 and 1. A
+    share of 0 or 1 shows no differences: its interval is then that of as many independent trials as
+    there are robots (`share_interval`). NaN ends for a single group of robots.
     """
     share = float(shares_below(group_hist.sum(axis=0)[None], value)[0])
     if len(group_hist) < 2:  # noqa: PLR2004 - a single one shows no differences
@@ -32,7 +39,9 @@ def share_below(group_hist: np.ndarray, replicate_hist: np.ndarray, value: float
 
 
 def share_interval(hits: int, count: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a share, 0..1, after `hits` successes in `count` independent trials (E. Wilson 1927)."""
+    """Return the 95 % confidence interval of a share, 0..1, after `hits` successes in `count`
+    independent trials (E. Wilson 1927).
+    """
     z = 1.959963984540054
     share, scale = hits / count, 1 + z * z / count
     middle = (share + z * z / (2 * count)) / scale

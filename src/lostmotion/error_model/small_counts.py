@@ -1,4 +1,6 @@
-"""Confidence intervals where few robots or poses make the figure: order statistics, degrees of freedom, and a floor by counting."""
+"""Confidence intervals where few robots or poses make the figure: order statistics, degrees of
+freedom, and a floor by counting.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +18,11 @@ _MANY: Final = 1e15
 
 
 def order_statistics(level: float, count: float, confidence: float) -> tuple[float, float]:
-    """Return the shares, 0..1, of a sample below the ends of the interval of its quantile at `level`, from `count` independent samples (any number).
+    """Return the shares, 0..1, of a sample below the ends of the interval of its quantile at
+    `level`, from `count` independent samples (any number).
 
-    The number of samples below the true quantile has a binomial distribution. An end beyond the extreme sample is that sample.
+    The number of samples below the true quantile has a binomial distribution. An end beyond the
+    extreme sample is that sample.
     """
     if count > _MANY:
         return level, level
@@ -27,7 +31,9 @@ def order_statistics(level: float, count: float, confidence: float) -> tuple[flo
     tail = (1 - confidence) / 2
     low, high = (float(bdtrik(share, count, level)) for share in (tail, 1 - tail))
     none_below, all_below = (1 - level) ** count, level**count
-    return (low + 1) / (count + 1) if none_below <= tail else 0.0, (high + 1) / (count + 1) if all_below <= tail else 1.0
+    return (low + 1) / (count + 1) if none_below <= tail else 0.0, (high + 1) / (
+        count + 1
+    ) if all_below <= tail else 1.0
 
 
 def satterthwaite(squares: list[float], freedoms: Sequence[float]) -> tuple[float, float]:
@@ -35,14 +41,19 @@ def satterthwaite(squares: list[float], freedoms: Sequence[float]) -> tuple[floa
     total = sum(squares)
     if not total > 0:
         return 0.0, float(max(freedoms))
-    return total, total**2 / sum(square**2 / freedom for square, freedom in zip(squares, freedoms, strict=True) if freedom > 0)
+    return total, total**2 / sum(
+        square**2 / freedom
+        for square, freedom in zip(squares, freedoms, strict=True)
+        if freedom > 0
+    )
 
 
 def freedom_of_variance(members: Floats) -> float:
-    """Return the degrees of freedom of the variance of members (member,): those of the chi-square distribution with the same relative variance.
+    """Return the degrees of freedom of the variance of members (member,): those of the chi-square
+    distribution with the same relative variance.
 
-    The variance of a sample variance s^2 is s^4 (2/(n - 1) + excess/n), with the excess kurtosis of the members (B. O'Neill, American Statistician
-    68 (2014) 282). A negative excess counts as zero.
+    The variance of a sample variance s^2 is s^4 (2/(n - 1) + excess/n), with the excess kurtosis of
+    the members (B. O'Neill, American Statistician 68 (2014) 282). A negative excess counts as zero.
     """
     count, variance = len(members), float(members.var())
     if not variance > 0:
@@ -52,13 +63,17 @@ def freedom_of_variance(members: Floats) -> float:
 
 
 def counting_floor(of_poses: Floats, sets: int, confidence: float = 0.95) -> float:
-    """Return the smallest half-width of the interval of a mean over poses, from its value at each pose (pose,), which are in independent `sets`.
+    """Return the smallest half-width of the interval of a mean over poses, from its value at each
+    pose (pose,), which are in independent `sets`.
 
-    A set has a whole number of poses with an error that begins abruptly, such as an open play. Stratified sets often have the same number: they then
-    show no variance, though the share of such poses is not known better than to 1 - 0.025^(1/sets) poses in each, the upper limit of a binomial
-    proportion without an event (C. Clopper, E. Pearson, Biometrika 26 (1934) 404). The mean is the sum, over the gaps between neighbouring values in
-    order, of gap times share of poses above it; gaps add as independent. So the floor is that of the whole gap where there is one, and nearly zero
-    where the values vary smoothly. Zero for a single set, whose poses were not chosen at random.
+    A set has a whole number of poses with an error that begins abruptly, such as an open play.
+    Stratified sets often have the same number: they then show no variance, though the share of such
+    poses is not known better than to 1 - 0.025^(1/sets) poses in each, the upper limit of a
+    binomial proportion without an event (C. Clopper, E. Pearson, Biometrika 26 (1934) 404). The
+    mean is the sum, over the gaps between neighbouring values in order, of gap times share of poses
+    above it; gaps add as independent. So the floor is that of the whole gap where there is one, and
+    nearly zero where the values vary smoothly. Zero for a single set, whose poses were not chosen
+    at random.
     """
     if sets < 2:  # noqa: PLR2004 - a single set
         return 0.0

@@ -1,4 +1,6 @@
-"""Values that are a maker's upper limits: the share of each in an arm's mean-square error and in its scatter between visits."""
+"""Values that are a maker's upper limits: the share of each in an arm's mean-square error and in
+its scatter between visits.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +27,9 @@ _LEAST: Final = 1e-3
 def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[LimitShare, ...]:
     """Return the upper limits that count at these poses, the largest contributor first.
 
-    Shares are exact sums over terms, at no more than 256 of the poses, evenly spaced. A limit counts where its share of the mean-square error, or of
-    the mean square between visits, is more than a thousandth.
+    Shares are exact sums over terms, at no more than 256 of the poses, evenly spaced. A limit
+    counts where its share of the mean-square error, or of the mean square between visits, is more
+    than a thousandth.
 
     q         (pose, joint) rad or m
     approach  sign of the joints' last motion, as in `screws`
@@ -51,9 +54,16 @@ def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[L
     out = []
     for owner, (joint, model, keys) in limited.items():
         for key in keys:
-            own = [cost for cost in found if key in LIMITED and cost.part == f"{owner} {LIMITED[key]}"]
-            of_error, of_visits = sum(cost.share for cost in own), sum(cost.levels[2] for cost in own)
-            out.append(LimitShare(joint, model, key, of_error, of_visits / between if between else 0.0))
+            own = [
+                cost for cost in found if key in LIMITED and cost.part == f"{owner} {LIMITED[key]}"
+            ]
+            of_error, of_visits = (
+                sum(cost.share for cost in own),
+                sum(cost.levels[2] for cost in own),
+            )
+            out.append(
+                LimitShare(joint, model, key, of_error, of_visits / between if between else 0.0)
+            )
     counting = [each for each in out if max(each.of_error, each.of_repeat) > _LEAST]
     return tuple(sorted(counting, key=lambda each: (-each.of_error, -each.of_repeat, each.joint)))
 
@@ -65,7 +75,9 @@ def _item(column: Column) -> str:
 
 
 def with_limits(known: States, arm: Arm, q: Floats, approach: float | Floats = 0.0) -> States:
-    """Return the states of an arm's error sources with the upper limits that count at these poses; arguments and errors as for `limit_shares`."""
+    """Return the states of an arm's error sources with the upper limits that count at these poses;
+    arguments and errors as for `limit_shares`.
+    """
     return replace(known, limits=limit_shares(arm, q, approach))
 
 

@@ -1,7 +1,8 @@
 """File formats, one file each.
 
-An ending names its reader in `READERS`; a new format is one more line there, and a module with `read_arm(path, sidecar)`. Text that begins as XML
-does is read as what its root element says, URDF or MJCF, whatever its ending; other formats are refused by their names.
+An ending names its reader in `READERS`; a new format is one more line there, and a module with
+`read_arm(path, sidecar)`. Text that begins as XML does is read as what its root element says, URDF
+or MJCF, whatever its ending; other formats are refused by their names.
 """
 
 from __future__ import annotations
@@ -29,10 +30,12 @@ READERS: Final = {
 
 @names_lines
 def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
-    """Return the arm that a file describes. The ending says which format it is in, and XML by its first letters.
+    """Return the arm that a file describes. The ending says which format it is in, and XML by its
+    first letters.
 
-    `sidecar` is the TOML with what a URDF cannot state; unless given, NAME.toml beside NAME.urdf is used if it exists. Raises InputError with every
-    mistake found: in the file, its sidecar, or the path itself.
+    `sidecar` is the TOML with what a URDF cannot state; unless given, NAME.toml beside NAME.urdf is
+    used if it exists. Raises InputError with every mistake found: in the file, its sidecar, or the
+    path itself.
     """
     path = Path(path)
     ending = path.suffix.lower()
@@ -41,11 +44,26 @@ def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
     if ending not in READERS:
         near = nearest(ending, READERS)
         if path.is_dir():
-            refuse(str(path), "", "a folder", f"a file that ends in one of {', '.join(READERS)}", str(path / "arm.toml"))
-        refuse(str(path), "", f"the ending '{ending}'" if ending else "no ending", f"one of {', '.join(READERS)}", f"{path.stem or 'arm'}.toml", near)
+            refuse(
+                str(path),
+                "",
+                "a folder",
+                f"a file that ends in one of {', '.join(READERS)}",
+                str(path / "arm.toml"),
+            )
+        refuse(
+            str(path),
+            "",
+            f"the ending '{ending}'" if ending else "no ending",
+            f"one of {', '.join(READERS)}",
+            f"{path.stem or 'arm'}.toml",
+            near,
+        )
     if ending == ".toml":
         read_toml(path)  # before what checks its keys is loaded, which takes most of a second
     elif not path.exists():
         read_text(path, 1)
-    arm: Arm = importlib.import_module(f"lostmotion.io.{READERS[ending]}").read_arm(path, None if sidecar is None else Path(sidecar))
+    arm: Arm = importlib.import_module(f"lostmotion.io.{READERS[ending]}").read_arm(
+        path, None if sidecar is None else Path(sidecar)
+    )
     return arm

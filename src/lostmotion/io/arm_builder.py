@@ -1,4 +1,6 @@
-"""From a draft to an arm: shared parts go where joints name them, and the model checks the whole."""
+"""From a draft to an arm: shared parts go where joints name them, and the model checks the
+whole.
+"""
 
 from __future__ import annotations
 
@@ -33,14 +35,21 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
     "sections": ("link", "section"),
     "materials": ("link", "material"),
 }
-# Keys by which drawings of gearboxes name materials, in themselves, in their members and in their first stage.
+# Keys by which drawings of gearboxes name materials, in themselves, in their members and in their
+# first stage.
 MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material", "material", "core")
 _TYPES: Final = ("revolute", "prismatic", "fixed")
 # What a file may ask for besides an arm; a command of its own does it.
 SWEEP: Final = "sweep"
 SWEEP_EXAMPLE: Final = '[sweep] with "gearboxes.NAME.backlash" = ["0.5 arcmin", "1 arcmin"]'
-SHARED_EXAMPLES: Final = {**{table: f"[{table}.NAME]" for table in SHARED}, **OWN_EXAMPLES, TABLE: TABLE_EXAMPLE, SWEEP: SWEEP_EXAMPLE}
-# No arm has as many, shared parts counted wherever they are used; a hostile file would have them all checked one by one.
+SHARED_EXAMPLES: Final = {
+    **{table: f"[{table}.NAME]" for table in SHARED},
+    **OWN_EXAMPLES,
+    TABLE: TABLE_EXAMPLE,
+    SWEEP: SWEEP_EXAMPLE,
+}
+# No arm has as many, shared parts counted wherever they are used; a hostile file would have them
+# all checked one by one.
 _MOST_ENTRIES: Final = 20_000
 
 
@@ -51,7 +60,9 @@ class _Alone(Part):
 
 
 def build_arm(draft: Draft) -> Arm:
-    """Return the arm that a draft describes. Raises InputError with every mistake found while reading and by the model."""
+    """Return the arm that a draft describes. Raises InputError with every mistake found while
+    reading and by the model.
+    """
     if draft.tree.pop(SWEEP, None) is not None:
         draft.note("the arm as it stands: its [sweep] is carried out by `lostmotion sweep`")
     _fill_in_shared_parts(draft)
@@ -59,7 +70,9 @@ def build_arm(draft: Draft) -> Arm:
     try:
         arm = Arm.model_validate(draft.tree, context={"text": True})
     except ValidationError as error:
-        draft.mistakes += problems(error, Arm, draft.file, draft.key, {**IN_GEARBOXES, **IN_BEARINGS, **draft.also})
+        draft.mistakes += problems(
+            error, Arm, draft.file, draft.key, {**IN_GEARBOXES, **IN_BEARINGS, **draft.also}
+        )
     if draft.mistakes:
         refuse_all(draft.mistakes)
     _name_shared_parts(draft, arm)
@@ -69,7 +82,8 @@ def build_arm(draft: Draft) -> Arm:
 def _name_shared_parts(draft: Draft, arm: Arm) -> None:
     """Name the shared parts by the keys under which the file describes them."""
     for path, key in draft.written.items():
-        if key.partition(".")[0] not in SHARED.keys() - {"materials"}:  # materials have names of their own
+        # materials have names of their own
+        if key.partition(".")[0] not in SHARED.keys() - {"materials"}:
             continue
         part: Any = arm
         for step in path:
@@ -80,7 +94,9 @@ def _name_shared_parts(draft: Draft, arm: Arm) -> None:
 
 
 def _fill_in_shared_parts(draft: Draft) -> None:
-    """Put the shared parts where joints name them; note names that lead nowhere, and shared parts that nobody names."""
+    """Put the shared parts where joints name them; note names that lead nowhere, and shared parts
+    that nobody names.
+    """
     place_presets(draft)
     place_reducers(draft)
     place_clearances(draft)
@@ -107,23 +123,41 @@ def _fill_in_shared_parts(draft: Draft) -> None:
 
 
 def _fill_in_materials_of_gearboxes(draft: Draft) -> set[str]:
-    """Put materials where drawings of gearboxes name them, also in gearboxes that no joint uses, and return their names."""
+    """Put materials where drawings of gearboxes name them, also in gearboxes that no joint uses,
+    and return their names.
+    """
     stock, shared = draft.tree.get("materials", {}), draft.tree.get("gearboxes", {})
     stock = stock if isinstance(stock, dict) else {}
-    spots: list[tuple[Path, Any]] = [(("joints", index, "gearbox"), joint.get("gearbox")) for index, joint in draft.joints]
-    spots += [(("gearboxes", name), gearbox) for name, gearbox in shared.items()] if isinstance(shared, dict) else []
+    spots: list[tuple[Path, Any]] = [
+        (("joints", index, "gearbox"), joint.get("gearbox")) for index, joint in draft.joints
+    ]
+    spots += (
+        [(("gearboxes", name), gearbox) for name, gearbox in shared.items()]
+        if isinstance(shared, dict)
+        else []
+    )
     places = [place for path, gearbox in spots for place in _materials_named(path, gearbox)]
-    return {draft.fill_in("materials", stock, holder, path) for holder, path in places if not draft.full}
+    return {
+        draft.fill_in("materials", stock, holder, path) for holder, path in places if not draft.full
+    }
 
 
 def _materials_named(path: Path, table: Any) -> list[tuple[dict[str, Any], Path]]:  # noqa: ANN401 - whatever a file holds
     """Return the tables in a drawing that name a material, each with the path of that name."""
     if isinstance(table, list):
-        return [place for index, each in enumerate(table) for place in _materials_named((*path, index), each)]
+        return [
+            place
+            for index, each in enumerate(table)
+            for place in _materials_named((*path, index), each)
+        ]
     if not isinstance(table, dict):
         return []
-    here = [(table, (*path, key)) for key in MATERIALS_OF_GEARBOXES if isinstance(table.get(key), str)]
-    return here + [place for key, each in table.items() for place in _materials_named((*path, key), each)]
+    here = [
+        (table, (*path, key)) for key in MATERIALS_OF_GEARBOXES if isinstance(table.get(key), str)
+    ]
+    return here + [
+        place for key, each in table.items() for place in _materials_named((*path, key), each)
+    ]
 
 
 def _stock(draft: Draft, table: str) -> dict[str, Any]:
@@ -135,7 +169,9 @@ def _stock(draft: Draft, table: str) -> dict[str, Any]:
 
 
 def _check_unused(draft: Draft, table: str, name: str, part: Any) -> None:  # noqa: ANN401 - whatever a file holds
-    """Note the mistakes in a shared part that no joint names yet, as if a joint did: one that turns, or else one that slides."""
+    """Note the mistakes in a shared part that no joint names yet, as if a joint did: one that
+    turns, or else one that slides.
+    """
     if isinstance(part, dict) and "catalogue" in part:
         return
     if table == "sections":
@@ -150,11 +186,18 @@ def _check_unused(draft: Draft, table: str, name: str, part: Any) -> None:  # no
         if len(steps) > 1:
             holder = joint["link"] = dict(link)
         holder[steps[-1]] = part
-        trial = Draft(draft.file, {"name": "unused", "joints": [joint]}, draft.also, {("joints", 0, *steps): f"{table}.{step_of(name)}"})
+        trial = Draft(
+            draft.file,
+            {"name": "unused", "joints": [joint]},
+            draft.also,
+            {("joints", 0, *steps): f"{table}.{step_of(name)}"},
+        )
         try:
             Arm.model_validate(trial.tree, context={"text": True})
         except ValidationError as error:
-            found = found or problems(error, Arm, draft.file, trial.key, {**IN_GEARBOXES, **IN_BEARINGS, **draft.also})
+            found = found or problems(
+                error, Arm, draft.file, trial.key, {**IN_GEARBOXES, **IN_BEARINGS, **draft.also}
+            )
         else:
             return
     if not draft.full:
@@ -178,5 +221,15 @@ def _check_size(draft: Draft) -> None:
         inner = waiting.pop()
         count += len(inner)
         if count > _MOST_ENTRIES:
-            refuse(draft.file, "", f"more than {_MOST_ENTRIES} entries", "an arm of fewer, shared parts counted wherever they are used", "one arm")
-        waiting += [value for value in (inner.values() if isinstance(inner, dict) else inner) if isinstance(value, dict | list)]
+            refuse(
+                draft.file,
+                "",
+                f"more than {_MOST_ENTRIES} entries",
+                "an arm of fewer, shared parts counted wherever they are used",
+                "one arm",
+            )
+        waiting += [
+            value
+            for value in (inner.values() if isinstance(inner, dict) else inner)
+            if isinstance(value, dict | list)
+        ]

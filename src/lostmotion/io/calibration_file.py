@@ -1,6 +1,7 @@
 """Estimates of the errors of one measured robot, from a TOML file.
 
-covariance = [[0.01, 0.0], [0.0, 0.02]]  # of the estimates, in their order; in place of their deviations
+covariance = [[0.01, 0.0], [0.0, 0.02]]  # of the estimates, in their order; in place of their
+                                         deviations
 
 [[estimates]]
 draw = "joints.A.encoder.zero"           # what was estimated
@@ -67,7 +68,9 @@ class _File(BaseModel):
 
 @names_lines
 def read_calibration(path: Path, terms: Sequence[PlacedTerm]) -> Calibration:
-    """Return the calibration that a file states for an arm with these terms. Raises InputError with every mistake in the file."""
+    """Return the calibration that a file states for an arm with these terms. Raises InputError with
+    every mistake in the file.
+    """
     file, tree = str(path), read_toml(path)
     try:
         stated = _File.model_validate(tree)
@@ -78,51 +81,127 @@ def read_calibration(path: Path, terms: Sequence[PlacedTerm]) -> Calibration:
         known.setdefault(name, []).append(law)
     mistakes: list[Problem] = []
     streams = [_stream(file, k, each, known, mistakes) for k, each in enumerate(stated.estimates)]
-    mistakes += [problem for k, each in enumerate(stated.estimates) for problem in _mistakes_in(file, k, each, stated)]
     mistakes += [
-        Problem(file, f"estimates[{k}].draw", f"{shown(name)} a second time", "every draw once", _EXAMPLE)
+        problem
+        for k, each in enumerate(stated.estimates)
+        for problem in _mistakes_in(file, k, each, stated)
+    ]
+    mistakes += [
+        Problem(
+            file,
+            f"estimates[{k}].draw",
+            f"{shown(name)} a second time",
+            "every draw once",
+            _EXAMPLE,
+        )
         for k, (name, law) in enumerate(streams)
         if law is not None and (name, law) in streams[:k]
     ]
     rows = stated.covariance
     if rows is not None and {len(rows), *map(len, rows)} != {len(streams)}:
-        found = f"{len(rows)} rows of {listed(sorted({str(len(row)) for row in rows})) or 'no'} numbers"
-        mistakes.append(Problem(file, "covariance", found, f"{len(streams)} rows of {len(streams)} numbers, as there are estimates", _COVARIANCE))
+        found = (
+            f"{len(rows)} rows of {listed(sorted({str(len(row)) for row in rows})) or 'no'} numbers"
+        )
+        mistakes.append(
+            Problem(
+                file,
+                "covariance",
+                found,
+                f"{len(streams)} rows of {len(streams)} numbers, as there are estimates",
+                _COVARIANCE,
+            )
+        )
     if rows is not None and not all(abs(each) <= _FARTHEST**2 for row in rows for each in row):
-        mistakes.append(Problem(file, "covariance", shown(rows), f"numbers of at most {_FARTHEST**2:g}", _COVARIANCE))
+        mistakes.append(
+            Problem(
+                file, "covariance", shown(rows), f"numbers of at most {_FARTHEST**2:g}", _COVARIANCE
+            )
+        )
     if mistakes:
         refuse_all(mistakes)
     mean = np.array([each.mean for each in stated.estimates])
-    covariance = np.diag(np.square([each.deviation or 0.0 for each in stated.estimates])) if rows is None else np.array(rows)
+    covariance = (
+        np.diag(np.square([each.deviation or 0.0 for each in stated.estimates]))
+        if rows is None
+        else np.array(rows)
+    )
     try:
-        return Calibration(tuple((name, law) for name, law in streams if law is not None), mean, covariance)
+        return Calibration(
+            tuple((name, law) for name, law in streams if law is not None), mean, covariance
+        )
     except InputError as error:
-        raise InputError([replace(each, file=file, found=shown(rows), example=_COVARIANCE, passing=()) for each in error.problems]) from None
+        raise InputError(
+            [
+                replace(each, file=file, found=shown(rows), example=_COVARIANCE, passing=())
+                for each in error.problems
+            ]
+        ) from None
 
 
-def _stream(file: str, k: int, stated: _Estimate, known: dict[str, list[Law]], mistakes: list[Problem]) -> tuple[str, Law | None]:
-    """Return the name of a draw with its law; without one where it has none, which is noted as a mistake."""
+def _stream(
+    file: str, k: int, stated: _Estimate, known: dict[str, list[Law]], mistakes: list[Problem]
+) -> tuple[str, Law | None]:
+    """Return the name of a draw with its law; without one where it has none, which is noted as a
+    mistake.
+    """
     key, laws = f"estimates[{k}]", known.get(stated.draw, [])
     by_phase = {type(law).__name__.lower(): law for law in laws} if len(laws) > 1 else {}
     if not laws:
         expected = (
-            f"a draw by which robots of this arm differ, such as {listed(list(known))}" if known else "no estimate: all robots of this arm are equal"
+            f"a draw by which robots of this arm differ, such as {listed(list(known))}"
+            if known
+            else "no estimate: all robots of this arm are equal"
         )
-        mistakes.append(Problem(file, f"{key}.draw", shown(stated.draw), expected, nearest=nearest(stated.draw, known)))
+        mistakes.append(
+            Problem(
+                file,
+                f"{key}.draw",
+                shown(stated.draw),
+                expected,
+                nearest=nearest(stated.draw, known),
+            )
+        )
     elif by_phase and stated.phase is None:
-        mistakes.append(Problem(file, f"{key}.phase", "nothing", "sine or cosine: a harmonic has two draws", 'phase = "sine"'))
+        mistakes.append(
+            Problem(
+                file,
+                f"{key}.phase",
+                "nothing",
+                "sine or cosine: a harmonic has two draws",
+                'phase = "sine"',
+            )
+        )
     elif not by_phase and stated.phase is not None:
-        mistakes.append(Problem(file, f"{key}.phase", shown(stated.phase), "no phase: this draw is no harmonic", _EXAMPLE))
+        mistakes.append(
+            Problem(
+                file,
+                f"{key}.phase",
+                shown(stated.phase),
+                "no phase: this draw is no harmonic",
+                _EXAMPLE,
+            )
+        )
     else:
         return stated.draw, by_phase[stated.phase] if stated.phase is not None else laws[0]
     return stated.draw, None
 
 
 def _mistakes_in(file: str, k: int, stated: _Estimate, whole: _File) -> list[Problem]:
-    """Return what is wrong with the numbers of an estimate: one out of its range, and a deviation beside a covariance or neither of both."""
-    key, ranges = f"estimates[{k}]", {"mean": (stated.mean, -_FARTHEST), "deviation": (stated.deviation, 0.0)}
+    """Return what is wrong with the numbers of an estimate: one out of its range, and a deviation
+    beside a covariance or neither of both.
+    """
+    key, ranges = (
+        f"estimates[{k}]",
+        {"mean": (stated.mean, -_FARTHEST), "deviation": (stated.deviation, 0.0)},
+    )
     out = [
-        Problem(file, f"{key}.{name}", shown(value), f"from {low:g} to {_FARTHEST:g} standard deviations", f"{name} = 0.1")
+        Problem(
+            file,
+            f"{key}.{name}",
+            shown(value),
+            f"from {low:g} to {_FARTHEST:g} standard deviations",
+            f"{name} = 0.1",
+        )
         for name, (value, low) in ranges.items()
         if value is not None and not low <= value <= _FARTHEST
     ]
@@ -131,5 +210,7 @@ def _mistakes_in(file: str, k: int, stated: _Estimate, whole: _File) -> list[Pro
         out.append(Problem(file, f"{key}.deviation", "nothing", expected, "deviation = 0.1"))
     if whole.covariance is not None and stated.deviation is not None:
         expected = "no deviation beside covariance, whose diagonal has its square"
-        out.append(Problem(file, f"{key}.deviation", shown(stated.deviation), expected, _COVARIANCE))
+        out.append(
+            Problem(file, f"{key}.deviation", shown(stated.deviation), expected, _COVARIANCE)
+        )
     return out

@@ -1,4 +1,6 @@
-"""An arm being read: the tree made from its files, the key under which the user wrote each piece, and the mistakes found so far."""
+"""An arm being read: the tree made from its files, the key under which the user wrote each piece,
+and the mistakes found so far.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,10 @@ if TYPE_CHECKING:
 
 LONGEST_SHOWN: Final = 80
 # Replaces a reference to a missing part, so that the rest of the link is still checked.
-STAND_IN: Final = {"sections": Rod(diameter=1.0), "materials": Material(young=1.0, poisson=0.3, density=1.0)}
+STAND_IN: Final = {
+    "sections": Rod(diameter=1.0),
+    "materials": Material(young=1.0, poisson=0.3, density=1.0),
+}
 
 
 @dataclass
@@ -41,10 +46,18 @@ class Draft:
 
     def key(self, path: Path) -> str:
         """Return the key under which the user wrote this."""
-        kept = next((length for length in range(len(path), 0, -1) if path[:length] in self.written), 0)
+        kept = next(
+            (length for length in range(len(path), 0, -1) if path[:length] in self.written), 0
+        )
         key = self.written.get(path[:kept], "")
         for step in path[kept:]:
-            key += f"[{step}]" if isinstance(step, int) else f".{step_of(step)}" if key else step_of(step)
+            key += (
+                f"[{step}]"
+                if isinstance(step, int)
+                else f".{step_of(step)}"
+                if key
+                else step_of(step)
+            )
         return key
 
     def refuse(self, path: Path, *words: str) -> None:
@@ -54,7 +67,9 @@ class Draft:
 
     @property
     def full(self) -> bool:
-        """Return whether more mistakes are known than will be listed: no need to look for others."""
+        """Return whether more mistakes are known than will be listed: no need to look for
+        others.
+        """
         return len(self.mistakes) > MOST_MISTAKES
 
     def note(self, text: str) -> None:
@@ -66,11 +81,19 @@ class Draft:
 
     @property
     def joints(self) -> list[tuple[int, dict[str, Any]]]:
-        """Return the joints that are tables, with their positions; anything else is refused later, by the model."""
-        return [(index, joint) for index, joint in enumerate(self.tree.get("joints", ())) if isinstance(joint, dict)]
+        """Return the joints that are tables, with their positions; anything else is refused later,
+        by the model.
+        """
+        return [
+            (index, joint)
+            for index, joint in enumerate(self.tree.get("joints", ()))
+            if isinstance(joint, dict)
+        ]
 
     def fill_in(self, table: str, stock: dict[str, Any], holder: dict[str, Any], path: Path) -> str:
-        """Replace one reference by the part that it names, and return the name; empty where there is none."""
+        """Replace one reference by the part that it names, and return the name; empty where there
+        is none.
+        """
         last = str(path[-1])
         stated = holder[last]
         if isinstance(stated, dict):
@@ -78,13 +101,21 @@ class Draft:
         known = {**materials(), **stock} if table == "materials" else stock
         if isinstance(stated, str) and stated in known:
             part = known[stated]
-            holder[last] = {"name": plain(stated), **part} if table == "materials" and isinstance(part, dict) else part
+            holder[last] = (
+                {"name": plain(stated), **part}
+                if table == "materials" and isinstance(part, dict)
+                else part
+            )
             self.written[path] = f"{table}.{step_of(stated)}"
             return stated
         near = nearest(stated, known) if isinstance(stated, str) else ""
         example = f"{last} = {quoted(near or next(iter(known)))}" if known else f"[{table}.NAME]"
         names = listed(known, plain) or "none is there"
-        expected = f"a name under [{table}]: {names}" if isinstance(stated, str) else f"a table, or a name under [{table}]"
+        expected = (
+            f"a name under [{table}]: {names}"
+            if isinstance(stated, str)
+            else f"a table, or a name under [{table}]"
+        )
         self.refuse(path, shown(stated), expected, example, near)
         holder.pop(last)
         if table in STAND_IN:

@@ -1,4 +1,6 @@
-"""The load that each drive of an arm is to give, and the class of its drives: from effort limits, else static loads, else the reach."""
+"""The load that each drive of an arm is to give, and the class of its drives: from effort limits,
+else static loads, else the reach.
+"""
 
 from __future__ import annotations
 
@@ -19,21 +21,26 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# A drive gives this many times the largest static load of the arm without payload. Source: maker's joint torques over static loads by their URDF:
-# UR3 3.1, UR5 2.5, UR10 2.7, Panda 1.5, LBR iiwa 7 3.3, xArm 6 2, Z1 1.7, ViperX-300 2.5.
+# A drive gives this many times the largest static load of the arm without payload. Source: maker's
+# joint torques over static loads by their URDF: UR3 3.1, UR5 2.5, UR10 2.7, Panda 1.5, LBR iiwa 7
+# 3.3, xArm 6 2, Z1 1.7, ViperX-300 2.5.
 MARGIN: Final = 2.5
-# Static load of an arm's heaviest joint, N m, over the fourth power of its reach, m: weight grows with the cube of the size, and its lever with the
-# size. Source: the same arms, 42 to 280 (hobby arms 26), Panda, UR5, iiwa 7 and xArm 6 106 to 118 [M 60].
+# Static load of an arm's heaviest joint, N m, over the fourth power of its reach, m: weight grows
+# with the cube of the size, and its lever with the size. Source: the same arms, 42 to 280 (hobby
+# arms 26), Panda, UR5, iiwa 7 and xArm 6 106 to 118 [M 60].
 BY_REACH: Final = 100.0
 # Masses are placeholders where the static load is this many times more or less than by reach.
 _PLAUSIBLE: Final = 50.0
-# Effort limits over the static load that are credible for the most heavily loaded joint; of equal ones on all joints the second.
+# Effort limits over the static load that are credible for the most heavily loaded joint; of equal
+# ones on all joints the second.
 _MOST_EFFORT: Final = 20.0
 _MOST_EQUAL_EFFORT: Final = 6.0
-# The smallest drive of an arm gives at least this share of the largest: UR5 0.19, iiwa 7 0.23, Panda 0.14 [M 60].
+# The smallest drive of an arm gives at least this share of the largest: UR5 0.19, iiwa 7 0.23,
+# Panda 0.14 [M 60].
 _LEAST_SHARE: Final = 1 / 7
-# A load below this share of the largest is none: the axis stands upright, or passes through the centre of mass. So is a lever below this share of
-# the reach about every turning axis: files round right angles, and 3.1416 for pi lets an upright axis hold a millionth of the weight.
+# A load below this share of the largest is none: the axis stands upright, or passes through the
+# centre of mass. So is a lever below this share of the reach about every turning axis: files round
+# right angles, and 3.1416 for pi lets an upright axis hold a millionth of the weight.
 _NO_LOAD: Final = 0.02
 _SEVERAL: Final = 3
 _EQUAL: Final = 1e-6
@@ -61,9 +68,10 @@ class DriveLoads:
 def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLoads:
     """Return the load of every drive and the class that suits the largest of them.
 
-    `efforts` are the effort limits of a robot file by joint, N m or N; 0 where none is stated. They are not used where they cannot be true: smaller
-    than what gravity asks for, far larger, or the same on all joints of very different load. Without credible masses the static loads follow from the
-    reach: the estimate is then within a factor of about three.
+    `efforts` are the effort limits of a robot file by joint, N m or N; 0 where none is stated. They
+    are not used where they cannot be true: smaller than what gravity asks for, far larger, or the
+    same on all joints of very different load. Without credible masses the static loads follow from
+    the reach: the estimate is then within a factor of about three.
     """
     q = even_poses(arm)
     held = np.abs(joint_torques(arm, q)).max(axis=0)
@@ -76,12 +84,21 @@ def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLo
     static = held if not why else by_reach
     if upright:
         how = f"an acceleration of {_ACCELERATION:g} m/s^2 of all behind it, at the reach"
-        first, how = (f"{why}, and ", f"the reach, {BY_REACH:g} N m x (reach / 1 m)^4") if why else ("", how)
+        first, how = (
+            (f"{why}, and ", f"the reach, {BY_REACH:g} N m x (reach / 1 m)^4") if why else ("", how)
+        )
         remarks.append(f"{first}no turning axis holds a static load: loads by {how}")
     elif why:
-        remarks.append(f"{why}: static loads by the reach of {lever[turns].max(initial=0.0):.2g} m, {BY_REACH:g} N m x (reach / 1 m)^4")
+        remarks.append(
+            f"{why}: static loads by the reach of {lever[turns].max(initial=0.0):.2g} m, "
+            f"{BY_REACH:g} N m x (reach / 1 m)^4"
+        )
     stated = np.array([(efforts or {}).get(joint.name, 0.0) for joint in arm.moving])
-    need = np.where(turns & (not upright), _with_neighbours(static, turns), _in_motion(arm, static, reach, masses=not why))
+    need = np.where(
+        turns & (not upright),
+        _with_neighbours(static, turns),
+        _in_motion(arm, static, reach, masses=not why),
+    )
     used, reason = _credible(stated, need, turns)
     remarks += [reason] if reason else []
     loads = np.where(used, stated, MARGIN * need)
@@ -98,7 +115,9 @@ def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLo
 
 
 def _levers(arm: Arm, q: Floats) -> Floats:
-    """Return the largest lever (m) of a weight at the tool about each joint; 1 for sliding joints that lift it."""
+    """Return the largest lever (m) of a weight at the tool about each joint; 1 for sliding joints
+    that lift it.
+    """
     heavier = arm.payload.model_copy(update={"mass": arm.payload.mass + 1.0})
     more = joint_torques(arm.model_copy(update={"payload": heavier}), q) - joint_torques(arm, q)
     return np.asarray(np.abs(more).max(axis=0) / STANDARD_GRAVITY)
@@ -124,12 +143,17 @@ def _placeholder_masses(arm: Arm, held: Floats, by_reach: Floats, turns: np.ndar
         return f"every link weighs {masses[0]:.3g} kg, a placeholder"
     heaviest, usual = float(held[turns].max(initial=0.0)), float(by_reach.max(initial=0.0))
     if usual and not usual / _PLAUSIBLE <= heaviest <= usual * _PLAUSIBLE:
-        return f"a static load of {_torque(heaviest)} where about {_torque(usual)} are usual, so that masses are placeholders"
+        return (
+            f"a static load of {_torque(heaviest)} where about {_torque(usual)} are usual, so that "
+            "masses are placeholders"
+        )
     return ""
 
 
 def _with_neighbours(static: Floats, turns: np.ndarray) -> Floats:
-    """Return the static loads of turning joints, those without load with that of their neighbour: the next one outward, else the one before."""
+    """Return the static loads of turning joints, those without load with that of their neighbour:
+    the next one outward, else the one before.
+    """
     out = static.copy()
     loaded = [k for k in np.flatnonzero(turns) if static[k] > _NO_LOAD * static[turns].max()]
     for k in np.flatnonzero(turns):
@@ -142,13 +166,19 @@ def _with_neighbours(static: Floats, turns: np.ndarray) -> Floats:
 def _moved(arm: Arm, k: int) -> float:
     """Return the mass (kg) behind a moving joint, with the payload."""
     behind = arm.joints[arm.joints.index(arm.moving[k]) :]
-    return sum(each.link.total_mass for each in behind) + sum(each.total_mass for each in behind[1:]) + arm.payload.mass
+    return (
+        sum(each.link.total_mass for each in behind)
+        + sum(each.total_mass for each in behind[1:])
+        + arm.payload.mass
+    )
 
 
 def _in_motion(arm: Arm, static: Floats, reach: Floats, *, masses: bool) -> Floats:
-    """Return the loads of drives (joint,), N m or N, that move more than they lift: what they hold, at least what accelerates all behind them.
+    """Return the loads of drives (joint,), N m or N, that move more than they lift: what they hold,
+    at least what accelerates all behind them.
 
-    On a turning joint that is a torque at the `reach`; without credible masses it follows from the reach alone.
+    On a turning joint that is a torque at the `reach`; without credible masses it follows from the
+    reach alone.
     """
     out = static.copy()
     for k, joint in enumerate(arm.moving):
@@ -161,7 +191,9 @@ def _in_motion(arm: Arm, static: Floats, reach: Floats, *, masses: bool) -> Floa
 
 
 def _credible(stated: Floats, need: Floats, turns: np.ndarray) -> tuple[np.ndarray, str]:
-    """Return which effort limits may be true (joint,), and why the others are not used; empty where all are, or none is stated."""
+    """Return which effort limits may be true (joint,), and why the others are not used; empty where
+    all are, or none is stated.
+    """
     none = np.zeros(len(stated), dtype=bool)
     if not stated.any():
         return none, ""
@@ -171,15 +203,41 @@ def _credible(stated: Floats, need: Floats, turns: np.ndarray) -> tuple[np.ndarr
         ratio = stated[most] / need[most] if need[most] else np.inf
         equal = turning.size >= _SEVERAL and np.ptp(turning) <= _EQUAL * turning.max()
         if equal and ratio > _MOST_EQUAL_EFFORT:
-            return none, f"effort limits not used: {_torque(turning[0])} on every joint, where the loads differ, is a placeholder"
+            return (
+                none,
+                (
+                    f"effort limits not used: {_torque(turning[0])} on every joint, where the "
+                    "loads differ, is a placeholder"
+                ),
+            )
         if ratio > _MOST_EFFORT:
-            return none, f"effort limits not used: {_torque(stated[most])} where gravity asks for {_torque(need[most])} is a placeholder"
+            return (
+                none,
+                (
+                    f"effort limits not used: {_torque(stated[most])} where gravity asks for "
+                    f"{_torque(need[most])} is a placeholder"
+                ),
+            )
         if 0 < ratio < 1:
-            return none, f"effort limits not used: {_torque(stated[most])}, less than the static load of {_torque(need[most])}"
+            return (
+                none,
+                (
+                    f"effort limits not used: {_torque(stated[most])}, less than the static load "
+                    f"of {_torque(need[most])}"
+                ),
+            )
     floor = np.maximum(need, _LEAST_SHARE * need[turns].max(initial=0.0) * turns)
     used = (stated >= need) & (stated <= 2 * _MOST_EFFORT * np.maximum(floor, 1e-9)) & (stated > 0)
     left = int((~used & (stated > 0)).sum())
-    return used, f"{left} of {int((stated > 0).sum())} effort limits not used: below the static load, or far above it" if left else ""
+    return (
+        used,
+        (
+            f"{left} of {int((stated > 0).sum())} effort limits not used: below the static load, "
+            "or far above it"
+        )
+        if left
+        else "",
+    )
 
 
 def _at_least_a_share(loads: Floats, turns: np.ndarray) -> Floats:
@@ -203,5 +261,9 @@ def load_text(load: float, unit: str) -> str:
 
 def remarks_of(found: DriveLoads) -> Sequence[str]:
     """Return how the loads were found, in a sentence each, beginning with what they rest on."""
-    basis = "effort limits of the file" if found.efforts else f"{MARGIN:g} times the static loads, which leaves room for payload and acceleration"
+    basis = (
+        "effort limits of the file"
+        if found.efforts
+        else f"{MARGIN:g} times the static loads, which leaves room for payload and acceleration"
+    )
     return (f"loads of the drives: {basis}", *found.remarks)

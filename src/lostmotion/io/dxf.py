@@ -1,4 +1,6 @@
-"""The profiles of a cycloidal gearbox as a DXF drawing: closed polylines in mm, each wheel about its own centre, named layers."""
+"""The profiles of a cycloidal gearbox as a DXF drawing: closed polylines in mm, each wheel about
+its own centre, named layers.
+"""
 
 from __future__ import annotations
 
@@ -36,13 +38,17 @@ def can_draw() -> bool:
 def profile_dxf(gearbox: CycloidalGearbox, name: str) -> bytes:
     """Return the drawing of these wheels as the bytes of a DXF file (R2010, mm).
 
-    Every wheel about its own centre, as with the crank at zero, what is ground off taken off: layers DISC_1, DISC_2 … (each turned against the first
-    by its share of a pitch, for the holes are common), RING or PINS with PIN_CIRCLE, DISC_BORE, OUTPUT_HOLES or CRANK_CENTRES and CRANK_HOLES; those
-    of a first stage begin with FIRST_. With planet pins PINS belong to the planet. Corners lie on the true profile and chords within 0.5 µm of it.
-    The same gearbox gives the same bytes with one version of ezdxf. Raises LostmotionError where ezdxf is not installed.
+    Every wheel about its own centre, as with the crank at zero, what is ground off taken off:
+    layers DISC_1, DISC_2 … (each turned against the first by its share of a pitch, for the holes
+    are common), RING or PINS with PIN_CIRCLE, DISC_BORE, OUTPUT_HOLES or CRANK_CENTRES and
+    CRANK_HOLES; those of a first stage begin with FIRST_. With planet pins PINS belong to the
+    planet. Corners lie on the true profile and chords within 0.5 µm of it. The same gearbox gives
+    the same bytes with one version of ezdxf. Raises LostmotionError where ezdxf is not installed.
     """
     if not can_draw():
-        raise LostmotionError("a DXF drawing needs ezdxf, which is not installed\n  pip install 'lostmotion[dxf]'")
+        raise LostmotionError(
+            "a DXF drawing needs ezdxf, which is not installed\n  pip install 'lostmotion[dxf]'"
+        )
     import ezdxf
 
     before = ezdxf.options.write_fixed_meta_data_for_testing
@@ -55,7 +61,8 @@ def profile_dxf(gearbox: CycloidalGearbox, name: str) -> bytes:
             worst = max(worst, _stage(space, gearbox.first_stage, "FIRST_"))
         document.header.custom_vars.append("gearbox", name)
         document.header.custom_vars.append("largest chord error in µm", f"{worst * 1e6:.3f}")
-        for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf itself adds them out of a set, in any order
+        # ezdxf itself adds them out of a set, in any order
+        for kind in sorted(document.entitydb.dxf_types_in_use()):
             document.classes.add_class(kind)
         out = io.StringIO()
         document.write(out)
@@ -67,18 +74,31 @@ def profile_dxf(gearbox: CycloidalGearbox, name: str) -> bytes:
 def _stage(space: Modelspace, part: CycloidalStage, prefix: str) -> float:
     """Draw the wheels of one stage; gives the largest chord error (m)."""
     stage = part.stage
-    turns = -2 * math.pi / part.discs / (stage.pins if stage.has_planet_pins else stage.lobes) * np.arange(part.discs)
+    turns = (
+        -2
+        * math.pi
+        / part.discs
+        / (stage.pins if stage.has_planet_pins else stage.lobes)
+        * np.arange(part.discs)
+    )
     wheel = wheel_outline(stage, relief_as_drawn(part), CHORD_ERROR)
     worst = wheel.chord_error
     if stage.has_planet_pins:
         _polyline(space, wheel, f"{prefix}RING", 0.0)
         for k, turn in enumerate(turns, 1):
-            _circles(space, _around(stage.pins, stage.ring_radius, turn), stage.pin_radius, f"{prefix}PINS_{k}")
+            _circles(
+                space,
+                _around(stage.pins, stage.ring_radius, turn),
+                stage.pin_radius,
+                f"{prefix}PINS_{k}",
+            )
     else:
         for k, turn in enumerate(turns, 1):
             _polyline(space, wheel, f"{prefix}DISC_{k}", turn)
         if stage.kind == "ring pins":
-            _circles(space, _around(stage.pins, stage.ring_radius), stage.pin_radius, f"{prefix}PINS")
+            _circles(
+                space, _around(stage.pins, stage.ring_radius), stage.pin_radius, f"{prefix}PINS"
+            )
         else:
             ring = ring_outline(stage, CHORD_ERROR)
             worst = max(worst, ring.chord_error)
@@ -94,12 +114,19 @@ def _stage(space: Modelspace, part: CycloidalStage, prefix: str) -> float:
 
 
 def _output(space: Modelspace, part: CycloidalStage, prefix: str) -> None:
-    """Draw the holes that the output pins go through, as wide as pin, twice the eccentricity and clearance; or the places of crankshafts."""
+    """Draw the holes that the output pins go through, as wide as pin, twice the eccentricity and
+    clearance; or the places of crankshafts.
+    """
     pins, eccentric = part.output_pins, part.eccentric
     if pins is not None:
         layer, places = f"{prefix}OUTPUT_HOLES", _around(pins.count, pins.circle_radius)
         if pins.outer_diameter is not None:
-            _circles(space, places, (pins.outer_diameter + pins.clearance.nominal) / 2 + part.stage.eccentricity, layer)
+            _circles(
+                space,
+                places,
+                (pins.outer_diameter + pins.clearance.nominal) / 2 + part.stage.eccentricity,
+                layer,
+            )
         else:
             _points(space, places, layer)
     elif eccentric.circle_radius is not None:

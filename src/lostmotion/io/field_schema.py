@@ -17,7 +17,9 @@ _ORIGIN: Final = frozenset({"preset", "assumed", "source", "upper_limits"})
 
 
 def options_of(annotation: Any, marks: Iterable[Any] = ()) -> Options:  # noqa: ANN401 - any annotation
-    """Return the alternatives that an annotation allows. Quantities, models, lists and plain types; unions opened, without None."""
+    """Return the alternatives that an annotation allows. Quantities, models, lists and plain types;
+    unions opened, without None.
+    """
     quantities: Options = [mark for mark in marks if isinstance(mark, Quantity | Distribution)]
     if quantities:
         return quantities
@@ -26,7 +28,9 @@ def options_of(annotation: Any, marks: Iterable[Any] = ()) -> Options:  # noqa: 
         inner, *metadata = get_args(annotation)
         return options_of(inner, metadata)
     if origin in (Union, types.UnionType):
-        return [option for alternative in get_args(annotation) for option in options_of(alternative)]
+        return [
+            option for alternative in get_args(annotation) for option in options_of(alternative)
+        ]
     return [] if annotation is type(None) else [annotation]
 
 
@@ -36,7 +40,9 @@ def _origin(annotation: Any) -> Any:  # noqa: ANN401 - any annotation
 
 def models(options: Options) -> list[type[BaseModel]]:
     """Return those alternatives that are tables."""
-    return [option for option in options if isinstance(option, type) and issubclass(option, BaseModel)]
+    return [
+        option for option in options if isinstance(option, type) and issubclass(option, BaseModel)
+    ]
 
 
 def tag(model: type[BaseModel]) -> str:
@@ -52,24 +58,39 @@ def keys(model: type[BaseModel]) -> list[str]:
 
 def literals(options: Options) -> list[str]:
     """Return the allowed words."""
-    named = [word for option in options if isinstance(option, Distribution) for word in option.words]
-    return [*named, *(str(word) for option in options if _origin(option) is Literal for word in get_args(option))]
+    named = [
+        word for option in options if isinstance(option, Distribution) for word in option.words
+    ]
+    return [
+        *named,
+        *(
+            str(word)
+            for option in options
+            if _origin(option) is Literal
+            for word in get_args(option)
+        ),
+    ]
 
 
 def inside(options: Options, item: str | int) -> Options:
     """Return the alternatives one step further in: under a key, or at a position of a list."""
     if isinstance(item, str):
-        fields = [model.model_fields[item] for model in models(options) if item in model.model_fields]
-        named = [get_args(option)[1] for option in options if _origin(option) is dict]  # a table of free keys
-        return [option for field in fields for option in options_of(field.annotation, field.metadata)] + [
-            option for annotation in named for option in options_of(annotation)
+        fields = [
+            model.model_fields[item] for model in models(options) if item in model.model_fields
         ]
+        # a table of free keys
+        named = [get_args(option)[1] for option in options if _origin(option) is dict]
+        return [
+            option for field in fields for option in options_of(field.annotation, field.metadata)
+        ] + [option for annotation in named for option in options_of(annotation)]
     out: Options = []
     for option in options:
         origin = _origin(option)
         members = get_args(option)
         if origin in (tuple, list):
-            out += options_of(members[item] if item < len(members) and members[-1] is not Ellipsis else members[0])
+            out += options_of(
+                members[item] if item < len(members) and members[-1] is not Ellipsis else members[0]
+            )
     return out
 
 
@@ -115,6 +136,10 @@ def _example(option: Any) -> str:  # noqa: ANN401 - any annotation
 
 
 def _example_table(model: type[BaseModel]) -> str:
-    needed = [name for name, field in model.model_fields.items() if field.is_required() or name in ("kind", "type")]
+    needed = [
+        name
+        for name, field in model.model_fields.items()
+        if field.is_required() or name in ("kind", "type")
+    ]
     needed = needed or keys(model)[:1]
     return "{ " + ", ".join(f"{name} = {example(inside([model], name))}" for name in needed) + " }"

@@ -1,4 +1,6 @@
-"""A first sidecar for a URDF: the class of its drives, the load of each, and reducers of the catalogue that are rated for it."""
+"""A first sidecar for a URDF: the class of its drives, the load of each, and reducers of the
+catalogue that are rated for it.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,8 @@ if TYPE_CHECKING:
     from lostmotion.io.drive_loads import DriveLoads
     from lostmotion.mechanism.arm import Arm
 
-# A reducer is proposed where its rated torque is this many times the largest static load: room for acceleration.
+# A reducer is proposed where its rated torque is this many times the largest static load: room for
+# acceleration.
 _MARGIN: Final = 1.5
 # Larger ones are far too heavy for their joint: the catalogue has no reducer of its class.
 _MOST_MARGIN: Final = 20.0
@@ -42,10 +45,12 @@ _NOTHING: Final = 1e-6
 
 @names_lines
 def first_sidecar(path: Path, tip: str | None = None) -> str:
-    """Return the text of a sidecar for a URDF, which the reader accepts as it is. Every value in it is marked as assumed.
+    """Return the text of a sidecar for a URDF, which the reader accepts as it is. Every value in it
+    is marked as assumed.
 
-    `tip` is the link that is the tool. Unless given, an existing sidecar decides on it, as on the base; its repairs of the description are kept.
-    Raises InputError with every mistake in the files.
+    `tip` is the link that is the tool. Unless given, an existing sidecar decides on it, as on the
+    base; its repairs of the description are kept. Raises InputError with every mistake in the
+    files.
     """
     beside = find_sidecar(path)
     whole = {} if beside is None else read_toml(beside)
@@ -66,14 +71,32 @@ def first_sidecar(path: Path, tip: str | None = None) -> str:
     found = drive_loads(arm, {name: joint.effort for name, joint in tree.joints.items()})
     names, basis = ", ".join(drive_classes()), "without payload" if found.masses else "by the reach"
     lines = [
-        f"# Sidecar of {path.name}: what {tree.format} cannot state. It is found by its name beside that file.",
-        "# Everything here is assumed from the class of the drives, by the load that each is to give: gearbox, bearing, encoder, mounting and link.",
+        (
+            f"# Sidecar of {path.name}: what {tree.format} cannot state. It is found by its name "
+            "beside that file."
+        ),
+        (
+            "# Everything here is assumed from the class of the drives, by the load that each is "
+            "to give: gearbox, bearing, encoder, mounting and link."
+        ),
         "# State your own parts beside `drive`: what you state takes precedence.",
         *(f"# {remark[0].upper()}{remark[1:]}." for remark in remarks_of(found)),
-        f"# Static loads: the largest of poses spread evenly over the joint ranges, {basis}; base level.",
-        f"# Reducers proposed: the smallest of the catalogue, of ratio {_LEAST_RATIO:g} or more, whose rated torque is at least {_MARGIN}",
-        "# times the static load of this joint and of all farther out. That leaves room for acceleration; life and shocks are not checked.",
-        f"# None is proposed whose rated torque is more than {_MOST_MARGIN:g} times what is needed.",
+        (
+            f"# Static loads: the largest of poses spread evenly over the joint ranges, {basis}; "
+            "base level."
+        ),
+        (
+            f"# Reducers proposed: the smallest of the catalogue, of ratio {_LEAST_RATIO:g} or "
+            f"more, whose rated torque is at least {_MARGIN}"
+        ),
+        (
+            "# times the static load of this joint and of all farther out. That leaves room for "
+            "acceleration; life and shocks are not checked."
+        ),
+        (
+            f"# None is proposed whose rated torque is more than {_MOST_MARGIN:g} times what is "
+            "needed."
+        ),
         *(f"# Warning: {warning}" for warning in arm.warnings),
         "",
         f"tip = {quoted(tip)}",
@@ -93,18 +116,25 @@ def first_sidecar(path: Path, tip: str | None = None) -> str:
 
 
 def _of_option(problem: Problem, *, asked: bool) -> Problem:
-    """Return a mistake whose remedy is a tip with the option that states it, for there may be no sidecar yet; `asked`: the option was given."""
+    """Return a mistake whose remedy is a tip with the option that states it, for there may be no
+    sidecar yet; `asked`: the option was given.
+    """
     stated = re.fullmatch(r'tip = "(?P<link>[^"\\]+)"', problem.example)
     if stated is None:
         return problem
     if asked and problem.key == "tip":
         return replace(problem, file="", example="", passing=(("tip", stated["link"]),))
-    return replace(problem, example=f"--tip {stated['link']} (in Python, and in a sidecar: {problem.example})")
+    return replace(
+        problem, example=f"--tip {stated['link']} (in Python, and in a sidecar: {problem.example})"
+    )
 
 
 def _arguments(stated: dict[str, Any]) -> list[str]:
     """Return the table of the arguments of a xacro file, as stated."""
-    lines = [f"{key_step(name)} = {quoted(value) if isinstance(value, str) else str(value).lower()}" for name, value in stated.items()]
+    lines = [
+        f"{key_step(name)} = {quoted(value) if isinstance(value, str) else str(value).lower()}"
+        for name, value in stated.items()
+    ]
     return ["", f"[{XACRO}]", *lines] if lines else []
 
 
@@ -115,25 +145,46 @@ def _joints(arm: Arm, found: DriveLoads, repairs: dict[str, dict[str, Any]]) -> 
         turning = joint.type == "revolute"
         effort = found.efforts.get(joint.name)
         limit = "" if effort is None else f"; effort limit: {load_text(effort, joint.load_unit)}"
-        lines += ["", f"[joints.{key_step(joint.name)}]", *repair_lines(repairs.get(joint.name, {}))]
-        lines.append(f"# static load: {held[k] if held[k] > _NOTHING else 0:.3g} {joint.load_unit}{limit}")
-        lines.append(f'{DRIVE} = {{ {LOAD_KEYS[joint.type]} = "{load_text(found.loads[joint.name], joint.load_unit)}" }}')
-        needed = _MARGIN * max((held[i] for i in range(k, len(held)) if arm.moving[i].type == "revolute"), default=0.0)
+        lines += [
+            "",
+            f"[joints.{key_step(joint.name)}]",
+            *repair_lines(repairs.get(joint.name, {})),
+        ]
+        lines.append(
+            f"# static load: {held[k] if held[k] > _NOTHING else 0:.3g} {joint.load_unit}{limit}"
+        )
+        lines.append(
+            f"{DRIVE} = {{ {LOAD_KEYS[joint.type]} = "
+            f'"{load_text(found.loads[joint.name], joint.load_unit)}" }}'
+        )
+        needed = _MARGIN * max(
+            (held[i] for i in range(k, len(held)) if arm.moving[i].type == "revolute"), default=0.0
+        )
         proposed = _reducers(needed) if turning and needed > _NOTHING else []
-        lines += [f"# gearbox = {quoted(name)}   # rated {rated:.4g} N m, for {needed:.3g} N m" for name, rated in proposed]
+        lines += [
+            f"# gearbox = {quoted(name)}   # rated {rated:.4g} N m, for {needed:.3g} N m"
+            for name, rated in proposed
+        ]
     return lines
 
 
 def _reducers(needed: float) -> list[tuple[str, float]]:
-    """Return name and rated torque (N m) of the smallest reducers that are rated for this torque and not for far more, one of each model."""
+    """Return name and rated torque (N m) of the smallest reducers that are rated for this torque
+    and not for far more, one of each model.
+    """
     out: dict[str, tuple[str, float]] = {}
-    for row in sorted(search(gearboxes(), Criteria(min_torque=needed)).rows, key=lambda row: searchable_figures(row)["rated torque"]):
+    for row in sorted(
+        search(gearboxes(), Criteria(min_torque=needed)).rows,
+        key=lambda row: searchable_figures(row)["rated torque"],
+    ):
         if searchable_figures(row)["rated torque"] > _MOST_MARGIN * needed:
             break
         ratio = _RATIO if row.applies_to(_RATIO) else row.typical_ratio or _RATIO
         if ratio < _LEAST_RATIO:
             continue
-        out.setdefault(row.models[0], (f"{row.models[0]}-{ratio:g}", searchable_figures(row)["rated torque"]))
+        out.setdefault(
+            row.models[0], (f"{row.models[0]}-{ratio:g}", searchable_figures(row)["rated torque"])
+        )
         if len(out) == _PROPOSED:
             break
     return list(out.values())

@@ -1,8 +1,9 @@
-"""Flexibilities of the elastic bodies of drawn gearboxes in the user's cache folder, so that the next run need not compute them.
+"""Flexibilities of the elastic bodies of drawn gearboxes in the user's cache folder, so that the
+next run need not compute them.
 
-A file has a checksum of its name and content, arrays as NumPy writes them; without a match they are computed again. Its name is a hash of what
-the arrays follow from, with the source text of all laws and the version of NumPy: another version never reads them. The folder can be deleted at
-any time.
+A file has a checksum of its name and content, arrays as NumPy writes them; without a match they are
+computed again. Its name is a hash of what the arrays follow from, with the source text of all laws
+and the version of NumPy: another version never reads them. The folder can be deleted at any time.
 """
 
 from __future__ import annotations
@@ -22,13 +23,16 @@ if TYPE_CHECKING:
 
     from lostmotion.spatial import Floats
 
-# Number of files above which the older half is deleted, and bytes of the largest one; most have some 50 kB.
+# Number of files above which the older half is deleted, and bytes of the largest one; most have
+# some 50 kB.
 _MOST: Final = 500
 _LARGEST: Final = 4_000_000
 
 
 def keep_flexibilities() -> None:
-    """Keep flexibilities in the user's cache folder: $XDG_CACHE_HOME/lostmotion or ~/.cache/lostmotion; nowhere if there is neither."""
+    """Keep flexibilities in the user's cache folder: $XDG_CACHE_HOME/lostmotion or
+    ~/.cache/lostmotion; nowhere if there is neither.
+    """
     from lostmotion.laws.cycloid.kept import keep_in
 
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path(os.path.expanduser("~"), ".cache"))  # noqa: PTH111 - gives "~" back where there is no home
@@ -36,14 +40,18 @@ def keep_flexibilities() -> None:
 
 
 class FlexibilityFiles:
-    """Arrays as files of a folder, at most some hundred. Whatever cannot be read or written is computed each time."""
+    """Arrays as files of a folder, at most some hundred. Whatever cannot be read or written is
+    computed each time.
+    """
 
     def __init__(self, folder: Path) -> None:
         """Take the folder, which is made once something is written."""
         self._folder = folder
 
     def read(self, key: str) -> tuple[Floats, ...] | None:
-        """Return the arrays of a key, to the bit; None where there are none or the file is damaged."""
+        """Return the arrays of a key, to the bit; None where there are none or the file is
+        damaged.
+        """
         import numpy as np
 
         file = self._file(key)
@@ -76,7 +84,11 @@ class FlexibilityFiles:
 
     def _file(self, key: str) -> Path | None:
         laws = _laws()
-        return None if laws is None else self._folder / hashlib.sha256((laws + key).encode()).hexdigest()
+        return (
+            None
+            if laws is None
+            else self._folder / hashlib.sha256((laws + key).encode()).hexdigest()
+        )
 
     def _delete_oldest(self) -> None:
         files = [each for each in self._folder.iterdir() if each.is_file()]
@@ -86,7 +98,9 @@ class FlexibilityFiles:
 
 
 def _laws() -> str | None:
-    """Return a hash of the source text of all laws, with the version of NumPy; None where it cannot be read."""
+    """Return a hash of the source text of all laws, with the version of NumPy; None where it cannot
+    be read.
+    """
     import numpy as np
 
     source = source_hash("laws")

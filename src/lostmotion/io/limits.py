@@ -24,13 +24,27 @@ def refuse_all(mistakes: Sequence[Problem], most: int = MOST_MISTAKES) -> NoRetu
     """Raise the first so many mistakes as an InputError, with a last line where there are more."""
     kept = list(mistakes[:most])
     if len(mistakes) > most:
-        kept.append(Problem(kept[-1].file, MORE, f"more than these {most} mistakes", "none", "correct these, then read the file again"))
+        kept.append(
+            Problem(
+                kept[-1].file,
+                MORE,
+                f"more than these {most} mistakes",
+                "none",
+                "correct these, then read the file again",
+            )
+        )
     raise InputError(kept)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Return which of the first 200 known names was probably meant. Empty where none is close, or the word is none."""
-    return errors.nearest(word, itertools.islice(known, _CANDIDATES)) if len(word) <= _LONGEST_WORD else ""
+    """Return which of the first 200 known names was probably meant. Empty where none is close, or
+    the word is none.
+    """
+    return (
+        errors.nearest(word, itertools.islice(known, _CANDIDATES))
+        if len(word) <= _LONGEST_WORD
+        else ""
+    )
 
 
 def listed(names: Collection[str], show: Callable[[str], str] = str) -> str:
@@ -40,7 +54,9 @@ def listed(names: Collection[str], show: Callable[[str], str] = str) -> str:
         if kept and sum(map(len, kept)) + len(name) > _MOST_LETTERS:
             break
         kept.append(show(name))
-    return ", ".join(kept) + (f" and {len(names) - len(kept)} more" if len(names) > len(kept) else "")
+    return ", ".join(kept) + (
+        f" and {len(names) - len(kept)} more" if len(names) > len(kept) else ""
+    )
 
 
 def cut(text: str, longest: int) -> str:

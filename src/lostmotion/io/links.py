@@ -1,10 +1,13 @@
-"""What links and the base take by name: sections and materials within sections, and compliances from files beside the arm's.
+"""What links and the base take by name: sections and materials within sections, and compliances
+from files beside the arm's.
 
 [sections.forearm]
 kind = "stepped"
-steps = [{ length = "100 mm", section = "large", material = "steel" }, { length = "300 mm", section = "small" }]
+steps = [{ length = "100 mm", section = "large", material = "steel" }, { length = "300 mm", section
+= "small" }]
 
-link = { length = "400 mm", compliance = "forearm.csv" }            # `compliance_csv` says what it holds
+link = { length = "400 mm", compliance = "forearm.csv" }            # `compliance_csv` says what it
+holds
 base = { compliance = { file = "mount.csv", scatter = "10 %" } }
 """
 
@@ -21,13 +24,20 @@ if TYPE_CHECKING:
     from lostmotion.io.draft import Draft
     from lostmotion.io.validation_errors import Path
 
-# The keys under which sections are made of others, entry by entry, and those that no such other has: nothing is made of itself.
-_PIECES: Final = {"layers": {"layers", "steps", "stations"}, "steps": {"steps", "stations"}, "stations": {"layers", "steps", "stations"}}
+# The keys under which sections are made of others, entry by entry, and those that no such other
+# has: nothing is made of itself.
+_PIECES: Final = {
+    "layers": {"layers", "steps", "stations"},
+    "steps": {"steps", "stations"},
+    "stations": {"layers", "steps", "stations"},
+}
 _FILE: Final = 'compliance = "forearm.csv"'
 
 
 def place_links(draft: Draft) -> dict[str, set[str]]:
-    """Put parts where sections name them and matrices where links name files; note what is wrong. Gives the names used, by table."""
+    """Put parts where sections name them and matrices where links name files; note what is wrong.
+    Gives the names used, by table.
+    """
     used: dict[str, set[str]] = {"sections": set(), "materials": set()}
     for name, section in _table(draft, "sections").items():
         _place_in(draft, section, ("sections", name), used)
@@ -41,7 +51,9 @@ def place_links(draft: Draft) -> dict[str, set[str]]:
 
 
 def _place_in(draft: Draft, section: Any, path: Path, used: dict[str, set[str]]) -> None:  # noqa: ANN401 - whatever a file holds
-    """Put parts into one section, and into the sections stated within it; shared ones have their own turn."""
+    """Put parts into one section, and into the sections stated within it; shared ones have their
+    own turn.
+    """
     if not isinstance(section, dict):
         return
     for key, ends in _PIECES.items():
@@ -51,9 +63,17 @@ def _place_in(draft: Draft, section: Any, path: Path, used: dict[str, set[str]])
                 continue
             here = (*path, key, index)
             if isinstance(entry.get("material"), str):
-                used["materials"].add(draft.fill_in("materials", _table(draft, "materials"), entry, (*here, "material")))
+                used["materials"].add(
+                    draft.fill_in(
+                        "materials", _table(draft, "materials"), entry, (*here, "material")
+                    )
+                )
             if isinstance(entry.get("section"), str):
-                known = {name: part for name, part in _table(draft, "sections").items() if not (isinstance(part, dict) and ends & part.keys())}
+                known = {
+                    name: part
+                    for name, part in _table(draft, "sections").items()
+                    if not (isinstance(part, dict) and ends & part.keys())
+                }
                 used["sections"].add(draft.fill_in("sections", known, entry, (*here, "section")))
             else:
                 _place_in(draft, entry.get("section"), (*here, "section"), used)
@@ -78,7 +98,15 @@ def _place_compliance(draft: Draft, holder: Any, path: Path) -> None:  # noqa: A
     numbers = {"matrix", "own_weight"} & table.keys()
     if file is None or numbers:
         found = "a matrix without units" if numbers else shown(stated if name is None else name)
-        draft.refuse(path, found, "the name of a CSV in the arm's folder or below it, or a table with `file` and `scatter`", _FILE)
+        draft.refuse(
+            path,
+            found,
+            (
+                "the name of a CSV in the arm's folder or below it, or a table with `file` and "
+                "`scatter`"
+            ),
+            _FILE,
+        )
         holder.pop("compliance")
         return
     try:

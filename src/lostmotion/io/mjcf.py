@@ -1,8 +1,10 @@
-"""MJCF, the format of MuJoCo, as links and joints like those of a URDF: bodies, hinges, slides and sites of the model that MuJoCo compiles.
+"""MJCF, the format of MuJoCo, as links and joints like those of a URDF: bodies, hinges, slides and
+sites of the model that MuJoCo compiles.
 
-A body may have several joints, each with an anchor of its own. Between two of them is a link without mass, BODY@JOINT. Where the last anchor is not
-at the body's origin, BODY@JOINT has the mass, and BODY is a frame fixed to it. Sites are frames too: those of tools. In the file's pose all joints
-are at zero.
+A body may have several joints, each with an anchor of its own. Between two of them is a link
+without mass, BODY@JOINT. Where the last anchor is not at the body's origin, BODY@JOINT has the
+mass, and BODY is a frame fixed to it. Sites are frames too: those of tools. In the file's pose all
+joints are at zero.
 """
 
 from __future__ import annotations
@@ -34,33 +36,70 @@ _SECONDS: Final = 15
 _TYPES: Final = {"free": "floating", "ball": "ball", "slide": "prismatic", "hinge": "revolute"}
 _WORLD: Final = "world"
 # Numbers that are calculated with.
-_MATRICES: Final = ("body_pos", "body_quat", "body_ipos", "body_mass", "jnt_pos", "jnt_axis", "jnt_range", "qpos0", "site_pos", "site_quat")
+_MATRICES: Final = (
+    "body_pos",
+    "body_quat",
+    "body_ipos",
+    "body_mass",
+    "jnt_pos",
+    "jnt_axis",
+    "jnt_range",
+    "qpos0",
+    "site_pos",
+    "site_quat",
+)
 
 
 def read_tree(path: Path, text: str, root: Path) -> UrdfTree:
     """Return the links and joints of an MJCF file, which may name others within the folder `root`.
 
-    Raises InputError where the package mujoco is not installed, for files that are missing or outside that folder, and in MuJoCo's words for a model
-    that it does not compile.
+    Raises InputError where the package mujoco is not installed, for files that are missing or
+    outside that folder, and in MuJoCo's words for a model that it does not compile.
     """
     if importlib.util.find_spec("mujoco") is None:
         expected = "the package mujoco, which compiles it: pip install 'lostmotion[mujoco]'"
-        refuse(str(path), "", "this is MJCF (MuJoCo), and the package mujoco is not installed", expected, "pip install 'lostmotion[mujoco]'")
+        refuse(
+            str(path),
+            "",
+            "this is MJCF (MuJoCo), and the package mujoco is not installed",
+            expected,
+            "pip install 'lostmotion[mujoco]'",
+        )
     model = self_contained(path, text, root)
     meshes = {name: str(file.absolute()) for name, file in model.meshes.items()}
     request = {"file": str(path), "xml": model.xml, "meshes": meshes}
     compiled = ask("lostmotion.io.mjcf_process", request, str(path), _SECONDS)
-    tree = UrdfTree(str(path), name=model.name, notes=[*model.notes], format="MJCF", root="/mujoco", hinge='<joint name="j1" type="hinge">')
+    tree = UrdfTree(
+        str(path),
+        name=model.name,
+        notes=[*model.notes],
+        format="MJCF",
+        root="/mujoco",
+        hinge='<joint name="j1" type="hinge">',
+    )
     return _Builder(tree, compiled, model.lines).build()
 
 
 def self_contained_text(path: Path, text: str, root: Path) -> str:
-    """Return the text of one file with everything that counts. Raises InputError where a mass follows from a mesh."""
+    """Return the text of one file with everything that counts. Raises InputError where a mass
+    follows from a mesh.
+    """
     model = self_contained(path, text, root)
     if model.meshes:
-        found = f"masses that follow from the meshes {listed([file.name for file in model.meshes.values()])}"
-        expected = "masses by <inertial> in the bodies, or in a file that is stored as text: TOML or URDF"
-        refuse(str(path), "", found, expected, '<inertial pos="0 0 0.1" mass="2" diaginertia="0.1 0.1 0.1"/>')
+        found = (
+            "masses that follow from the meshes "
+            f"{listed([file.name for file in model.meshes.values()])}"
+        )
+        expected = (
+            "masses by <inertial> in the bodies, or in a file that is stored as text: TOML or URDF"
+        )
+        refuse(
+            str(path),
+            "",
+            found,
+            expected,
+            '<inertial pos="0 0 0.1" mass="2" diaginertia="0.1 0.1 0.1"/>',
+        )
     return model.xml
 
 
@@ -70,13 +109,24 @@ class _Builder:
     def __init__(self, tree: UrdfTree, compiled: dict[str, Any], lines: dict[str, int]) -> None:
         self.tree = tree
         self.lines = lines
-        self.model = {name: np.array(value, dtype=float) if name in _MATRICES else value for name, value in compiled.items()}
+        self.model = {
+            name: np.array(value, dtype=float) if name in _MATRICES else value
+            for name, value in compiled.items()
+        }
         wrong = [name for name in _MATRICES if not np.all(np.abs(self.model[name]) <= LARGEST)]
         if wrong:
             expected = f"finite numbers up to {LARGEST:g} in m, kg and rad"
-            refuse(tree.file, tree.root, f"numbers that are not finite or too large: {', '.join(wrong)} of MuJoCo", expected, 'pos="0 0 0.3"')
+            refuse(
+                tree.file,
+                tree.root,
+                f"numbers that are not finite or too large: {', '.join(wrong)} of MuJoCo",
+                expected,
+                'pos="0 0 0.3"',
+            )
         self.parents: list[int] = compiled["body_parentid"]
-        self.bodies = self._names("body", [_WORLD, *(f"body_{k}" for k in range(1, len(self.parents)))])
+        self.bodies = self._names(
+            "body", [_WORLD, *(f"body_{k}" for k in range(1, len(self.parents)))]
+        )
         owners = [self.bodies[body] for body in compiled["jnt_bodyid"]]
         self.joints = self._names("joint", [f"{owner}_joint" for owner in owners])
         self.carriers: list[str] = []  # the link that carries mass and children of each body
@@ -89,7 +139,9 @@ class _Builder:
         for site, name in enumerate(self.model["site"]):
             if name and is_name(name) and len(self.tree.links) < MOST_ELEMENTS:
                 pose = _pose(self.model["site_pos"][site], self.model["site_quat"][site])
-                self._add_frame(_free(name, self.tree.links, "site"), self.model["site_bodyid"][site], pose)
+                self._add_frame(
+                    _free(name, self.tree.links, "site"), self.model["site_bodyid"][site], pose
+                )
         self._couple()
         self._note()
         self.tree.connect()
@@ -100,10 +152,22 @@ class _Builder:
         out: dict[str, None] = {}
         stated = self.model[kind]
         if len(stated) > MOST_ELEMENTS:
-            refuse(self.tree.file, self.tree.root, f"{len(stated)} elements <{kind}>", f"at most {MOST_ELEMENTS}", "one arm per file")
+            refuse(
+                self.tree.file,
+                self.tree.root,
+                f"{len(stated)} elements <{kind}>",
+                f"at most {MOST_ELEMENTS}",
+                "one arm per file",
+            )
         for name, other in zip(stated, otherwise, strict=True):
             if name and not is_name(name):
-                refuse(self.tree.file, self.tree.root, f"the name {shown(name)}", "a name in one line of printable text", f'<{kind} name="{kind}_1">')
+                refuse(
+                    self.tree.file,
+                    self.tree.root,
+                    f"the name {shown(name)}",
+                    "a name in one line of printable text",
+                    f'<{kind} name="{kind}_1">',
+                )
             out[name or _free(other, [*stated, *out], kind)] = None
         return list(out)
 
@@ -117,7 +181,12 @@ class _Builder:
         self.anchors.append(anchor)
         centre = tuple((model["body_ipos"][body] - anchor).tolist())
         mass = float(model["body_mass"][body])
-        self.tree.links[carrier] = UrdfLink(carrier, mass, centre if mass else (0.0, 0.0, 0.0), not mass and not model["body_geomnum"][body])
+        self.tree.links[carrier] = UrdfLink(
+            carrier,
+            mass,
+            centre if mass else (0.0, 0.0, 0.0),
+            not mass and not model["body_geomnum"][body],
+        )
         if body:
             self._add_joints(body, joints)
         if moved:
@@ -126,7 +195,9 @@ class _Builder:
     def _add_joints(self, body: int, joints: list[int]) -> None:
         """Add the joints between a body and its parent: one that is fixed where it has none."""
         model, parent = self.model, self.parents[body]
-        seat = _pose(-self.anchors[parent]) @ _pose(model["body_pos"][body], model["body_quat"][body])
+        seat = _pose(-self.anchors[parent]) @ _pose(
+            model["body_pos"][body], model["body_quat"][body]
+        )
         link = self.carriers[parent]
         if not joints:
             self._add(f"{self.bodies[body]}_fixed", "fixed", link, self.carriers[body], seat)
@@ -136,7 +207,13 @@ class _Builder:
             anchor = model["jnt_pos"][joint] if self._turns(joint) else np.zeros(3)
             child = self.carriers[body] if joint == joints[-1] else self._between(body, joint)
             self.tree.links.setdefault(child, UrdfLink(child, is_frame=True))
-            added = self._add(self.joints[joint], _TYPES[model["jnt_type"][joint]], link, child, seat @ _pose(anchor - before))
+            added = self._add(
+                self.joints[joint],
+                _TYPES[model["jnt_type"][joint]],
+                link,
+                child,
+                seat @ _pose(anchor - before),
+            )
             self._move(added, joint)
             link, before, seat = child, anchor, _pose(np.zeros(3))
 
@@ -149,45 +226,84 @@ class _Builder:
         return bool(self.model["jnt_type"][joint] == "hinge")
 
     def _move(self, added: UrdfJoint, joint: int) -> None:
-        """Set what a joint that moves has besides its place: axis and limits, from the pose of the file."""
+        """Set what a joint that moves has besides its place: axis and limits, from the pose of the
+        file.
+        """
         x, y, z = self.model["jnt_axis"][joint].tolist()
         added.axis = (x, y, z)
         at = (f"{self.tree.file}:{added.line}" if added.line else self.tree.file, added.path)
         limited = bool(self.model["jnt_limited"][joint])
         if added.type == "ball":
-            added.other_mistakes.append(Problem(*at, "a ball joint", "hinge or slide joints between base and tool", 'type="hinge"'))
+            added.other_mistakes.append(
+                Problem(
+                    *at,
+                    "a ball joint",
+                    "hinge or slide joints between base and tool",
+                    'type="hinge"',
+                )
+            )
         elif added.type == "revolute" and not limited:
             added.type = "continuous"
         elif added.type == "prismatic" and not limited:
             stated = limits_in_sidecar(Path(self.tree.file), added.name, added.type)
-            expected = f"range in m, for it decides every figure; or limits in the sidecar, {stated}"
-            added.limit_mistakes.append(Problem(*at, "a slide without range", expected, 'range="0 0.5"'))
+            expected = (
+                f"range in m, for it decides every figure; or limits in the sidecar, {stated}"
+            )
+            added.limit_mistakes.append(
+                Problem(*at, "a slide without range", expected, 'range="0 0.5"')
+            )
         elif added.type != "floating":
             low, high = (self.model["jnt_range"][joint] - self.model["qpos0"][joint]).tolist()
             added.limits = (low, high)
         zero = float(self.model["qpos0"][joint])
         if zero and added.moves:
-            shown_zero = f"{math.degrees(zero):.4g} deg" if added.type != "prismatic" else f"{1e3 * zero:.4g} mm"
-            self.tree.notes.append(f"joint '{added.name}' is at zero in the pose of the file, which MuJoCo calls {shown_zero} (ref)")
+            shown_zero = (
+                f"{math.degrees(zero):.4g} deg"
+                if added.type != "prismatic"
+                else f"{1e3 * zero:.4g} mm"
+            )
+            self.tree.notes.append(
+                f"joint '{added.name}' is at zero in the pose of the file, which MuJoCo calls "
+                f"{shown_zero} (ref)"
+            )
 
     def _add(self, name: str, kind: str, parent: str, child: str, seat: Floats) -> UrdfJoint:
         x, y, z = seat[:3, 3].tolist()
         if kind == "fixed":
             name = _free(name, {*self.tree.joints, *self.joints}, "fixed")
-        joint = UrdfJoint(name, kind, parent, child, (x, y, z), rpy_of(seat[:3, :3]), self.lines.get(name, 0), root="/")
+        joint = UrdfJoint(
+            name,
+            kind,
+            parent,
+            child,
+            (x, y, z),
+            rpy_of(seat[:3, :3]),
+            self.lines.get(name, 0),
+            root="/",
+        )
         self.tree.joints[name] = joint
         return joint
 
     def _add_frame(self, name: str, body: int, pose: Floats) -> None:
         """Add a link without mass at a pose in the frame of a body."""
         self.tree.links[name] = UrdfLink(name, is_frame=True)
-        self._add(f"{name}_fixed", "fixed", self.carriers[body], name, _pose(-self.anchors[body]) @ pose)
+        self._add(
+            f"{name}_fixed", "fixed", self.carriers[body], name, _pose(-self.anchors[body]) @ pose
+        )
 
     def _couple(self) -> None:
-        """Mark the joints that equality constraints couple; `find_chain` refuses those on the chain by name."""
+        """Mark the joints that equality constraints couple; `find_chain` refuses those on the chain
+        by name.
+        """
         model = self.model
         if len(model["eq_type"]) > MOST_ELEMENTS:  # each closes a loop through all joints
-            refuse(self.tree.file, self.tree.root, f"{len(model['eq_type'])} elements in <equality>", f"at most {MOST_ELEMENTS}", "one arm per file")
+            refuse(
+                self.tree.file,
+                self.tree.root,
+                f"{len(model['eq_type'])} elements in <equality>",
+                f"at most {MOST_ELEMENTS}",
+                "one arm per file",
+            )
         for k, kind in enumerate(model["eq_type"]):
             first, second = model["eq_obj1id"][k], model["eq_obj2id"][k]
             title = f"equality '{model['equality'][k]}'" if model["equality"][k] else "an equality"
@@ -198,9 +314,15 @@ class _Builder:
                 joint.leader = self.joints[second] if second >= 0 else "a constant"
                 joint.coupling = f"{title}, x {model['eq_data'][k][1]:.4g}"
             elif kind in {"connect", "weld"}:
-                ends = [end if model["eq_objtype"][k] == "body" else model["site_bodyid"][end] for end in (first, second)]
+                ends = [
+                    end if model["eq_objtype"][k] == "body" else model["site_bodyid"][end]
+                    for end in (first, second)
+                ]
                 if any(model["body_mocapid"][end] >= 0 for end in ends):
-                    self.tree.notes.append(f"not carried over: {title}, which ties a body to one that a person moves (mocap)")
+                    self.tree.notes.append(
+                        f"not carried over: {title}, which ties a body to one that a person "
+                        "moves (mocap)"
+                    )
                     continue
                 self._close(ends, title)
 
@@ -209,7 +331,9 @@ class _Builder:
         one, other = (set(self._way(end)) for end in ends)
         for joint, owner in enumerate(self.model["jnt_bodyid"]):
             if owner in one ^ other:
-                self.tree.joints[self.joints[joint]].leader = " and ".join(self.bodies[end] for end in ends)
+                self.tree.joints[self.joints[joint]].leader = " and ".join(
+                    self.bodies[end] for end in ends
+                )
                 self.tree.joints[self.joints[joint]].coupling = f"{title} closes a loop"
 
     def _way(self, body: int) -> list[int]:
@@ -220,12 +344,19 @@ class _Builder:
         return out
 
     def _note(self) -> None:
-        springs = [self.joints[k] for k, stiffness in enumerate(self.model["jnt_stiffness"]) if stiffness]
+        springs = [
+            self.joints[k] for k, stiffness in enumerate(self.model["jnt_stiffness"]) if stiffness
+        ]
         if springs:
-            self.tree.notes.append(f"not carried over: the springs of {listed(springs)}; their forces are missing")
+            self.tree.notes.append(
+                f"not carried over: the springs of {listed(springs)}; their forces are missing"
+            )
         held = [self.bodies[k] for k, part in enumerate(self.model["body_gravcomp"]) if part]
         if held:
-            self.tree.notes.append(f"not carried over: the gravity compensation (gravcomp) of {listed(held)}; they weigh all they weigh")
+            self.tree.notes.append(
+                f"not carried over: the gravity compensation (gravcomp) of {listed(held)}; "
+                "they weigh all they weigh"
+            )
 
 
 def _pose(xyz: Floats, quaternion: Floats | None = None) -> Floats:

@@ -12,7 +12,16 @@ from lostmotion.errors import shown
 from lostmotion.io.own_process import confine, serve
 from lostmotion.io.text import refuse
 
-_BODIES: Final = ("body_parentid", "body_pos", "body_quat", "body_ipos", "body_mass", "body_gravcomp", "body_geomnum", "body_mocapid")
+_BODIES: Final = (
+    "body_parentid",
+    "body_pos",
+    "body_quat",
+    "body_ipos",
+    "body_mass",
+    "body_gravcomp",
+    "body_geomnum",
+    "body_mocapid",
+)
 _JOINTS: Final = ("jnt_bodyid", "jnt_pos", "jnt_axis", "jnt_range", "jnt_limited", "jnt_stiffness")
 _SITES: Final = ("site_bodyid", "site_pos", "site_quat")
 _EQUALITIES: Final = ("eq_obj1id", "eq_obj2id", "eq_active0", "eq_data")
@@ -21,19 +30,32 @@ _LONGEST_WORDS: Final = 200
 
 
 def compiled(xml: str, meshes: dict[str, bytes], file: str) -> dict[str, Any]:
-    """Return the arrays and the names of a model: angles in rad, lengths in m. Raises InputError, which names `file`, in the words of MuJoCo."""
+    """Return the arrays and the names of a model: angles in rad, lengths in m. Raises InputError,
+    which names `file`, in the words of MuJoCo.
+    """
     try:
         model = mujoco.MjModel.from_xml_string(xml, meshes)
     except ValueError as error:
         # Its lines are those of the reduced text.
         words = re.sub(r",? ?line -?\d+|, column -?\d+", "", " ".join(str(error).split()))
-        refuse(file, "", shown(words, _LONGEST_WORDS)[1:-1], "a model that MuJoCo compiles", '<joint name="j1" axis="0 0 1" range="-90 90"/>')
+        refuse(
+            file,
+            "",
+            shown(words, _LONGEST_WORDS)[1:-1],
+            "a model that MuJoCo compiles",
+            '<joint name="j1" axis="0 0 1" range="-90 90"/>',
+        )
     out: dict[str, Any] = {name: getattr(model, name).tolist() for name in _ARRAYS}
     out["jnt_type"] = [_word(mujoco.mjtJoint(number)) for number in model.jnt_type]
     out["eq_type"] = [_word(mujoco.mjtEq(number)) for number in model.eq_type]
     out["eq_objtype"] = [_word(mujoco.mjtObj(number)) for number in model.eq_objtype]
     out["qpos0"] = [float(model.qpos0[at]) for at in model.jnt_qposadr]
-    for kind, count in (("body", model.nbody), ("joint", model.njnt), ("site", model.nsite), ("equality", model.neq)):
+    for kind, count in (
+        ("body", model.nbody),
+        ("joint", model.njnt),
+        ("site", model.nsite),
+        ("equality", model.neq),
+    ):
         out[kind] = [getattr(model, kind)(k).name for k in range(count)]
     return out
 

@@ -1,4 +1,6 @@
-"""The native format: an arm as TOML, units in the text, parts by name where several joints share them."""
+"""The native format: an arm as TOML, units in the text, parts by name where several joints share
+them.
+"""
 
 from __future__ import annotations
 
@@ -31,18 +33,27 @@ _STAND_IN = {"name": "A", "type": "revolute", "limits": ["-90 deg", "90 deg"]}
 
 
 def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
-    """Return the arm that a TOML file describes. Keys are Arm's fields, and tables of parts that joints share by name (`draft.SHARED`).
+    """Return the arm that a TOML file describes. Keys are Arm's fields, and tables of parts that
+    joints share by name (`draft.SHARED`).
 
-    A joint may carry a row of Denavit-Hartenberg values (`dh`, `mdh`) in place of origin and axis. Raises InputError with every mistake found, each
-    under the key as the user wrote it.
+    A joint may carry a row of Denavit-Hartenberg values (`dh`, `mdh`) in place of origin and axis.
+    Raises InputError with every mistake found, each under the key as the user wrote it.
     """
     if sidecar is not None:
-        refuse(str(sidecar), "", f"a sidecar for {path.name}", "a sidecar beside a URDF only; a TOML arm says everything itself", "arm.urdf")
+        refuse(
+            str(sidecar),
+            "",
+            f"a sidecar for {path.name}",
+            "a sidecar beside a URDF only; a TOML arm says everything itself",
+            "arm.urdf",
+        )
     return arm_of(str(path), read_toml(path))
 
 
 def arm_of(file: str, tree: dict[str, Any]) -> Arm:
-    """Return the arm that a tree describes. `file` is named in the mistakes; the tree is used up."""
+    """Return the arm that a tree describes. `file` is named in the mistakes; the tree is used
+    up.
+    """
     draft = Draft(file, tree, _ALSO)
     _check_joints(draft)
     place_by_rows(draft)
@@ -54,8 +65,15 @@ def _check_joints(draft: Draft) -> None:
     _refuse_request(draft)
     joints = draft.tree.get("joints")
     if _is_sidecar(draft.tree):
-        expected = "an arm with a list of joints; a table of joints by name, or a tip, is the sidecar of a URDF, which is read by naming the .urdf"
-        found = f"joints by name: {listed(joints, plain)}" if isinstance(joints, dict) else "no joints, but a tip"
+        expected = (
+            "an arm with a list of joints; a table of joints by name, or a tip, is the sidecar of "
+            "a URDF, which is read by naming the .urdf"
+        )
+        found = (
+            f"joints by name: {listed(joints, plain)}"
+            if isinstance(joints, dict)
+            else "no joints, but a tip"
+        )
         refuse(draft.file, "joints", found, expected, str(Path(draft.file).with_suffix(".urdf")))
     if "joints" in draft.tree and not isinstance(joints, list):
         draft.refuse(("joints",), shown(joints), "a list of joints", _JOINT_EXAMPLE)
@@ -70,8 +88,17 @@ def _refuse_request(draft: Draft) -> None:
     """Refuse the request of another command that is given in place of an arm."""
     for key, command in _REQUESTS.items():
         if key in draft.tree and "joints" not in draft.tree:
-            expected = f"an arm with a list of joints; a file with [{key}] alone is read by `lostmotion {command} ARM.toml --by FILE`"
-            refuse(draft.file, key, f"a [{key}] without an arm", expected, f"lostmotion {command} ARM.toml --by {Path(draft.file).name}")
+            expected = (
+                f"an arm with a list of joints; a file with [{key}] alone is read by `lostmotion "
+                f"{command} ARM.toml --by FILE`"
+            )
+            refuse(
+                draft.file,
+                key,
+                f"a [{key}] without an arm",
+                expected,
+                f"lostmotion {command} ARM.toml --by {Path(draft.file).name}",
+            )
 
 
 def _is_sidecar(tree: dict[str, Any]) -> bool:

@@ -1,4 +1,6 @@
-"""Poses as CSV: one column per moving joint, named with its unit ("A [deg],B [deg],C [mm]"), one row per pose."""
+"""Poses as CSV: one column per moving joint, named with its unit ("A [deg],B [deg],C [mm]"), one
+row per pose.
+"""
 
 from __future__ import annotations
 
@@ -37,8 +39,10 @@ _ROUNDING: Final = 1e-9
 def read_poses(path: str | Path, arm: Arm) -> Floats:
     """Return the poses (pose, joint) of a CSV, in rad and m, columns in the arm's order.
 
-    Columns may stand in any order. Raises InputError with the first 20 mistakes, and a count of the others: unknown, missing or
-    doubled columns, units of another kind, cells that are no finite number, values outside a joint's limits.
+    Columns may stand in any order. Raises InputError with the first 20 mistakes, and a count of the
+    others: unknown, missing or
+    doubled columns, units of another kind, cells that are no finite number, values outside a
+    joint's limits.
     """
     file = str(path)
     rows = csv.reader(io.StringIO(read_text(Path(path), MEGABYTES)))
@@ -61,7 +65,10 @@ def read_poses(path: str | Path, arm: Arm) -> Floats:
 
 def _example(arm: Arm) -> str:
     line = io.StringIO()
-    csv.writer(line, lineterminator="").writerow(f"{joint.name} [{'mm' if isinstance(joint, PrismaticJoint) else 'deg'}]" for joint in arm.moving)
+    csv.writer(line, lineterminator="").writerow(
+        f"{joint.name} [{'mm' if isinstance(joint, PrismaticJoint) else 'deg'}]"
+        for joint in arm.moving
+    )
     return line.getvalue()
 
 
@@ -79,25 +86,54 @@ def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]
         name = match["name"] if match else heading.strip()
         if name not in joints:
             near = nearest(name, joints)
-            mistakes.append(Problem(file, key, shown(heading), f"a joint with its unit, one of {listed(joints)}", _example(arm), near))
+            mistakes.append(
+                Problem(
+                    file,
+                    key,
+                    shown(heading),
+                    f"a joint with its unit, one of {listed(joints)}",
+                    _example(arm),
+                    near,
+                )
+            )
         elif name in found:
-            mistakes.append(Problem(file, key, f"joint '{name}' twice", "one column per joint", _example(arm)))
+            mistakes.append(
+                Problem(file, key, f"joint '{name}' twice", "one column per joint", _example(arm))
+            )
         else:
             found[name] = column
             si, unit = ("m", "mm") if isinstance(joints[name], PrismaticJoint) else ("rad", "deg")
             try:
                 factors[column] = read_quantity(f"1 {match['unit'] if match else ''}", si).nominal
             except UnitError as error:
-                mistakes.append(Problem(file, key, f"{shown(heading)} ({error})", "the unit of the column in brackets", f"{name} [{unit}]"))
+                mistakes.append(
+                    Problem(
+                        file,
+                        key,
+                        f"{shown(heading)} ({error})",
+                        "the unit of the column in brackets",
+                        f"{name} [{unit}]",
+                    )
+                )
     missing = [name for name in joints if name not in found]
     if missing:
-        mistakes.append(Problem(file, "line 1", f"no column for {listed(missing)}", "one column per moving joint", _example(arm)))
+        mistakes.append(
+            Problem(
+                file,
+                "line 1",
+                f"no column for {listed(missing)}",
+                "one column per moving joint",
+                _example(arm),
+            )
+        )
     if mistakes:
         refuse_all(mistakes, _MOST_MISTAKES)
     return factors, [found[name] for name in joints]
 
 
-def _cells(rows: Iterable[list[str]], header: list[str], file: str) -> tuple[array[float], array[int], list[Problem]]:
+def _cells(
+    rows: Iterable[list[str]], header: list[str], file: str
+) -> tuple[array[float], array[int], list[Problem]]:
     """Return all values row by row, the line of each row, and what is no finite number."""
     values, lines = array("d"), array("q")
     mistakes: list[Problem] = []
@@ -114,7 +150,13 @@ def _cells(rows: Iterable[list[str]], header: list[str], file: str) -> tuple[arr
             continue
         if len(row) != len(header):
             mistakes.append(
-                Problem(file, f"line {line}", f"{len(row)} cells", f"{len(header)} cells, one per column of the header", ",".join("0" * len(header)))
+                Problem(
+                    file,
+                    f"line {line}",
+                    f"{len(row)} cells",
+                    f"{len(header)} cells, one per column of the header",
+                    ",".join("0" * len(header)),
+                )
             )
         else:
             mistakes += [
@@ -141,9 +183,18 @@ def _outside(q: Floats, lines: array[int], arm: Arm, file: str) -> list[Problem]
     mistakes = []
     for row, column in np.argwhere((q < low - slack) | (q > high + slack))[: _MOST_MISTAKES + 1]:
         joint = arm.moving[column]
-        found, *limits = (_value_text(value, sliding=isinstance(joint, PrismaticJoint)) for value in (q[row, column], *joint.limits))
+        found, *limits = (
+            _value_text(value, sliding=isinstance(joint, PrismaticJoint))
+            for value in (q[row, column], *joint.limits)
+        )
         mistakes.append(
-            Problem(file, f"line {lines[row]}, joint {joint.name}", found, f"a value within its limits, {limits[0]} to {limits[1]}", limits[0])
+            Problem(
+                file,
+                f"line {lines[row]}, joint {joint.name}",
+                found,
+                f"a value within its limits, {limits[0]} to {limits[1]}",
+                limits[0],
+            )
         )
     return mistakes
 

@@ -6,17 +6,21 @@
     mounting = "printed"
 
     [[joints]]
-    preset = "hobby servo"           # mass, gearbox, bearing, encoder; what the joint states takes precedence
+    preset = "hobby servo"           # mass, gearbox, bearing, encoder; what the joint states takes
+                                     precedence
     gearbox = { preset = "small planetary", ratio = 25 }
     link = { preset = "printed PLA", length = "120 mm" }
 
     [presets]
-    drives = "small strain wave"     # the class of all drives: gearbox, bearing, encoder, mounting and link by the load of each joint
+    drives = "small strain wave"     # the class of all drives: gearbox, bearing, encoder, mounting
+                                     and link by the load of each joint
 
     [joints.shoulder]
-    drive = { torque = "150 N m" }    # force on a sliding joint; `class` where it differs from that of the arm
+    drive = { torque = "150 N m" }    # force on a sliding joint; `class` where it differs from that
+    of the arm
 
-Presets replace nothing that is stated, and every value that they fill in counts as assumed, with the name of the preset.
+Presets replace nothing that is stated, and every value that they fill in counts as assumed, with
+the name of the preset.
 """
 
 from __future__ import annotations
@@ -44,7 +48,12 @@ KEY: Final = "preset"
 TABLE: Final = "presets"
 TABLE_EXAMPLE: Final = f'[{TABLE}] with revolute = "hobby servo"'
 # Keys of [presets], and the part that each fills in.
-DEFAULTS: Final = {"revolute": "joint", "prismatic": "joint", "mounting": "mounting", "link": "link"}
+DEFAULTS: Final = {
+    "revolute": "joint",
+    "prismatic": "joint",
+    "mounting": "mounting",
+    "link": "link",
+}
 _SHARED: Final = {"gearboxes": "gearbox", "bearings": "bearing", "encoders": "encoder"}
 _TYPES: Final = ("revolute", "prismatic", "fixed")
 # A stated key replaces the preset's keys that express the same figure.
@@ -57,7 +66,9 @@ _REPLACES: Final = {
 
 
 def place_presets(draft: Draft) -> None:
-    """Fill in the values of presets where joints and parts name them; note what is wrong with a name, and which presets were used."""
+    """Fill in the values of presets where joints and parts name them; note what is wrong with a
+    name, and which presets were used.
+    """
     used: list[str] = []
     of_arm = take_class(draft)
     defaults = _defaults(draft)
@@ -70,13 +81,28 @@ def place_presets(draft: Draft) -> None:
     for index, joint in draft.joints:
         path: Path = ("joints", index)
         kind = joint["type"] if joint.get("type") in _TYPES else ""
-        row = _named(draft, joint, "joint", kind, path) or drive_of(draft, joint, kind, path, of_arm) or defaults.get(kind)
+        row = (
+            _named(draft, joint, "joint", kind, path)
+            or drive_of(draft, joint, kind, path, of_arm)
+            or defaults.get(kind)
+        )
         for part in PARTS:
             own = _place(draft, used, joint.get(part), part, kind, (*path, part))
-            # A preset that the file names for all links or mountings goes before the class of the drive.
-            _fill_in_part(used, joint, part, None if own or (row is not None and row.size and part in defaults) else row)
+            # A preset that the file names for all links or mountings goes before the class of the
+            # drive.
+            _fill_in_part(
+                used,
+                joint,
+                part,
+                None if own or (row is not None and row.size and part in defaults) else row,
+            )
         if row is not None:
-            _fill_in(used, joint, {key: value for key, value in row.values.items() if key not in PARTS}, row)
+            _fill_in(
+                used,
+                joint,
+                {key: value for key, value in row.values.items() if key not in PARTS},
+                row,
+            )
         if row is not None and row.size:
             of_class[index] = row
         if kind not in ("", "fixed") and "mounting" in defaults and "mounting" not in joint:
@@ -91,7 +117,9 @@ def place_presets(draft: Draft) -> None:
 
 
 def _fill_in_fixed_links(draft: Draft, used: list[str], of_class: dict[int, PresetRow]) -> None:
-    """Fill in the links of fixed joints as those of the joint before with a drive by its class, else of the one behind."""
+    """Fill in the links of fixed joints as those of the joint before with a drive by its class,
+    else of the one behind.
+    """
     for index, joint in draft.joints if of_class else ():
         if joint.get("type") == "fixed" and isinstance(joint.get("link", {}), dict):
             before = [each for each in of_class if each < index]
@@ -109,7 +137,13 @@ def _defaults(draft: Draft) -> dict[str, PresetRow]:
     for key, name in stated.items():
         if key not in DEFAULTS:
             near = nearest(key, DEFAULTS)
-            draft.refuse((TABLE, key), f"an unknown key with {shown(name)}", f"one of {', '.join(DEFAULTS)}", f'{near or "revolute"} = "…"', near)
+            draft.refuse(
+                (TABLE, key),
+                f"an unknown key with {shown(name)}",
+                f"one of {', '.join(DEFAULTS)}",
+                f'{near or "revolute"} = "…"',
+                near,
+            )
             continue
         part = DEFAULTS[key]
         row = _row(draft, name, part, key if part == "joint" else "", (TABLE, key))
@@ -127,37 +161,66 @@ def _place(draft: Draft, used: list[str], stated: Any, part: str, kind: str, pat
         _fill_in(used, stated, row.values, row)
     elif row is not None:
         expected = f"no kind, or the preset's own: {row.values.get('kind', DEFAULT_KIND)}"
-        draft.refuse((*path, "kind"), f"{shown(stated['kind'])} beside preset {row.name}", expected, f'{KEY} = "{row.name}"')
+        draft.refuse(
+            (*path, "kind"),
+            f"{shown(stated['kind'])} beside preset {row.name}",
+            expected,
+            f'{KEY} = "{row.name}"',
+        )
     return True
 
 
 def _is_kind(stated: dict[str, Any], values: Any, part: str) -> bool:  # noqa: ANN401 - a table of an arm file
-    """Return whether a part is, or does not say that it is not, of the kind that a preset describes."""
-    return "kind" not in stated or stated["kind"] == values.get("kind", DEFAULT_KIND if part == "gearbox" else None)
+    """Return whether a part is, or does not say that it is not, of the kind that a preset
+    describes.
+    """
+    return "kind" not in stated or stated["kind"] == values.get(
+        "kind", DEFAULT_KIND if part == "gearbox" else None
+    )
 
 
-def _named(draft: Draft, holder: dict[str, Any], part: str, kind: str, path: Path) -> PresetRow | None:
-    """Take the name of a preset out of a table and return the preset; None where it names none, or a wrong one."""
+def _named(
+    draft: Draft, holder: dict[str, Any], part: str, kind: str, path: Path
+) -> PresetRow | None:
+    """Take the name of a preset out of a table and return the preset; None where it names none, or
+    a wrong one.
+    """
     return _row(draft, holder.pop(KEY), part, kind, (*path, KEY)) if KEY in holder else None
 
 
 def _row(draft: Draft, name: object, part: str, kind: str, path: Path) -> PresetRow | None:
-    fitting = {row.name: row for row in presets().get(part, {}).values() if not kind or row.type in ("", kind)}
+    fitting = {
+        row.name: row
+        for row in presets().get(part, {}).values()
+        if not kind or row.type in ("", kind)
+    }
     if isinstance(name, str) and name in fitting:
         return fitting[name]
     near = nearest(name, fitting) if isinstance(name, str) else ""
     of = f"{kind} {part}" if kind else part
     draft.refuse(
-        path, shown(name), f"a preset of a {of}: {', '.join(fitting) or 'there is none'}", f'{path[-1]} = "{near or next(iter(fitting), "")}"', near
+        path,
+        shown(name),
+        f"a preset of a {of}: {', '.join(fitting) or 'there is none'}",
+        f'{path[-1]} = "{near or next(iter(fitting), "")}"',
+        near,
     )
     return None
 
 
 def _fill_in_part(used: list[str], joint: dict[str, Any], part: str, row: PresetRow | None) -> None:
-    """Fill in one part of a joint from the joint's preset, unless the joint states another kind of it, or names a shared one."""
+    """Fill in one part of a joint from the joint's preset, unless the joint states another kind of
+    it, or names a shared one.
+    """
     values = None if row is None else row.values.get(part)
     stated = joint.get(part, {})
-    if row is None or values is None or not isinstance(stated, dict) or CATALOGUE in stated or not _is_kind(stated, values, part):
+    if (
+        row is None
+        or values is None
+        or not isinstance(stated, dict)
+        or CATALOGUE in stated
+        or not _is_kind(stated, values, part)
+    ):
         return
     if part == "link" and not _reaches(stated):
         return
@@ -165,15 +228,35 @@ def _fill_in_part(used: list[str], joint: dict[str, Any], part: str, row: Preset
     _fill_in(used, joint[part], values, row, part)
 
 
-def _fill_in(used: list[str], holder: dict[str, Any], values: Any, row: PresetRow, part: str = "") -> None:  # noqa: ANN401 - a table of an arm file
-    """Add the values that a table does not state, and the name of the preset that they come from; `part` of a joint's preset."""
+def _fill_in(
+    used: list[str],
+    holder: dict[str, Any],
+    values: Any,  # noqa: ANN401
+    row: PresetRow,
+    part: str = "",
+) -> None:
+    """Add the values that a table does not state, and the name of the preset that they come from;
+    `part` of a joint's preset.
+    """
     replaced = {other for key in holder for other in _REPLACES.get(key, ())}
     if states_tolerance(holder.get("length")):
         replaced.add("process")
-    added = {key: copy.deepcopy(value) for key, value in values.items() if key not in holder and key not in replaced}
+    added = {
+        key: copy.deepcopy(value)
+        for key, value in values.items()
+        if key not in holder and key not in replaced
+    }
     keys = [key for key in added if key not in NO_VALUES]
     if keys:
-        holder |= {**added, KEY: {"name": row.name, "keys": keys, "source": source_in_words(row.sources.get(part, row.source)), **row.size}}
+        holder |= {
+            **added,
+            KEY: {
+                "name": row.name,
+                "keys": keys,
+                "source": source_in_words(row.sources.get(part, row.source)),
+                **row.size,
+            },
+        }
         used.append(row.name)
 
 

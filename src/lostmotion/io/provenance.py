@@ -9,14 +9,20 @@ if TYPE_CHECKING:
 
 
 def rename_assumed(table: dict[str, Any], fields: Mapping[str, str]) -> None:
-    """Replace keys that only the file has by the fields that they fill ("shaft_fit" by "shaft_interference"); anything else stays as it is."""
+    """Replace keys that only the file has by the fields that they fill ("shaft_fit" by
+    "shaft_interference"); anything else stays as it is.
+    """
     names = table.get("assumed")
     if isinstance(names, list):
-        table["assumed"] = [fields.get(name, name) if isinstance(name, str) else name for name in names]
+        table["assumed"] = [
+            fields.get(name, name) if isinstance(name, str) else name for name in names
+        ]
 
 
 def forget_assumed(table: Any, key: str) -> None:  # noqa: ANN401 - a dict, or tomlkit's own
-    """Take a key whose value has been replaced out of the table's list of assumed values, and the list where it is then empty."""
+    """Take a key whose value has been replaced out of the table's list of assumed values, and the
+    list where it is then empty.
+    """
     for listing in ("assumed", "upper_limits"):
         names = table.get(listing)
         if isinstance(names, list) and key in names:

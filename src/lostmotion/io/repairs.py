@@ -1,10 +1,12 @@
-"""Repairs of a description by its sidecar: limits of joints, masses and centres of mass of links, in place of what the description states.
+"""Repairs of a description by its sidecar: limits of joints, masses and centres of mass of links,
+in place of what the description states.
 
     [joints.elbow]
     limits = ["-150 deg", "150 deg"]
     link = { mass = "2.5 kg", centre_of_mass = ["120 mm", "0 mm", "15 mm"] }
 
-A mass and its centre are those of everything that the joint carries up to the next joint; the centre is seen from the joint's frame, as in a URDF.
+A mass and its centre are those of everything that the joint carries up to the next joint; the
+centre is seen from the joint's frame, as in a URDF.
 """
 
 from __future__ import annotations
@@ -22,7 +24,11 @@ if TYPE_CHECKING:
     from lostmotion.io.draft import Draft
     from lostmotion.io.urdf_tree import UrdfTree
 
-_RANGES: Final[dict[str, Any]] = {"revolute": TurningLimits, "continuous": TurningLimits, "prismatic": SlidingLimits}
+_RANGES: Final[dict[str, Any]] = {
+    "revolute": TurningLimits,
+    "continuous": TurningLimits,
+    "prismatic": SlidingLimits,
+}
 # In place of a range that cannot be read: the arm refuses it by its key.
 _STAND_IN: Final = (-1.0, 1.0)
 # Stands in the note on them.
@@ -31,11 +37,18 @@ _OF_LINK: Final = {"mass": "mass", "centre_of_mass": "centre of mass"}
 
 
 def take_limits(tree: UrdfTree, content: dict[str, Any]) -> None:
-    """Set the limits that a sidecar states for joints of the description, which decide on the joints that move, and so on the chain."""
+    """Set the limits that a sidecar states for joints of the description, which decide on the
+    joints that move, and so on the chain.
+    """
     by_name = content.get("joints")
     for name, parts in by_name.items() if isinstance(by_name, dict) else ():
         joint = tree.joints.get(name)
-        if joint is not None and joint.type in _RANGES and isinstance(parts, dict) and "limits" in parts:
+        if (
+            joint is not None
+            and joint.type in _RANGES
+            and isinstance(parts, dict)
+            and "limits" in parts
+        ):
             joint.limits = _range(parts["limits"], joint.type)
             joint.limit_mistakes.clear()
             joint.repaired.add("limits")
@@ -44,7 +57,9 @@ def take_limits(tree: UrdfTree, content: dict[str, Any]) -> None:
 
 def _range(stated: Any, kind: str) -> tuple[float, float]:  # noqa: ANN401 - whatever a file holds
     try:
-        low, high = TypeAdapter[tuple[float, float]](_RANGES[kind]).validate_python(stated, context={"text": True})
+        low, high = TypeAdapter[tuple[float, float]](_RANGES[kind]).validate_python(
+            stated, context={"text": True}
+        )
     except ValidationError:
         return _STAND_IN
     return float(low), float(high)
@@ -57,8 +72,13 @@ def repairs_in(content: dict[str, Any]) -> dict[str, dict[str, Any]]:
     for name, parts in by_name.items() if isinstance(by_name, dict) else ():
         stated = parts if isinstance(parts, dict) else {}
         link = stated.get("link")
-        of_link = {key: link[key] for key in _OF_LINK if key in link} if isinstance(link, dict) else {}
-        kept = {**({"limits": stated["limits"]} if "limits" in stated else {}), **({"link": of_link} if of_link else {})}
+        of_link = (
+            {key: link[key] for key in _OF_LINK if key in link} if isinstance(link, dict) else {}
+        )
+        kept = {
+            **({"limits": stated["limits"]} if "limits" in stated else {}),
+            **({"link": of_link} if of_link else {}),
+        }
         if kept:
             out[name] = kept
     return out
@@ -78,7 +98,9 @@ def _toml(value: Any) -> str:  # noqa: ANN401 - whatever a file holds
 
 
 def note_repairs(draft: Draft, content: dict[str, Any], tree: UrdfTree) -> None:
-    """Note what a sidecar states in place of the description, and mark it in the tree, whose doubts it may answer."""
+    """Note what a sidecar states in place of the description, and mark it in the tree, whose doubts
+    it may answer.
+    """
     by_name = content.get("joints")
     found: dict[str, list[str]] = {"limits": [], **{name: [] for name in _OF_LINK.values()}}
     for name, parts in by_name.items() if isinstance(by_name, dict) else ():

@@ -1,4 +1,6 @@
-"""The JSON Schema of the native TOML: Arm's own, adapted to what the file takes besides (parts by name, Denavit-Hartenberg rows)."""
+"""The JSON Schema of the native TOML: Arm's own, adapted to what the file takes besides (parts by
+name, Denavit-Hartenberg rows).
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ _JOINTS: Final = ("RevoluteJoint", "PrismaticJoint", "FixedJoint")
 _TURNING_GEARBOX: Final = "GearboxOfRevoluteJoint"
 _WITHOUT_KIND: Final = (_TURNING_GEARBOX, "GearboxOfPrismaticJoint", "RigidBearing")
 _DESCRIPTION: Final = (
-    "An arm for lostmotion: joints from base to tool with their gearboxes, bearings, encoders and links. Quantities are text with a unit, "
+    "An arm for lostmotion: joints from base to tool with their gearboxes, bearings, encoders "
+    "and links. Quantities are text with a unit, "
     '"400 mm ± 50 µm"; parts that joints share stand in tables and are named where they are used.'
 )
 
@@ -35,45 +38,73 @@ Schema = dict[str, Any]
 
 
 class _ForToml(GenerateJsonSchema):
-    """Pydantic's schema without what no TOML holds: nulls, defaults in SI numbers, titles that only repeat the key."""
+    """Pydantic's schema without what no TOML holds: nulls, defaults in SI numbers, titles that only
+    repeat the key.
+    """
 
     def nullable_schema(self, schema: core_schema.NullableSchema) -> Schema:
         return self.generate_inner(schema["schema"])
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> Schema:
         inner = self.generate_inner(schema["schema"])
-        return {**inner, "default": schema["default"]} if isinstance(schema.get("default"), str) and "const" not in inner else inner
+        return (
+            {**inner, "default": schema["default"]}
+            if isinstance(schema.get("default"), str) and "const" not in inner
+            else inner
+        )
 
     def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ANN401, ARG002 - pydantic's signature
         return False
 
 
 def json_schema() -> Schema:
-    """Return the JSON Schema (2020-12) of arm files, for editors. The reader itself checks more (ranges, units, what fits together)."""
+    """Return the JSON Schema (2020-12) of arm files, for editors. The reader itself checks more
+    (ranges, units, what fits together).
+    """
     schema = Arm.model_json_schema(schema_generator=_ForToml)
     kinds: dict[str, Schema] = schema["$defs"]
-    kinds["DenavitHartenbergRow"] = {**Row.model_json_schema(schema_generator=_ForToml), "title": "DenavitHartenbergRow"}
+    kinds["DenavitHartenbergRow"] = {
+        **Row.model_json_schema(schema_generator=_ForToml),
+        "title": "DenavitHartenbergRow",
+    }
     for joint in _JOINTS[:2]:
         _name_readably(kinds, joint, kinds[joint])
     _require_tags(schema)
     gearbox = next(name for name, kind in kinds.items() if kind["title"] == _TURNING_GEARBOX)
-    kinds[gearbox]["properties"][CATALOGUE_KEY] = {"type": "string", "description": _REDUCER, "examples": ["RV-40E-121"]}
+    kinds[gearbox]["properties"][CATALOGUE_KEY] = {
+        "type": "string",
+        "description": _REDUCER,
+        "examples": ["RV-40E-121"],
+    }
     kinds[gearbox]["properties"][VALUES] = {"enum": ["limit", "typical"], "description": _VALUES}
     row = CheckedRow.model_json_schema(schema_generator=_ForToml)
     row["properties"]["part"] = {"$ref": f"#/$defs/{gearbox}"}
     kinds["Typical"] = row["$defs"]["Typical"]
-    kinds["ReducerRow"] = {**{key: value for key, value in row.items() if key != "$defs"}, "title": "ReducerRow"}
+    kinds["ReducerRow"] = {
+        **{key: value for key, value in row.items() if key != "$defs"},
+        "title": "ReducerRow",
+    }
     for model, examples in IN_BEARINGS.items():
-        fits = {key: {"type": "string", "description": _FIT, "examples": [_value(text)]} for key, text in examples.items()}
+        fits = {
+            key: {"type": "string", "description": _FIT, "examples": [_value(text)]}
+            for key, text in examples.items()
+        }
         kinds[model.__name__]["properties"] |= fits
     _name_presets(kinds)
     for joint, kind in zip(_JOINTS, LOAD_KEYS, strict=False):
         kinds[joint]["properties"][DRIVE] = _drive(kind)
     stock = _take_parts_by_name(kinds)
     for joint in _JOINTS:
-        kinds[joint]["properties"] |= {key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]} for key in DH_KEYS}
+        kinds[joint]["properties"] |= {
+            key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]}
+            for key in DH_KEYS
+        }
     schema["properties"] |= stock
-    schema["properties"][ROWS] = {"type": "array", "description": "reducers of your own, found by model as those of the catalogue", "items": _ROW_REF}
+    schema["properties"][ROWS] = {
+        "type": "array",
+        "description": "reducers of your own, found by model as those of the catalogue",
+        "items": _ROW_REF,
+    }
     schema["properties"][FILE] = {
         "type": "string",
         "description": f"a file with [[{ROWS}]], beside this one or below",
@@ -83,36 +114,84 @@ def json_schema() -> Schema:
         "type": "object",
         "description": "presets of all joints, axes and links that name none of their own",
         "properties": {
-            **{key: {"enum": _presets_of(part, key if part == "joint" else "")} for key, part in DEFAULTS.items()},
-            DRIVES: {"enum": list(drive_classes()), "description": "the class of all drives; each joint states the load of its own"},
+            **{
+                key: {"enum": _presets_of(part, key if part == "joint" else "")}
+                for key, part in DEFAULTS.items()
+            },
+            DRIVES: {
+                "enum": list(drive_classes()),
+                "description": "the class of all drives; each joint states the load of its own",
+            },
         },
         "additionalProperties": False,
     }
-    schema["properties"][SWEEP] = {"type": "object", "description": _SWEEP, "examples": [{"gearboxes.wrist.backlash": ["0.5 arcmin", "1 arcmin"]}]}
+    schema["properties"][SWEEP] = {
+        "type": "object",
+        "description": _SWEEP,
+        "examples": [{"gearboxes.wrist.backlash": ["0.5 arcmin", "1 arcmin"]}],
+    }
     schema = _with_renamed_references(schema, {name: kind["title"] for name, kind in kinds.items()})
-    schema["$defs"] = {kind["title"]: kind for _, kind in sorted(schema["$defs"].items(), key=lambda item: str(item[1]["title"]))}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "lostmotion arm", "description": _DESCRIPTION}
+    schema["$defs"] = {
+        kind["title"]: kind
+        for _, kind in sorted(schema["$defs"].items(), key=lambda item: str(item[1]["title"]))
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": "lostmotion arm",
+        "description": _DESCRIPTION,
+    }
 
 
 _ROW_REF: Final = {"$ref": "#/$defs/ReducerRow"}
-_REDUCER: Final = "a reducer of the catalogue, with or without its ratio; the fields stated here go before its own"
-_VALUES: Final = "with `catalogue`: typical values where the maker prints only upper limits; default: the limits"
-_FIT: Final = "a zone of ISO 286-2, in place of the interference; the bearing's ring is of the normal class"
-_SWEEP: Final = "for `lostmotion sweep`: keys of this file, each with a list of values, or a range { from, to, steps, spacing }"
-_PRESET: Final = "typical values of a class of parts, which count as assumed; what the file states takes precedence"
-_COMPLIANCE_FILE: Final = {"type": "string", "description": "a CSV with a matrix (6, 6), beside this file or below", "examples": ["forearm.csv"]}
+_REDUCER: Final = (
+    "a reducer of the catalogue, with or without its ratio; the fields stated here go before its "
+    "own"
+)
+_VALUES: Final = (
+    "with `catalogue`: typical values where the maker prints only upper limits; default: the limits"
+)
+_FIT: Final = (
+    "a zone of ISO 286-2, in place of the interference; the bearing's ring is of the normal class"
+)
+_SWEEP: Final = (
+    "for `lostmotion sweep`: keys of this file, each with a list of values, or a range { from, "
+    "to, steps, spacing }"
+)
+_PRESET: Final = (
+    "typical values of a class of parts, which count as assumed; what the file states takes "
+    "precedence"
+)
+_COMPLIANCE_FILE: Final = {
+    "type": "string",
+    "description": "a CSV with a matrix (6, 6), beside this file or below",
+    "examples": ["forearm.csv"],
+}
 _ROW: Final = {
-    "dh": "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + q) Tz(d) Tx(a) Rx(alpha)",
-    "mdh": "instead of origin, axis and tip: a row of modified (Craig) values, Rx(alpha) Tx(a) Rz(theta + q) Tz(d)",
+    "dh": (
+        "instead of origin, axis and tip: a row of standard Denavit-Hartenberg values, Rz(theta + "
+        "q) Tz(d) Tx(a) Rx(alpha)"
+    ),
+    "mdh": (
+        "instead of origin, axis and tip: a row of modified (Craig) values, Rx(alpha) Tx(a) "
+        "Rz(theta + q) Tz(d)"
+    ),
 }
 
 
 def _drive(kind: str) -> Schema:
     """Return the schema of the drive of a joint of this type by its class."""
-    load = {"type": "string", "description": LOADS[kind].expected, "examples": [LOADS[kind].example]}
+    load = {
+        "type": "string",
+        "description": LOADS[kind].expected,
+        "examples": [LOADS[kind].example],
+    }
     return {
         "type": "object",
-        "description": "the largest load that the drive is to give: its class, or that of the arm, fills in what the joint does not state",
+        "description": (
+            "the largest load that the drive is to give: its class, or that of the arm, fills in "
+            "what the joint does not state"
+        ),
         "properties": {LOAD_KEYS[kind]: load, CLASS: {"enum": list(drive_classes())}},
         "required": [LOAD_KEYS[kind]],
         "additionalProperties": False,
@@ -125,7 +204,9 @@ def _value(assignment: str) -> str:
 
 
 def _name_readably(kinds: dict[str, Schema], joint: str, schema: Any) -> None:  # noqa: ANN401 - any piece of a schema
-    """Title the parts whose units depend on the kind of joint after both: GearboxOfRevoluteJoint."""
+    """Title the parts whose units depend on the kind of joint after both:
+    GearboxOfRevoluteJoint.
+    """
     if isinstance(schema, list):
         for inner in schema:
             _name_readably(kinds, joint, inner)
@@ -139,7 +220,9 @@ def _name_readably(kinds: dict[str, Schema], joint: str, schema: Any) -> None:  
 
 
 def _require_tags(schema: Schema) -> None:
-    """Require the key that chooses among kinds: the reader does, and without it several would match. One gearbox and a rigid bearing go without."""
+    """Require the key that chooses among kinds: the reader does, and without it several would
+    match. One gearbox and a rigid bearing go without.
+    """
     waiting: list[Any] = [schema]
     while waiting:
         piece = waiting.pop()
@@ -148,15 +231,21 @@ def _require_tags(schema: Schema) -> None:
                 kind = schema["$defs"][reference.removeprefix("#/$defs/")]
                 if kind["title"] in _WITHOUT_KIND:
                     continue
-                kind["required"] = sorted({*kind.get("required", ()), piece["discriminator"]["propertyName"]})
+                kind["required"] = sorted(
+                    {*kind.get("required", ()), piece["discriminator"]["propertyName"]}
+                )
             waiting += piece.values()
         elif isinstance(piece, list):
             waiting += piece
 
 
 def _presets_of(part: str, joint: str = "", kind: str = "") -> list[str]:
-    """Return the names of the presets of a part that suit a type of joint and, where they are of one kind, a kind of part."""
-    fitting = (row for row in presets().get(part, {}).values() if not joint or row.type in ("", joint))
+    """Return the names of the presets of a part that suit a type of joint and, where they are of
+    one kind, a kind of part.
+    """
+    fitting = (
+        row for row in presets().get(part, {}).values() if not joint or row.type in ("", joint)
+    )
     return [row.name for row in fitting if not kind or row.values.get("kind", kind) == kind]
 
 
@@ -167,8 +256,14 @@ def _name_presets(kinds: dict[str, Schema]) -> None:
         if PRESET_KEY not in fields:
             continue
         title = str(kind["title"])
-        joint = next((word.removesuffix("Joint").lower() for word in _JOINTS if title.endswith(word)), "")
-        part = "joint" if title in _JOINTS else next((part for part in PARTS if title.lower().startswith(part)), "bearing")
+        joint = next(
+            (word.removesuffix("Joint").lower() for word in _JOINTS if title.endswith(word)), ""
+        )
+        part = (
+            "joint"
+            if title in _JOINTS
+            else next((part for part in PARTS if title.lower().startswith(part)), "bearing")
+        )
         names = _presets_of(part, joint, str(fields.get("kind", {}).get("const", "")))
         fields.pop(PRESET_KEY)
         if names:
@@ -186,27 +281,55 @@ def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
             if steps[-1] in fields:
                 part = fields[steps[-1]]
                 allowed += [] if part in allowed else [part]
-                or_known = {"gearboxes": ", or a reducer of the catalogue", "materials": ", or one of the catalogue"}.get(table, "")
-                fields[steps[-1]] = {"anyOf": [{"type": "string", "description": f"a name under [{table}]{or_known}"}, part]}
+                or_known = {
+                    "gearboxes": ", or a reducer of the catalogue",
+                    "materials": ", or one of the catalogue",
+                }.get(table, "")
+                fields[steps[-1]] = {
+                    "anyOf": [
+                        {"type": "string", "description": f"a name under [{table}]{or_known}"},
+                        part,
+                    ]
+                }
         items = allowed[0] if len(allowed) == 1 else {"anyOf": allowed}
-        stock[table] = {"type": "object", "description": "parts by name, for joints to share", "additionalProperties": items}
+        stock[table] = {
+            "type": "object",
+            "description": "parts by name, for joints to share",
+            "additionalProperties": items,
+        }
     named = kinds["Link"]["properties"]["material"]
     for holder in ("Layer", "Step", "Station"):
         fields = kinds[holder]["properties"]
-        fields["section"] = {"anyOf": [{"type": "string", "description": "a name under [sections]"}, fields["section"]]}
+        fields["section"] = {
+            "anyOf": [
+                {"type": "string", "description": "a name under [sections]"},
+                fields["section"],
+            ]
+        }
         if "material" in fields:
             fields["material"] = named
     matrix = kinds["Compliance"]
     matrix["properties"] = {
         "file": _COMPLIANCE_FILE,
-        **{key: field for key, field in matrix["properties"].items() if key not in ("matrix", "own_weight")},
+        **{
+            key: field
+            for key, field in matrix["properties"].items()
+            if key not in ("matrix", "own_weight")
+        },
     }
     matrix["required"] = ["file"]
     for holder in ("Link", "Base"):
         fields = kinds[holder]["properties"]
         if "compliance" in fields:
             fields["compliance"] = {"anyOf": [_COMPLIANCE_FILE, fields["compliance"]]}
-    for holder in ("CycloidalGearbox", "CycloidalFirstStage", "OutputPins", "PinSeat", "BearingSeat", "ShaftSection"):
+    for holder in (
+        "CycloidalGearbox",
+        "CycloidalFirstStage",
+        "OutputPins",
+        "PinSeat",
+        "BearingSeat",
+        "ShaftSection",
+    ):
         fields = kinds[holder]["properties"]
         fields |= {key: named for key in MATERIALS_OF_GEARBOXES if key in fields}
     return stock

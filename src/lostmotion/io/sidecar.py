@@ -5,9 +5,11 @@
     [gearboxes.large]                # parts that joints share, as in the native format
     [joints.shoulder_pan_joint]      # gearbox, bearing, encoder, mounting, lumped, link
     link = { section = "tube", material = "aluminium", length_tolerance = "50 µm" }
-    limits = ["-90 deg", "90 deg"]   # a repair: in place of those of the URDF, as `mass` and `centre_of_mass` of the link; a note names it
+    limits = ["-90 deg", "90 deg"]   # a repair: in place of those of the URDF, as `mass` and
+                                     `centre_of_mass` of the link; a note names it
 
-It is NAME.toml beside NAME.urdf or NAME.urdf.xacro, unless another one is given. Of a xacro file it holds the arguments too, in the table [xacro].
+It is NAME.toml beside NAME.urdf or NAME.urdf.xacro, unless another one is given. Of a xacro file it
+holds the arguments too, in the table [xacro].
 """
 
 from __future__ import annotations
@@ -48,7 +50,10 @@ _OF_LINK: Final = {
     "preset": 'preset = "printed PLA"',
     "process": 'process = "ISO 2768 m"',
     "length_tolerance": 'length_tolerance = "50 µm"',
-    "tip_tolerance": 'tip_tolerance = { tilt = ["1 arcmin", "1 arcmin", "0 arcmin"], offset = ["50 µm", "20 µm", "20 µm"] }',
+    "tip_tolerance": (
+        'tip_tolerance = { tilt = ["1 arcmin", "1 arcmin", "0 arcmin"], offset = ["50 µm", "20 '
+        'µm", "20 µm"] }'
+    ),
     "mass": 'mass = "2.5 kg"',
     "centre_of_mass": 'centre_of_mass = ["120 mm", "0 mm", "15 mm"]',
     "section": 'section = "tube"',
@@ -67,13 +72,21 @@ _EXAMPLE: Final = '[joints.shoulder_pan_joint] with gearbox = "large"'
 
 
 def sidecar_place(description: Path) -> Path:
-    """Return where the sidecar of a description has its place: NAME.toml beside NAME.urdf, and beside NAME.urdf.xacro."""
+    """Return where the sidecar of a description has its place: NAME.toml beside NAME.urdf, and
+    beside NAME.urdf.xacro.
+    """
     inner = description.with_suffix("") if description.suffix.lower() == ".xacro" else description
-    return inner.with_suffix(".toml") if inner is description or inner.suffix.lower() == ".urdf" else inner.with_name(f"{inner.name}.toml")
+    return (
+        inner.with_suffix(".toml")
+        if inner is description or inner.suffix.lower() == ".urdf"
+        else inner.with_name(f"{inner.name}.toml")
+    )
 
 
 def find_sidecar(urdf: Path) -> Path | None:
-    """Return the sidecar of a URDF. NAME.toml beside it, or none. Raises InputError for a link that leads out of its folder."""
+    """Return the sidecar of a URDF. NAME.toml beside it, or none. Raises InputError for a link that
+    leads out of its folder.
+    """
     beside = sidecar_place(urdf)
     if not os.path.lexists(beside):
         return None
@@ -90,13 +103,17 @@ def find_sidecar(urdf: Path) -> Path | None:
 
 
 def limits_in_sidecar(description: Path, joint: str, kind: str) -> str:
-    """Return the line of the sidecar that states the limits of a joint which the description leaves without."""
+    """Return the line of the sidecar that states the limits of a joint which the description leaves
+    without.
+    """
     example = _RANGES.get(kind, '["-90 deg", "90 deg"]')
     return f"{sidecar_place(description).name}: [joints.{key_step(joint)}] with limits = {example}"
 
 
 def add_sidecar(draft: Draft, content: dict[str, Any], all_joints: Iterable[str]) -> None:
-    """Put what a sidecar says onto a draft made from a URDF; note joints and keys that do not belong. `all_joints` are those of the URDF."""
+    """Put what a sidecar says onto a draft made from a URDF; note joints and keys that do not
+    belong. `all_joints` are those of the URDF.
+    """
     by_name = content.pop("joints", {})
     notes = draft.tree["notes"]
     draft.tree.update(content)
@@ -104,7 +121,9 @@ def add_sidecar(draft: Draft, content: dict[str, Any], all_joints: Iterable[str]
         own = content.get("notes", [])
         draft.tree["notes"] = [*own, *notes[: max(MOST_NOTES - len(own), 0)]]
     if not isinstance(by_name, dict):
-        expected = "a table of joints by name; a list of joints is a whole arm, which is read by itself"
+        expected = (
+            "a table of joints by name; a list of joints is a whole arm, which is read by itself"
+        )
         draft.refuse(("joints",), shown(by_name), expected, _EXAMPLE)
         return
     entries = {entry["name"]: index for index, entry in enumerate(draft.tree["joints"])}
@@ -113,9 +132,17 @@ def add_sidecar(draft: Draft, content: dict[str, Any], all_joints: Iterable[str]
             break
         if name not in entries:
             near = nearest(name, entries)
-            known = "a joint between root and tip" if name in all_joints else "a joint of the description"
+            known = (
+                "a joint between root and tip"
+                if name in all_joints
+                else "a joint of the description"
+            )
             draft.refuse(
-                ("joints", name), "an unknown joint", f"{known}: {listed(entries)}", f"[joints.{key_step(near or next(iter(entries)))}]", near
+                ("joints", name),
+                "an unknown joint",
+                f"{known}: {listed(entries)}",
+                f"[joints.{key_step(near or next(iter(entries)))}]",
+                near,
             )
         elif not isinstance(parts, dict):
             draft.refuse(("joints", name), shown(parts), "a table", _EXAMPLE)
@@ -133,7 +160,13 @@ def _add_joint(draft: Draft, index: int, parts: dict[str, Any]) -> None:
         draft.refuse(("joints", index, "link"), shown(link), "a table", _OF_JOINT["link"])
 
 
-def _add(draft: Draft, onto: dict[str, Any], content: dict[str, Any], known: dict[str, str], path: validation_errors.Path) -> None:
+def _add(
+    draft: Draft,
+    onto: dict[str, Any],
+    content: dict[str, Any],
+    known: dict[str, str],
+    path: validation_errors.Path,
+) -> None:
     for key, value in content.items():
         if key in known:
             onto[key] = value

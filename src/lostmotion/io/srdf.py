@@ -1,7 +1,9 @@
-"""Tool links that an SRDF beside a URDF names: what MoveIt calls the tip of a planning group, and the parent link of an end effector.
+"""Tool links that an SRDF beside a URDF names: what MoveIt calls the tip of a planning group, and
+the parent link of an end effector.
 
-The file is NAME.srdf beside NAME.urdf or NAME.urdf.xacro, else the one SRDF of the folder whose robot has the same name. It is read without entities,
-and where it cannot be read, the URDF is read without it, with a note.
+The file is NAME.srdf beside NAME.urdf or NAME.urdf.xacro, else the one SRDF of the folder whose
+robot has the same name. It is read without entities, and where it cannot be read, the URDF is read
+without it, with a note.
 """
 
 from __future__ import annotations
@@ -37,7 +39,10 @@ def add_tips(tree: UrdfTree, path: Path) -> None:
         tree.notes.append(f"{file.name} is not read: {error.problems[0].found}")
         return
     if robot.tag == "robot":
-        tree.tips = NamedTips(file.name, tuple(link for link in dict.fromkeys(_tips(robot, tree)) if link in tree.links))
+        tree.tips = NamedTips(
+            file.name,
+            tuple(link for link in dict.fromkeys(_tips(robot, tree)) if link in tree.links),
+        )
 
 
 def find_srdf(path: Path, robot: str) -> Path | None:
@@ -49,11 +54,17 @@ def find_srdf(path: Path, robot: str) -> Path | None:
     found = [own] if own.is_file() else []
     if not found and robot:
         try:
-            names = sorted(each.name for each in folder.iterdir() if each.suffix.lower() == _ENDING)[:_MOST_FILES]
+            names = sorted(
+                each.name for each in folder.iterdir() if each.suffix.lower() == _ENDING
+            )[:_MOST_FILES]
         except OSError:
             return None
         found = [folder / name for name in names if _robot_of(folder / name) == robot]
-    inside = [each for each in found if Path(os.path.realpath(each)).is_relative_to(os.path.realpath(folder))]
+    inside = [
+        each
+        for each in found
+        if Path(os.path.realpath(each)).is_relative_to(os.path.realpath(folder))
+    ]
     return inside[0] if len(inside) == 1 else None
 
 
@@ -65,7 +76,9 @@ def _robot_of(file: Path) -> str:
 
 
 def _tips(robot: etree._Element, tree: UrdfTree) -> list[str]:
-    """Return the parents of end effectors, then the tips of chains; where there is neither, the ends of groups that list their joints or links."""
+    """Return the parents of end effectors, then the tips of chains; where there is neither, the
+    ends of groups that list their joints or links.
+    """
     effectors = list(robot.iterchildren("end_effector"))
     hands = {each.get("group") for each in effectors}
     groups = [each for each in robot.iterchildren("group") if each.get("name") not in hands]
@@ -78,7 +91,13 @@ def _tips(robot: etree._Element, tree: UrdfTree) -> list[str]:
 def _end(group: etree._Element, tree: UrdfTree) -> str:
     """Return the last link of a group whose joints or links lie on one way; empty for any other."""
     joints = [tree.joints.get(each.get("name", "")) for each in group.iterchildren("joint")]
-    links = [joint.child for joint in joints if joint is not None] + [each.get("name", "") for each in group.iterchildren("link")]
-    ways = {link: {joint.name for joint in tree.path_to(link) or []} for link in links if link in tree.links}
+    links = [joint.child for joint in joints if joint is not None] + [
+        each.get("name", "") for each in group.iterchildren("link")
+    ]
+    ways = {
+        link: {joint.name for joint in tree.path_to(link) or []}
+        for link in links
+        if link in tree.links
+    }
     last = max(ways, key=lambda link: len(ways[link]), default="")
     return last if last and all(way <= ways[last] for way in ways.values()) else ""

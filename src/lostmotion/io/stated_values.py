@@ -1,4 +1,6 @@
-"""Every value of an arm as a file would state it: by part and key, as text with its unit, and whether it is assumed."""
+"""Every value of an arm as a file would state it: by part and key, as text with its unit, and
+whether it is assumed.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,8 @@ _EQUAL: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class StatedValue:
-    """A value of a part: as text with its unit, why it is not a stated fact (empty where it is one), and its exact form for comparisons.
+    """A value of a part: as text with its unit, why it is not a stated fact (empty where it is
+    one), and its exact form for comparisons.
 
     A default that is used without being stated has the reason "default".
     """
@@ -44,9 +47,11 @@ class StatedValue:
 
 
 def stated_values(arm: Arm, digits: int = 6) -> dict[tuple[str, str], StatedValue]:
-    """Return the values of an arm by part ("gearbox of A", "payload") and key ("stiffness", "section height"), in the order of the arm.
+    """Return the values of an arm by part ("gearbox of A", "payload") and key ("stiffness",
+    "section height"), in the order of the arm.
 
-    What no file states and what is zero or absent by default is omitted. Texts have at most so many significant digits.
+    What no file states and what is zero or absent by default is omitted. Texts have at most so many
+    significant digits.
     """
     out: dict[tuple[str, str], StatedValue] = {}
     for name in ("base", "tool", "payload", "environment"):
@@ -60,12 +65,20 @@ def stated_values(arm: Arm, digits: int = 6) -> dict[tuple[str, str], StatedValu
             if isinstance(part, Part) and not isinstance(part, Preset):
                 out |= {(owner, key): value for key, value in _values(part, reason, digits)}
             elif name != "name" and name not in _NO_VALUES:
-                out |= {(f"joint {joint.name}", _key(name)): _leaf(joint, name, reason, digits)} if _counts(joint, name) else {}
+                out |= (
+                    {(f"joint {joint.name}", _key(name)): _leaf(joint, name, reason, digits)}
+                    if _counts(joint, name)
+                    else {}
+                )
     return out
 
 
-def _values(part: Part, reason: str, digits: int, prefix: str = "") -> Iterator[tuple[str, StatedValue]]:
-    """Yield the values of a part and of the parts that it consists of, each with its key; `reason` is that of the part as a whole."""
+def _values(
+    part: Part, reason: str, digits: int, prefix: str = ""
+) -> Iterator[tuple[str, StatedValue]]:
+    """Yield the values of a part and of the parts that it consists of, each with its key; `reason`
+    is that of the part as a whole.
+    """
     reasons = getattr(part, "assumptions", {})
     for name in type(part).model_fields:
         value, why = getattr(part, name), reasons.get(name, reason)
@@ -73,7 +86,11 @@ def _values(part: Part, reason: str, digits: int, prefix: str = "") -> Iterator[
             continue
         if isinstance(value, Part) and not isinstance(value, Preset):
             yield from _values(value, why, digits, f"{prefix}{_key(name)} ")
-        elif isinstance(value, list | tuple) and value and all(isinstance(each, Part) for each in value):
+        elif (
+            isinstance(value, list | tuple)
+            and value
+            and all(isinstance(each, Part) for each in value)
+        ):
             for number, each in enumerate(value, 1):
                 yield from _values(each, why, digits, f"{prefix}{_key(name)} {number} ")
         elif _counts(part, name):
@@ -83,7 +100,11 @@ def _values(part: Part, reason: str, digits: int, prefix: str = "") -> Iterator[
 def _counts(part: Part, name: str) -> bool:
     """Return whether a value is stated, or is a default that is neither zero nor absent."""
     value = getattr(part, name)
-    nothing = value is None or (isinstance(value, Toleranced) and not value.nominal and not value.tolerance) or not _truth(value)
+    nothing = (
+        value is None
+        or (isinstance(value, Toleranced) and not value.nominal and not value.tolerance)
+        or not _truth(value)
+    )
     return not nothing or (name in part.model_fields_set and value is not None)
 
 
@@ -102,7 +123,9 @@ def _leaf(part: Part, name: str, reason: str, digits: int) -> StatedValue:
     if isinstance(value, Preset):
         return StatedValue(value.name, "", value.name)
     stated = name in part.model_fields_set
-    return StatedValue(_text(value, inside([type(part)], name), digits), reason if stated else DEFAULT, repr(value))
+    return StatedValue(
+        _text(value, inside([type(part)], name), digits), reason if stated else DEFAULT, repr(value)
+    )
 
 
 def _text(value: Any, options: Options, digits: int) -> str:  # noqa: ANN401 - whatever a field holds
@@ -120,9 +143,13 @@ def _text(value: Any, options: Options, digits: int) -> str:  # noqa: ANN401 - w
 
 def _several(values: Sequence[Any], options: Options, digits: int) -> str:
     """Return a short list of plain values in full, any other by its length."""
-    if len(values) > _MOST_VALUES or any(isinstance(each, list | tuple | dict | Part) for each in values):
+    if len(values) > _MOST_VALUES or any(
+        isinstance(each, list | tuple | dict | Part) for each in values
+    ):
         return _entries(len(values))
-    return ", ".join(_text(each, inside(options, number), digits) for number, each in enumerate(values))
+    return ", ".join(
+        _text(each, inside(options, number), digits) for number, each in enumerate(values)
+    )
 
 
 def _other(value: object) -> str:
@@ -142,14 +169,22 @@ def _toleranced(value: Toleranced, quantity: Quantity | None, digits: int) -> st
     if not value.tolerance:
         return text
     difference = quantity if quantity is None or quantity.si != ABSOLUTE else Quantity("K", "5 K")
-    law = "" if value.law == "normal" else f" ({value.law})" if isinstance(value.law, str) else " (its own distribution)"
+    law = (
+        ""
+        if value.law == "normal"
+        else f" ({value.law})"
+        if isinstance(value.law, str)
+        else " (its own distribution)"
+    )
     return f"{text} ± {_amount(value.tolerance, difference, digits)}{law}"
 
 
 def _amount(value: float, quantity: Quantity | None, digits: int) -> str:
     unit = _unit(quantity, value)
     ends = (value.low, value.high) if isinstance(value, Band) else (value,)
-    return f"{' .. '.join(_number(_in(end, quantity, unit), digits) for end in ends)} {unit}".strip()
+    return (
+        f"{' .. '.join(_number(_in(end, quantity, unit), digits) for end in ends)} {unit}".strip()
+    )
 
 
 def _in(value: float, quantity: Quantity | None, unit: str) -> float:
@@ -159,10 +194,17 @@ def _in(value: float, quantity: Quantity | None, unit: str) -> float:
 
 
 def _unit(quantity: Quantity | None, value: float) -> str:
-    """Return the unit in which people state a quantity of this size: that of the field's example, but for lengths and angles, which suit the size."""
+    """Return the unit in which people state a quantity of this size: that of the field's example,
+    but for lengths and angles, which suit the size.
+    """
     if quantity is None:
         return ""
-    example = re.sub(r"^[-+0-9.eE]+\s*", "", quantity.example).partition("±")[0].partition("..")[0].strip()
+    example = (
+        re.sub(r"^[-+0-9.eE]+\s*", "", quantity.example)
+        .partition("±")[0]
+        .partition("..")[0]
+        .strip()
+    )
     if quantity.si == "m":
         return "µm" if 0 < abs(value) < _SMALL_LENGTH or (not value and example == "µm") else "mm"
     if quantity.si == "rad":
@@ -171,10 +213,19 @@ def _unit(quantity: Quantity | None, value: float) -> str:
 
 
 def _number(value: float, most: int) -> str:
-    """Return a number with as many significant digits as it needs, at most so many; never as a power of ten."""
+    """Return a number with as many significant digits as it needs, at most so many; never as a
+    power of ten.
+    """
     if not math.isfinite(value):
         return str(value)
-    digits = next((count for count in range(1, most) if abs(float(f"{value:.{count}g}") - value) <= _EQUAL * abs(value)), most)
+    digits = next(
+        (
+            count
+            for count in range(1, most)
+            if abs(float(f"{value:.{count}g}") - value) <= _EQUAL * abs(value)
+        ),
+        most,
+    )
     rounded = float(f"{value:.{digits}g}")
     places = max(digits - 1 - math.floor(math.log10(abs(rounded))), 0) if rounded else 0
     text = f"{rounded:.{places}f}"

@@ -1,12 +1,15 @@
-"""Which keys of an arm file are to take which values: the table `[sweep]`, in the arm file itself or in a TOML of its own.
+"""Which keys of an arm file are to take which values: the table `[sweep]`, in the arm file itself
+or in a TOML of its own.
 
     [sweep]
-    "gearboxes.cycloidal.backlash" = ["0.25 arcmin", "0.5 arcmin ± 0.2 arcmin", "1 arcmin"]    # a list: any value that the key takes
-    "joints.B.link.length" = { from = "300 mm", to = "500 mm", steps = 5 }                      # a range, ends included
+    "gearboxes.cycloidal.backlash" = ["0.25 arcmin", "0.5 arcmin ± 0.2 arcmin", "1 arcmin"]    # a
+    list: any value that the key takes "joints.B.link.length" = { from = "300 mm", to = "500 mm",
+    steps = 5 }                      # a range, ends included
     "payload.mass" = { from = "0.1 kg", to = "10 kg", steps = 3, spacing = "log" }
 
-Every combination is a design. A key goes from table to table as in mistakes and budgets, joints by their names; where a joint names a part
-that it shares, `joints.A.gearbox.backlash` changes A's alone and `gearboxes.NAME.backlash` changes it for all.
+Every combination is a design. A key goes from table to table as in mistakes and budgets, joints by
+their names; where a joint names a part that it shares, `joints.A.gearbox.backlash` changes A's
+alone and `gearboxes.NAME.backlash` changes it for all.
 """
 
 from __future__ import annotations
@@ -34,10 +37,14 @@ MOST_DESIGNS: Final = 10_000
 _LONGEST_KEY: Final = 200
 _LONG_LABEL: Final = 12
 # With a key of its own, since other keys take other quantities.
-_RANGE: Final = '"gearboxes.cycloidal.backlash" = { from = "0.5 arcmin", to = "1 arcmin", steps = 5 }'
+_RANGE: Final = (
+    '"gearboxes.cycloidal.backlash" = { from = "0.5 arcmin", to = "1 arcmin", steps = 5 }'
+)
 _RANGE_KEYS: Final = ("from", "to", "steps", "spacing")
 _SPACINGS: Final = ("even", "log")
-_AMOUNT: Final = re.compile(r"^\s*(?P<number>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(?P<unit>[^0-9.±+-][^0-9±+-]{0,30})?\s*$")
+_AMOUNT: Final = re.compile(
+    r"^\s*(?P<number>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(?P<unit>[^0-9.±+-][^0-9±+-]{0,30})?\s*$"
+)
 
 
 class Axis(BaseModel):
@@ -55,28 +62,42 @@ class Axis(BaseModel):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Return each value as text for people; quantities of a range with four digits, where that distinguishes them."""
+        """Return each value as text for people; quantities of a range with four digits, where that
+        distinguishes them.
+        """
         plain = tuple(value if isinstance(value, str) else shown(value) for value in self.values)
         if self.quantities is None:
             return plain
         numbers, unit = self.quantities
         short = tuple(f"{number:.4g} {unit}".strip() for number in numbers)
-        return short if len(set(short)) == len(set(numbers)) and max(map(len, plain)) > _LONG_LABEL else plain
+        return (
+            short
+            if len(set(short)) == len(set(numbers)) and max(map(len, plain)) > _LONG_LABEL
+            else plain
+        )
 
     @property
     def quantities(self) -> tuple[tuple[float, ...], str] | None:
-        """Return the values as numbers, and the unit they are all stated in; None where they are no plain quantities in one unit."""
+        """Return the values as numbers, and the unit they are all stated in; None where they are no
+        plain quantities in one unit.
+        """
         found = [_amount(value) for value in self.values]
         quantities = [each for each in found if each is not None]
         units = {unit for _, unit in quantities}
-        return (tuple(number for number, _ in quantities), units.pop()) if len(quantities) == len(found) and len(units) == 1 else None
+        return (
+            (tuple(number for number, _ in quantities), units.pop())
+            if len(quantities) == len(found) and len(units) == 1
+            else None
+        )
 
 
 def read_axes(path: Path | None, by: Path | None = None) -> tuple[tuple[Axis, ...], list[Problem]]:
-    """Return the keys that are swept, with their values. Of the table in `by`, or else in the file `path`; none where it has no such table.
+    """Return the keys that are swept, with their values. Of the table in `by`, or else in the file
+    `path`; none where it has no such table.
 
-    Gives the axes that can be read, and every mistake in the table, each under its key; whether the arm accepts the values is checked by
-    `designs.read_sweep`. Raises InputError for a file that is no TOML.
+    Gives the axes that can be read, and every mistake in the table, each under its key; whether the
+    arm accepts the values is checked by `designs.read_sweep`. Raises InputError for a file that is
+    no TOML.
     """
     source = by or path
     if source is None:
@@ -86,13 +107,28 @@ def read_axes(path: Path | None, by: Path | None = None) -> tuple[tuple[Axis, ..
     mistakes = []
     if by is not None:
         mistakes = [
-            Problem(file, shown(key)[1:-1], f"an unknown key with {shown(value)}", f"one table [{TABLE}]", EXAMPLE, nearest(key, [TABLE]))
+            Problem(
+                file,
+                shown(key)[1:-1],
+                f"an unknown key with {shown(value)}",
+                f"one table [{TABLE}]",
+                EXAMPLE,
+                nearest(key, [TABLE]),
+            )
             for key, value in list(tree.items())[:MOST_MISTAKES]
             if key != TABLE
         ]
     if TABLE not in tree:
         if by is not None:
-            mistakes.append(Problem(file, TABLE, "nothing", "a table of keys and their values", f"[{TABLE}] with {EXAMPLE}"))
+            mistakes.append(
+                Problem(
+                    file,
+                    TABLE,
+                    "nothing",
+                    "a table of keys and their values",
+                    f"[{TABLE}] with {EXAMPLE}",
+                )
+            )
         return (), mistakes
     return _axes(file, tree[TABLE], mistakes), mistakes
 
@@ -111,26 +147,48 @@ def changes(axes: tuple[Axis, ...], design: int) -> dict[str, Any]:
 
 def _axes(file: str, stated: Any, mistakes: list[Problem]) -> tuple[Axis, ...]:  # noqa: ANN401 - whatever a file holds
     if not isinstance(stated, dict):
-        mistakes.append(Problem(file, TABLE, shown(stated), "a table of keys and their values", f"[{TABLE}] with {EXAMPLE}"))
+        mistakes.append(
+            Problem(
+                file,
+                TABLE,
+                shown(stated),
+                "a table of keys and their values",
+                f"[{TABLE}] with {EXAMPLE}",
+            )
+        )
         return ()
     flat = _flat(stated)
     if not 1 <= len(flat) <= MOST_KEYS:
-        mistakes.append(Problem(file, TABLE, f"{len(flat)} keys", f"from 1 to {MOST_KEYS}", EXAMPLE))
+        mistakes.append(
+            Problem(file, TABLE, f"{len(flat)} keys", f"from 1 to {MOST_KEYS}", EXAMPLE)
+        )
         return ()
     keys = [key for key, _ in flat]
     mistakes += [
-        Problem(file, f"{TABLE}.{key_text(key)}", "stated twice", "each key once", EXAMPLE) for key in sorted(set(keys)) if keys.count(key) > 1
+        Problem(file, f"{TABLE}.{key_text(key)}", "stated twice", "each key once", EXAMPLE)
+        for key in sorted(set(keys))
+        if keys.count(key) > 1
     ]
     axes = [_axis(file, key, value, mistakes) for key, value in flat]
     found = tuple(axis for axis in axes if axis is not None)
     if designs(found) > MOST_DESIGNS:
         grid = " x ".join(str(len(axis.values)) for axis in found)
-        mistakes.append(Problem(file, TABLE, f"{grid} = {designs(found)} designs", f"at most {MOST_DESIGNS}", "fewer values, or several sweeps"))
+        mistakes.append(
+            Problem(
+                file,
+                TABLE,
+                f"{grid} = {designs(found)} designs",
+                f"at most {MOST_DESIGNS}",
+                "fewer values, or several sweeps",
+            )
+        )
     return found
 
 
 def _flat(stated: dict[str, Any], above: str = "") -> list[tuple[str, Any]]:
-    """Return keys and values; a key may be written as one text, as TOML's dotted key, or as tables."""
+    """Return keys and values; a key may be written as one text, as TOML's dotted key, or as
+    tables.
+    """
     out = []
     for key, value in stated.items():
         if isinstance(value, dict) and value and not set(_RANGE_KEYS) & value.keys():
@@ -148,25 +206,35 @@ def key_text(key: str) -> str:
 def _axis(file: str, key: str, value: Any, mistakes: list[Problem]) -> Axis | None:  # noqa: ANN401 - whatever a file holds
     where = f"{TABLE}.{key_text(key)}"
     if len(key) > _LONGEST_KEY or not all(key_steps(key)):
-        mistakes.append(Problem(file, where, "no path of keys", "names with dots between them", EXAMPLE))
+        mistakes.append(
+            Problem(file, where, "no path of keys", "names with dots between them", EXAMPLE)
+        )
         return None
     values = value
     if isinstance(value, dict):
         values = _range(file, where, value, mistakes)
     elif not isinstance(value, list) or not 1 <= len(value) <= MOST_VALUES:
         found = f"{len(value)} values" if isinstance(value, list) else shown(value)
-        mistakes.append(Problem(file, where, found, f"a list of 1 to {MOST_VALUES} values, or a range", _RANGE))
+        mistakes.append(
+            Problem(file, where, found, f"a list of 1 to {MOST_VALUES} values, or a range", _RANGE)
+        )
         return None
     odd = [each for each in values if not _is_plain(each)]
-    mistakes += [Problem(file, where, shown(each), "text, numbers, lists or tables", EXAMPLE) for each in odd]
+    mistakes += [
+        Problem(file, where, shown(each), "text, numbers, lists or tables", EXAMPLE) for each in odd
+    ]
     return Axis(key=key, values=tuple(values)) if values and not odd else None
 
 
 def _is_plain(value: Any) -> bool:  # noqa: ANN401 - whatever a file holds
     """Return whether JSON can hold a value as it is; not dates, not what is not finite."""
     if isinstance(value, list | dict):
-        return all(_is_plain(each) for each in (value.values() if isinstance(value, dict) else value))
-    return isinstance(value, str | bool | int) or (isinstance(value, float) and math.isfinite(value))
+        return all(
+            _is_plain(each) for each in (value.values() if isinstance(value, dict) else value)
+        )
+    return isinstance(value, str | bool | int) or (
+        isinstance(value, float) and math.isfinite(value)
+    )
 
 
 def _range(file: str, where: str, stated: dict[str, Any], mistakes: list[Problem]) -> list[Any]:
@@ -175,13 +243,38 @@ def _range(file: str, where: str, stated: dict[str, Any], mistakes: list[Problem
     for key in stated:
         if key not in _RANGE_KEYS:
             near = nearest(key, _RANGE_KEYS)
-            mistakes.append(Problem(file, f"{where}.{shown(key)[1:-1]}", "an unknown key", "one of " + ", ".join(_RANGE_KEYS), _RANGE, near))
+            mistakes.append(
+                Problem(
+                    file,
+                    f"{where}.{shown(key)[1:-1]}",
+                    "an unknown key",
+                    "one of " + ", ".join(_RANGE_KEYS),
+                    _RANGE,
+                    near,
+                )
+            )
     steps, spacing = stated.get("steps"), stated.get("spacing", _SPACINGS[0])
     if isinstance(steps, bool) or not isinstance(steps, int) or not 2 <= steps <= MOST_VALUES:  # noqa: PLR2004 - two ends
         found = shown(steps) if "steps" in stated else "nothing"
-        mistakes.append(Problem(file, f"{where}.steps", found, f"a whole number from 2 to {MOST_VALUES}, both ends counted", "steps = 5"))
+        mistakes.append(
+            Problem(
+                file,
+                f"{where}.steps",
+                found,
+                f"a whole number from 2 to {MOST_VALUES}, both ends counted",
+                "steps = 5",
+            )
+        )
     if spacing not in _SPACINGS:
-        mistakes.append(Problem(file, f"{where}.spacing", shown(spacing), "one of " + ", ".join(_SPACINGS), 'spacing = "log"'))
+        mistakes.append(
+            Problem(
+                file,
+                f"{where}.spacing",
+                shown(spacing),
+                "one of " + ", ".join(_SPACINGS),
+                'spacing = "log"',
+            )
+        )
     ends = _ends(file, where, stated, mistakes)
     if ends is None or len(mistakes) > before or not isinstance(steps, int):
         return []
@@ -189,27 +282,58 @@ def _range(file: str, where: str, stated: dict[str, Any], mistakes: list[Problem
     numbers = np.geomspace(low, high, steps) if spacing == "log" else np.linspace(low, high, steps)
     if unit:
         return [f"{number:.12g} {unit}" for number in numbers]
-    return [int(number) if isinstance(stated["from"], int) and float(number).is_integer() else float(f"{number:.12g}") for number in numbers]
+    return [
+        int(number)
+        if isinstance(stated["from"], int) and float(number).is_integer()
+        else float(f"{number:.12g}")
+        for number in numbers
+    ]
 
 
-def _ends(file: str, where: str, stated: dict[str, Any], mistakes: list[Problem]) -> tuple[float, float, str] | None:
+def _ends(
+    file: str, where: str, stated: dict[str, Any], mistakes: list[Problem]
+) -> tuple[float, float, str] | None:
     """Return the ends of a range and their unit; None where they are wrong, which is noted."""
     ends = []
     for key in ("from", "to"):
         amount = _amount(stated.get(key))
         if amount is None:
             found = shown(stated[key]) if key in stated else "nothing"
-            mistakes.append(Problem(file, f"{where}.{key}", found, "a number with its unit, without a tolerance", _RANGE))
+            mistakes.append(
+                Problem(
+                    file,
+                    f"{where}.{key}",
+                    found,
+                    "a number with its unit, without a tolerance",
+                    _RANGE,
+                )
+            )
         else:
             ends.append(amount)
     if len(ends) < 2:  # noqa: PLR2004 - from and to
         return None
     (low, unit), (high, other) = ends
     if unit != other:
-        mistakes.append(Problem(file, where, f"from in '{unit}', to in '{other}'", "the same unit at both ends", _RANGE))
+        mistakes.append(
+            Problem(
+                file,
+                where,
+                f"from in '{unit}', to in '{other}'",
+                "the same unit at both ends",
+                _RANGE,
+            )
+        )
         return None
     if stated.get("spacing") == "log" and not (low > 0 and high > 0):
-        mistakes.append(Problem(file, where, f"from {low:g} to {high:g}", "ends above zero where steps are even in the logarithm", _RANGE))
+        mistakes.append(
+            Problem(
+                file,
+                where,
+                f"from {low:g} to {high:g}",
+                "ends above zero where steps are even in the logarithm",
+                _RANGE,
+            )
+        )
         return None
     return low, high, unit
 
@@ -219,7 +343,8 @@ def _amount(value: Any) -> tuple[float, str] | None:  # noqa: ANN401 - whatever 
     if isinstance(value, bool):
         return None
     if isinstance(value, int | float):
-        return (float(value), "") if abs(value) <= sys.float_info.max else None  # a whole number may be beyond every float
+        # a whole number may be beyond every float
+        return (float(value), "") if abs(value) <= sys.float_info.max else None
     match = _AMOUNT.match(value) if isinstance(value, str) else None
     number = float(match["number"]) if match else math.nan
     return (number, (match["unit"] or "").strip()) if match and math.isfinite(number) else None

@@ -1,4 +1,6 @@
-"""A design of a sweep: the arm file with some of its keys changed, read by the ordinary reader, so that every check is the same."""
+"""A design of a sweep: the arm file with some of its keys changed, read by the ordinary reader, so
+that every check is the same.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,8 @@ _MEGABYTES: Final = 20
 
 
 def read_design(path: Path, sidecar: Path | None, stated: Mapping[str, Any]) -> Arm:
-    """Return the arm with these values at these keys. Keys of a URDF's arm are those of its sidecar.
+    """Return the arm with these values at these keys. Keys of a URDF's arm are those of its
+    sidecar.
 
     Raises InputError with every mistake, in the reader's words.
     """
@@ -49,7 +52,9 @@ def read_design(path: Path, sidecar: Path | None, stated: Mapping[str, Any]) -> 
 
 
 def find_tree(path: Path, sidecar: Path | None) -> Path | None:
-    """Return the TOML whose keys can be swept: the arm file itself, or a URDF's sidecar. None for a URDF without one."""
+    """Return the TOML whose keys can be swept: the arm file itself, or a URDF's sidecar. None for a
+    URDF without one.
+    """
     return path if path.suffix.lower() == ".toml" else sidecar or find_sidecar(path)
 
 
@@ -62,7 +67,11 @@ def _tree(path: Path, sidecar: Path | None) -> dict[str, Any]:
 
 def _arm(path: Path, sidecar: Path | None, tree: dict[str, Any], stated: Mapping[str, Any]) -> Arm:
     tree = copy.deepcopy(tree)
-    lost = [problem for key, value in stated.items() if (problem := _place(str(path), tree, key, copy.deepcopy(value))) is not None]
+    lost = [
+        problem
+        for key, value in stated.items()
+        if (problem := _place(str(path), tree, key, copy.deepcopy(value))) is not None
+    ]
     if lost:
         refuse_all(lost)
     if path.suffix.lower() == ".toml":
@@ -71,7 +80,9 @@ def _arm(path: Path, sidecar: Path | None, tree: dict[str, Any], stated: Mapping
 
 
 def _place(file: str, tree: dict[str, Any], key: str, value: Any) -> Problem | None:  # noqa: ANN401 - whatever a file holds
-    """Put a value where a key leads, opening tables on the way; gives what is wrong where it leads nowhere."""
+    """Put a value where a key leads, opening tables on the way; gives what is wrong where it leads
+    nowhere.
+    """
     steps = key_steps(key)
     here: Any = tree
     for k, step in enumerate(steps[:-1]):
@@ -102,39 +113,79 @@ def _inner(here: Any, step: str, *, by_name: bool) -> Any:  # noqa: ANN401 - wha
     if isinstance(here, dict):
         return here.get(step)
     if by_name:
-        return next((each for each in here if isinstance(each, dict) and each.get("name") == step), None)
+        return next(
+            (each for each in here if isinstance(each, dict) and each.get("name") == step), None
+        )
     return here[int(step)] if step.isdecimal() and int(step) < len(here) else None
 
 
 def _names(tree: dict[str, Any], steps: list[str]) -> dict[str, Any] | None:
-    """Return the names to choose among where a key's second step must be one that exists: a joint, or a part that joints share."""
+    """Return the names to choose among where a key's second step must be one that exists: a joint,
+    or a part that joints share.
+    """
     if len(steps) != 2:  # noqa: PLR2004 - the table and the name in it
         return None
     stock = tree.get(steps[0])
     if steps[0] == "joints" and isinstance(stock, list):
-        return {each["name"]: each for each in stock if isinstance(each, dict) and isinstance(each.get("name"), str)}
+        return {
+            each["name"]: each
+            for each in stock
+            if isinstance(each, dict) and isinstance(each.get("name"), str)
+        }
     return (stock if isinstance(stock, dict) else {"": None}) if steps[0] in SHARED else None
 
 
 def _own(tree: dict[str, Any], steps: list[str], name: str) -> Any:  # noqa: ANN401 - whatever a file holds
-    """Replace a joint's shared part by a copy of its own; a reducer of the catalogue stays named inside it."""
-    table = next((table for table, where in SHARED.items() if steps[0] == "joints" and tuple(steps[2:]) == where), None)
+    """Replace a joint's shared part by a copy of its own; a reducer of the catalogue stays named
+    inside it.
+    """
+    table = next(
+        (
+            table
+            for table, where in SHARED.items()
+            if steps[0] == "joints" and tuple(steps[2:]) == where
+        ),
+        None,
+    )
     stock = tree.get(table) if table else None
     if isinstance(stock, dict) and name in stock:
         return copy.deepcopy(stock[name])
     return {CATALOGUE_KEY: name} if table == "gearboxes" else name
 
 
-def _leads_nowhere(file: str, key: str, tree: dict[str, Any], steps: list[str], here: Any) -> Problem:  # noqa: ANN401 - whatever a file holds
+def _leads_nowhere(
+    file: str,
+    key: str,
+    tree: dict[str, Any],
+    steps: list[str],
+    here: Any,  # noqa: ANN401
+) -> Problem:
     names = _names(tree, steps)
     if names is not None:
         known = [name for name in names if name]
         near = nearest(steps[1], known)
-        expected = f"one of {listed(known, plain)}" if known else f"a table [{steps[0]}.NAME] in the arm file"
-        example = quoted(".".join(key_step(step) for step in (steps[0], near or (known or ["NAME"])[0], *key_steps(key)[2:])))
-        return Problem(file, key, f"no '{plain(steps[1])}' under {steps[0]}", expected, example, near)
+        expected = (
+            f"one of {listed(known, plain)}"
+            if known
+            else f"a table [{steps[0]}.NAME] in the arm file"
+        )
+        example = quoted(
+            ".".join(
+                key_step(step)
+                for step in (steps[0], near or (known or ["NAME"])[0], *key_steps(key)[2:])
+            )
+        )
+        return Problem(
+            file, key, f"no '{plain(steps[1])}' under {steps[0]}", expected, example, near
+        )
     found = here.get(steps[-1]) if isinstance(here, dict) else here
-    return Problem(file, key, f"{shown(found)} at '{plain('.'.join(steps))}'", "a key that leads from table to table", EXAMPLE)
+    return Problem(
+        file,
+        key,
+        f"{shown(found)} at '{plain('.'.join(steps))}'",
+        "a key that leads from table to table",
+        EXAMPLE,
+    )
 
 
 @names_lines
@@ -145,10 +196,12 @@ def read_sweep(
     progress: Callable[[str, int, int], None] | None = None,
     look: Callable[[Arm], None] | None = None,
 ) -> tuple[Arm, tuple[Axis, ...]]:
-    """Return the arm of the first design, and the swept keys with their values. One design where nothing is swept.
+    """Return the arm of the first design, and the swept keys with their values. One design where
+    nothing is swept.
 
-    The arm file as it stands is read first. Then raises InputError with every mistake in the table and in each value by itself, under its key; where
-    those pass, in the combinations. `look` is called with the arm of every design, in order.
+    The arm file as it stands is read first. Then raises InputError with every mistake in the table
+    and in each value by itself, under its key; where those pass, in the combinations. `look` is
+    called with the arm of every design, in order.
     """
     arm = read(path, sidecar)
     tree = _tree(path, sidecar)
@@ -156,7 +209,11 @@ def read_sweep(
     axes, mistakes = read_axes(source, by)
     file = str(by or source)
     for axis in axes:
-        mistakes += [_of_xacro(axis, file, path)] if axis.steps[0] == XACRO else _of_axis(path, sidecar, tree, axis, file)
+        mistakes += (
+            [_of_xacro(axis, file, path)]
+            if axis.steps[0] == XACRO
+            else _of_axis(path, sidecar, tree, axis, file)
+        )
     if mistakes:
         refuse_all(list(dict.fromkeys(mistakes)))
     count = designs(axes)
@@ -166,13 +223,27 @@ def read_sweep(
             found = _arm(path, sidecar, tree, stated)
         except InputError as error:
             together = ", ".join(f"{key} = {shown(value)}" for key, value in stated.items())
-            mistakes += [Problem(file, TABLE, f"{together}: {each.key}: {each.found}", each.expected, each.example) for each in error.problems]
+            mistakes += [
+                Problem(
+                    file,
+                    TABLE,
+                    f"{together}: {each.key}: {each.found}",
+                    each.expected,
+                    each.example,
+                )
+                for each in error.problems
+            ]
             if len(mistakes) > MOST_MISTAKES:
                 break
             continue
         if len(found.moving) != len(arm.moving):
             mistakes.append(
-                Problem(file, TABLE, f"{len(found.moving)} moving joints in design {design}", f"as many as in the others, {len(arm.moving)}")
+                Problem(
+                    file,
+                    TABLE,
+                    f"{len(found.moving)} moving joints in design {design}",
+                    f"as many as in the others, {len(arm.moving)}",
+                )
             )
         arm = found if design == 0 else arm
         if look is not None:
@@ -186,13 +257,20 @@ def read_sweep(
 
 def _of_xacro(axis: Axis, file: str, path: Path) -> Problem:
     """Refuse to sweep an argument of xacro: what is stored of a run is one expanded file."""
-    found, expected = "an argument of xacro, which a sweep cannot change", "a key of another table, or a sidecar for each value and a comparison"
+    found, expected = (
+        "an argument of xacro, which a sweep cannot change",
+        "a key of another table, or a sidecar for each value and a comparison",
+    )
     example = f"lostmotion compare {path.name} {path.name} --sidecar one.toml --sidecar two.toml"
     return Problem(file, f"{TABLE}.{key_text(axis.key)}", found, expected, example)
 
 
-def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis, file: str) -> list[Problem]:
-    """Return the values of a key that the arm does not accept. What is wrong with the key itself is reported once."""
+def _of_axis(
+    path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis, file: str
+) -> list[Problem]:
+    """Return the values of a key that the arm does not accept. What is wrong with the key itself is
+    reported once.
+    """
     out: list[Problem] = []
     where = f"{TABLE}.{key_text(axis.key)}"
     for k, value in enumerate(axis.values):
@@ -202,18 +280,36 @@ def _of_axis(path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis,
             _arm(path, sidecar, tree, {axis.key: value})
         except InputError as error:
             for problem in error.problems:
-                found = problem.found if problem.key.endswith(axis.steps[-1]) else f"{problem.found} (at {problem.key})"
+                found = (
+                    problem.found
+                    if problem.key.endswith(axis.steps[-1])
+                    else f"{problem.found} (at {problem.key})"
+                )
                 if problem.found.startswith(("an unknown key", "an unknown joint", "no '")):
-                    return [Problem(file, where, found, problem.expected, problem.example, problem.nearest)]
-                out.append(Problem(file, f"{where}[{k}]", found, problem.expected, problem.example, problem.nearest))
+                    return [
+                        Problem(
+                            file, where, found, problem.expected, problem.example, problem.nearest
+                        )
+                    ]
+                out.append(
+                    Problem(
+                        file,
+                        f"{where}[{k}]",
+                        found,
+                        problem.expected,
+                        problem.example,
+                        problem.nearest,
+                    )
+                )
     return out
 
 
 def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, str]:
-    """Return the texts of all files from which this arm, and every design of it, is read. Text by name, first the arm; its folder is the root.
+    """Return the texts of all files from which this arm, and every design of it, is read. Text by
+    name, first the arm; its folder is the root.
 
-    A sidecar is put beside its URDF under its own name; xacro is expanded, and MJCF includes what it names. Files that the arm names beside itself,
-    or that the sweep puts there, come along.
+    A sidecar is put beside its URDF under its own name; xacro is expanded, and MJCF includes what
+    it names. Files that the arm names beside itself, or that the sweep puts there, come along.
     """
     source = find_tree(path, sidecar)
     name, text = path.name, _text(path)
@@ -221,20 +317,27 @@ def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, s
         kind, text = urdf.self_contained(path, text, _tree(path, sidecar), source)
         name = sidecar_place(path).with_suffix(kind).name
     out = {name: text}
-    if name.endswith(_URDF) and (srdf := find_srdf(path, parse_robot(text, str(path))[0].get("name", ""))) is not None:
+    if (
+        name.endswith(_URDF)
+        and (srdf := find_srdf(path, parse_robot(text, str(path))[0].get("name", ""))) is not None
+    ):
         out[Path(name).with_suffix(srdf.suffix.lower()).name] = _text(srdf)
     if source is not None and source != path:
         out[sidecar_place(path).name] = _without_root(_text(source))
     if source is not None:
         for text in _texts_in([_tree(path, sidecar), *(list(axis.values) for axis in axes)]):
-            named = beside(str(source), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None
+            named = (
+                beside(str(source), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None
+            )
             if named is not None and named.is_file():
                 out.setdefault(Path(text).as_posix(), _text(named))
     return out
 
 
 def _without_root(text: str) -> str:
-    """Return the text of a sidecar without the folder of its project: what is stored names no file any more."""
+    """Return the text of a sidecar without the folder of its project: what is stored names no file
+    any more.
+    """
     if ROOT not in tomllib.loads(text):
         return text
     document = tomlkit.parse(text)
@@ -244,7 +347,11 @@ def _without_root(text: str) -> str:
 
 def _text(path: Path) -> str:
     """Read a file of the arm, with line ends as they are inside Python."""
-    text = read_text(path, _MEGABYTES) if path.suffix.lower() in _NAMED_ENDINGS else read_old_text(path, _MEGABYTES)[0]
+    text = (
+        read_text(path, _MEGABYTES)
+        if path.suffix.lower() in _NAMED_ENDINGS
+        else read_old_text(path, _MEGABYTES)[0]
+    )
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

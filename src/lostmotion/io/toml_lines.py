@@ -1,6 +1,7 @@
 """Line numbers in messages about TOML files: the line of the key that a mistake names.
 
-Files are read by `tomllib`, which keeps no positions. The lines are looked up only where there is a mistake to report.
+Files are read by `tomllib`, which keeps no positions. The lines are looked up only where there is a
+mistake to report.
 """
 
 from __future__ import annotations
@@ -29,11 +30,12 @@ T = TypeVar("T")
 Steps: TypeAlias = tuple[str | int, ...]
 
 _ENDING: Final = ".toml"
-# Strings (the four kinds), comments, line breaks, the marks of tables and lists, and runs of anything else.
+# Strings (the four kinds), comments, line breaks, the marks of tables and lists, and runs of
+# anything else.
 _TOKEN: Final = re.compile(
     r"""
     \"{3}(?:[^\\]|\\.)*?\"{3,5} | '{3}.*?'{3,5} | "(?:[^"\\]|\\.)*" | '[^']*' | \#[^\n]* | \n | [\[\]{},=.] | [^\s\[\]{},=.\#"']+
-    """,
+    """,  # noqa: E501
     re.DOTALL | re.VERBOSE,
 )
 _INDEX: Final = re.compile(r"\[(\d+)\]")
@@ -42,7 +44,9 @@ _ENDS: Final = frozenset({",", "]", "}", "\n"})
 
 
 def names_lines(read: Callable[P, T]) -> Callable[P, T]:
-    """Make a function that reads files name the line, FILE:LINE, in its mistakes about TOML files."""
+    """Make a function that reads files name the line, FILE:LINE, in its mistakes about TOML
+    files.
+    """
 
     @functools.wraps(read)
     def with_lines(*given: P.args, **named: P.kwargs) -> T:
@@ -58,15 +62,21 @@ def names_lines(read: Callable[P, T]) -> Callable[P, T]:
 
 
 def key_lines(text: str) -> dict[Steps, int]:
-    """Return the line of every key and list entry of a valid TOML text. Steps are keys, and positions in lists from 0."""
+    """Return the line of every key and list entry of a valid TOML text. Steps are keys, and
+    positions in lists from 0.
+    """
     scan = _Scan(text)
     scan.document()
     return scan.lines
 
 
 def _located(problems: tuple[Problem, ...]) -> tuple[Problem, ...]:
-    """Return the mistakes with the lines of their keys, those of a file in the order of its lines; others stay as they are, before them."""
-    files = dict.fromkeys(each.file for each in problems if each.key and Path(each.file).suffix.lower() == _ENDING)
+    """Return the mistakes with the lines of their keys, those of a file in the order of its lines;
+    others stay as they are, before them.
+    """
+    files = dict.fromkeys(
+        each.file for each in problems if each.key and Path(each.file).suffix.lower() == _ENDING
+    )
     known: dict[str, tuple[dict[Steps, int], dict[str, Any]]] = {}
     for file in files:
         with suppress(InputError, ValueError, RecursionError):
@@ -74,15 +84,25 @@ def _located(problems: tuple[Problem, ...]) -> tuple[Problem, ...]:
             known[file] = (key_lines(text), tomllib.loads(text))
     out = [each for each in problems if each.file not in known]
     for file, where in known.items():
-        lines = [(_line(each.key, *where), each) for each in problems if each.file == file and each.key != MORE]
-        out += [replace(each, file=f"{file}:{line}") for line, each in sorted(lines, key=itemgetter(0))]
+        lines = [
+            (_line(each.key, *where), each)
+            for each in problems
+            if each.file == file and each.key != MORE
+        ]
+        out += [
+            replace(each, file=f"{file}:{line}") for line, each in sorted(lines, key=itemgetter(0))
+        ]
     return (*out, *(each for each in problems if each.file in known and each.key == MORE))
 
 
 def _line(key: str, lines: dict[Steps, int], tree: dict[str, Any]) -> int:
-    """Return the line of a key as messages spell it (joints by name), or of the innermost table around it that the file has; 1 without one."""
+    """Return the line of a key as messages spell it (joints by name), or of the innermost table
+    around it that the file has; 1 without one.
+    """
     steps = _by_position(_steps(key), tree)
-    return next((lines[steps[:length]] for length in range(len(steps), 0, -1) if steps[:length] in lines), 1)
+    return next(
+        (lines[steps[:length]] for length in range(len(steps), 0, -1) if steps[:length] in lines), 1
+    )
 
 
 def _steps(key: str) -> Steps:
@@ -99,12 +119,21 @@ def _by_position(steps: Steps, tree: dict[str, Any]) -> Steps:
     joints = tree.get("joints")
     if len(steps) < 2 or steps[0] != "joints" or not isinstance(joints, list):  # noqa: PLR2004 - the table and the name
         return steps
-    index = next((index for index, joint in enumerate(joints) if isinstance(joint, dict) and joint.get("name") == steps[1]), steps[1])
+    index = next(
+        (
+            index
+            for index, joint in enumerate(joints)
+            if isinstance(joint, dict) and joint.get("name") == steps[1]
+        ),
+        steps[1],
+    )
     return ("joints", index, *steps[2:])
 
 
 class _Scan:
-    """A walk through the tokens of a TOML text that `tomllib` accepts, which notes the line of every key."""
+    """A walk through the tokens of a TOML text that `tomllib` accepts, which notes the line of
+    every key.
+    """
 
     def __init__(self, text: str) -> None:
         self.lines: dict[Steps, int] = {}

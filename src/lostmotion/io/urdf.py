@@ -1,8 +1,11 @@
-"""URDF as an arm: the chain from the root link to one tip, with limits and masses; whatever URDF cannot say comes from a sidecar TOML.
+"""URDF as an arm: the chain from the root link to one tip, with limits and masses; whatever URDF
+cannot say comes from a sidecar TOML.
 
-Each URDF joint gives one joint here. Its origin's rotation stays with it; its origin's translation becomes the tip of the link before, so that
-the link is the beam between two joints (the first joint keeps its whole origin). The root link stands on the ground, its mass weighs on
-nothing. Bodies beside the chain are carried by the link they hang on, exactly where they are rigidly fixed, else at their zero position.
+Each URDF joint gives one joint here. Its origin's rotation stays with it; its origin's translation
+becomes the tip of the link before, so that the link is the beam between two joints (the first joint
+keeps its whole origin). The root link stands on the ground, its mass weighs on nothing. Bodies
+beside the chain are carried by the link they hang on, exactly where they are rigidly fixed, else at
+their zero position.
 """
 
 from __future__ import annotations
@@ -46,7 +49,9 @@ if TYPE_CHECKING:
     from lostmotion.io.urdf_tree import UrdfJoint, UrdfTree
 
 MEGABYTES: Final = 5
-_ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {Arm: {"tip": 'tip = "tool0"', **SHARED_EXAMPLES}}
+_ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {
+    Arm: {"tip": 'tip = "tool0"', **SHARED_EXAMPLES}
+}
 _LIMITED: Final = ("revolute", "prismatic")
 # What is found where an empty argument stands in a number or a name.
 _MISSING: Final = ("''", "no name")
@@ -56,21 +61,29 @@ _LEVEL: Final = 1e-12  # rad; less is rounding
 def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
     """Return the arm that a URDF and its sidecar describe.
 
-    A sidecar that is not given is NAME.toml beside NAME.urdf, where there is one. Joints may be revolute, continuous (taken as +-180 degrees, with
-    a note), prismatic and fixed. Raises InputError with every mistake found, each with its line and element.
+    A sidecar that is not given is NAME.toml beside NAME.urdf, where there is one. Joints may be
+    revolute, continuous (taken as +-180 degrees, with a note), prismatic and fixed. Raises
+    InputError with every mistake found, each with its line and element.
     """
     sidecar = sidecar or find_sidecar(path)
     return arm_of(path, sidecar, {} if sidecar is None else read_toml(sidecar))
 
 
 def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
-    """Return the arm that a URDF and the content of its sidecar describe. `content` is consumed; its mistakes name the file `sidecar`."""
+    """Return the arm that a URDF and the content of its sidecar describe. `content` is consumed;
+    its mistakes name the file `sidecar`.
+    """
     tree = tree_of(path, sidecar, content)
     take_limits(tree, content)
     chain = find_chain(tree, content, str(sidecar or path), sidecar_place(path).name)
     _stand_as_in_the_file(tree, chain, content)
     draft = Draft(str(sidecar or path), _arm_tree(tree, chain, path.stem), _ALSO)
-    draft.written.update({("joints", index): f"joints.{key_step(joint.name)}" for index, joint in enumerate(chain.joints)})
+    draft.written.update(
+        {
+            ("joints", index): f"joints.{key_step(joint.name)}"
+            for index, joint in enumerate(chain.joints)
+        }
+    )
     note_repairs(draft, content, tree)
     add_sidecar(draft, content, tree.joints)
     arm = build_arm(draft)
@@ -78,13 +91,17 @@ def arm_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> Arm:
 
 
 def tree_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> UrdfTree:
-    """Return the links and joints of a URDF, of the one that a xacro file makes, or of an MJCF file.
+    """Return the links and joints of a URDF, of the one that a xacro file makes, or of an MJCF
+    file.
 
-    Arguments of xacro, and the folder of the project, are taken out of the sidecar's `content`. A URDF has no use for them, but shares its sidecar
-    with the xacro file that made it.
+    Arguments of xacro, and the folder of the project, are taken out of the sidecar's `content`. A
+    URDF has no use for them, but shares its sidecar with the xacro file that made it.
     """
     text, line = read_old_text(path, MEGABYTES)
-    arguments, root = take_arguments(content, str(sidecar or path)), take_root(content, sidecar, path)
+    arguments, root = (
+        take_arguments(content, str(sidecar or path)),
+        take_root(content, sidecar, path),
+    )
     if root_of(text) == mjcf.ROOT:
         return mjcf.read_tree(path, text, root)
     if has_macros(path, text):
@@ -108,20 +125,30 @@ def tree_of(path: Path, sidecar: Path | None, content: dict[str, Any]) -> UrdfTr
 
 
 def _naming(empty: list[str], problems: Iterable[Problem], sidecar: str) -> list[Problem]:
-    """Return mistakes with the empty arguments of xacro, where a value that is missing may come from one."""
+    """Return mistakes with the empty arguments of xacro, where a value that is missing may come
+    from one.
+    """
     words = f"; empty: the argument {listed(empty)}, whose value stands in [xacro] of {sidecar}"
-    return [replace(each, expected=each.expected + words) if empty and each.found in _MISSING else each for each in problems]
+    return [
+        replace(each, expected=each.expected + words) if empty and each.found in _MISSING else each
+        for each in problems
+    ]
 
 
 def effort_limits(path: Path, sidecar: Path | None = None) -> dict[str, float]:
-    """Return the effort limits of a robot file by joint, N m or N, as stated; 0 where none is. Many files state placeholders."""
+    """Return the effort limits of a robot file by joint, N m or N, as stated; 0 where none is. Many
+    files state placeholders.
+    """
     sidecar = sidecar or find_sidecar(path)
     tree = tree_of(path, sidecar, {} if sidecar is None else read_toml(sidecar))
     return {name: joint.effort for name, joint in tree.joints.items()}
 
 
-def self_contained(path: Path, text: str, content: dict[str, Any], sidecar: Path | None) -> tuple[str, str]:
-    """Return the ending and the text of one file that describes the same arm: a URDF, or MJCF. `content` is that of the sidecar.
+def self_contained(
+    path: Path, text: str, content: dict[str, Any], sidecar: Path | None
+) -> tuple[str, str]:
+    """Return the ending and the text of one file that describes the same arm: a URDF, or MJCF.
+    `content` is that of the sidecar.
 
     Raises InputError where the masses of an MJCF file follow from meshes, which are no text.
     """
@@ -129,17 +156,26 @@ def self_contained(path: Path, text: str, content: dict[str, Any], sidecar: Path
     if root_of(text) == mjcf.ROOT:
         return ".xml", mjcf.self_contained_text(path, text, root)
     if has_macros(path, text):
-        return ".urdf", expand(path, take_arguments(content, str(sidecar or path)), str(sidecar or sidecar_place(path)), root)[0]
+        return ".urdf", expand(
+            path,
+            take_arguments(content, str(sidecar or path)),
+            str(sidecar or sidecar_place(path)),
+            root,
+        )[0]
     return ".urdf" if path.suffix.lower() == XACRO else path.suffix.lower(), text
 
 
 def urdf_text(path: Path, sidecar: Path | None = None) -> tuple[str | None, Path]:
-    """Return the text of a URDF, or of the one that a xacro file makes with the arguments of its sidecar, None for an MJCF file; and its project."""
+    """Return the text of a URDF, or of the one that a xacro file makes with the arguments of its
+    sidecar, None for an MJCF file; and its project.
+    """
     sidecar = sidecar or find_sidecar(path)
     content = {} if sidecar is None else read_toml(sidecar)
     text, _ = read_old_text(path, MEGABYTES)
     root = take_root(dict(content), sidecar, path)
-    return (None if root_of(text) == mjcf.ROOT else self_contained(path, text, content, sidecar)[1]), root
+    return (
+        None if root_of(text) == mjcf.ROOT else self_contained(path, text, content, sidecar)[1]
+    ), root
 
 
 def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
@@ -153,25 +189,39 @@ def _arm_tree(tree: UrdfTree, chain: Chain, name: str) -> dict[str, Any]:
         mass, centre, held = _carried(tree, joint.child, after)
         if mass:
             link |= {"mass": f"{mass!r} kg", "centre_of_mass": [f"{x!r} m" for x in centre]}
-        notes += _notes_of_fixed_joints(tree, joint.child, held, {each.name for each in chain.joints if each.moves})
-        entry: dict[str, Any] = {"name": joint.name, "origin": _origin(joint, first=index == 0), "link": link}
+        notes += _notes_of_fixed_joints(
+            tree, joint.child, held, {each.name for each in chain.joints if each.moves}
+        )
+        entry: dict[str, Any] = {
+            "name": joint.name,
+            "origin": _origin(joint, first=index == 0),
+            "link": link,
+        }
         if weighs:
             entry["mass"] = "0 kg"  # a URDF's inertials weigh whole bodies, drives included
         joints.append(entry | _motion(joint))
         if joint.type == "continuous":
-            notes.append(f"joint '{joint.name}' turns without end; it is studied from -180 to 180 degrees")
+            notes.append(
+                f"joint '{joint.name}' turns without end; it is studied from -180 to 180 degrees"
+            )
     notes = [cut(note, LONGEST_NOTE) for note in notes][:MOST_NOTES]
     return {"name": cut(tree.name or name, LONGEST_NAME) or "arm", "joints": joints, "notes": notes}
 
 
 def _origin(joint: UrdfJoint, *, first: bool) -> Frame:
-    """Return the place of a joint behind the tip of the link before; a joint that cannot move stands where its limits say."""
+    """Return the place of a joint behind the tip of the link before; a joint that cannot move
+    stands where its limits say.
+    """
     xyz = joint.xyz if first else (0.0, 0.0, 0.0)
     if not joint.locked or not joint.limits[0]:
         return Frame(xyz=xyz, rpy=joint.rpy)
     axis = np.array(joint.axis) / math.hypot(*joint.axis)
     seat = pose_of(xyz, joint.rpy)
-    pose = seat @ (shift(*(axis * joint.limits[0])) if joint.type == "prismatic" else turn(tuple(axis), joint.limits[0]))
+    pose = seat @ (
+        shift(*(axis * joint.limits[0]))
+        if joint.type == "prismatic"
+        else turn(tuple(axis), joint.limits[0])
+    )
     x, y, z = pose[:3, 3].tolist()
     return Frame(xyz=(x, y, z), rpy=rpy_of(pose[:3, :3]))
 
@@ -181,23 +231,40 @@ def _motion(joint: UrdfJoint) -> dict[str, Any]:
         return {"type": "fixed"}
     low, high = (-math.pi, math.pi) if joint.type == "continuous" else joint.limits
     unit = "m" if joint.type == "prismatic" else "rad"
-    return {"type": "prismatic" if joint.type == "prismatic" else "revolute", "axis": joint.axis, "limits": [f"{low!r} {unit}", f"{high!r} {unit}"]}
+    return {
+        "type": "prismatic" if joint.type == "prismatic" else "revolute",
+        "axis": joint.axis,
+        "limits": [f"{low!r} {unit}", f"{high!r} {unit}"],
+    }
 
 
 def _stand_as_in_the_file(tree: UrdfTree, chain: Chain, content: dict[str, Any]) -> None:
-    """Tilt a base that is not the root as the joints before it do at zero, unless the sidecar says how it is tilted."""
+    """Tilt a base that is not the root as the joints before it do at zero, unless the sidecar says
+    how it is tilted.
+    """
     pose = pose_of()
     for joint in chain.before:
         pose = pose @ pose_of(joint.xyz, joint.rpy)
     roll, pitch, _ = rpy_of(pose[:3, :3])
     stated = content.setdefault("base", {}) if chain.before else None
-    if isinstance(stated, dict) and not {"roll", "pitch"} & stated.keys() and max(abs(roll), abs(pitch)) > _LEVEL:
+    if (
+        isinstance(stated, dict)
+        and not {"roll", "pitch"} & stated.keys()
+        and max(abs(roll), abs(pitch)) > _LEVEL
+    ):
         stated |= {"roll": f"{roll!r} rad", "pitch": f"{pitch!r} rad"}
-        tree.notes.append(f"the base is tilted as in the {tree.format}: roll {math.degrees(roll):.4g} deg, pitch {math.degrees(pitch):.4g} deg")
+        tree.notes.append(
+            f"the base is tilted as in the {tree.format}: roll {math.degrees(roll):.4g} deg, "
+            f"pitch {math.degrees(pitch):.4g} deg"
+        )
 
 
-def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float, tuple[float, float, float], list[UrdfJoint]]:
-    """Return mass (kg) and centre (m, link's frame) of a link with everything beside the chain that it carries, and the joints held at zero."""
+def _carried(
+    tree: UrdfTree, link: str, after: UrdfJoint | None
+) -> tuple[float, tuple[float, float, float], list[UrdfJoint]]:
+    """Return mass (kg) and centre (m, link's frame) of a link with everything beside the chain that
+    it carries, and the joints held at zero.
+    """
     mass, moment = 0.0, [0.0, 0.0, 0.0]
     held = []
     waiting = [(link, pose_of())]
@@ -218,25 +285,53 @@ def _carried(tree: UrdfTree, link: str, after: UrdfJoint | None) -> tuple[float,
     return mass, (x, y, z), held
 
 
-def _notes_of_fixed_joints(tree: UrdfTree, link: str, held: list[UrdfJoint], moving: set[str]) -> list[str]:
-    """Return notes on the joints of a link that are not joints of the arm: the mass they carry, what they follow, suspicious limits or mistakes.
+def _notes_of_fixed_joints(
+    tree: UrdfTree, link: str, held: list[UrdfJoint], moving: set[str]
+) -> list[str]:
+    """Return notes on the joints of a link that are not joints of the arm: the mass they carry,
+    what they follow, suspicious limits or mistakes.
 
     `moving` are the names of the arm's own joints that move.
     """
     if not held:
         return []
-    weight = math.fsum(tree.links[name].mass for name in {name for joint in held for name in _beyond(tree, joint.child)})
+    weight = math.fsum(
+        tree.links[name].mass
+        for name in {name for joint in held for name in _beyond(tree, joint.child)}
+    )
     several = f"{len(held)} joints" if len(held) > 1 else "1 joint"
-    out = [f"not taken: {listed([joint.name for joint in held])} ({several} on link '{link}', held at zero, {weight:.3g} kg carried)"]
-    following = [f"{joint.name} (follows {joint.leader})" for joint in held if joint.leader in moving]
+    out = [
+        (
+            f"not taken: {listed([joint.name for joint in held])} ({several} on link '{link}', "
+            f"held at zero, {weight:.3g} kg carried)"
+        )
+    ]
+    following = [
+        f"{joint.name} (follows {joint.leader})" for joint in held if joint.leader in moving
+    ]
     if following:
-        out.append(f"held at zero, but moving with the arm in the {tree.format}: {listed(following)}; their weight is taken where it hangs at zero")
-    odd = [joint.name for joint in held if joint.type in _LIMITED and not joint.mistakes and not joint.limits[0] <= 0 <= joint.limits[1]]
+        out.append(
+            f"held at zero, but moving with the arm in the {tree.format}: {listed(following)}; "
+            "their weight is taken where it hangs at zero"
+        )
+    odd = [
+        joint.name
+        for joint in held
+        if joint.type in _LIMITED
+        and not joint.mistakes
+        and not joint.limits[0] <= 0 <= joint.limits[1]
+    ]
     if odd:
-        out.append(f"held at zero, outside their limits: {listed(odd)}; their weight hangs where it cannot stand")
+        out.append(
+            f"held at zero, outside their limits: {listed(odd)}; their weight hangs where it "
+            "cannot stand"
+        )
     wrong = [f"{joint.name}: {joint.mistakes[0].found}" for joint in held if joint.mistakes]
     if wrong:
-        out.append(f"wrong in the {tree.format}, and without effect beside the chain, where they are held at zero: {listed(wrong)}")
+        out.append(
+            f"wrong in the {tree.format}, and without effect beside the chain, where they are "
+            f"held at zero: {listed(wrong)}"
+        )
     return out
 
 

@@ -1,7 +1,9 @@
-"""Find the tool link of a URDF. By names first, then by structure, as a person decides; never between two arms.
+"""Find the tool link of a URDF. By names first, then by structure, as a person decides; never
+between two arms.
 
-Fingers, balancers, legs and wheels are set aside by their names, sliding pairs and joints that follow others by their structure. Among the links
-that are left, behind three moving joints or more, the name decides (`tcp` before `tool0` before `flange`); without one, the end of the longest chain.
+Fingers, balancers, legs and wheels are set aside by their names, sliding pairs and joints that
+follow others by their structure. Among the links that are left, behind three moving joints or more,
+the name decides (`tcp` before `tool0` before `flange`); without one, the end of the longest chain.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ if TYPE_CHECKING:
 
     from lostmotion.io.urdf_tree import UrdfJoint, UrdfTree
 
-# Names of tools, best first: whole words between `_`, `-`, `/` and the ends, in any case, with free prefixes.
+# Names of tools, best first: whole words between `_`, `-`, `/` and the ends, in any case, with free
+# prefixes.
 _RANKS: Final = tuple(
     re.compile(rf"(?:^|_)(?:{words})(?:_|$)")
     for words in (
@@ -31,23 +34,30 @@ _RANKS: Final = tuple(
 )
 # Ranks of frames, which stand beside a jaw on one link, before those of bodies.
 _FRAMES: Final = 3
-_FINGERS: Final = re.compile(r"finger|knuckle|thumb|pinky|jaw|(?:^|_)(?:index|pads?|inner|driver)(?:_|$)|gripper_?(?:[lr]_|left_|right_)?joint")
+_FINGERS: Final = re.compile(
+    r"finger|knuckle|thumb|pinky|jaw|(?:^|_)(?:index|pads?|inner|driver)(?:_|$)|gripper_?(?:[lr]_|left_|right_)?joint"
+)
 _GRIPPER: Final = re.compile(r"gripper")
 _WRIST: Final = re.compile(r"wrist|roll|pitch|yaw|rotat|swivel")
 _BODY: Final = re.compile(r"wheel|cast[eo]r|(?:^|_)(?:head|neck|ankle|knee|hip|foot|legs?)(?:_|$)")
 _BALANCER: Final = re.compile(r"cylinder|piston|balanc")
-_ASIDE: Final = re.compile(r"camera|realsense|(?:^|_)(?:cam|imu|optical|ft|laser|lidar|sensors?|dummy|covers?|cables?|inertia|collisions?|sc)(?:_|$)")
+_ASIDE: Final = re.compile(
+    r"camera|realsense|(?:^|_)(?:cam|imu|optical|ft|laser|lidar|sensors?|dummy|covers?|cables?|inertia|collisions?|sc)(?:_|$)"
+)
 # So many moving joints make an arm; fewer behind a sensor or a cover belong to that.
 _ARM: Final = 3
 _LONGEST_TAIL: Final = 4
-# So many joints behind one that follows another are the rest of an arm, and no gripper's second knuckle.
+# So many joints behind one that follows another are the rest of an arm, and no gripper's second
+# knuckle.
 _FOLLOWED: Final = 2
 _SIDES: Final = (("left", "right"), ("l", "r"), ("1", "2"))
 
 
 @dataclass(frozen=True, slots=True)
 class _Spot:
-    """A link in the tree: the moving joints on the way to it, and how many fixed ones came after the last of them."""
+    """A link in the tree: the moving joints on the way to it, and how many fixed ones came after
+    the last of them.
+    """
 
     link: str
     way: tuple[str, ...] = ()
@@ -82,11 +92,14 @@ class Choice:
 def choose_tip(tree: UrdfTree, base: str) -> Choice | None:
     """Return the link behind `base` that is probably the tool; None where no joint moves.
 
-    A chain through a joint that follows another one is chosen only where nothing else moves, or where a tool's name stands behind it: the caller
-    refuses it by name then, for an arm cut off before it would be another arm.
+    A chain through a joint that follows another one is chosen only where nothing else moves, or
+    where a tool's name stands behind it: the caller refuses it by name then, for an arm cut off
+    before it would be another arm.
     """
     for sparing in (True, False):  # a gripper alone consists of fingers: then nothing is set aside
-        spots = [spot for spot in _spots(tree, base, sparing=sparing) if spot.way and not spot.aside]
+        spots = [
+            spot for spot in _spots(tree, base, sparing=sparing) if spot.way and not spot.aside
+        ]
         free = [spot for spot in spots if not spot.coupled]
         behind = _best(tree, spots)
         found = _best(tree, free)
@@ -98,27 +111,46 @@ def choose_tip(tree: UrdfTree, base: str) -> Choice | None:
 
 
 def choose_named_tip(tree: UrdfTree, base: str, choice: Choice | None) -> Choice | None:
-    """Return the link that a file beside the description names as the tool, in place of a `choice` by names and structure.
+    """Return the link that a file beside the description names as the tool, in place of a `choice`
+    by names and structure.
 
-    Of several on one way the best name, else the one that is named first. Of several arms those on the way to the choice count, where it has no
-    rivals. None where nothing moves before a named link, or where the file does not decide between arms.
+    Of several on one way the best name, else the one that is named first. Of several arms those on
+    the way to the choice count, where it has no rivals. None where nothing moves before a named
+    link, or where the file does not decide between arms.
     """
-    ways = {link: tuple(joint.name for joint in tree.path_to(link, base) or [] if joint.moves) for link in (tree.tips.links if tree.tips else ())}
+    ways = {
+        link: tuple(joint.name for joint in tree.path_to(link, base) or [] if joint.moves)
+        for link in (tree.tips.links if tree.tips else ())
+    }
     ways = {link: way for link, way in ways.items() if way}
     longest = max(ways.values(), key=len, default=())
     if any(way != longest[: len(way)] for way in ways.values()):
         if choice is None or choice.rivals:
             return None
-        longest = tuple(joint.name for joint in tree.path_to(choice.link, base) or [] if joint.moves)
-        ways = {link: way for link, way in ways.items() if _common(way, longest) == min(len(way), len(longest))}
+        longest = tuple(
+            joint.name for joint in tree.path_to(choice.link, base) or [] if joint.moves
+        )
+        ways = {
+            link: way
+            for link, way in ways.items()
+            if _common(way, longest) == min(len(way), len(longest))
+        }
     if not ways or tree.tips is None:
         return None
     best = min(ways, key=_rank)
-    return Choice(best, len(ways[best]), by_name=True, others=tuple(link for link in ways if link != best), file=tree.tips.file)
+    return Choice(
+        best,
+        len(ways[best]),
+        by_name=True,
+        others=tuple(link for link in ways if link != best),
+        file=tree.tips.file,
+    )
 
 
 def _goes_on(found: Choice, behind: Choice) -> bool:
-    """Return whether a tool is behind a coupled joint: by its name where none comes before it, or by several joints more."""
+    """Return whether a tool is behind a coupled joint: by its name where none comes before it, or
+    by several joints more.
+    """
     return (behind.by_name and not found.by_name) or behind.joints - found.joints >= _FOLLOWED
 
 
@@ -129,11 +161,15 @@ def is_balancer(name: str) -> bool:
 
 def _words(name: str) -> str:
     """Write a name in small letters with `_` between its words."""
-    return re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()).strip("_")
+    return re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()).strip(
+        "_"
+    )
 
 
 def _rank(link: str) -> int:
-    """Return how well a link's name says that it is a tool, 0 best; the number of ranks where it does not."""
+    """Return how well a link's name says that it is a tool, 0 best; the number of ranks where it
+    does not.
+    """
     words = _words(link)
     if _ASIDE.search(words) or _FINGERS.search(words):
         return len(_RANKS)
@@ -149,25 +185,45 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
         yield spot
         children = tree.children(spot.link)
         jaws = [joint.name for joint in children if _is_like_a_jaw(joint, spot, depth[joint.child])]
-        has_tool = any(joint.type == "fixed" and _rank(joint.child) <= _FRAMES for joint in children)
+        has_tool = any(
+            joint.type == "fixed" and _rank(joint.child) <= _FRAMES for joint in children
+        )
         for joint in reversed(children):
             beyond = replace(spot, link=joint.child, fixed=spot.fixed + 1, depth=spot.depth + 1)
             if joint.type in ("floating", "planar") and spot.way:
                 beyond = replace(beyond, aside=True)
             elif joint.moves or joint.mistakes:
                 pair = len(jaws) > 1 and joint.name in jaws
-                jaw = has_tool and bool(_GRIPPER.search(_words(joint.child))) and not _WRIST.search(_words(joint.name))
-                aside = spot.aside or (sparing and (pair or jaw or _is_aside(joint, depth[joint.child])))
-                beyond = replace(beyond, way=(*spot.way, joint.name), fixed=0, aside=aside, coupled=spot.coupled or bool(joint.leader))
+                jaw = (
+                    has_tool
+                    and bool(_GRIPPER.search(_words(joint.child)))
+                    and not _WRIST.search(_words(joint.name))
+                )
+                aside = spot.aside or (
+                    sparing and (pair or jaw or _is_aside(joint, depth[joint.child]))
+                )
+                beyond = replace(
+                    beyond,
+                    way=(*spot.way, joint.name),
+                    fixed=0,
+                    aside=aside,
+                    coupled=spot.coupled or bool(joint.leader),
+                )
             waiting.append(beyond)
 
 
 def _is_like_a_jaw(joint: UrdfJoint, spot: _Spot, beyond: int) -> bool:
-    """Return whether a joint moves as one jaw of a pair does: it slides or follows another one, and nothing more moves behind it.
+    """Return whether a joint moves as one jaw of a pair does: it slides or follows another one, and
+    nothing more moves behind it.
 
-    One that follows a joint on the way to it is part of a linkage: jaws follow each other, or a drive beside them.
+    One that follows a joint on the way to it is part of a linkage: jaws follow each other, or a
+    drive beside them.
     """
-    return joint.moves and not beyond and (joint.leader not in spot.way if joint.leader else joint.type == "prismatic")
+    return (
+        joint.moves
+        and not beyond
+        and (joint.leader not in spot.way if joint.leader else joint.type == "prismatic")
+    )
 
 
 def _depths(tree: UrdfTree, base: str) -> dict[str, int]:
@@ -177,20 +233,30 @@ def _depths(tree: UrdfTree, base: str) -> dict[str, int]:
         order += [joint.child for joint in tree.children(link)]
     out: dict[str, int] = {}
     for link in reversed(order):
-        out[link] = max((out[joint.child] + joint.moves for joint in tree.children(link)), default=0)
+        out[link] = max(
+            (out[joint.child] + joint.moves for joint in tree.children(link)), default=0
+        )
     return out
 
 
 def _is_aside(joint: UrdfJoint, beyond: int) -> bool:
-    """Return whether a joint belongs to a gripper, a balancer, a sensor or a body and not to an arm; `beyond` how many more move behind it."""
+    """Return whether a joint belongs to a gripper, a balancer, a sensor or a body and not to an
+    arm; `beyond` how many more move behind it.
+    """
     own, link = _words(joint.name), _words(joint.child)
     both = f"{own} {link}"
     words = [own, link]
-    if not _WRIST.search(own) and (any(_FINGERS.search(each) for each in words) or (_GRIPPER.search(own) and beyond < _ARM)):
+    if not _WRIST.search(own) and (
+        any(_FINGERS.search(each) for each in words) or (_GRIPPER.search(own) and beyond < _ARM)
+    ):
         return True
     if any(_BODY.search(each) for each in words):
         return True
-    return beyond < _ARM and not _WRIST.search(both) and any(_BALANCER.search(each) or _ASIDE.search(each) for each in words)
+    return (
+        beyond < _ARM
+        and not _WRIST.search(both)
+        and any(_BALANCER.search(each) or _ASIDE.search(each) for each in words)
+    )
 
 
 def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
@@ -208,21 +274,40 @@ def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
     kept = _without_hands(tree, spots, list(arms.values()), named)
     first = min(kept, key=lambda spot: (spot not in named, *_merit(spot)))
     rivals = [spot for spot in kept if spot is not first and _is_rival(spot, first, named)]
-    rivals += [spot for spot in named if spot.end == first.end and _merit(spot)[:3] == _merit(first)[:3] and _mirrored(spot.link, first.link)]
-    others = sorted((spot for spot in named if spot is not first and first.way[: len(spot.way)] == spot.way), key=_merit)
-    others += [spot for spot in kept if len(spot.way) >= _ARM and spot is not first and spot not in others and spot not in rivals]
+    rivals += [
+        spot
+        for spot in named
+        if spot.end == first.end
+        and _merit(spot)[:3] == _merit(first)[:3]
+        and _mirrored(spot.link, first.link)
+    ]
+    others = sorted(
+        (spot for spot in named if spot is not first and first.way[: len(spot.way)] == spot.way),
+        key=_merit,
+    )
+    others += [
+        spot
+        for spot in kept
+        if len(spot.way) >= _ARM and spot is not first and spot not in others and spot not in rivals
+    ]
 
     def choice(spot: _Spot) -> Choice:
         return Choice(spot.link, len(by_link[spot.link].way), spot in named)
 
-    return replace(choice(first), others=tuple(spot.link for spot in others), rivals=tuple(map(choice, rivals)))
+    return replace(
+        choice(first), others=tuple(spot.link for spot in others), rivals=tuple(map(choice, rivals))
+    )
 
 
 def _merit(spot: _Spot) -> tuple[int, int, int, bool]:
-    """Order spots, best first: more moving joints, a better name, fewer fixed joints behind the last moving one, a name that ends in the word."""
+    """Order spots, best first: more moving joints, a better name, fewer fixed joints behind the
+    last moving one, a name that ends in the word.
+    """
     rank = _rank(spot.link)
     words = re.sub("_(?:link|frame)$", "", _words(spot.link))
-    last = rank < len(_RANKS) and any(match.end() == len(words) for match in _RANKS[rank].finditer(words))
+    last = rank < len(_RANKS) and any(
+        match.end() == len(words) for match in _RANKS[rank].finditer(words)
+    )
     return -len(spot.way), rank, spot.fixed, not last
 
 
@@ -234,14 +319,24 @@ def _ends(spots: list[_Spot]) -> list[tuple[str, ...]]:
 
 
 def _by_structure(tree: UrdfTree, spots: list[_Spot], way: tuple[str, ...]) -> _Spot:
-    """Return the link behind the last joint of a way, or the nearest pure frame that is fixed to it."""
+    """Return the link behind the last joint of a way, or the nearest pure frame that is fixed to
+    it.
+    """
     there = sorted((spot for spot in spots if spot.way == way), key=lambda spot: spot.fixed)
-    frames = (spot for spot in there if spot.fixed and tree.links[spot.link].is_frame and not _ASIDE.search(_words(spot.link)))
+    frames = (
+        spot
+        for spot in there
+        if spot.fixed and tree.links[spot.link].is_frame and not _ASIDE.search(_words(spot.link))
+    )
     return next(frames, there[0])
 
 
-def _without_hands(tree: UrdfTree, spots: list[_Spot], arms: list[_Spot], named: list[_Spot]) -> list[_Spot]:
-    """Put the link that carries them in the place of several short ends on one arm: fingers without a finger's name."""
+def _without_hands(
+    tree: UrdfTree, spots: list[_Spot], arms: list[_Spot], named: list[_Spot]
+) -> list[_Spot]:
+    """Put the link that carries them in the place of several short ends on one arm: fingers without
+    a finger's name.
+    """
     nameless = [spot for spot in arms if spot not in named]
     beyond: dict[tuple[str, ...], set[str]] = defaultdict(set)
     for spot in nameless:
@@ -249,14 +344,24 @@ def _without_hands(tree: UrdfTree, spots: list[_Spot], arms: list[_Spot], named:
             beyond[spot.way[:k]].add(spot.way[k])
     out: dict[str, _Spot] = {}
     for spot in arms:
-        hands = [way for way in (spot.way[:k] for k in range(len(spot.way))) if len(beyond.get(way, ())) > 1] if spot in nameless else []
+        hands = (
+            [
+                way
+                for way in (spot.way[:k] for k in range(len(spot.way)))
+                if len(beyond.get(way, ())) > 1
+            ]
+            if spot in nameless
+            else []
+        )
         carrier = _by_structure(tree, spots, hands[0]) if hands else spot
         out.setdefault(carrier.end, carrier)
     return list(out.values())
 
 
 def _is_rival(spot: _Spot, first: _Spot, named: list[_Spot]) -> bool:
-    """Return whether the end of an arm is as good as the first of as many joints, or its mirror image by name."""
+    """Return whether the end of an arm is as good as the first of as many joints, or its mirror
+    image by name.
+    """
     common = _common(spot.way, first.way)
     own = len(spot.way) - common
     if common in (len(first.way), len(spot.way)):
@@ -268,7 +373,10 @@ def _is_rival(spot: _Spot, first: _Spot, named: list[_Spot]) -> bool:
 
 
 def _common(one: tuple[str, ...], other: tuple[str, ...]) -> int:
-    return next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+    return next(
+        (k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b),
+        min(len(one), len(other)),
+    )
 
 
 def _mirrored(one: str, other: str) -> bool:
@@ -284,8 +392,13 @@ def _is_pair(one: str, other: str) -> bool:
 
 
 def listed_ends(choices: Iterable[Choice]) -> list[str]:
-    """Write the ends of arms with their side, where their names have one, and the number of their joints."""
-    return [f"{_side(each.link)}{each.link} ({each.joints} joint{'s' * (each.joints != 1)})" for each in choices]
+    """Write the ends of arms with their side, where their names have one, and the number of their
+    joints.
+    """
+    return [
+        f"{_side(each.link)}{each.link} ({each.joints} joint{'s' * (each.joints != 1)})"
+        for each in choices
+    ]
 
 
 def _side(link: str) -> str:

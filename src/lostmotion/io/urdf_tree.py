@@ -1,6 +1,8 @@
-"""The links and joints of a description as one tree, checked as a whole; meshes, materials and extensions are never read.
+"""The links and joints of a description as one tree, checked as a whole; meshes, materials and
+extensions are never read.
 
-Mistakes that count only where a joint moves the tool (axis, limits, type) stay with the joint: beside the chain it is held at zero.
+Mistakes that count only where a joint moves the tool (axis, limits, type) stay with the joint:
+beside the chain it is held at zero.
 """
 
 from __future__ import annotations
@@ -29,7 +31,9 @@ class NamedTips:
 
 @dataclass
 class UrdfLink:
-    """A body: its mass (kg), and the centre of it (m) in its frame; `is_frame` where it has neither mass nor shape."""
+    """A body: its mass (kg), and the centre of it (m) in its frame; `is_frame` where it has neither
+    mass nor shape.
+    """
 
     name: str
     mass: float = 0.0
@@ -39,14 +43,18 @@ class UrdfLink:
 
 @dataclass
 class UrdfJoint:
-    """A joint as the file states it: m, rad, axis of any length; `line` and `path` say where it stands.
+    """A joint as the file states it: m, rad, axis of any length; `line` and `path` say where it
+    stands.
 
     limits    lower and upper, rad or m; zeros for types without
-    effort    largest torque or force of its drive, N m or N, as stated: many files state a placeholder; 0 where none is
+    effort    largest torque or force of its drive, N m or N, as stated: many files state a
+              placeholder; 0 where none is
     leader    the joint that it follows (mimic), and `coupling` how; empty where it follows none
-    limit_mistakes, other_mistakes  what is wrong with its limits, and with its type or axis: it counts only where the joint is on the chain
-    root      what stands before its element in an XPath
-    repaired  what a sidecar states in place of the description: "limits", "mass", "centre_of_mass" of the link behind it
+    limit_mistakes, other_mistakes  what is wrong with its limits, and with its type or axis: it
+                                    counts only where the joint is on the chain root      what
+                                    stands before its element in an XPath
+    repaired  what a sidecar states in place of the description: "limits", "mass", "centre_of_mass"
+              of the link behind it
     """
 
     name: str
@@ -113,11 +121,15 @@ class UrdfTree:
     def refuse(self, line: int, path: str, *words: str) -> None:
         """Note a mistake: what was found, what is expected, an example, and the nearest name."""
         if not self.full:
-            self.mistakes.append(Problem(f"{self.file}:{line}" if line else self.file, path, *words))
+            self.mistakes.append(
+                Problem(f"{self.file}:{line}" if line else self.file, path, *words)
+            )
 
     @property
     def full(self) -> bool:
-        """Return whether more mistakes are known than will be listed: no need to look for others."""
+        """Return whether more mistakes are known than will be listed: no need to look for
+        others.
+        """
         return len(self.mistakes) > MOST_MISTAKES
 
     def children(self, link: str) -> list[UrdfJoint]:
@@ -130,7 +142,9 @@ class UrdfTree:
         return [name for name in self.links if name not in self._parent]
 
     def path_to(self, link: str, base: str | None = None) -> list[UrdfJoint] | None:
-        """Return the joints from the base (the root unless stated) to this link. None where the base does not lead there."""
+        """Return the joints from the base (the root unless stated) to this link. None where the
+        base does not lead there.
+        """
         out = []
         while link in self._parent and link != base:
             out.append(self._parent[link])
@@ -138,7 +152,9 @@ class UrdfTree:
         return out[::-1] if base in (None, link) else None
 
     def connect(self) -> None:
-        """Hang every joint between its links; note links that do not exist, second parents, several roots, loops."""
+        """Hang every joint between its links; note links that do not exist, second parents, several
+        roots, loops.
+        """
         lost = False
         for joint in self.joints.values():
             for end, link in (("parent", joint.parent), ("child", joint.child)):
@@ -149,12 +165,23 @@ class UrdfTree:
                     near = nearest(link, self.links)
                     known = near or next(iter(self.links), "base_link")
                     self.refuse(
-                        joint.line, f"{joint.path}/{end}/@link", shown(link), "the name of a link of this file", f'<{end} link="{known}"/>', near
+                        joint.line,
+                        f"{joint.path}/{end}/@link",
+                        shown(link),
+                        "the name of a link of this file",
+                        f'<{end} link="{known}"/>',
+                        near,
                     )
             if joint.child in self._parent:
                 other = self._parent[joint.child].name
                 found = f"a second parent of link '{joint.child}', beside joint '{other}'"
-                self.refuse(joint.line, f"{joint.path}/child", found, "one parent for every link", '<child link="another_link"/>')
+                self.refuse(
+                    joint.line,
+                    f"{joint.path}/child",
+                    found,
+                    "one parent for every link",
+                    '<child link="another_link"/>',
+                )
                 continue
             self._parent[joint.child] = joint
             self._children.setdefault(joint.parent, []).append(joint)
@@ -165,7 +192,10 @@ class UrdfTree:
         roots = self.roots
         if len(roots) > 1:
             found = f"{len(roots)} links without a parent: {listed(roots)}"
-            example = f'<joint name="mount" type="fixed"><parent link="{roots[0]}"/><child link="{roots[1]}"/></joint>'
+            example = (
+                f'<joint name="mount" type="fixed"><parent link="{roots[0]}"/><child '
+                f'link="{roots[1]}"/></joint>'
+            )
             self.refuse(0, self.root, found, "one root link", example)
         reached = set(roots)
         waiting = list(roots)
@@ -177,9 +207,17 @@ class UrdfTree:
             around = [joint.name for joint in self.joints.values() if joint.child not in reached]
             first = self.joints[around[0]]
             found = f"joints that lead round in a loop: {listed(around)}"
-            self.refuse(first.line, first.path, found, "a tree: every link reached from one root", '<parent link="base_link"/>')
+            self.refuse(
+                first.line,
+                first.path,
+                found,
+                "a tree: every link reached from one root",
+                '<parent link="base_link"/>',
+            )
 
 
 def is_name(text: str) -> bool:
-    """Return whether this may name a link or a joint: one line of printable text that is not too long."""
+    """Return whether this may name a link or a joint: one line of printable text that is not too
+    long.
+    """
     return text.isprintable() and len(text) <= LONGEST_NAME

@@ -1,6 +1,8 @@
-"""The XML of a URDF: parsed without entities, network or document types; small faults that other readers let through are repaired and noted.
+"""The XML of a URDF: parsed without entities, network or document types; small faults that other
+readers let through are repaired and noted.
 
-The file is taken for hostile: no document type, no entities, no network, bounded depth, and no other file is ever opened.
+The file is taken for hostile: no document type, no entities, no network, bounded depth, and no
+other file is ever opened.
 """
 
 from __future__ import annotations
@@ -38,7 +40,13 @@ _SHAPES: Final = ("visual", "collision", "material", "geometry")
 _FORMATS: Final = {
     "mujoco": ("MJCF (MuJoCo)", "MJCF from the first letter on, in a file whose name ends in .xml"),
     "mujocoinclude": ("a part of an MJCF model (MuJoCo)", "the model that includes it"),
-    "sdf": ("SDF (Gazebo)", "a URDF, or the arm written as TOML; most SDF arms have a URDF of the same name in the maker's package"),
+    "sdf": (
+        "SDF (Gazebo)",
+        (
+            "a URDF, or the arm written as TOML; most SDF arms have a URDF of the same name in "
+            "the maker's package"
+        ),
+    ),
     "html": ("a web page", "the URDF itself: download the file by its 'Raw' link"),
     "launch": ("a ROS launch file", "the URDF that it loads"),
     "COLLADA": ("COLLADA, a mesh", "the URDF that names this mesh"),
@@ -60,12 +68,14 @@ def parse_robot(text: str, file: str) -> tuple[etree._Element, list[str]]:
     robot
         The root element, without comments and processing instructions.
     notes
-        One line for each repair: text before the first tag, XML declarations that are wrong, prefixes that are never declared.
+        One line for each repair: text before the first tag, XML declarations that are wrong,
+        prefixes that are never declared.
 
     Raises
     ------
     InputError
-        For a document type, text that is not XML, macros of xacro that are not expanded, and files of another format, which are named.
+        For a document type, text that is not XML, macros of xacro that are not expanded, and files
+        of another format, which are named.
 
     """
     page = text[:_FIRST_LETTERS].lower().find("<!doctype html")
@@ -85,16 +95,26 @@ def parse_robot(text: str, file: str) -> tuple[etree._Element, list[str]]:
             _refuse_format(file, line, tag)
         if tag.startswith("{") and "xacro" in tag:
             _refuse_xacro(file, line, f"the root element {shown(tag.partition('}')[2])}")
-        refuse(f"{file}:{line}", "", f"the root element {shown(tag)}", "the root element robot", '<robot name="arm">')
+        refuse(
+            f"{file}:{line}",
+            "",
+            f"the root element {shown(tag)}",
+            "the root element robot",
+            '<robot name="arm">',
+        )
     notes += _look_for_macros(robot, file)
     return robot, notes
 
 
 def root_of(text: str) -> str:
-    """Return the name of the root element; empty where the text does not begin as XML does, or has a document type."""
+    """Return the name of the root element; empty where the text does not begin as XML does, or has
+    a document type.
+    """
     if "<!DOCTYPE" in text:
         return ""
-    parser = etree.XMLPullParser(events=("start",), resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False)
+    parser = etree.XMLPullParser(
+        events=("start",), resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False
+    )
     try:
         for at in range(0, len(text), _FIRST_LETTERS):
             parser.feed(text[at : at + _FIRST_LETTERS])
@@ -106,25 +126,48 @@ def root_of(text: str) -> str:
 
 
 def parse_plain(text: str, file: str) -> etree._Element:
-    """Return the root element of XML without a document type, comments and processing instructions. Nothing is repaired."""
+    """Return the root element of XML without a document type, comments and processing instructions.
+    Nothing is repaired.
+    """
     _refuse_type(text, file)
     try:
         return _parsed(text)
     except etree.XMLSyntaxError as error:
-        refuse(f"{file}:{error.lineno}", "", shown(error.msg or "no XML", 120)[1:-1], "well-formed XML", "<mujoco> ... </mujoco>")
+        refuse(
+            f"{file}:{error.lineno}",
+            "",
+            shown(error.msg or "no XML", 120)[1:-1],
+            "well-formed XML",
+            "<mujoco> ... </mujoco>",
+        )
 
 
 def _refuse_type(text: str, file: str) -> None:
-    # Looked for in the text itself, and refused in comments too, so that no parser ever meets a document type.
+    # Looked for in the text itself, and refused in comments too, so that no parser ever meets a
+    # document type.
     if "<!DOCTYPE" in text:
         at = text.index("<!DOCTYPE")
-        refuse(f"{file}:{_line_at(text, at)}", "", "a document type (<!DOCTYPE)", "a file without one", '<robot name="arm">')
+        refuse(
+            f"{file}:{_line_at(text, at)}",
+            "",
+            "a document type (<!DOCTYPE)",
+            "a file without one",
+            '<robot name="arm">',
+        )
 
 
 def refuse_xml(text: str, file: str) -> None:
-    """Raise InputError for XML in a TOML's place: another format by its name, a URDF with the ending that it needs."""
+    """Raise InputError for XML in a TOML's place: another format by its name, a URDF with the
+    ending that it needs.
+    """
     parse_robot(text, file)
-    refuse(file, "", "this is a URDF", "a file that ends in .urdf; a TOML of the same name is its sidecar", f"{file.removesuffix('.toml')}.urdf")
+    refuse(
+        file,
+        "",
+        "this is a URDF",
+        "a file that ends in .urdf; a TOML of the same name is its sidecar",
+        f"{file.removesuffix('.toml')}.urdf",
+    )
 
 
 def line_of(element: etree._Element) -> int:
@@ -145,21 +188,44 @@ def _parsed(text: str) -> etree._Element:
     return etree.fromstring(text.encode(), parser)
 
 
-def _repaired(text: str, file: str, error: etree.XMLSyntaxError) -> tuple[etree._Element, list[str]]:
-    """Parse the text again after repairs that keep every line where it was; raise the first error where they do not help."""
+def _repaired(
+    text: str, file: str, error: etree.XMLSyntaxError
+) -> tuple[etree._Element, list[str]]:
+    """Parse the text again after repairs that keep every line where it was; raise the first error
+    where they do not help.
+    """
     notes: list[str] = []
     first = text.find("<")
     if text[: max(first, 0)].strip():
-        notes.append(f"line {_line_at(text, len(text) - len(text.lstrip()))}: text before the first tag is passed over")
+        notes.append(
+            f"line {_line_at(text, len(text) - len(text.lstrip()))}: text before the first tag "
+            "is passed over"
+        )
     fixed = _blank(text[: max(first, 0)]) + text[max(first, 0) :]
-    wrong = [match for match in itertools.islice(_DECLARATION.finditer(fixed), _MOST_REPAIRS) if match.start() or not _VERSION.search(match[0])]
-    notes += [f"line {_line_at(fixed, match.start())}: an XML declaration that is wrong or not at the start is passed over" for match in wrong]
+    wrong = [
+        match
+        for match in itertools.islice(_DECLARATION.finditer(fixed), _MOST_REPAIRS)
+        if match.start() or not _VERSION.search(match[0])
+    ]
+    notes += [
+        (
+            f"line {_line_at(fixed, match.start())}: an XML declaration that is wrong or not at "
+            "the start is passed over"
+        )
+        for match in wrong
+    ]
     fixed = _DECLARATION.sub(lambda match: _blank(match[0]), fixed)
     fixed, odd = _uncommented(fixed)
-    notes += [f"line {_line_at(fixed, at)}: a comment with -- inside it is passed over" for at in odd[:_MOST_REPAIRS]]
+    notes += [
+        f"line {_line_at(fixed, at)}: a comment with -- inside it is passed over"
+        for at in odd[:_MOST_REPAIRS]
+    ]
     end = fixed.rfind(_END) + len(_END)
     if end > len(_END) and fixed[end:].strip() and "<" not in fixed[end:]:
-        notes.append(f"line {_line_at(fixed, len(fixed.rstrip()) - 1)}: text after the last tag is passed over")
+        notes.append(
+            f"line {_line_at(fixed, len(fixed.rstrip()) - 1)}: text after the last tag is "
+            "passed over"
+        )
         fixed = fixed[:end]
     fixed, undeclared = _declared(fixed)
     notes += undeclared
@@ -167,7 +233,11 @@ def _repaired(text: str, file: str, error: etree.XMLSyntaxError) -> tuple[etree.
         return _parsed(fixed), notes
     except etree.XMLSyntaxError as again:
         refuse(
-            f"{file}:{again.lineno}", "", shown(again.msg or error.msg or "no XML", 120)[1:-1], "well-formed XML", '<robot name="arm"> ... </robot>'
+            f"{file}:{again.lineno}",
+            "",
+            shown(again.msg or error.msg or "no XML", 120)[1:-1],
+            "well-formed XML",
+            '<robot name="arm"> ... </robot>',
         )
 
 
@@ -175,7 +245,8 @@ def _uncommented(text: str) -> tuple[str, list[int]]:
     """Blank the comments out, where some hold what no comment may, and return where those begin."""
     out, odd = [], []
     at = 0
-    # Not by a pattern: one that looks for an end behind every beginning takes the square of the length where none ends.
+    # Not by a pattern: one that looks for an end behind every beginning takes the square of the
+    # length where none ends.
     while (begin := text.find("<!--", at)) >= 0 and (end := text.find("-->", begin + 4)) >= 0:
         out += [text[at:begin], _blank(text[begin : end + 3])]
         if "--" in text[begin + 4 : end] or text[end - 1 : end] == "-":
@@ -185,7 +256,9 @@ def _uncommented(text: str) -> tuple[str, list[int]]:
 
 
 def _declared(text: str) -> tuple[str, list[str]]:
-    """Declare the prefixes that the root element does not declare; note the first line of each that is declared nowhere."""
+    """Declare the prefixes that the root element does not declare; note the first line of each that
+    is declared nowhere.
+    """
     root = _ROOT.search(text)
     if root is None:
         return text, []
@@ -193,11 +266,18 @@ def _declared(text: str) -> tuple[str, list[str]]:
     for match in _PREFIX.finditer(text):
         if match[1] not in first and len(first) < _MOST_PREFIXES:
             first[match[1]] = match.start(1)
-    missing = [prefix for prefix in first if not prefix.lower().startswith("xml") and f"xmlns:{prefix}" not in root[0]]
+    missing = [
+        prefix
+        for prefix in first
+        if not prefix.lower().startswith("xml") and f"xmlns:{prefix}" not in root[0]
+    ]
     at = root.start() + len("<robot")
     declarations = "".join(f' xmlns:{prefix}="{_UNDECLARED}{prefix}"' for prefix in missing)
     notes = [
-        f"line {_line_at(text, first[prefix])}: the prefix '{prefix}:' is never declared; its elements are passed over"
+        (
+            f"line {_line_at(text, first[prefix])}: the prefix '{prefix}:' is never declared; its "
+            "elements are passed over"
+        )
         for prefix in missing
         if f"xmlns:{prefix}" not in text
     ]
@@ -213,7 +293,9 @@ def _line_at(text: str, at: int) -> int:
 
 
 def _drop_namespace(robot: etree._Element) -> None:
-    """Take the default namespace of the root out of the names: URDF has none, and other readers ignore one that is declared."""
+    """Take the default namespace of the root out of the names: URDF has none, and other readers
+    ignore one that is declared.
+    """
     namespace, mark, _ = str(robot.tag).rpartition("}")
     if mark and "xacro" not in namespace:
         for element in robot.iter():
@@ -229,7 +311,8 @@ def _look_for_macros(robot: etree._Element, file: str) -> list[str]:
         if "xacro" in namespace and name == "include":
             where = shown(element.get("filename", ""))
             included.append(
-                f"line {line_of(element)}: the xacro file {where} is not read; if it adds links or joints, expand the file with xacro first"
+                f"line {line_of(element)}: the xacro file {where} is not read; if it adds "
+                "links or joints, expand the file with xacro first"
             )
         elif "xacro" in namespace and name not in _DEFINES:
             _refuse_xacro(file, line_of(element), f"the macro {shown(name)}")
@@ -241,11 +324,15 @@ def _look_for_macros(robot: etree._Element, file: str) -> list[str]:
                     _refuse_xacro(file, line_of(element), shown(str(value)))
     if left and robot.find("link") is None:
         _refuse_xacro(file, line_of(robot), "definitions of macros, and no link")
-    return included[:_MOST_REPAIRS] + ([f"{left[0]}: xacro definitions that nothing uses are passed over"] if left else [])
+    return included[:_MOST_REPAIRS] + (
+        [f"{left[0]}: xacro definitions that nothing uses are passed over"] if left else []
+    )
 
 
 def _read_parts(robot: etree._Element) -> Iterator[etree._Element]:
-    """Yield the children of the root, and all within links and joints except shapes; not what stands in a definition, or in extensions."""
+    """Yield the children of the root, and all within links and joints except shapes; not what
+    stands in a definition, or in extensions.
+    """
     for element in robot:
         yield element
         if element.tag in _ARM:

@@ -1,7 +1,9 @@
-"""From pydantic's account of what is wrong to the user's: the key as written, what was found, what belongs there, an example that passes.
+"""From pydantic's account of what is wrong to the user's: the key as written, what was found, what
+belongs there, an example that passes.
 
-Pydantic names a spot by fields, list positions, and the labels of the alternatives it tried. Walking the model along that path finds the
-labels from the user's own keys, and says what the spot takes.
+Pydantic names a spot by fields, list positions, and the labels of the alternatives it tried.
+Walking the model along that path finds the labels from the user's own keys, and says what the spot
+takes.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ class _Described(NamedTuple):
 
 @dataclass
 class _Spot:
-    """One error: pydantic's details, the user's path, what is allowed at each step of it, and where alternatives forked, if they did."""
+    """One error: pydantic's details, the user's path, what is allowed at each step of it, and where
+    alternatives forked, if they did.
+    """
 
     detail: Any
     path: Path
@@ -59,12 +63,24 @@ class _Spot:
         return self.detail["input"]
 
 
-def problems(error: ValidationError, model: type[BaseModel], file: str, key_of: Callable[[Path], str], also: Also | None = None) -> list[Problem]:
-    """Return the user's mistakes. One Problem per mistake, whatever the number of alternatives that pydantic tried.
+def problems(
+    error: ValidationError,
+    model: type[BaseModel],
+    file: str,
+    key_of: Callable[[Path], str],
+    also: Also | None = None,
+) -> list[Problem]:
+    """Return the user's mistakes. One Problem per mistake, whatever the number of alternatives that
+    pydantic tried.
 
-    `key_of` gives the key as the user wrote it; `also` gives keys that the file format takes besides a model's fields, with an example of each.
+    `key_of` gives the key as the user wrote it; `also` gives keys that the file format takes
+    besides a model's fields, with an example of each.
     """
-    spots = [_spot(detail, model) for detail in error.errors(include_url=False)[:_MOST_ERRORS] if not _is_echo(detail)]
+    spots = [
+        _spot(detail, model)
+        for detail in error.errors(include_url=False)[:_MOST_ERRORS]
+        if not _is_echo(detail)
+    ]
     forks: dict[Path, list[_Spot]] = {}
     for spot in spots:
         if spot.fork is not None:
@@ -76,24 +92,38 @@ def problems(error: ValidationError, model: type[BaseModel], file: str, key_of: 
         together = [spot] if spot.fork is None else forks.pop(spot.path[: spot.fork], [])
         for chosen in _of_one_alternative(together):
             found = _DESCRIBE.get(chosen.detail["type"], _describe_value)(chosen, also or {})
-            out[Problem(file, key_of(found.path), found.found, found.expected, found.example, found.near)] = None
+            out[
+                Problem(
+                    file, key_of(found.path), found.found, found.expected, found.example, found.near
+                )
+            ] = None
     return list(out)
 
 
 def _is_echo(detail: Any) -> bool:  # noqa: ANN401 - pydantic's error details
     """Return whether a list only seems too short because pydantic dropped its faulty members."""
     least = detail.get("ctx", {}).get("min_length", 0)
-    return detail["type"] == "too_short" and isinstance(detail["input"], list) and len(detail["input"]) >= least
+    return (
+        detail["type"] == "too_short"
+        and isinstance(detail["input"], list)
+        and len(detail["input"]) >= least
+    )
 
 
 def _of_one_alternative(together: list[_Spot]) -> list[_Spot]:
-    """Keep the errors of the alternative that fits what was written; where none does, one error that names all alternatives."""
+    """Keep the errors of the alternative that fits what was written; where none does, one error
+    that names all alternatives.
+    """
     deeper = [spot for spot in together if spot.fork is not None and len(spot.path) > spot.fork]
     if deeper or len(together) <= 1:
         return deeper or together
     reasoned = [spot for spot in together if "why" in spot.context]
     # a table is meant as the alternative that takes tables, whose own rule it breaks
-    of_table = [spot for spot in reasoned if isinstance(spot.given, dict) and spot.detail["type"] != "quantity"]
+    of_table = [
+        spot
+        for spot in reasoned
+        if isinstance(spot.given, dict) and spot.detail["type"] != "quantity"
+    ]
     return [*of_table, *reasoned, together[0]][:1]
 
 
@@ -103,7 +133,10 @@ def _spot(detail: Any, model: type[BaseModel]) -> _Spot:  # noqa: ANN401 - pydan
         here = spot.trail[-1]
         further = inside(here, item)
         tagged = [option for option in models(here) if tag(option) == item]
-        is_key = index == len(detail["loc"]) - 1 and detail["type"] in ("missing", "extra_forbidden")
+        is_key = index == len(detail["loc"]) - 1 and detail["type"] in (
+            "missing",
+            "extra_forbidden",
+        )
         if further or is_key:
             spot.path = (*spot.path, item)
             spot.trail.append(further)
@@ -118,38 +151,76 @@ def _describe_value(spot: _Spot, _: Also) -> _Described:
     allowed = spot.trail[-1]
     why = f" ({spot.context['why']})" if "why" in spot.context else ""
     near = nearest(spot.given, literals(allowed)) if isinstance(spot.given, str) else ""
-    return _Described(spot.path, shown(spot.given) + why, words(allowed), _assignment(spot.path, f'"{near}"' if near else example(allowed)), near)
+    return _Described(
+        spot.path,
+        shown(spot.given) + why,
+        words(allowed),
+        _assignment(spot.path, f'"{near}"' if near else example(allowed)),
+        near,
+    )
 
 
 def _describe_rule(spot: _Spot, _: Also) -> _Described:
-    """Describe a breach of a part's own rule, whose error carries the words; without a reason, what the file states is the reason."""
+    """Describe a breach of a part's own rule, whose error carries the words; without a reason, what
+    the file states is the reason.
+    """
     shape = spot.context["example"]
     example = shape if "=" in shape else _assignment(spot.path, shape)
     found = spot.context.get("why", shown(spot.given))
-    return _Described((*spot.path, *spot.context.get("path", ())), found, spot.context["expected"], example, spot.context.get("near", ""))
+    return _Described(
+        (*spot.path, *spot.context.get("path", ())),
+        found,
+        spot.context["expected"],
+        example,
+        spot.context.get("near", ""),
+    )
 
 
 def _describe_missing(spot: _Spot, _: Also) -> _Described:
     if isinstance(spot.path[-1], int):  # speak of the short list, not of the hole in it
         path, allowed = spot.path[:-1], spot.trail[-2]
-        return _Described(path, shown(spot.given), words(allowed), _assignment(path, example(allowed)))
-    return _Described(spot.path, "nothing", words(spot.trail[-1]), _assignment(spot.path, example(spot.trail[-1])))
+        return _Described(
+            path, shown(spot.given), words(allowed), _assignment(path, example(allowed))
+        )
+    return _Described(
+        spot.path, "nothing", words(spot.trail[-1]), _assignment(spot.path, example(spot.trail[-1]))
+    )
 
 
 def _describe_unknown(spot: _Spot, also: Also) -> _Described:
     owners = models(spot.trail[-2])
-    absent = next((owner.not_modelled[spot.last] for owner in owners if issubclass(owner, Part) and spot.last in owner.not_modelled), None)
+    absent = next(
+        (
+            owner.not_modelled[spot.last]
+            for owner in owners
+            if issubclass(owner, Part) and spot.last in owner.not_modelled
+        ),
+        None,
+    )
     if absent:
         return _Described(spot.path, f"an unknown key with {shown(spot.given)}", *absent)
-    examples = {name: f"{name} = {example(inside([owner], name))}" for owner in owners for name in keys(owner)}
+    examples = {
+        name: f"{name} = {example(inside([owner], name))}"
+        for owner in owners
+        for name in keys(owner)
+    }
     for owner in owners:
         examples |= also.get(owner, {})
     near = nearest(spot.last, examples)
-    plain = isinstance(spot.given, str) and spot.given.isprintable() and not {'"', "\\"} & {*spot.given}
+    plain = (
+        isinstance(spot.given, str) and spot.given.isprintable() and not {'"', "\\"} & {*spot.given}
+    )
     if near and plain and examples[near].startswith(f"{near} = {{"):
-        examples[near] = f'{near} = "{spot.given}"'  # the name of a table, rather than an empty table
+        # the name of a table, rather than an empty table
+        examples[near] = f'{near} = "{spot.given}"'
     found = f"an unknown key with {shown(spot.given)}"
-    return _Described(spot.path, found, "one of " + ", ".join(examples), examples[near or next(iter(examples))], near)
+    return _Described(
+        spot.path,
+        found,
+        "one of " + ", ".join(examples),
+        examples[near or next(iter(examples))],
+        near,
+    )
 
 
 def _describe_tag(spot: _Spot, _: Also) -> _Described:
@@ -158,14 +229,25 @@ def _describe_tag(spot: _Spot, _: Also) -> _Described:
     stated = spot.context.get("tag")
     near = nearest(str(stated or ""), tags)
     found = "nothing" if stated is None else shown(stated)
-    return _Described((*spot.path, name), found, "one of " + ", ".join(f'"{each}"' for each in tags), f'{name} = "{near or tags[0]}"', near)
+    return _Described(
+        (*spot.path, name),
+        found,
+        "one of " + ", ".join(f'"{each}"' for each in tags),
+        f'{name} = "{near or tags[0]}"',
+        near,
+    )
 
 
 def _describe_count(spot: _Spot, _: Also) -> _Described:
     least, most = spot.context.get("min_length"), spot.context.get("max_length")
     of = "characters" if isinstance(spot.given, str) else "entries"
     expected = f"at least {least} {of}" if most is None else f"at most {most} {of}"
-    return _Described(spot.path, f"{len(spot.given)} {of}", f"{words(spot.trail[-1])}, {expected}", _assignment(spot.path, example(spot.trail[-1])))
+    return _Described(
+        spot.path,
+        f"{len(spot.given)} {of}",
+        f"{words(spot.trail[-1])}, {expected}",
+        _assignment(spot.path, example(spot.trail[-1])),
+    )
 
 
 _DESCRIBE: Final[dict[str, Callable[[_Spot, Also], _Described]]] = {
@@ -178,7 +260,20 @@ _DESCRIBE: Final[dict[str, Callable[[_Spot, Also], _Described]]] = {
     "string_too_short": _describe_count,
     "string_too_long": _describe_count,
     # raised by the parts themselves
-    **dict.fromkeys(("direction", "limits", "section", "zones", "lost_motion", "names", "line", "gearbox", "rising"), _describe_rule),
+    **dict.fromkeys(
+        (
+            "direction",
+            "limits",
+            "section",
+            "zones",
+            "lost_motion",
+            "names",
+            "line",
+            "gearbox",
+            "rising",
+        ),
+        _describe_rule,
+    ),
 }
 
 

@@ -1,6 +1,7 @@
 """Fields on triangles as VTU files (VTK's XML format for unstructured grids), which ParaView reads.
 
-Source: The VTK User's Guide, 11th ed., "XML file formats": data inline as base64, each behind its length in bytes.
+Source: The VTK User's Guide, 11th ed., "XML file formats": data inline as base64, each behind its
+length in bytes.
 """
 
 from __future__ import annotations
@@ -21,7 +22,11 @@ _TYPES: Final = {"f4": "Float32", "i4": "Int32", "u1": "UInt8"}
 _TRIANGLE: Final = 5
 
 
-def vtu(points: Floats, triangles: np.ndarray[tuple[int, ...], np.dtype[np.int64]], fields: Mapping[str, Floats]) -> bytes:
+def vtu(
+    points: Floats,
+    triangles: np.ndarray[tuple[int, ...], np.dtype[np.int64]],
+    fields: Mapping[str, Floats],
+) -> bytes:
     """Return a VTU file of plane triangles.
 
     points     (point, 2)
@@ -36,9 +41,11 @@ def vtu(points: Floats, triangles: np.ndarray[tuple[int, ...], np.dtype[np.int64
         _array("types", np.full(count, _TRIANGLE), "u1"),
     ]
     return (
-        '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt32">\n'
+        '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" '
+        'byte_order="LittleEndian" header_type="UInt32">\n'
         f'<UnstructuredGrid>\n<Piece NumberOfPoints="{len(points)}" NumberOfCells="{count}">\n'
-        f"<PointData>\n{of_points}</PointData>\n<Points>\n{_array('points', _in_space(points), 'f4')}</Points>\n"
+        f"<PointData>\n{of_points}</PointData>\n<Points>\n"
+        f"{_array('points', _in_space(points), 'f4')}</Points>\n"
         f"<Cells>\n{''.join(cells)}</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n"
     ).encode()
 
@@ -51,4 +58,7 @@ def _array(name: str, values: np.ndarray[Any, Any], kind: str) -> str:
     data = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
     text = base64.b64encode(struct.pack("<I", len(data)) + data).decode()
     components = f' NumberOfComponents="{values.shape[1]}"' if values.ndim > 1 else ""
-    return f'<DataArray type="{_TYPES[kind]}" Name="{name}"{components} format="binary">{text}</DataArray>\n'
+    return (
+        f'<DataArray type="{_TYPES[kind]}" Name="{name}"{components} '
+        f'format="binary">{text}</DataArray>\n'
+    )

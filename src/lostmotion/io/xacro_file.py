@@ -28,7 +28,9 @@ _MACROS: Final = re.compile(r"<xacro:|\$[{(]")
 
 
 def has_macros(path: Path, text: str) -> bool:
-    """Return whether this is a file for xacro: by its ending, and because there is something in it to expand."""
+    """Return whether this is a file for xacro: by its ending, and because there is something in it
+    to expand.
+    """
     return path.suffix.lower() == ENDING and _MACROS.search(text) is not None
 
 
@@ -39,28 +41,58 @@ def take_arguments(content: dict[str, Any], sidecar: str) -> dict[str, str]:
     """
     stated = content.pop(TABLE, {})
     if not isinstance(stated, dict):
-        refuse(sidecar, TABLE, shown(stated), "a table of the arguments of the xacro file", '[xacro] with ur_type = "ur5e"')
+        refuse(
+            sidecar,
+            TABLE,
+            shown(stated),
+            "a table of the arguments of the xacro file",
+            '[xacro] with ur_type = "ur5e"',
+        )
     wrong = [
-        Problem(sidecar, f"{TABLE}.{name}", shown(value), "text in quotes, a number, true or false", f'{name} = "ur5e"')
+        Problem(
+            sidecar,
+            f"{TABLE}.{name}",
+            shown(value),
+            "text in quotes, a number, true or false",
+            f'{name} = "ur5e"',
+        )
         for name, value in stated.items()
         if not isinstance(value, str | int | float)
     ]
     if wrong:
         refuse_all(wrong)
-    return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in stated.items()}
+    return {
+        name: str(value).lower() if isinstance(value, bool) else str(value)
+        for name, value in stated.items()
+    }
 
 
-def expand(path: Path, arguments: dict[str, str], sidecar: str, root: Path) -> tuple[str, list[str]]:
-    """Return the URDF that a xacro file and its arguments make, and the names of the arguments that are empty.
+def expand(
+    path: Path, arguments: dict[str, str], sidecar: str, root: Path
+) -> tuple[str, list[str]]:
+    """Return the URDF that a xacro file and its arguments make, and the names of the arguments that
+    are empty.
 
-    It may include files within the folder `root`. Packages that it names are found by the names in their manifests below the folder that its own
-    package lies in, below the project, and where an installed ROS has them (`packages_below`). Raises InputError with what is wrong, and where the
+    It may include files within the folder `root`. Packages that it names are found by the names in
+    their manifests below the folder that its own package lies in, below the project, and where an
+    installed ROS has them (`packages_below`). Raises InputError with what is wrong, and where the
     package xacro is not installed.
     """
     if importlib.util.find_spec("xacro") is None:
-        expected = f"the package xacro, which expands it: pip install 'lostmotion[xacro]'; or a URDF: xacro {path.name} > {path.stem}"
-        refuse(str(path), "", "this is xacro, and the package xacro is not installed", expected, "pip install 'lostmotion[xacro]'")
-    homes = [Path(each) / "share" for each in _listed("AMENT_PREFIX_PATH")] + [Path(each) for each in _listed("ROS_PACKAGE_PATH")]
+        expected = (
+            "the package xacro, which expands it: pip install 'lostmotion[xacro]'; or a URDF: "
+            f"xacro {path.name} > {path.stem}"
+        )
+        refuse(
+            str(path),
+            "",
+            "this is xacro, and the package xacro is not installed",
+            expected,
+            "pip install 'lostmotion[xacro]'",
+        )
+    homes = [Path(each) / "share" for each in _listed("AMENT_PREFIX_PATH")] + [
+        Path(each) for each in _listed("ROS_PACKAGE_PATH")
+    ]
     own = project_root(path, [MANIFEST])
     searched = [own.parent, root, project_root(own), *homes]
     request = {

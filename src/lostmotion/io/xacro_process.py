@@ -1,7 +1,8 @@
 """Expand one xacro file by the package xacro: a module of its own process, started by `xacro_file`.
 
-xacro evaluates Python and opens any file that a file names. Here an expression is evaluated only where its syntax can reach nothing but numbers,
-text, lists and the properties of the file; and the process can open files of the project alone.
+xacro evaluates Python and opens any file that a file names. Here an expression is evaluated only
+where its syntax can reach nothing but numbers, text, lists and the properties of the file; and the
+process can open files of the project alone.
 """
 
 from __future__ import annotations
@@ -31,34 +32,84 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 MEGABYTES: Final = 5
-# Expressions of numbers, text, lists and dictionaries, calls and comprehensions. No lambda and no generator: both lead to the inside of Python.
+# Expressions of numbers, text, lists and dictionaries, calls and comprehensions. No lambda and no
+# generator: both lead to the inside of Python.
 _PLAIN: Final = (
-    *(ast.Expression, ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.Starred, ast.List, ast.Tuple, ast.Set, ast.Dict),
-    *(ast.UnaryOp, ast.BinOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.keyword, ast.ListComp, ast.SetComp, ast.DictComp),
-    *(ast.comprehension, ast.JoinedStr, ast.FormattedValue, ast.operator, ast.unaryop, ast.boolop, ast.cmpop, ast.expr_context),
+    *(
+        ast.Expression,
+        ast.Constant,
+        ast.Name,
+        ast.Attribute,
+        ast.Subscript,
+        ast.Slice,
+        ast.Starred,
+        ast.List,
+        ast.Tuple,
+        ast.Set,
+        ast.Dict,
+    ),
+    *(
+        ast.UnaryOp,
+        ast.BinOp,
+        ast.BoolOp,
+        ast.Compare,
+        ast.IfExp,
+        ast.Call,
+        ast.keyword,
+        ast.ListComp,
+        ast.SetComp,
+        ast.DictComp,
+    ),
+    *(
+        ast.comprehension,
+        ast.JoinedStr,
+        ast.FormattedValue,
+        ast.operator,
+        ast.unaryop,
+        ast.boolop,
+        ast.cmpop,
+        ast.expr_context,
+    ),
 )
 # Methods of text that follow attributes by name.
 _FORMATTERS: Final = ("format", "format_map")
 # Functions that xacro offers and that lead from any value to the inside of Python.
 _INWARD: Final = ("vars", "type")
-# What is replaced here: without these names, another version of xacro would evaluate whatever a file says.
-_HOOKS: Final = ((xacro, "safe_eval"), (xacro, "parse"), (substitution, "_eval"), (substitution, "_eval_find"))
+# What is replaced here: without these names, another version of xacro would evaluate whatever a
+# file says.
+_HOOKS: Final = (
+    (xacro, "safe_eval"),
+    (xacro, "parse"),
+    (substitution, "_eval"),
+    (substitution, "_eval_find"),
+)
 _PACKAGE: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _LONGEST_WORDS: Final = 200
 
 
 def check_plain(expression: str, file: str) -> None:
-    """Raise InputError for an expression whose syntax could reach the inside of Python, and SyntaxError for what is no expression."""
+    """Raise InputError for an expression whose syntax could reach the inside of Python, and
+    SyntaxError for what is no expression.
+    """
     for node in ast.walk(ast.parse(expression.strip(), mode="eval")):
         name = getattr(node, "id", "") or getattr(node, "attr", "")
         hidden = name.startswith("_") if isinstance(node, ast.Attribute) else name.startswith("__")
-        if hidden or not isinstance(node, _PLAIN) or (isinstance(node, ast.Attribute) and name in _FORMATTERS):
-            expected = "arithmetic, text, lists, dictionaries and functions of xacro; nothing that leads to the inside of Python"
+        if (
+            hidden
+            or not isinstance(node, _PLAIN)
+            or (isinstance(node, ast.Attribute) and name in _FORMATTERS)
+        ):
+            expected = (
+                "arithmetic, text, lists, dictionaries and functions of xacro; nothing that leads "
+                "to the inside of Python"
+            )
             refuse(file, "", f"the expression {shown(expression)}", expected, "${pi / 2}")
 
 
 class _Arguments(dict[str, str]):
-    """Arguments of the file by name, which note the names that it asked for, and those whose values it used."""
+    """Arguments of the file by name, which note the names that it asked for, and those whose values
+    it used.
+    """
 
     def __init__(self, stated: Mapping[str, str]) -> None:
         super().__init__(stated)
@@ -75,7 +126,9 @@ class _Arguments(dict[str, str]):
 
 
 class _Expansion:
-    """One expansion: the file, the folders that it may read, and what it was doing last, for the messages."""
+    """One expansion: the file, the folders that it may read, and what it was doing last, for the
+    messages.
+    """
 
     def __init__(self, request: dict[str, Any]) -> None:
         self.file, self.sidecar = str(request["file"]), str(request["sidecar"])
@@ -94,7 +147,13 @@ class _Expansion:
         """Return the expanded text."""
         for owner, name in _HOOKS:
             if not callable(getattr(owner, name, None)):
-                refuse(self.file, "", "an unknown version of the package xacro", "xacro 2", "pip install 'lostmotion[xacro]'")
+                refuse(
+                    self.file,
+                    "",
+                    "an unknown version of the package xacro",
+                    "xacro 2",
+                    "pip install 'lostmotion[xacro]'",
+                )
         for name in _INWARD:
             xacro._global_symbols["python"].pop(name, None)  # noqa: SLF001 - xacro has no option for it
         xacro.safe_eval, self.evaluate = self._evaluate, xacro.safe_eval
@@ -111,7 +170,9 @@ class _Expansion:
         text: str = document.documentElement.toxml()
         return text
 
-    def _evaluate(self, expression: str, symbols: dict[str, Any], inner: dict[str, Any] | None = None) -> Any:  # noqa: ANN401 - any value
+    def _evaluate(
+        self, expression: str, symbols: dict[str, Any], inner: dict[str, Any] | None = None
+    ) -> Any:  # noqa: ANN401 - any value
         """Evaluate an expression of the file, as `xacro.safe_eval`, where it is plain."""
         self.expression = expression
         check_plain(expression, self._place())
@@ -122,11 +183,17 @@ class _Expansion:
         self.expression = expression
         check_plain(expression, self._place())
         arguments = context["arg"]
-        known = {**substitution._eval_dict, "arg": lambda name: substitution.convert_value(arguments[name], "auto")}  # noqa: SLF001 - as above
-        return str(eval(expression, {"__builtins__": {}}, substitution._DictWrapper(arguments, known)))  # noqa: S307, SLF001 - its syntax is checked
+        known = {
+            **substitution._eval_dict,  # noqa: SLF001
+            "arg": lambda name: substitution.convert_value(arguments[name], "auto"),
+        }
+        return str(
+            eval(expression, {"__builtins__": {}}, substitution._DictWrapper(arguments, known))  # noqa: S307, SLF001
+        )
 
     def _find(self, package: str) -> str:
-        """Return the folder of a package: by the name in its manifest, else by the name of its folder, among the places that are searched.
+        """Return the folder of a package: by the name in its manifest, else by the name of its
+        folder, among the places that are searched.
 
         A package that is not there is no mistake until a file of it is opened: meshes are not.
         """
@@ -134,7 +201,9 @@ class _Expansion:
             self.folders.append(str(self.own))
             return str(self.own)
         homes = [Path(home) / package for home in self.homes] if _PACKAGE.fullmatch(package) else []
-        found = self.packages.get(package) or next((str(each) for each in homes if (each / MANIFEST).is_file()), None)
+        found = self.packages.get(package) or next(
+            (str(each) for each in homes if (each / MANIFEST).is_file()), None
+        )
         if found is None:
             folder = str(self.own.parent / (package if _PACKAGE.fullmatch(package) else "NAME"))
             self.absent[folder] = package
@@ -143,7 +212,9 @@ class _Expansion:
         return found
 
     def _parse(self, _: object, file: str) -> Any:  # noqa: ANN401 - a document of minidom
-        """Return the XML of a file: of bounded size, and without a document type, so that no parser meets an entity."""
+        """Return the XML of a file: of bounded size, and without a document type, so that no parser
+        meets an entity.
+        """
         if not Path(file).exists():
             xacro.filestack.pop()
             raise XacroException(exc=FileNotFoundError(2, "no such file", file))
@@ -157,7 +228,13 @@ class _Expansion:
             raise
         if "<!DOCTYPE" in text:
             line = text.count("\n", 0, text.index("<!DOCTYPE")) + 1
-            refuse(f"{self._place()}:{line}", "", "a document type (<!DOCTYPE)", "XML without one", '<robot name="arm">')
+            refuse(
+                f"{self._place()}:{line}",
+                "",
+                "a document type (<!DOCTYPE)",
+                "XML without one",
+                '<robot name="arm">',
+            )
         return xml.dom.minidom.parseString(text)  # noqa: S318 - without a document type
 
     def _check(self, document: Any) -> None:  # noqa: ANN401 - a document of minidom
@@ -165,14 +242,33 @@ class _Expansion:
         problems = []
         for name in self.arguments.keys() - self.arguments.asked.keys():
             near = nearest(name, self.arguments.asked)
-            known = f"an argument of the file: {listed(self.arguments.asked)}" if self.arguments.asked else "none: the file has no arguments"
+            known = (
+                f"an argument of the file: {listed(self.arguments.asked)}"
+                if self.arguments.asked
+                else "none: the file has no arguments"
+            )
             example = near or next(iter(self.arguments.asked), "")
-            problems.append(Problem(self.sidecar, f"xacro.{name}", "an argument that the file never asks for", known, f'{example} = "..."', near))
+            problems.append(
+                Problem(
+                    self.sidecar,
+                    f"xacro.{name}",
+                    "an argument that the file never asks for",
+                    known,
+                    f'{example} = "..."',
+                    near,
+                )
+            )
         if problems:
             raise InputError(problems)
         if not document.getElementsByTagName("link"):
             expected = "the file that uses the macros, often NAME.urdf.xacro"
-            refuse(self.file, "", "definitions of macros and no link: a library for other files", expected, "arm.urdf.xacro")
+            refuse(
+                self.file,
+                "",
+                "definitions of macros and no link: a library for other files",
+                expected,
+                "arm.urdf.xacro",
+            )
 
     def _refuse(self, error: Exception) -> NoReturn:
         """Raise what went wrong in the words of this project, else in those of xacro."""
@@ -189,17 +285,51 @@ class _Expansion:
             others = [name for name in self.arguments.asked if name != str(cause)]
             stated = f", as the other arguments of the file: {listed(others)}" if others else ""
             expected = f"its value in the table [xacro] of {self.sidecar}{stated}"
-            refuse(place, "", f"the argument {shown(str(cause))} without a value", expected, f'[xacro] with {_legible(str(cause), 60)} = "..."')
+            refuse(
+                place,
+                "",
+                f"the argument {shown(str(cause))} without a value",
+                expected,
+                f'[xacro] with {_legible(str(cause), 60)} = "..."',
+            )
         if isinstance(cause, FileNotFoundError):
             self._refuse_include("which is not there", str(cause.filename))
         if isinstance(cause, ExpatError):
-            refuse(f"{place}:{cause.lineno}", "", str(cause).partition(":")[0], "well-formed XML", '<robot name="arm"> ... </robot>')
+            refuse(
+                f"{place}:{cause.lineno}",
+                "",
+                str(cause).partition(":")[0],
+                "well-formed XML",
+                '<robot name="arm"> ... </robot>',
+            )
         if isinstance(cause, RecursionError | MemoryError):
-            refuse(place, "", "macros or values without end", "macros that end", '<xacro:if value="${count > 0}">')
-        at = f" in {shown('${' + self.expression + '}')}" if self.expression and not isinstance(cause, XacroException) else ""
-        text = cause.msg if isinstance(cause, SyntaxError) else f"no key {cause}" if isinstance(cause, KeyError) else str(cause)
+            refuse(
+                place,
+                "",
+                "macros or values without end",
+                "macros that end",
+                '<xacro:if value="${count > 0}">',
+            )
+        at = (
+            f" in {shown('${' + self.expression + '}')}"
+            if self.expression and not isinstance(cause, XacroException)
+            else ""
+        )
+        text = (
+            cause.msg
+            if isinstance(cause, SyntaxError)
+            else f"no key {cause}"
+            if isinstance(cause, KeyError)
+            else str(cause)
+        )
         words = _legible(text or type(cause).__name__, _LONGEST_WORDS)
-        refuse(place, "", f"{words}{at}", f"a file that the program xacro expands{self._empties()}", f"xacro {self.path.name} > arm.urdf")
+        refuse(
+            place,
+            "",
+            f"{words}{at}",
+            f"a file that the program xacro expands{self._empties()}",
+            f"xacro {self.path.name} > arm.urdf",
+        )
 
     @property
     def empty(self) -> list[str]:
@@ -208,35 +338,82 @@ class _Expansion:
 
     def _empties(self) -> str:
         """Return what to add to a message where an argument is empty, which often is the cause."""
-        return f"; empty: the argument {listed(self.empty)}, whose value stands in [xacro] of {self.sidecar}" if self.empty else ""
+        return (
+            (
+                f"; empty: the argument {listed(self.empty)}, whose value stands in [xacro] of "
+                f"{self.sidecar}"
+            )
+            if self.empty
+            else ""
+        )
 
     def _refuse_include(self, why: str, file: str) -> NoReturn:
         """Refuse an include, by its path from the file that includes it where that is not far."""
-        beside = Path(os.path.realpath(xacro.filestack[-1])).parent if xacro.filestack else self.path.parent
+        beside = (
+            Path(os.path.realpath(xacro.filestack[-1])).parent
+            if xacro.filestack
+            else self.path.parent
+        )
         short = os.path.relpath(os.path.realpath(file), beside)
         path = str(file) if short.startswith(3 * f"..{os.sep}") else short
-        expected = f"a file in {self.root}, by its path from the file that includes it, or $(find PACKAGE)/...{self._empties()}"
-        refuse(self._place(), "", f"an include of {shown(path, _LONGEST_WORDS)}, {why}", expected, 'filename="wrist.xacro"')
+        expected = (
+            f"a file in {self.root}, by its path from the file that includes it, or $(find "
+            f"PACKAGE)/...{self._empties()}"
+        )
+        refuse(
+            self._place(),
+            "",
+            f"an include of {shown(path, _LONGEST_WORDS)}, {why}",
+            expected,
+            'filename="wrist.xacro"',
+        )
 
     def _refuse_absent(self, places: list[str]) -> None:
         """Refuse a place in a package that is not there."""
         for folder, package in self.absent.items():
             place = next((place for place in places if place.startswith(folder)), None)
             if place is not None:
-                where = "the folder of the file's package, the project, AMENT_PREFIX_PATH or ROS_PACKAGE_PATH"
-                expected = f"a {MANIFEST} with <name>{_legible(package, 60)}</name> below one of: {where}{self._empties()}"
+                where = (
+                    "the folder of the file's package, the project, AMENT_PREFIX_PATH or "
+                    "ROS_PACKAGE_PATH"
+                )
+                expected = (
+                    f"a {MANIFEST} with <name>{_legible(package, 60)}</name> below one of: "
+                    f"{where}{self._empties()}"
+                )
                 wanted = shown(f"$(find {package}){place.removeprefix(folder)}", _LONGEST_WORDS)
                 found = f"the package {shown(package)}, which is not there, in {wanted}"
-                refuse(self._place(), "", found, expected, str(self.own.parent / "ur_description" / MANIFEST))
+                refuse(
+                    self._place(),
+                    "",
+                    found,
+                    expected,
+                    str(self.own.parent / "ur_description" / MANIFEST),
+                )
 
     def _refuse_place(self) -> NoReturn:
-        expected = f'files in {self.root}: {RULE}; root = ".." in {self.sidecar} names another folder above'
-        refuse(self._place(), "", f"a file that opens {shown(self.refused[0], _LONGEST_WORDS)}", expected, '<xacro:include filename="wrist.xacro"/>')
+        expected = (
+            f'files in {self.root}: {RULE}; root = ".." in {self.sidecar} names another folder '
+            "above"
+        )
+        refuse(
+            self._place(),
+            "",
+            f"a file that opens {shown(self.refused[0], _LONGEST_WORDS)}",
+            expected,
+            '<xacro:include filename="wrist.xacro"/>',
+        )
 
     def _place(self) -> str:
         """Return the file that is being expanded, as the user would write it."""
         current = os.path.realpath(xacro.filestack[-1]) if xacro.filestack else str(self.path)
-        return self.file if current == str(self.path) else os.path.normpath(Path(self.file).parent / os.path.relpath(current, self.path.parent))
+        return (
+            self.file
+            if current == str(self.path)
+            else os.path.normpath(
+                Path(self.file).parent / os.path.relpath(current, self.path.parent)
+            )
+        )
 
 
 def _legible(text: str, longest: int) -> str:

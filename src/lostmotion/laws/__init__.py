@@ -1,1 +1,3 @@
-"""Laws of physics, geometry and statistics, each with its source; arrays in, arrays out, no product names."""
+"""Laws of physics, geometry and statistics, each with its source; arrays in, arrays out, no product
+names.
+"""

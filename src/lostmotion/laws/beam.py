@@ -1,13 +1,16 @@
 """Elastic beams: cross-sections, and the deflection of a cantilever's tip under loads.
 
-Beam axes: x along the beam from the clamped end, y and z across it. Twists and wrenches are (angular, linear) at the tip. Source: S. Timoshenko,
-Strength of Materials, vol. 1 (deflection with shear); W. Young, R. Budynas, Roark's Formulas for Stress and Strain, 7th ed., tables 8.1 (beams) and
-10.1 (torsion); shear factors G. Cowper, J. Appl. Mech. 33 (1966) 335. Valid for small deflections of straight beams and linear material. Each section
-has the compliance of a prismatic beam, so a taper must be slight; warping is free.
+Beam axes: x along the beam from the clamped end, y and z across it. Twists and wrenches are
+(angular, linear) at the tip. Source: S. Timoshenko, Strength of Materials, vol. 1 (deflection with
+shear); W. Young, R. Budynas, Roark's Formulas for Stress and Strain, 7th ed., tables 8.1 (beams)
+and 10.1 (torsion); shear factors G. Cowper, J. Appl. Mech. 33 (1966) 335. Valid for small
+deflections of straight beams and linear material. Each section has the compliance of a prismatic
+beam, so a taper must be slight; warping is free.
 
-A beam is described by the compliance of each section per length, S (6, 6), from the load there to curvatures and strains. A(s) carries a twist of the
-section at s to the tip, and its transpose A(s)' a wrench on the tip to that section. So the compliance of the tip is the integral of A S A' along the
-beam.
+A beam is described by the compliance of each section per length, S (6, 6), from the load there to
+curvatures and strains. A(s) carries a twist of the section at s to the tip, and its transpose A(s)'
+a wrench on the tip to that section. So the compliance of the tip is the integral of A S A' along
+the beam.
 """
 
 from __future__ import annotations
@@ -28,7 +31,8 @@ if TYPE_CHECKING:
 
 # Number of terms of the series for the torsion of a rectangle; they decrease with the fifth power.
 _TORSION_TERMS: Final = 12
-# Contributions of a sharp corner of a strip of width 1, beyond its arms. The first is exact, the others are extrapolated from finite differences.
+# Contributions of a sharp corner of a strip of width 1, beyond its arms. The first is exact, the
+# others are extrapolated from finite differences.
 _CORNER_CAPACITY: Final = 1 - 2 * math.log(2) / math.pi
 _CORNER_SLOPE: Final = 0.14483
 _CORNER_MEMBRANE: Final = 0.2029
@@ -42,8 +46,9 @@ class SectionValues:
     area, i_y, i_z      m^2; second moments of area about y and z, m^4
     torsion             torsion constant, m^4
     shear_y, shear_z    shear factors k along y and z: effective shear area over area
-    i_yz, shear_yz      product of inertia (integral of y z), m^4, and coupling of shear along z and y, in units of 1/(G A); zero with symmetry
-    centre_y, centre_z  position of the shear centre from the centroid, m
+    i_yz, shear_yz      product of inertia (integral of y z), m^4, and coupling of shear along z and
+                        y, in units of 1/(G A); zero with symmetry centre_y, centre_z  position of
+                        the shear centre from the centroid, m
     """
 
     area: float
@@ -59,7 +64,9 @@ class SectionValues:
 
 
 def round_section(outer: float, inner: float, nu: float) -> SectionValues:
-    """Return the properties of a round bar (inner = 0) or tube of these diameters (m). Shear factor from Cowper; the torsion constant is exact."""
+    """Return the properties of a round bar (inner = 0) or tube of these diameters (m). Shear factor
+    from Cowper; the torsion constant is exact.
+    """
     area = math.pi / 4 * (outer**2 - inner**2)
     second = math.pi / 64 * (outer**4 - inner**4)
     m2 = (inner / outer) ** 2
@@ -68,21 +75,30 @@ def round_section(outer: float, inner: float, nu: float) -> SectionValues:
 
 
 def rectangle_section(width: float, height: float, nu: float) -> SectionValues:
-    """Return the properties of a solid rectangular bar, width along y and height along z (m). Torsion by Saint-Venant's series, to 1e-6."""
+    """Return the properties of a solid rectangular bar, width along y and height along z (m).
+    Torsion by Saint-Venant's series, to 1e-6.
+    """
     area = width * height
     long, short = max(width, height), min(width, height)
-    series = sum(math.tanh(n * math.pi * long / (2 * short)) / n**5 for n in range(1, 2 * _TORSION_TERMS, 2))
+    series = sum(
+        math.tanh(n * math.pi * long / (2 * short)) / n**5 for n in range(1, 2 * _TORSION_TERMS, 2)
+    )
     torsion = long * short**3 / 3 * (1 - 192 / math.pi**5 * short / long * series)
     shear = 10 * (1 + nu) / (12 + 11 * nu)
-    return SectionValues(area, width * height**3 / 12, height * width**3 / 12, torsion, shear, shear)
+    return SectionValues(
+        area, width * height**3 / 12, height * width**3 / 12, torsion, shear, shear
+    )
 
 
 def box_section(width: float, height: float, wall: float, nu: float) -> SectionValues:
-    """Return the properties of a rectangular tube, width along y, height along z and wall thickness (m).
+    """Return the properties of a rectangular tube, width along y, height along z and wall thickness
+    (m).
 
-    Torsion by Prandtl's membrane analogy, with straight walls and four sharp corners. The contributions of each corner (capacity 1 - 2 ln 2/pi,
-    volumes under the unit slope and under the wall's own membrane) are those of a single corner with long arms. The error is below 0.1 % where the
-    hole is at least as wide as the wall is thick, otherwise below 3 %. Shear factor for thin walls.
+    Torsion by Prandtl's membrane analogy, with straight walls and four sharp corners. The
+    contributions of each corner (capacity 1 - 2 ln 2/pi, volumes under the unit slope and under the
+    wall's own membrane) are those of a single corner with long arms. The error is below 0.1 % where
+    the hole is at least as wide as the wall is thick, otherwise below 3 %. Shear factor for thin
+    walls.
     """
     inner_w, inner_h = width - 2 * wall, height - 2 * wall
     area = width * height - inner_w * inner_h
@@ -94,21 +110,32 @@ def box_section(width: float, height: float, wall: float, nu: float) -> SectionV
     torsion = 4 * enclosed**2 / capacity + straight * wall**3 / 3 + 8 * _CORNER_MEMBRANE * wall**4
     mid_w, mid_h = width - wall, height - wall
     # Cowper's thin-walled box; b is the flange across the force, h the web along it
-    return SectionValues(area, i_y, i_z, torsion, _box_shear(mid_h, mid_w, nu), _box_shear(mid_w, mid_h, nu))
+    return SectionValues(
+        area, i_y, i_z, torsion, _box_shear(mid_h, mid_w, nu), _box_shear(mid_w, mid_h, nu)
+    )
 
 
 def _box_shear(flange: float, web: float, nu: float) -> float:
     m = flange / web  # all walls have the same thickness
     upper = 10 * (1 + nu) * (1 + 3 * m) ** 2
-    lower = 12 + 72 * m + 150 * m**2 + 90 * m**3 + nu * (11 + 66 * m + 135 * m**2 + 90 * m**3) + 10 * m**3 * (3 + nu + 3 * m)
+    lower = (
+        12
+        + 72 * m
+        + 150 * m**2
+        + 90 * m**3
+        + nu * (11 + 66 * m + 135 * m**2 + 90 * m**3)
+        + 10 * m**3 * (3 + nu + 3 * m)
+    )
     return upper / lower
 
 
 def i_section(width: float, height: float, web: float, flange: float, nu: float) -> SectionValues:
-    """Return the properties of an I-section with sharp corners (m): flanges of `width` along y, `height` along z, thickness of `web` and `flange`.
+    """Return the properties of an I-section with sharp corners (m): flanges of `width` along y,
+    `height` along z, thickness of `web` and `flange`.
 
-    Torsion with free warping from F. El Darwish and B. Johnston, J. Struct. Div. ASCE 91 (1965) 203. The shear factor along the web is Cowper's for
-    thin walls; that along the flanges treats them as rectangular bars.
+    Torsion with free warping from F. El Darwish and B. Johnston, J. Struct. Div. ASCE 91 (1965)
+    203. The shear factor along the web is Cowper's for thin walls; that along the flanges treats
+    them as rectangular bars.
     """
     inside = height - 2 * flange
     area = 2 * width * flange + inside * web
@@ -116,8 +143,14 @@ def i_section(width: float, height: float, web: float, flange: float, nu: float)
     i_z = (2 * flange * width**3 + inside * web**3) / 12
     thin = web / flange
     junction = -0.042 + 0.2204 * thin - 0.0725 * thin**2
-    circle = flange + web**2 / (4 * flange)  # the largest circle in the junction of web and flange, no fillet
-    torsion = 2 / 3 * width * flange**3 + inside * web**3 / 3 + 2 * junction * circle**4 - 0.42 * flange**4
+    # the largest circle in the junction of web and flange, no fillet
+    circle = flange + web**2 / (4 * flange)
+    torsion = (
+        2 / 3 * width * flange**3
+        + inside * web**3 / 3
+        + 2 * junction * circle**4
+        - 0.42 * flange**4
+    )
     mid = height - flange
     m, n = 2 * width * flange / (mid * web), width / mid
     lower = 12 + 72 * m + 150 * m**2 + 90 * m**3 + nu * (11 + 66 * m + 135 * m**2 + 90 * m**3)
@@ -128,25 +161,33 @@ def i_section(width: float, height: float, web: float, flange: float, nu: float)
 
 
 def compliance_per_length(young: float, shear_modulus: float, section: SectionValues) -> Floats:
-    """Return the compliance of a section (6, 6): from (moment, force), N m and N, to (twist per length, curvatures, axial and shear strains).
+    """Return the compliance of a section (6, 6): from (moment, force), N m and N, to (twist per
+    length, curvatures, axial and shear strains).
 
-    young, shear_modulus (Pa). A force that does not pass through the shear centre also twists the section.
+    young, shear_modulus (Pa). A force that does not pass through the shear centre also twists the
+    section.
     """
     out = np.zeros((6, 6))
-    out[1:3, 1:3] = np.linalg.inv(young * np.array([[section.i_y, -section.i_yz], [-section.i_yz, section.i_z]]))
+    out[1:3, 1:3] = np.linalg.inv(
+        young * np.array([[section.i_y, -section.i_yz], [-section.i_yz, section.i_z]])
+    )
     out[3, 3] = 1 / (young * section.area)
-    shears = np.array([[1 / section.shear_y, section.shear_yz], [section.shear_yz, 1 / section.shear_z]])
+    shears = np.array(
+        [[1 / section.shear_y, section.shear_yz], [section.shear_yz, 1 / section.shear_z]]
+    )
     out[4:, 4:] = shears / (shear_modulus * section.area)
     about_centre = np.array([1.0, 0, 0, 0, section.centre_z, -section.centre_y])
     return out + np.outer(about_centre, about_centre) / (shear_modulus * section.torsion)
 
 
 def parallel_layers(compliances: Floats) -> Floats:
-    """Return the contribution of each layer (layer, 6, 6) to the compliance of a layered section, from the layers' own compliances (layer, 6, 6).
+    """Return the contribution of each layer (layer, 6, 6) to the compliance of a layered section,
+    from the layers' own compliances (layer, 6, 6).
 
-    The contributions add up to the compliance of the section. The layers bend, twist and stretch together, so their stiffnesses add (transformed
-    section). Exact in bending and tension of concentric layers and in torsion of round ones. Contribution k is the derivative of the compliance of
-    the section with respect to the relative compliance of layer k.
+    The contributions add up to the compliance of the section. The layers bend, twist and stretch
+    together, so their stiffnesses add (transformed section). Exact in bending and tension of
+    concentric layers and in torsion of round ones. Contribution k is the derivative of the
+    compliance of the section with respect to the relative compliance of layer k.
     """
     stiff = np.linalg.inv(compliances)
     whole = np.linalg.inv(stiff.sum(axis=0))
@@ -154,17 +195,21 @@ def parallel_layers(compliances: Floats) -> Floats:
 
 
 def beside_axis(compliance: Floats, height: float) -> Floats:
-    """Return the compliance (6, 6) about the axis of the beam of a layer whose centroid lies `height` (m, along z) above it; Steiner's theorem."""
+    """Return the compliance (6, 6) about the axis of the beam of a layer whose centroid lies
+    `height` (m, along z) above it; Steiner's theorem.
+    """
     to_axis = np.eye(6)
     to_axis[3, 1], to_axis[4, 0] = -height, height
     return np.asarray(to_axis @ compliance @ to_axis.T)
 
 
 def thermal_strain(expansion: float, height: float) -> Floats:
-    """Return the free strain (6, 2) of a section: per kelvin of temperature rise, and per kelvin of difference over its `height` (m, along z).
+    """Return the free strain (6, 2) of a section: per kelvin of temperature rise, and per kelvin of
+    difference over its `height` (m, along z).
 
-    Expansion in 1/K. The difference is linear along z and zero on the axis: the section bends by the curvature expansion x difference / height,
-    with the hot side outside, without stress. Source: B. Boley, J. Weiner, Theory of Thermal Stresses, 1960, ch. 10.
+    Expansion in 1/K. The difference is linear along z and zero on the axis: the section bends by
+    the curvature expansion x difference / height, with the hot side outside, without stress.
+    Source: B. Boley, J. Weiner, Theory of Thermal Stresses, 1960, ch. 10.
     """
     out = np.zeros((6, 2))
     out[3, 0], out[1, 1] = expansion, expansion / height
@@ -172,10 +217,11 @@ def thermal_strain(expansion: float, height: float) -> Floats:
 
 
 def layered_strain(compliances: Floats, strains: Floats) -> Floats:
-    """Return the strain (6, case) of a section without load whose bonded layers would take `strains` (layer, 6, case) if they were free.
+    """Return the strain (6, case) of a section without load whose bonded layers would take
+    `strains` (layer, 6, case) if they were free.
 
-    compliances (layer, 6, 6) of the layers about the axis of the beam. Two layers on each other are S. Timoshenko's bimetal, J. Opt. Soc. Am. 11
-    (1925) 233.
+    compliances (layer, 6, 6) of the layers about the axis of the beam. Two layers on each other are
+    S. Timoshenko's bimetal, J. Opt. Soc. Am. 11 (1925) 233.
     """
     stiff = np.linalg.inv(compliances)
     return np.asarray(np.linalg.solve(stiff.sum(axis=0), (stiff @ strains).sum(axis=0)))
@@ -193,7 +239,8 @@ class Segment:
     compliance  compliance per length (cause, 6, 6) of the section at x (m from the clamp)
     density     mass per length (kg/m) at x
     points      number of Gauss points for integrals along it; two are exact for a uniform segment
-    strain      free strain (6, 2) of the section at x, per kelvin of temperature rise and of difference across it; NaN where it is not known
+    strain      free strain (6, 2) of the section at x, per kelvin of temperature rise and of
+                difference across it; NaN where it is not known
     """
 
     start: float
@@ -204,11 +251,14 @@ class Segment:
     strain: Callable[[float], Floats] = _no_strain
 
     def quadrature(self, low: float, high: float) -> tuple[Floats, Floats]:
-        """Return Gauss points and weights (m) for the part of the segment between low and high (m from the clamp)."""
+        """Return Gauss points and weights (m) for the part of the segment between low and high (m
+        from the clamp).
+        """
         low, high = max(low, self.start), min(high, self.end)
         if high <= low:
             return np.zeros(0), np.zeros(0)
-        few = max(2, self.points // 2)  # on a fifth of the segment as accurate as all points on the whole
+        # on a fifth of the segment as accurate as all points on the whole
+        few = max(2, self.points // 2)
         at, weight = _gauss(few if high - low < (self.end - self.start) / 5 else self.points)
         return (low + high) / 2 + (high - low) / 2 * at, (high - low) / 2 * weight
 
@@ -219,7 +269,9 @@ def _gauss(points: int) -> tuple[Floats, Floats]:
     return at, weight
 
 
-def uniform_segment(start: float, end: float, compliance: Floats, density: float, strain: Floats | None = None) -> Segment:
+def uniform_segment(
+    start: float, end: float, compliance: Floats, density: float, strain: Floats | None = None
+) -> Segment:
     """Return a segment with the same section along its whole length."""
     free = _no_strain if strain is None else lambda _: strain
     return Segment(start, end, lambda _: compliance, lambda _: density, strain=free)
@@ -229,7 +281,8 @@ def uniform_segment(start: float, end: float, compliance: Floats, density: float
 class Beam:
     """A straight beam, clamped at 0, as consecutive segments.
 
-    The first axis of all compliances is the cause: one for each material. Deflections are linear in the loads.
+    The first axis of all compliances is the cause: one for each material. Deflections are linear in
+    the loads.
     """
 
     segments: tuple[Segment, ...]
@@ -246,15 +299,23 @@ class Beam:
 
     @property
     def mass_centre(self) -> float:
-        """Return the distance of the centre of mass from the clamp, m; half the length of a massless beam."""
+        """Return the distance of the centre of mass from the clamp, m; half the length of a
+        massless beam.
+        """
         mass = self.mass
         return float(sum(x * m for x, m in self._masses())) / mass if mass else self.length / 2
 
     def _masses(self) -> list[tuple[float, float]]:
-        return [(x, w * piece.density(x)) for piece in self.segments for x, w in zip(*piece.quadrature(0, self.length), strict=True)]
+        return [
+            (x, w * piece.density(x))
+            for piece in self.segments
+            for x, w in zip(*piece.quadrature(0, self.length), strict=True)
+        ]
 
     def compliance_at(self, place: float) -> Floats:
-        """Return the twist of the beam per wrench at a place (m from the clamp): (cause, 6, 6), symmetric and positive definite."""
+        """Return the twist of the beam per wrench at a place (m from the clamp): (cause, 6, 6),
+        symmetric and positive definite.
+        """
         return self._compliances_at([place])[0]
 
     def _compliances_at(self, places: Sequence[float]) -> list[Floats]:
@@ -272,7 +333,9 @@ class Beam:
         return out
 
     def tip_expansion(self) -> Floats:
-        """Return the twist of the tip (6, 2) per kelvin of temperature rise, and per kelvin of difference across the sections; NaN: not known."""
+        """Return the twist of the tip (6, 2) per kelvin of temperature rise, and per kelvin of
+        difference across the sections; NaN: not known.
+        """
         return np.asarray(
             sum(
                 weight * (carry_twist(self.length - x) @ piece.strain(x))
@@ -282,47 +345,71 @@ class Beam:
         )
 
     def tip_under_own_mass(self) -> Floats:
-        """Return the twist of the tip per resultant of a load distributed as the beam's mass, or uniformly without mass: (cause, 6, 6)."""
-        return self._tip_under(self._masses()) if self.mass else self.tip_under_uniform_load(0.0, self.length)
+        """Return the twist of the tip per resultant of a load distributed as the beam's mass, or
+        uniformly without mass: (cause, 6, 6).
+        """
+        return (
+            self._tip_under(self._masses())
+            if self.mass
+            else self.tip_under_uniform_load(0.0, self.length)
+        )
 
     def tip_under_uniform_load(self, low: float, high: float) -> Floats:
-        """Return the twist of the tip per resultant of a load distributed uniformly from low to high (m from the clamp): (cause, 6, 6).
+        """Return the twist of the tip per resultant of a load distributed uniformly from low to
+        high (m from the clamp): (cause, 6, 6).
 
         Equal ends are a point load.
         """
         if high - low <= 1e-12 * self.length:
             return self._tip_under([((low + high) / 2, 1.0)])
-        return self._tip_under([(x, w) for piece in self.segments for x, w in zip(*piece.quadrature(low, high), strict=True)])
+        return self._tip_under(
+            [
+                (x, w)
+                for piece in self.segments
+                for x, w in zip(*piece.quadrature(low, high), strict=True)
+            ]
+        )
 
     def _tip_under(self, weights: Sequence[tuple[float, float]]) -> Floats:
-        """Return the twist of the tip per resultant of a load distributed over places (m from the clamp) with these weights."""
+        """Return the twist of the tip per resultant of a load distributed over places (m from the
+        clamp) with these weights.
+        """
         found = self._compliances_at([x for x, _ in weights])
-        out = sum(w * (carry_twist(self.length - x) @ c) for (x, w), c in zip(weights, found, strict=True))
+        out = sum(
+            w * (carry_twist(self.length - x) @ c) for (x, w), c in zip(weights, found, strict=True)
+        )
         return np.asarray(out / sum(w for _, w in weights))
 
 
 def carry_twist(lever: float) -> Floats:
-    """Return the matrix (6, 6) that carries a twist to a point `lever` (m) further along the beam, as if rigid in between."""
+    """Return the matrix (6, 6) that carries a twist to a point `lever` (m) further along the beam,
+    as if rigid in between.
+    """
     out = np.eye(6)
     out[4, 2], out[5, 1] = lever, -lever
     return out
 
 
 def prism(length: float, compliances: Sequence[Floats], density: float = 0.0) -> Beam:
-    """Return a prismatic beam of this length (m): compliances per length (6, 6) by cause, and mass per length `density` (kg/m)."""
+    """Return a prismatic beam of this length (m): compliances per length (6, 6) by cause, and mass
+    per length `density` (kg/m).
+    """
     return Beam((uniform_segment(0.0, length, np.stack(compliances), density),))
 
 
 def beam_of_compliance(compliance: Floats, length: float) -> Beam:
-    """Return a beam with this compliance (6, 6) at its tip: its bending compliance varies linearly along it, all else is constant.
+    """Return a beam with this compliance (6, 6) at its tip: its bending compliance varies linearly
+    along it, all else is constant.
 
-    Such a beam always exists; for the compliance of a uniform beam it is that beam. It is exact under loads on its tip. Under distributed loads it is
-    approximate, because the compliance of the tip does not determine that along the beam. For a cone whose tip has 0.8, 0.7 and 0.5 of the diameter
-    at the clamp, the deflection under its own weight is 3, 7 and 30 % too small.
+    Such a beam always exists; for the compliance of a uniform beam it is that beam. It is exact
+    under loads on its tip. Under distributed loads it is approximate, because the compliance of the
+    tip does not determine that along the beam. For a cone whose tip has 0.8, 0.7 and 0.5 of the
+    diameter at the clamp, the deflection under its own weight is 3, 7 and 30 % too small.
     """
     lever = -skew(_ALONG)
     turns, mixed, moves = compliance[:3, :3], compliance[3:, :3], compliance[3:, 3:]
-    first = turns * (length / 2)  # integral along the beam of the bending compliance times the distance from the tip
+    # integral along the beam of the bending compliance times the distance from the tip
+    first = turns * (length / 2)
     first[1], first[2] = -mixed[2], mixed[1]
     first[0, 1:] = first[1:, 0]
     first[1, 2] = first[2, 1] = (first[1, 2] + first[2, 1]) / 2
@@ -330,7 +417,9 @@ def beam_of_compliance(compliance: Floats, length: float) -> Beam:
     root = turns / length - slope * (length / 2)
     second = root * (length**3 / 3) + slope * (length**4 / 4)
     mixed = (mixed - lever @ first) / length
-    moves = (moves - (lever @ mixed.T + mixed @ lever.T) * (length**2 / 2) - lever @ second @ lever.T) / length
+    moves = (
+        moves - (lever @ mixed.T + mixed @ lever.T) * (length**2 / 2) - lever @ second @ lever.T
+    ) / length
 
     def per_length(x: float) -> Floats:
         return np.block([[root + slope * (length - x), mixed.T], [mixed, moves]])[None]

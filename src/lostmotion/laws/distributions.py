@@ -1,7 +1,9 @@
-"""Probability distributions, standardised: mean zero, mean square one, mapped from uniforms by the inverse CDF.
+"""Probability distributions, standardised: mean zero, mean square one, mapped from uniforms by the
+inverse CDF.
 
-A stated amount "±t" becomes a term of size t / law.stated, so that no draw of a bounded law exceeds the amount. Every law here but
-`Normal(cut=inf)` is bounded, which is what makes a worst case finite. Source of the moments: JCGM 101:2008, 6.4.
+A stated amount "±t" becomes a term of size t / law.stated, so that no draw of a bounded law exceeds
+the amount. Every law here but `Normal(cut=inf)` is bounded, which is what makes a worst case
+finite. Source of the moments: JCGM 101:2008, 6.4.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ if TYPE_CHECKING:
 
 
 class Law(ABC):
-    """A distribution of one draw: `quantile` maps uniforms in (0, 1), `bound` is the largest magnitude of a draw."""
+    """A distribution of one draw: `quantile` maps uniforms in (0, 1), `bound` is the largest
+    magnitude of a draw.
+    """
 
     @property
     @abstractmethod
@@ -33,22 +37,30 @@ class Law(ABC):
 
     @property
     def stated(self) -> float:
-        """Return the amount ±t that a file states for this law, in standard deviations: the bound, unless a law defines it differently."""
+        """Return the amount ±t that a file states for this law, in standard deviations: the bound,
+        unless a law defines it differently.
+        """
         return self.bound
 
     @property
     def limit(self) -> float:
-        """Return the size that counts in a root-sum-square: the bound, or the stated amount where there is no bound."""
+        """Return the size that counts in a root-sum-square: the bound, or the stated amount where
+        there is no bound.
+        """
         return self.bound if math.isfinite(self.bound) else self.stated
 
     @property
     def mean(self) -> float:
-        """Return the mean of what the file states, as a share of the stated amount. Draws have none: it becomes a design term."""
+        """Return the mean of what the file states, as a share of the stated amount. Draws have
+        none: it becomes a design term.
+        """
         return 0.0
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Return the uniforms, strictly inside 0..1, at which `quantile` has a kink: integrals are taken piece by piece."""
+        """Return the uniforms, strictly inside 0..1, at which `quantile` has a kink: integrals are
+        taken piece by piece.
+        """
         return ()
 
 
@@ -57,12 +69,16 @@ class Scatter(Law):
 
     @abstractmethod
     def share_below(self, amount: Floats) -> Floats:
-        """Return the share of parts below an amount (any shape), a share of the stated one: -1 is its lower limit, 1 its upper."""
+        """Return the share of parts below an amount (any shape), a share of the stated one: -1 is
+        its lower limit, 1 its upper.
+        """
 
 
 @dataclass(frozen=True, slots=True)
 class Normal(Scatter):
-    """A normal law truncated at `cut` of its own standard deviations and rescaled to unit variance; cut = inf: not truncated."""
+    """A normal law truncated at `cut` of its own standard deviations and rescaled to unit variance;
+    cut = inf: not truncated.
+    """
 
     cut: float = 3.0
 
@@ -73,7 +89,9 @@ class Normal(Scatter):
 
     @property
     def stated(self) -> float:
-        """Return the stated amount in standard deviations: the truncation limit, or three where there is none."""
+        """Return the stated amount in standard deviations: the truncation limit, or three where
+        there is none.
+        """
         return self.bound if math.isfinite(self.cut) else 3.0
 
     def quantile(self, u: Floats) -> Floats:
@@ -98,7 +116,9 @@ class Normal(Scatter):
 
 @functools.cache
 def _cut_deviation(cut: float) -> float:
-    """Return the standard deviation of N(0, 1) truncated at +-cut: sqrt(1 - 2 c phi(c) / (2 Phi(c) - 1))."""
+    """Return the standard deviation of N(0, 1) truncated at +-cut: sqrt(1 - 2 c phi(c) / (2 Phi(c)
+    - 1)).
+    """
     density = math.exp(-cut * cut / 2) / math.sqrt(2 * math.pi)
     return math.sqrt(1 - 2 * cut * density / math.erf(cut / math.sqrt(2)))
 
@@ -123,10 +143,12 @@ class Uniform(Scatter):
 
 @dataclass(frozen=True, slots=True)
 class Table(Scatter):
-    """A user's distribution: rows of (value, probability that a draw lies below it), uniform between neighbouring values.
+    """A user's distribution: rows of (value, probability that a draw lies below it), uniform
+    between neighbouring values.
 
-    Values are shares of the stated amount, rising; probabilities rise from 0 to 1 (`lostmotion.units.table_rows` checks both). Draws are
-    standardised as those of every law: `mean` and 1 / `stated` are the mean and the standard deviation of the table.
+    Values are shares of the stated amount, rising; probabilities rise from 0 to 1
+    (`lostmotion.units.table_rows` checks both). Draws are standardised as those of every law:
+    `mean` and 1 / `stated` are the mean and the standard deviation of the table.
     """
 
     rows: TableRows
@@ -143,7 +165,9 @@ class Table(Scatter):
 
     @property
     def bound(self) -> float:
-        """Return the distance of the farther end of the table from its mean, in standard deviations."""
+        """Return the distance of the farther end of the table from its mean, in standard
+        deviations.
+        """
         values = _table(self.rows).values
         return float(max(-values[0], values[-1]))
 
@@ -164,7 +188,9 @@ class Table(Scatter):
 
 
 class _Standardised(NamedTuple):
-    """A table's standardised values and their probabilities (row,), and its mean and standard deviation in shares of the stated amount."""
+    """A table's standardised values and their probabilities (row,), and its mean and standard
+    deviation in shares of the stated amount.
+    """
 
     values: Floats
     shares: Floats
@@ -174,7 +200,9 @@ class _Standardised(NamedTuple):
 
 @functools.lru_cache(maxsize=256)
 def _table(rows: TableRows) -> _Standardised:
-    """Standardise a table: of a uniform piece from a to b the mean is (a + b) / 2 and the mean square (a^2 + a b + b^2) / 3."""
+    """Standardise a table: of a uniform piece from a to b the mean is (a + b) / 2 and the mean
+    square (a^2 + a b + b^2) / 3.
+    """
     stated, shares = np.array(rows, dtype=float).T
     wide, middle = stated[-1] - stated[0], (stated[-1] + stated[0]) / 2
     at = (stated - middle) / wide  # so that squares neither overflow nor vanish
@@ -182,7 +210,9 @@ def _table(rows: TableRows) -> _Standardised:
     mean = float(weights @ (at[:-1] + at[1:]) / 2)
     at = at - mean
     deviation = math.sqrt(float(weights @ (at[:-1] ** 2 + at[:-1] * at[1:] + at[1:] ** 2)) / 3)
-    return _Standardised(at / deviation, shares, float(middle + wide * mean), float(wide * deviation))
+    return _Standardised(
+        at / deviation, shares, float(middle + wide * mean), float(wide * deviation)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +231,9 @@ class TwoSided(Law):
 
 @dataclass(frozen=True, slots=True)
 class Compared(Law):
-    """A uniform in 0..1 that is compared with a share, which differs from pose to pose: `error_model.closing.standardised` makes a draw of it."""
+    """A uniform in 0..1 that is compared with a share, which differs from pose to pose:
+    `error_model.closing.standardised` makes a draw of it.
+    """
 
     @property
     def bound(self) -> float:
@@ -218,7 +250,9 @@ COMPARED: Final = Compared()
 
 @dataclass(frozen=True, slots=True)
 class Cosine(Law):
-    """sqrt 2 cos(2 pi u): one of the two components of a harmonic with random phase; `Sine` of the same stream is the other."""
+    """sqrt 2 cos(2 pi u): one of the two components of a harmonic with random phase; `Sine` of the
+    same stream is the other.
+    """
 
     @property
     def bound(self) -> float:
@@ -248,8 +282,9 @@ class Sine(Law):
 def product_mean(laws: tuple[Law, ...]) -> float:
     """Return the mean of the product of these laws' draws from a shared uniform.
 
-    By tanh-sinh quadrature of each half of 0..1, so that neither the step of `TwoSided` nor the ends of an unbounded law do harm: within 1e-9
-    (H. Takahasi, M. Mori, Publ. RIMS 9 (1974) 721). Where a law has kinks, by Gauss and Legendre's rule on every piece between them.
+    By tanh-sinh quadrature of each half of 0..1, so that neither the step of `TwoSided` nor the
+    ends of an unbounded law do harm: within 1e-9 (H. Takahasi, M. Mori, Publ. RIMS 9 (1974) 721).
+    Where a law has kinks, by Gauss and Legendre's rule on every piece between them.
     """
     if breaks := _breaks(laws):
         u, of_pieces = _pieces(breaks)

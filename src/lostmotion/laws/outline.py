@@ -1,7 +1,9 @@
-"""Cross-sections of any outline, by finite elements with the package sectionproperties (the extra `sections`).
+"""Cross-sections of any outline, by finite elements with the package sectionproperties (the extra
+`sections`).
 
-Area and second moments are the polygon's own; torsion, shear factors and shear centre are solutions of Saint-Venant's problem on a mesh of six-node
-triangles. The shear factor is that of equal energy, which differs from Cowper's by a few per cent, and by more where the section is wide across the
+Area and second moments are the polygon's own; torsion, shear factors and shear centre are solutions
+of Saint-Venant's problem on a mesh of six-node triangles. The shear factor is that of equal energy,
+which differs from Cowper's by a few per cent, and by more where the section is wide across the
 force. Source: W. Pilkey, Analysis and Design of Elastic Beams, 2002.
 """
 
@@ -17,7 +19,8 @@ from lostmotion.laws.beam import SectionValues
 Points: TypeAlias = tuple[tuple[float, float], ...]
 MISSING: Final = "the package sectionproperties, which is not installed"
 INSTALL: Final = 'pip install "lostmotion[sections]"'
-# Triangles per section. The error of the torsion constant is below 0.1 %, also with sharp inner corners, in a few seconds. Results are cached.
+# Triangles per section. The error of the torsion constant is below 0.1 %, also with sharp inner
+# corners, in a few seconds. Results are cached.
 _TRIANGLES: Final = 1000
 _SIDE: Final = 100.0  # the section is scaled to this size, which the mesher needs
 
@@ -28,7 +31,9 @@ def available() -> bool:
 
 
 def outline_error(points: Points, holes: tuple[Points, ...]) -> str:
-    """Return why an outline with holes is not a valid section; empty for a valid one. Raises ImportError without the package."""
+    """Return why an outline with holes is not a valid section; empty for a valid one. Raises
+    ImportError without the package.
+    """
     import shapely
 
     shape = shapely.Polygon(points, holes)
@@ -39,7 +44,8 @@ def outline_error(points: Points, holes: tuple[Points, ...]) -> str:
 
 @functools.lru_cache(maxsize=256)
 def outline_section(points: Points, holes: tuple[Points, ...], nu: float) -> SectionValues:
-    """Return the properties about the centroid of a section with this outline and holes, corners (y, z) in m.
+    """Return the properties about the centroid of a section with this outline and holes, corners
+    (y, z) in m.
 
     Raises ImportError without the package.
     """

@@ -1,4 +1,5 @@
-"""Usual tolerances of a dimension by its size and the process that makes it: printing, machining to general tolerances, grades of ISO 286.
+"""Usual tolerances of a dimension by its size and the process that makes it: printing, machining to
+general tolerances, grades of ISO 286.
 
 | process | ± of a dimension | source |
 |---|---|---|
@@ -11,8 +12,9 @@
 | ISO 2768 f, m, c | table, 0.5 to 4000 mm, f to 2000 mm | DIN ISO 2768-1:1991, table 1 |
 | IT5 to IT11 | half of the grade | ISO 286-1, see `iso286`; sizes below 3 mm as those just above, larger than 250 mm as 250 mm |
 
-Holes printed by FFF are 0.1 to 0.3 mm too small, those by SLS up to 0.3 mm, unless they are reamed: a bias, which no tolerance describes.
-"""
+Holes printed by FFF are 0.1 to 0.3 mm too small, those by SLS up to 0.3 mm, unless they are reamed:
+a bias, which no tolerance describes.
+"""  # noqa: E501
 
 from __future__ import annotations
 
@@ -72,7 +74,8 @@ _GRADES: Final = {f"IT{grade}": grade for grade in range(5, 12)}
 
 
 def process_tolerance(process: str, size: float) -> float:
-    """Return the ± tolerance (m) of a dimension of this size (m, above zero) by the process that makes it, one of those above.
+    """Return the ± tolerance (m) of a dimension of this size (m, above zero) by the process that
+    makes it, one of those above.
 
     Raises ValueError for a general tolerance beyond its table, KeyError for an unknown process.
     """
@@ -85,6 +88,9 @@ def process_tolerance(process: str, size: float) -> float:
         for end, tolerance in zip(_GENERAL_SIZES, tolerances, strict=False):
             if millimetres <= end * (1 + 1e-9):  # a size computed from another differs by rounding
                 return tolerance * _MM
-        raise ValueError(f"no general tolerance of {process} at {millimetres:.4g} mm: up to {_GENERAL_SIZES[len(tolerances) - 1]} mm")
+        raise ValueError(
+            f"no general tolerance of {process} at {millimetres:.4g} mm: up to "
+            f"{_GENERAL_SIZES[len(tolerances) - 1]} mm"
+        )
     within = min(max(millimetres, RANGES[0] * (1 + 1e-9)), float(RANGES[-1]))
     return grade_width(_GRADES[process], within) / 2 * _UM

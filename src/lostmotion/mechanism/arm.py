@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 STANDARD_GRAVITY = 9.80665
-# Mass (kg) at the arm's reach that every joint is assumed to hold at least, where friction is not stated.
+# Mass (kg) at the arm's reach that every joint is assumed to hold at least, where friction is not
+# stated.
 _LEAST_MASS: Final = 0.1
 LONGEST_NAME: Final = 80
 LONGEST_NOTE: Final = 300
@@ -42,10 +43,12 @@ MOST_JOINTS: Final = 64
 
 
 class Arm(Part):
-    """A serial arm from base to tool, with any number of revolute, prismatic and fixed joints; branches may be attached to it.
+    """A serial arm from base to tool, with any number of revolute, prismatic and fixed joints;
+    branches may be attached to it.
 
-    Places are listed in the order of the joints: "base", then for each joint NAME its seat "NAME.seat" (before the motion), "NAME" (after it) and
-    "NAME.tip" (the far end of its link), and last "tool". q has one value per moving joint, in rad or m, in the order of the joints.
+    Places are listed in the order of the joints: "base", then for each joint NAME its seat
+    "NAME.seat" (before the motion), "NAME" (after it) and "NAME.tip" (the far end of its link), and
+    last "tool". q has one value per moving joint, in rad or m, in the order of the joints.
 
     joints   in order from the base
     base     place and tilt of the foot, with its errors
@@ -64,28 +67,47 @@ class Arm(Part):
     payload: Payload = Payload()
     gravity: Annotated[float, Quantity("m/s^2", "9.81 m/s^2", low=0)] = STANDARD_GRAVITY
     environment: Environment = Environment()
-    notes: Annotated[tuple[Annotated[Line, Field(max_length=LONGEST_NOTE)], ...], Field(max_length=MOST_NOTES)] = ()
+    notes: Annotated[
+        tuple[Annotated[Line, Field(max_length=LONGEST_NOTE)], ...], Field(max_length=MOST_NOTES)
+    ] = ()
 
     _warnings: tuple[str, ...] = PrivateAttr(())
 
     @model_validator(mode="after")
     def _has_a_mechanism(self) -> Self:
-        twice = sorted(name for name, times in Counter(joint.name for joint in self.joints).items() if times > 1)
+        twice = sorted(
+            name
+            for name, times in Counter(joint.name for joint in self.joints).items()
+            if times > 1
+        )
         if twice:
             expected, example = "a name of its own for every joint", f'name = "{twice[0]}2"'
             raise _refusal(f"the joint name '{twice[0]}' more than once", expected, example)
         if not self.moving:
-            raise _refusal("no joint that moves", "at least one revolute or prismatic joint", 'type = "revolute"')
+            raise _refusal(
+                "no joint that moves",
+                "at least one revolute or prismatic joint",
+                'type = "revolute"',
+            )
         wrong = misplaced(self.joints, self.tool)
         if wrong:
             (path, after, known), *others = wrong
             near = nearest(after, known)
-            found = f"{' and '.join(shown(each) for each in (after, *(other.after for other in others)))}, not exactly one earlier place"
+            found = (
+                f"{' and '.join(shown(each) for each in (after, *(other.after for other in others)))}, "  # noqa: E501
+                "not exactly one earlier place"
+            )
             expected = '"base", or NAME.seat, NAME or NAME.tip of an earlier joint'
             raise _refusal(found, expected, f'after = "{near or known[-1]}"', near, path)
         if not tool_moves(self.joints, self.tool):
             expected = "at least one moving joint between the base and the tool"
-            raise _refusal("a tool that no joint moves", expected, f'[tool] with after = "{self.moving[-1].name}.tip"', "", ("tool", "after"))
+            raise _refusal(
+                "a tool that no joint moves",
+                expected,
+                f'[tool] with after = "{self.moving[-1].name}.tip"',
+                "",
+                ("tool", "after"),
+            )
         return self
 
     @model_validator(mode="after")
@@ -128,16 +150,35 @@ class Arm(Part):
         """Return the parts with errors, each with its place, in the order of the places."""
         rise, varies = self.environment.rise, self.environment.temperature_varies
         no_motion = Motion(np.zeros(6), rise=rise, varies=varies)
-        out = [PlacedPart(f"base {name}", "base", None, 0, source, no_motion) for name, source in self.base.sources.items()]
-        for k, (joint, (seat, moved, tip)) in enumerate(zip(self._working_joints, self.tree.joints, strict=True)):
+        out = [
+            PlacedPart(f"base {name}", "base", None, 0, source, no_motion)
+            for name, source in self.base.sources.items()
+        ]
+        for k, (joint, (seat, moved, tip)) in enumerate(
+            zip(self._working_joints, self.tree.joints, strict=True)
+        ):
             owner, column = f"joints.{joint.name}", self.tree.places[moved].joint
             if joint.mounting is not None:
                 axis = Motion(joint.twist if joint.twist.any() else np.eye(6)[2])
-                out.append(PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, axis))
-            motion = Motion(joint.twist, functools.partial(self.holding, k), rise, varies, None if joint.type == "fixed" else joint.limits)
+                out.append(
+                    PlacedPart(f"{owner}.mounting", "mounting", column, seat, joint.mounting, axis)
+                )
+            motion = Motion(
+                joint.twist,
+                functools.partial(self.holding, k),
+                rise,
+                varies,
+                None if joint.type == "fixed" else joint.limits,
+            )
             for name, source in joint.sources.items():
-                out.append(PlacedPart(f"{owner}.{name}", name.partition(" ")[0], column, moved, source, motion))
-            out.append(PlacedPart(f"{owner}.link", "link", column, tip, joint.elastic_link, no_motion))
+                out.append(
+                    PlacedPart(
+                        f"{owner}.{name}", name.partition(" ")[0], column, moved, source, motion
+                    )
+                )
+            out.append(
+                PlacedPart(f"{owner}.link", "link", column, tip, joint.elastic_link, no_motion)
+            )
         return tuple(out)
 
     @functools.cached_property
@@ -148,7 +189,9 @@ class Arm(Part):
     @property
     def has_temperatures(self) -> bool:
         """Return whether a temperature, or a temperature difference across a link, is stated."""
-        return self.environment.temperature is not None or any(joint.link.bends_with_temperature for joint in self.joints)
+        return self.environment.temperature is not None or any(
+            joint.link.bends_with_temperature for joint in self.joints
+        )
 
     @functools.cached_property
     def limits(self) -> Floats:
@@ -168,7 +211,9 @@ class Arm(Part):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return the notes of the arm, then what encoders correct, what is not stated (members, ratings, friction, masses), and what expands."""
+        """Return the notes of the arm, then what encoders correct, what is not stated (members,
+        ratings, friction, masses), and what expands.
+        """
         return (
             *self.notes,
             *remarks_on_ranges(unknown_values(self)),
@@ -178,7 +223,9 @@ class Arm(Part):
 
     @functools.cached_property
     def assumed_friction(self) -> dict[tuple[str, str], Friction]:
-        """Return the friction (N m or N) of parts with play that do not state it, or not its scatter; keys are joint and part."""
+        """Return the friction (N m or N) of parts with play that do not state it, or not its
+        scatter; keys are joint and part.
+        """
         out = {}
         for k, joint in enumerate(self._working_joints):
             for name, source in joint.sources.items():
@@ -188,50 +235,77 @@ class Arm(Part):
         return out
 
     def holding(self, joint: int) -> Holding:
-        """Return the largest static load of a joint over poses and tilts of the base; friction that is not stated is a share of it.
+        """Return the largest static load of a joint over poses and tilts of the base; friction that
+        is not stated is a share of it.
 
-        `joint` is the index of the joint in `joints`. The maximum over tilts is exact; over poses it is the largest of 256 that are spread evenly
-        between the joint limits. The load is at least that of 0.1 kg at the arm's reach. So an axis through the centre of mass has friction too, and
-        so has an arm without stated masses. The load does not depend on the poses, the seed or the nominal tilt of a study.
+        `joint` is the index of the joint in `joints`. The maximum over tilts is exact; over poses
+        it is the largest of 256 that are spread evenly between the joint limits. The load is at
+        least that of 0.1 kg at the arm's reach. So an axis through the centre of mass has friction
+        too, and so has an arm without stated masses. The load does not depend on the poses, the
+        seed or the nominal tilt of a study.
         """
         return self._holdings[joint]
 
     @functools.cached_property
     def _holdings(self) -> tuple[Holding, ...]:
-        return holding_loads(self.tree, self.limits, self.payload, self.gravity, _LEAST_MASS * STANDARD_GRAVITY)
+        return holding_loads(
+            self.tree, self.limits, self.payload, self.gravity, _LEAST_MASS * STANDARD_GRAVITY
+        )
 
     def with_payload(self, payload: Payload) -> Self:
-        """Return the arm with another payload. Assumed friction does not change with the payload, because the drives stay the same."""
+        """Return the arm with another payload. Assumed friction does not change with the payload,
+        because the drives stay the same.
+        """
         other = self.model_copy(update={"payload": payload})
         other.__dict__["_holdings"] = self._holdings
         return other
 
     @property
     def mass(self) -> float:
-        """Return the stated mass (kg) of joints, gearboxes, links and tool together, without the payload."""
-        return sum(joint.total_mass + joint.link.total_mass for joint in self.joints) + self.tool.mass
+        """Return the stated mass (kg) of joints, gearboxes, links and tool together, without the
+        payload.
+        """
+        return (
+            sum(joint.total_mass + joint.link.total_mass for joint in self.joints) + self.tool.mass
+        )
 
     @property
     def gearboxes_without_mass(self) -> tuple[str, ...]:
-        """Return the models of gearboxes without a mass, stated neither for the gearbox nor for its joint: they count as massless."""
-        found = [joint.gearbox for joint in self.moving if joint.gearbox is not None and joint.mass is None and joint.gearbox.mass is None]
+        """Return the models of gearboxes without a mass, stated neither for the gearbox nor for its
+        joint: they count as massless.
+        """
+        found = [
+            joint.gearbox
+            for joint in self.moving
+            if joint.gearbox is not None and joint.mass is None and joint.gearbox.mass is None
+        ]
         return tuple(dict.fromkeys(gearbox.model for gearbox in found if gearbox.model))
 
     @property
     def price(self) -> float | None:
-        """Return the stated prices of joints, gearboxes, links and tool together; None where none is stated."""
-        prices = [*(joint.total_price for joint in self.joints), *(joint.link.price for joint in self.joints), self.tool.price]
+        """Return the stated prices of joints, gearboxes, links and tool together; None where none
+        is stated.
+        """
+        prices = [
+            *(joint.total_price for joint in self.joints),
+            *(joint.link.price for joint in self.joints),
+            self.tool.price,
+        ]
         stated = [price for price in prices if price is not None]
         return sum(stated) if stated else None
 
     @property
     def joints_without_price(self) -> tuple[str, ...]:
-        """Return the names of the moving joints without a price, stated neither for the joint nor for its gearbox."""
+        """Return the names of the moving joints without a price, stated neither for the joint nor
+        for its gearbox.
+        """
         return tuple(joint.name for joint in self.moving if joint.total_price is None)
 
     @functools.cached_property
     def gravity_in_base(self) -> Floats:
-        """Return the acceleration of free fall (3,), m/s^2, in the base's axes at the base's nominal tilt."""
+        """Return the acceleration of free fall (3,), m/s^2, in the base's axes at the base's
+        nominal tilt.
+        """
         return np.asarray(self.base.tilt.T @ np.array([0.0, 0.0, -self.gravity]))
 
     def __repr__(self) -> str:
@@ -242,5 +316,11 @@ class Arm(Part):
     __str__ = __repr__
 
 
-def _refusal(found: str, expected: str, example: str, near: str = "", path: tuple[str | int, ...] = ()) -> PydanticCustomError:
-    return PydanticCustomError("names", "{why}", {"why": found, "expected": expected, "example": example, "near": near, "path": path})
+def _refusal(
+    found: str, expected: str, example: str, near: str = "", path: tuple[str | int, ...] = ()
+) -> PydanticCustomError:
+    return PydanticCustomError(
+        "names",
+        "{why}",
+        {"why": found, "expected": expected, "example": example, "near": near, "path": path},
+    )

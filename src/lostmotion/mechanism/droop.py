@@ -14,13 +14,16 @@ from lostmotion.mechanism.even_poses import even_poses
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
-# A larger turn of the tool under the arm's own weight is no droop: some stiffness or mass is not what was meant.
+# A larger turn of the tool under the arm's own weight is no droop: some stiffness or mass is not
+# what was meant.
 _ABSURD: Final = 1.0
 
 
 @dataclass(frozen=True)
 class Droop:
-    """The largest displacement (m) and rotation (rad) of the tool by the arm's loads, over poses spread evenly over the joint ranges."""
+    """The largest displacement (m) and rotation (rad) of the tool by the arm's loads, over poses
+    spread evenly over the joint ranges.
+    """
 
     length: float
     turn: float
@@ -32,7 +35,9 @@ class Droop:
 
 
 def droop(arm: Arm) -> Droop:
-    """Return how far the arm droops under its own weight, its payload and its process force, first order."""
+    """Return how far the arm droops under its own weight, its payload and its process force, first
+    order.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
         found = sag(arm, even_poses(arm))
         turns, lengths = (np.linalg.norm(each, axis=1) for each in np.split(found, 2, axis=1))

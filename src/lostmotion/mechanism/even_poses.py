@@ -1,4 +1,6 @@
-"""Poses spread evenly over the joint ranges, for quick looks: no random numbers, and no library for sequences."""
+"""Poses spread evenly over the joint ranges, for quick looks: no random numbers, and no library for
+sequences.
+"""
 
 from __future__ import annotations
 
@@ -16,10 +18,11 @@ _STEPS: Final = 60
 
 
 def even_poses(arm: Arm) -> Floats:
-    """Return poses (pose, joint), rad or m: 4096 of an additive recurrence, and those with every joint at a limit, for the first ten joints.
+    """Return poses (pose, joint), rad or m: 4096 of an additive recurrence, and those with every
+    joint at a limit, for the first ten joints.
 
-    The recurrence adds powers of the generalised golden ratio, x^(d + 1) = x + 1 for d joints, modulo one. Source: M. Roberts, The unreasonable
-    effectiveness of quasirandom sequences, 2018.
+    The recurrence adds powers of the generalised golden ratio, x^(d + 1) = x + 1 for d joints,
+    modulo one. Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
     """
     low, high = arm.limits.T
     joints = len(low)

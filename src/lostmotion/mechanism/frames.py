@@ -17,22 +17,28 @@ _BLOCK: Final = 8192
 
 
 def place_frames(tree: Tree, q: Floats) -> Floats:
-    """Return the poses of all places (place, pose, 4, 4) in the base's frame, m, for joint values q (pose, joint), rad or m.
+    """Return the poses of all places (place, pose, 4, 4) in the base's frame, m, for joint values q
+    (pose, joint), rad or m.
 
     Source: product of exponentials, K. Lynch, F. Park, Modern Robotics, 2017, ch. 4.
     """
-    out = np.empty((len(tree.places), 4, 4, len(q)))  # poses are the innermost axis in memory, along which all steps run
+    # poses are the innermost axis in memory, along which all steps run
+    out = np.empty((len(tree.places), 4, 4, len(q)))
     out[0] = np.eye(4)[..., None]
     out[1:, 3] = out[0, 3]
     rows = out[:, :3]
     for k, place in enumerate(tree.places[1:], start=1):
-        step = place.pose.tolist() if place.joint is None else motion(place.twist, q[:, place.joint])
+        step = (
+            place.pose.tolist() if place.joint is None else motion(place.twist, q[:, place.joint])
+        )
         combined(rows[place.parent], step, out=rows[k])
     return out.transpose(0, 3, 1, 2)
 
 
 def tool_point(tree: Tree, q: Floats) -> Floats:
-    """Return the tool point (pose, 3), m, in the base's frame. Equal to the last of `place_frames`, in a fraction of its time."""
+    """Return the tool point (pose, 3), m, in the base's frame. Equal to the last of `place_frames`,
+    in a fraction of its time.
+    """
     out = np.empty((len(q), 3))
     for first in range(0, len(q), _BLOCK):
         out[first : first + _BLOCK] = np.stack(_tool_point(tree, q[first : first + _BLOCK]), axis=1)
@@ -40,7 +46,9 @@ def tool_point(tree: Tree, q: Floats) -> Floats:
 
 
 def _tool_point(tree: Tree, q: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return x, y and z (pose,) of the tool point, place by place from the tool to the base. Rotations by Rodrigues' formula."""
+    """Return x, y and z (pose,) of the tool point, place by place from the tool to the base.
+    Rotations by Rodrigues' formula.
+    """
     x = y = z = np.zeros(len(q))
     for number in reversed(tree.tool_path[1:]):
         place = tree.places[number]
@@ -57,12 +65,17 @@ def _tool_point(tree: Tree, q: Floats) -> tuple[Floats, Floats, Floats]:
                 cos * z + sin * (a * y - b * x) + along * c,
             )
         else:
-            x, y, z = (each + value * slide for each, slide in zip((x, y, z), place.twist[3:].tolist(), strict=True))
+            x, y, z = (
+                each + value * slide
+                for each, slide in zip((x, y, z), place.twist[3:].tolist(), strict=True)
+            )
     return x, y, z
 
 
 def steps_between(at: Floats) -> Floats:
-    """Return the pose of each frame relative to the previous one (place, pose, 4, 4), m; of the first one relative to the base."""
+    """Return the pose of each frame relative to the previous one (place, pose, 4, 4), m; of the
+    first one relative to the base.
+    """
     out = at.copy()
     out[1:] = inverse(at[:-1]) @ at[1:]
     return out

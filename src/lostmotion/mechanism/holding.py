@@ -1,4 +1,6 @@
-"""The largest static load of each joint of an arm. Friction that is not stated is assumed in proportion to it."""
+"""The largest static load of each joint of an arm. Friction that is not stated is assumed in
+proportion to it.
+"""
 
 from __future__ import annotations
 
@@ -20,25 +22,36 @@ if TYPE_CHECKING:
 _POSES: Final = 256
 
 
-def holding_loads(tree: Tree, limits: Floats, payload: Payload, gravity: float, least: float) -> tuple[Holding, ...]:
-    """Return the largest static load of each joint, moving or fixed, over all tilts of the base and over poses between the joint limits.
+def holding_loads(
+    tree: Tree, limits: Floats, payload: Payload, gravity: float, least: float
+) -> tuple[Holding, ...]:
+    """Return the largest static load of each joint, moving or fixed, over all tilts of the base and
+    over poses between the joint limits.
 
     limits   (joint, 2) rad or m, of the moving joints
     gravity  magnitude of the acceleration of free fall, m/s^2
     least    weight (N) at the arm's reach that every joint is assumed to hold at least
 
-    Gravity acts on everything outboard of a joint in the direction that loads the joint most, and the process force adds to it with its magnitude.
+    Gravity acts on everything outboard of a joint in the direction that loads the joint most, and
+    the process force adds to it with its magnitude.
     """
     at = place_frames(tree, spread_evenly(limits))
     by_axis, process = wrenches_by_axis(tree, at, payload)
     start = at[tree.places[tree.moved[tree.tool_joints[0]]].parent, :, :3, 3]
-    centres = [payload.centre_of_mass, *(weight.centre for weight in tree.masses if weight.at == len(at) - 1)]
-    ends = [at[-1, :, :3, 3] + out_of(at[-1], np.array(centre)) for centre in ((0.0, 0.0, 0.0), *centres)]
+    centres = [
+        payload.centre_of_mass,
+        *(weight.centre for weight in tree.masses if weight.at == len(at) - 1),
+    ]
+    ends = [
+        at[-1, :, :3, 3] + out_of(at[-1], np.array(centre))
+        for centre in ((0.0, 0.0, 0.0), *centres)
+    ]
     reach = max(float(np.linalg.norm(end - start, axis=-1).max()) for end in ends)
     out = []
     for _, moved, _ in tree.joints:
         along, weights, process_wrench = tree.places[moved].twist, by_axis[:, moved], process[moved]
-        # Under the worst direction of gravity: the load along the joint, the moment of a horizontal lever arm, and the weight.
+        # Under the worst direction of gravity: the load along the joint, the moment of a horizontal
+        # lever arm, and the weight.
         load = np.linalg.norm([mapped(along, weight) for weight in weights], axis=0)
         moment = np.linalg.norm(weights[..., :3], axis=(0, 2)) / math.sqrt(2)
         force = np.linalg.norm(weights[..., 3:], axis=(0, 2)) / math.sqrt(3)
@@ -56,7 +69,9 @@ def holding_loads(tree: Tree, limits: Floats, payload: Payload, gravity: float, 
 
 
 def spread_evenly(limits: Floats) -> Floats:
-    """Return 256 poses (pose, joint) between limits (joint, 2): a deterministic sequence of the generalised golden ratio (M. Roberts 2018)."""
+    """Return 256 poses (pose, joint) between limits (joint, 2): a deterministic sequence of the
+    generalised golden ratio (M. Roberts 2018).
+    """
     joints = len(limits)
     ratio = 2.0
     for _ in range(60):

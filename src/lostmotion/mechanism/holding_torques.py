@@ -1,4 +1,6 @@
-"""Static loads of the joints: holding torques of the drives by cause, and loads of the bearings, over poses and tilts of the base."""
+"""Static loads of the joints: holding torques of the drives by cause, and loads of the bearings,
+over poses and tilts of the base.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +27,10 @@ _EQUAL: Final = 1 + 1e-9
 class HoldingTorque:
     """The largest holding torque (N m; force in N on a sliding joint) of one joint.
 
-    worst, worst_index            torque of the largest magnitude with the base at its nominal tilt, signed, and the index of its pose
-    over_tilts, over_tilts_index  largest magnitude over all poses and all tilts of the base, and the index of its pose
+    worst, worst_index            torque of the largest magnitude with the base at its nominal tilt,
+                                  signed, and the index of its pose over_tilts, over_tilts_index
+                                  largest magnitude over all poses and all tilts of the base, and
+                                  the index of its pose
     """
 
     joint: str
@@ -38,7 +42,8 @@ class HoldingTorque:
 
 
 def holding_torques(arm: Arm, q: Floats) -> tuple[Floats, list[HoldingTorque]]:
-    """Return the holding torques at these poses with the base at its nominal tilt (pose, joint), N m or N, and the largest of each joint.
+    """Return the holding torques at these poses with the base at its nominal tilt (pose, joint), N
+    m or N, and the largest of each joint.
 
     q (pose, joint) rad or m. Raises ValueError for q of another shape or not finite.
     """
@@ -48,7 +53,16 @@ def holding_torques(arm: Arm, q: Floats) -> tuple[Floats, list[HoldingTorque]]:
     out = []
     for k, joint in enumerate(arm.moving):
         at, tilted_at = int(np.abs(nominal[:, k]).argmax()), int(tilted[:, k].argmax())
-        out.append(HoldingTorque(joint.name, joint.load_unit, float(nominal[at, k]), at, float(tilted[tilted_at, k]), tilted_at))
+        out.append(
+            HoldingTorque(
+                joint.name,
+                joint.load_unit,
+                float(nominal[at, k]),
+                at,
+                float(tilted[tilted_at, k]),
+                tilted_at,
+            )
+        )
     return nominal, out
 
 
@@ -69,7 +83,9 @@ class DriveLoad:
 
     @property
     def tilt(self) -> float:
-        """Return the tilt of the base, rad: the angle between gravity and the base's own downward axis."""
+        """Return the tilt of the base, rad: the angle between gravity and the base's own downward
+        axis.
+        """
         return math.atan2(math.hypot(self.gravity[0], self.gravity[1]), -self.gravity[2])
 
 
@@ -78,11 +94,13 @@ class JointLoad:
     """The largest loads of one moving joint over the poses.
 
     unit                            of the load of its drive, "N m", or "N" on a sliding joint
-    nominal, within_tilt, any_tilt  load of its drive with the base at its nominal tilt, tilted by at most a stated angle (None without one), and at
-                                    any tilt
-    moment, force                   load of its bearing at the nominal tilt, N m and N: the moment across the axis (the whole moment on a sliding
-                                    joint) and the force, each with the index of its pose
-    moment_any_tilt                 the same moment at any tilt; an upper bound where a process force acts too
+    nominal, within_tilt, any_tilt  load of its drive with the base at its nominal tilt, tilted by
+                                    at most a stated angle (None without one), and at any tilt
+    moment, force                   load of its bearing at the nominal tilt, N m and N: the moment
+                                    across the axis (the whole moment on a sliding joint) and the
+                                    force, each with the index of its pose
+    moment_any_tilt                 the same moment at any tilt; an upper bound where a process
+                                    force acts too
     """
 
     joint: str
@@ -99,20 +117,27 @@ class JointLoad:
 
     @property
     def required(self) -> DriveLoad:
-        """Return the load that the drive must be rated for: within the stated tilt, or over all tilts without one."""
+        """Return the load that the drive must be rated for: within the stated tilt, or over all
+        tilts without one.
+        """
         return self.any_tilt if self.within_tilt is None else self.within_tilt
 
 
 def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLoad]:
     """Return the largest loads of every moving joint over these poses, q (pose, joint) in rad or m.
 
-    tilt (rad): largest tilt of the base from level, in any direction; None for no such limit. The maximum over tilts is exact (see
-    `worst_torques_over_tilts`), that over poses is the largest of the given ones. Raises ValueError for q of another shape or not finite.
+    tilt (rad): largest tilt of the base from level, in any direction; None for no such limit. The
+    maximum over tilts is exact (see `worst_torques_over_tilts`), that over poses is the largest of
+    the given ones. Raises ValueError for q of another shape or not finite.
     """
     blocks = [q[k : k + _CHUNK] for k in range(0, len(q), _CHUNK)]
     nominal = np.concatenate([joint_torques(arm, block) for block in blocks])
     any_tilt = np.concatenate([worst_torques_over_tilts(arm, block) for block in blocks])
-    within = None if tilt is None else np.concatenate([worst_torques_over_tilts(arm, block, within=tilt) for block in blocks])
+    within = (
+        None
+        if tilt is None
+        else np.concatenate([worst_torques_over_tilts(arm, block, within=tilt) for block in blocks])
+    )
     carried = np.concatenate([_bearing_loads(arm, block) for block in blocks])
     causes = single_cause_arms(arm)
     out = []
@@ -123,7 +148,9 @@ def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLo
                 joint.name,
                 joint.load_unit,
                 _drive_load(causes, q, k, int(np.abs(nominal[:, k]).argmax()), arm.gravity_in_base),
-                None if within is None or tilt is None else _worst_within(arm, causes, q, k, int(within[:, k].argmax()), tilt),
+                None
+                if within is None or tilt is None
+                else _worst_within(arm, causes, q, k, int(within[:, k].argmax()), tilt),
                 _worst_within(arm, causes, q, k, int(any_tilt[:, k].argmax()), math.pi),
                 float(carried[moment, k, 0]),
                 moment,
@@ -136,22 +163,38 @@ def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLo
     return out
 
 
-def _drive_load(causes: dict[str, Arm], q: Floats, joint: int, index: int, gravity: Floats) -> DriveLoad:
-    by_cause = {name: float(joint_torques(one, q[index], gravity=gravity)[0, joint]) for name, one in causes.items()}
+def _drive_load(
+    causes: dict[str, Arm], q: Floats, joint: int, index: int, gravity: Floats
+) -> DriveLoad:
+    by_cause = {
+        name: float(joint_torques(one, q[index], gravity=gravity)[0, joint])
+        for name, one in causes.items()
+    }
     return DriveLoad(sum(by_cause.values()), index, gravity, by_cause)
 
 
-def _worst_within(arm: Arm, causes: dict[str, Arm], q: Floats, joint: int, index: int, tilt: float) -> DriveLoad:
-    """Return the load under the worst direction of gravity within a tilt: that nearest to the gradient of the torque, or to its opposite."""
+def _worst_within(
+    arm: Arm, causes: dict[str, Arm], q: Floats, joint: int, index: int, tilt: float
+) -> DriveLoad:
+    """Return the load under the worst direction of gravity within a tilt: that nearest to the
+    gradient of the torque, or to its opposite.
+    """
     process = joint_torques(arm, q[index], gravity=np.zeros(3))[0, joint]
-    gradient = np.array([joint_torques(arm, q[index], gravity=axis)[0, joint] - process for axis in np.eye(3)])
-    both = [_drive_load(causes, q, joint, index, arm.gravity * direction_within(side * gradient, tilt)) for side in (1, -1)]
+    gradient = np.array(
+        [joint_torques(arm, q[index], gravity=axis)[0, joint] - process for axis in np.eye(3)]
+    )
+    both = [
+        _drive_load(causes, q, joint, index, arm.gravity * direction_within(side * gradient, tilt))
+        for side in (1, -1)
+    ]
     level, tilted = sorted(both, key=lambda load: load.tilt)
     return tilted if abs(tilted.value) > abs(level.value) * _EQUAL else level
 
 
 def direction_within(wanted: Floats, tilt: float) -> Floats:
-    """Return the unit direction (3,) nearest to `wanted` (3,) among those within an angle `tilt` (rad) of straight down."""
+    """Return the unit direction (3,) nearest to `wanted` (3,) among those within an angle `tilt`
+    (rad) of straight down.
+    """
     horizontal = math.hypot(wanted[0], wanted[1])
     from_down = min(math.atan2(horizontal, -wanted[2]), tilt)
     side = wanted[:2] / horizontal if horizontal else np.array([1.0, 0.0])
@@ -159,15 +202,21 @@ def direction_within(wanted: Floats, tilt: float) -> Floats:
 
 
 def _bearing_loads(arm: Arm, q: Floats) -> Floats:
-    """Return (pose, joint, 3): the moment across the axis at the nominal tilt and its bound over all tilts (N m), and the force (N)."""
+    """Return (pose, joint, 3): the moment across the axis at the nominal tilt and its bound over
+    all tilts (N m), and the force (N).
+    """
     at = frames(arm, q)
     nominal = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
     by_axis, process = wrenches_by_axis(arm.tree, at, arm.payload)
     out = np.empty((len(q), len(arm.moving), 3))
     for k, (joint, place) in enumerate(zip(arm.moving, arm.tree.moved, strict=True)):
         across = np.eye(3) - np.outer(joint.twist[:3], joint.twist[:3])
-        gradient = arm.gravity * np.stack([each[:, :3] @ across for each in by_axis[:, place]], axis=1)
+        gradient = arm.gravity * np.stack(
+            [each[:, :3] @ across for each in by_axis[:, place]], axis=1
+        )
         out[:, k, 0] = np.linalg.norm(nominal[place, :, :3] @ across, axis=1)
-        out[:, k, 1] = np.linalg.norm(gradient, 2, axis=(1, 2)) + np.linalg.norm(process[place, :, :3] @ across, axis=1)
+        out[:, k, 1] = np.linalg.norm(gradient, 2, axis=(1, 2)) + np.linalg.norm(
+            process[place, :, :3] @ across, axis=1
+        )
         out[:, k, 2] = np.linalg.norm(nominal[place, :, 3:], axis=1)
     return out

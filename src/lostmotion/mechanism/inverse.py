@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# A pose counts as reached within this distance (m) and rotation (rad), far below the accuracy of any arm.
+# A pose counts as reached within this distance (m) and rotation (rad), far below the accuracy of
+# any arm.
 REACHED: Final = 1e-9
 # Longest step of a turning joint, rad; for a sliding joint, as a share of the arm's size.
 _LONGEST_STEP: Final = 0.4
@@ -23,10 +24,12 @@ _AT_LIMIT: Final = 1e-9
 
 
 def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
-    """Return the pose of the tool (pose, 4, 4), m, in the base's frame, and its Jacobian (pose, 6, joint), for q (pose, joint) in rad or m.
+    """Return the pose of the tool (pose, 4, 4), m, in the base's frame, and its Jacobian (pose, 6,
+    joint), for q (pose, joint) in rad or m.
 
-    The pose equals `frames(arm, q)[-1]` to rounding. The Jacobian is the twist of the tool about the tool point, in the base's axes, per motion of
-    each joint: rad or m per rad or m. Raises ValueError for q of another shape or not finite.
+    The pose equals `frames(arm, q)[-1]` to rounding. The Jacobian is the twist of the tool about
+    the tool point, in the base's axes, per motion of each joint: rad or m per rad or m. Raises
+    ValueError for q of another shape or not finite.
     Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
     """
     values = as_poses(arm, q)
@@ -40,10 +43,19 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
     fixed.append(step)
     drives = list(arm.tree.tool_joints)
     moving = [arm.tree.places[arm.tree.moved[drive]].twist for drive in drives]
-    turning, sliding = (np.array([twist[half] for twist in moving]) for half in (slice(3), slice(3, 6)))
+    turning, sliding = (
+        np.array([twist[half] for twist in moving]) for half in (slice(3), slice(3, 6))
+    )
     frame, jacobian = np.empty((len(values), 4, 4)), np.empty((len(values), 6, len(drives)))
     all_move = len(drives) == values.shape[1]
-    write_tool_and_jacobian(np.ascontiguousarray(values if all_move else values[:, drives]), np.array(fixed), turning, sliding, frame, jacobian)
+    write_tool_and_jacobian(
+        np.ascontiguousarray(values if all_move else values[:, drives]),
+        np.array(fixed),
+        turning,
+        sliding,
+        frame,
+        jacobian,
+    )
     if all_move:
         return frame, jacobian
     out = np.zeros((len(values), 6, values.shape[1]))  # joints on a branch do not move the tool
@@ -52,7 +64,9 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
 
 
 def pose_difference(reached: Floats, wanted: Floats) -> Floats:
-    """Return the motion (..., 6) from reached to wanted poses (..., 4, 4): rotation vector (rad) and displacement of the origin (m), base axes."""
+    """Return the motion (..., 6) from reached to wanted poses (..., 4, 4): rotation vector (rad)
+    and displacement of the origin (m), base axes.
+    """
     from scipy.spatial.transform import Rotation
 
     turned = wanted[..., :3, :3] @ np.swapaxes(reached[..., :3, :3], -1, -2)
@@ -61,17 +75,22 @@ def pose_difference(reached: Floats, wanted: Floats) -> Floats:
     return np.concatenate([rotation, wanted[..., :3, 3] - reached[..., :3, 3]], axis=-1)
 
 
-def inverse_kinematics(arm: Arm, wanted: Floats, start: Floats, *, with_orientation: bool, steps: int = 40) -> tuple[Floats, np.ndarray]:
-    """Return joint values (pose, joint), rad or m, that bring the tool to the wanted poses, and a mask (pose,) of the poses that were reached.
+def inverse_kinematics(
+    arm: Arm, wanted: Floats, start: Floats, *, with_orientation: bool, steps: int = 40
+) -> tuple[Floats, np.ndarray]:
+    """Return joint values (pose, joint), rad or m, that bring the tool to the wanted poses, and a
+    mask (pose,) of the poses that were reached.
 
     wanted            (pose, 4, 4) poses of the tool in the base's frame, m
     start             (pose, joint) joint values to start from, rad or m
-    with_orientation  whether the orientation of the tool must be reached too, or only the tool point
+    with_orientation  whether the orientation of the tool must be reached too, or only the tool
+                      point
     steps             largest number of Newton steps
 
-    A pose is reached if its error is below `REACHED` within the joint limits. A pose that is not reached from one start may be reached from another.
-    A joint at its limit does not move beyond it (clamping of P. Baerlocher, R. Boulic, Visual Computer 20 (2004) 402). Joints on a branch keep their
-    values. Raises ValueError for a start of another shape or not finite.
+    A pose is reached if its error is below `REACHED` within the joint limits. A pose that is not
+    reached from one start may be reached from another. A joint at its limit does not move beyond it
+    (clamping of P. Baerlocher, R. Boulic, Visual Computer 20 (2004) 402). Joints on a branch keep
+    their values. Raises ValueError for a start of another shape or not finite.
     """
     low, high = arm.limits.T
     q = np.clip(as_poses(arm, start), low, high)
@@ -79,12 +98,18 @@ def inverse_kinematics(arm: Arm, wanted: Floats, start: Floats, *, with_orientat
     done = np.zeros(len(q), bool)
     size = max(float(np.abs(wanted[:, :3, 3]).max(initial=0.0)), 0.1)
     weight = np.r_[np.full(3, size), np.ones(3)][rows]
-    longest = _LONGEST_STEP * np.array([1.0 if joint.type == "revolute" else size for joint in arm.moving])
+    longest = _LONGEST_STEP * np.array(
+        [1.0 if joint.type == "revolute" else size for joint in arm.moving]
+    )
     active = np.arange(len(q))
     for _ in range(steps):
         here = q[active]
         at, jacobian = tool_and_jacobian(arm, here)
-        error = pose_difference(at, wanted[active]) if with_orientation else wanted[active, :3, 3] - at[:, :3, 3]
+        error = (
+            pose_difference(at, wanted[active])
+            if with_orientation
+            else wanted[active, :3, 3] - at[:, :3, 3]
+        )
         near = (np.abs(error) < REACHED).all(axis=1)
         done[active[near]] = True
         active, error = active[~near], error[~near]
@@ -92,7 +117,9 @@ def inverse_kinematics(arm: Arm, wanted: Floats, start: Floats, *, with_orientat
             break
         here, scaled = here[~near], jacobian[~near][:, rows] * weight[:, None] * longest
         move = _step(scaled, error * weight, size)
-        blocked = ((here <= low + _AT_LIMIT) & (move < 0)) | ((here >= high - _AT_LIMIT) & (move > 0))
+        blocked = ((here <= low + _AT_LIMIT) & (move < 0)) | (
+            (here >= high - _AT_LIMIT) & (move > 0)
+        )
         if blocked.any():
             move = _step(np.where(blocked[:, None, :], 0.0, scaled), error * weight, size)
         move /= np.maximum(np.abs(move).max(axis=1, keepdims=True), 1.0)
@@ -101,9 +128,13 @@ def inverse_kinematics(arm: Arm, wanted: Floats, start: Floats, *, with_orientat
 
 
 def _step(jacobian: Floats, error: Floats, size: float) -> Floats:
-    """Return the smallest motion (pose, joint) that solves jacobian @ motion = error by damped least squares."""
+    """Return the smallest motion (pose, joint) that solves jacobian @ motion = error by damped
+    least squares.
+    """
     square = jacobian @ np.swapaxes(jacobian, 1, 2)
     # Strong damping far from the solution, almost none near it, where Newton's steps converge.
     far = np.minimum((error**2).sum(axis=1), (0.1 * size) ** 2)
     square += (_DAMPING * far + 1e-12 * size**2)[:, None, None] * np.eye(square.shape[1])
-    return np.asarray((np.swapaxes(jacobian, 1, 2) @ np.linalg.solve(square, error[..., None]))[..., 0])
+    return np.asarray(
+        (np.swapaxes(jacobian, 1, 2) @ np.linalg.solve(square, error[..., None]))[..., 0]
+    )

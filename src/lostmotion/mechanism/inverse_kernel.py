@@ -1,4 +1,6 @@
-"""Compiled forward kinematics: pose of the tool and its Jacobian at many poses, for inverse kinematics."""
+"""Compiled forward kinematics: pose of the tool and its Jacobian at many poses, for inverse
+kinematics.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +11,21 @@ from lostmotion.compiled import compiled
 
 @compiled
 def write_tool_and_jacobian(q, fixed, turning, sliding, frame, jacobian):
-    """Write the pose of the tool to `frame` (pose, 4, 4), m, and its twist per motion of each joint to `jacobian` (pose, 6, joint), base axes.
+    """Write the pose of the tool to `frame` (pose, 4, 4), m, and its twist per motion of each joint
+    to `jacobian` (pose, 6, joint), base axes.
 
     q                 (pose, joint) rad or m
-    fixed             (joint + 1, 4, 4) pose of each moving joint relative to the previous one, from the base to the tool, m
+    fixed             (joint + 1, 4, 4) pose of each moving joint relative to the previous one, from
+                      the base to the tool, m
     turning, sliding  (joint, 3) unit axes in the joint's own frame; one of the two is zero
     """
-    here, turned, step, place, about = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 3)), np.empty((q.shape[1], 3)), np.empty(3)
+    here, turned, step, place, about = (
+        np.empty((3, 4)),
+        np.empty((3, 4)),
+        np.empty((3, 3)),
+        np.empty((q.shape[1], 3)),
+        np.empty(3),
+    )
     for p in range(q.shape[0]):
         for i in range(3):
             for k in range(4):

@@ -1,4 +1,6 @@
-"""Loads by cause: the arm under one cause of load at a time, and the bending of each link by cause."""
+"""Loads by cause: the arm under one cause of load at a time, and the bending of each link by
+cause.
+"""
 
 from __future__ import annotations
 
@@ -25,24 +27,42 @@ _NONE: Final = (0.0, 0.0, 0.0)
 
 
 def single_cause_arms(arm: Arm) -> dict[str, Arm]:
-    """Return the arm under one cause of load at a time; keys are the names in `CAUSES`, without causes that the arm does not have.
+    """Return the arm under one cause of load at a time; keys are the names in `CAUSES`, without
+    causes that the arm does not have.
 
-    Wrenches are linear in the masses and in the process force, so the wrenches of these arms add up to those of the whole arm.
+    Wrenches are linear in the masses and in the process force, so the wrenches of these arms add up
+    to those of the whole arm.
     """
     joints = arm.joints
-    massless = tuple(joint.model_copy(update={"mass": 0.0, "link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
+    massless = tuple(
+        joint.model_copy(update={"mass": 0.0, "link": joint.link.model_copy(update={"mass": 0.0})})
+        for joint in joints
+    )
     links_only = tuple(joint.model_copy(update={"mass": 0.0}) for joint in joints)
-    units_only = tuple(joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 0.0})}) for joint in joints)
+    units_only = tuple(
+        joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 0.0})})
+        for joint in joints
+    )
     weight_only = arm.payload.model_copy(update={"force": _NONE, "moment": _NONE})
     process_only = arm.payload.model_copy(update={"mass": 0.0})
     no_payload = weight_only.model_copy(update={"mass": 0.0})
     no_tool = arm.tool.model_copy(update={"mass": 0.0})
     variants = {
         "payload": (massless, no_tool, weight_only, arm.payload.mass),
-        "process force": (massless, no_tool, process_only, any(arm.payload.force) or any(arm.payload.moment)),
+        "process force": (
+            massless,
+            no_tool,
+            process_only,
+            any(arm.payload.force) or any(arm.payload.moment),
+        ),
         "tool": (massless, arm.tool, no_payload, arm.tool.mass),
         "links": (links_only, no_tool, no_payload, any(joint.link.total_mass for joint in joints)),
-        "joints and drives": (units_only, no_tool, no_payload, any(joint.total_mass for joint in joints)),
+        "joints and drives": (
+            units_only,
+            no_tool,
+            no_payload,
+            any(joint.total_mass for joint in joints),
+        ),
     }
     return {
         name: arm.model_copy(update={"joints": chain, "tool": tool, "payload": payload})
@@ -57,9 +77,11 @@ class LinkBending:
 
     joint              name of the joint that carries the link
     length             distance from the joint to the link's tip, m
-    deflection, slope  largest of the tip relative to the joint, across the link (m, rad); the poses are deflection_index and slope_index
-    by_cause           (deflection, slope, share) of each cause. The first two are components along the total deflection and slope at those poses,
-                       and add up to them. The third is the share of the tool's mean-square error over all poses; these add up to the share of the
+    deflection, slope  largest of the tip relative to the joint, across the link (m, rad); the poses
+                       are deflection_index and slope_index by_cause           (deflection, slope,
+                       share) of each cause. The first two are components along the total deflection
+                       and slope at those poses, and add up to them. The third is the share of the
+                       tool's mean-square error over all poses; these add up to the share of the
                        bending of this link.
     """
 
@@ -73,13 +95,15 @@ class LinkBending:
 
 
 def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkBending]:
-    """Return the bending of each elastic link over these poses, by cause: payload, process force, tool, own weight, masses outboard of the link.
+    """Return the bending of each elastic link over these poses, by cause: payload, process force,
+    tool, own weight, masses outboard of the link.
 
     q            (pose, joint) rad or m
     bias         (pose, 3) systematic error of the tool, which follows from load and pose alone, m
     mean_square  mean square of the whole error of the tool, m^2, to which the shares refer
 
-    Exact by superposition, because the deflection of a link is linear in its load. Links without bending are omitted.
+    Exact by superposition, because the deflection of a link is linear in its load. Links without
+    bending are omitted.
     """
     whole: dict[str, Floats] = {}
     shared: dict[str, dict[str, float]] = {}
@@ -91,16 +115,43 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
             sums = shared.setdefault(joint, dict.fromkeys(bent.at_tool, 0.0))
             for cause, shift in bent.at_tool.items():
                 sums[cause] += float(np.vdot(shift, bias[here]))
-    return [_link_bending(arm, q, joint, sizes, shared[joint], mean_square * len(q)) for joint, sizes in whole.items() if sizes.any()]
+    return [
+        _link_bending(arm, q, joint, sizes, shared[joint], mean_square * len(q))
+        for joint, sizes in whole.items()
+        if sizes.any()
+    ]
 
 
-def _link_bending(arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float) -> LinkBending:
+def _link_bending(
+    arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float
+) -> LinkBending:
     steepest, farthest = (int(each) for each in sizes.argmax(axis=0))
-    slopes = _along_whole({cause: twist[0, :3] for cause, twist in _link_deflections(arm, q[[steepest]])[joint].across.items()})
-    shifts = _along_whole({cause: twist[0, 3:] for cause, twist in _link_deflections(arm, q[[farthest]])[joint].across.items()})
+    slopes = _along_whole(
+        {
+            cause: twist[0, :3]
+            for cause, twist in _link_deflections(arm, q[[steepest]])[joint].across.items()
+        }
+    )
+    shifts = _along_whole(
+        {
+            cause: twist[0, 3:]
+            for cause, twist in _link_deflections(arm, q[[farthest]])[joint].across.items()
+        }
+    )
     length = next(each.link.reach for each in arm.joints if each.name == joint)
-    parts = {cause: (shifts[cause], slopes[cause], shared[cause] / squares if squares else 0.0) for cause in shifts}
-    return LinkBending(joint, length, float(sizes[farthest, 1]), farthest, float(sizes[steepest, 0]), steepest, parts)
+    parts = {
+        cause: (shifts[cause], slopes[cause], shared[cause] / squares if squares else 0.0)
+        for cause in shifts
+    }
+    return LinkBending(
+        joint,
+        length,
+        float(sizes[farthest, 1]),
+        farthest,
+        float(sizes[steepest, 0]),
+        steepest,
+        parts,
+    )
 
 
 def _along_whole(parts: dict[str, Floats]) -> dict[str, float]:
@@ -124,7 +175,10 @@ class _LinkDeflection:
 
 def _link_deflections(arm: Arm, q: Floats) -> dict[str, _LinkDeflection]:
     at = frames(arm, q)
-    conditions, conditions_by_cause = Conditions(arm, q, at), {cause: Conditions(one, q, at) for cause, one in single_cause_arms(arm).items()}
+    conditions, conditions_by_cause = (
+        Conditions(arm, q, at),
+        {cause: Conditions(one, q, at) for cause, one in single_cause_arms(arm).items()},
+    )
     links: dict[str, list[PlacedTerm]] = {}
     for placed in arm.terms:
         if placed.kind == "link" and placed.term.level == "design" and placed.term.form.reads:
@@ -135,18 +189,34 @@ def _link_deflections(arm: Arm, q: Floats) -> dict[str, _LinkDeflection]:
         if terms:
             place, whole = terms[0].place, conditions(terms[0])
             acting = {OWN_WEIGHT: replace(whole, wrench=np.zeros_like(whole.wrench))}
-            acting |= {cause: replace(one(terms[0]), gravity=np.zeros_like(whole.gravity)) for cause, one in conditions_by_cause.items()}
-            parts = {cause: np.sum([placed.term.scale * placed.term.form.screw(one) for placed in terms], axis=0).T for cause, one in acting.items()}
-            carried, off = carry(arm.tree, at, place)[:, 3:], _projection_across(at, arm.tree.places[place].parent, place)
+            acting |= {
+                cause: replace(one(terms[0]), gravity=np.zeros_like(whole.gravity))
+                for cause, one in conditions_by_cause.items()
+            }
+            parts = {
+                cause: np.sum(
+                    [placed.term.scale * placed.term.form.screw(one) for placed in terms], axis=0
+                ).T
+                for cause, one in acting.items()
+            }
+            carried, off = (
+                carry(arm.tree, at, place)[:, 3:],
+                _projection_across(at, arm.tree.places[place].parent, place),
+            )
             out[joint.name] = _LinkDeflection(
-                {cause: np.einsum("pij,pj->pi", off, twist.reshape(-1, 3)).reshape(-1, 6) for cause, twist in parts.items()},
+                {
+                    cause: np.einsum("pij,pj->pi", off, twist.reshape(-1, 3)).reshape(-1, 6)
+                    for cause, twist in parts.items()
+                },
                 {cause: np.einsum("pij,pj->pi", carried, twist) for cause, twist in parts.items()},
             )
     return out
 
 
 def _projection_across(at: Floats, joint: int, tip: int) -> Floats:
-    """Return matrices (2 per pose, 3, 3) that remove the component along the line from joint to tip of a vector in the tip's axes."""
+    """Return matrices (2 per pose, 3, 3) that remove the component along the line from joint to tip
+    of a vector in the tip's axes.
+    """
     line = np.einsum("pij,pi->pj", at[tip, :, :3, :3], at[tip, :, :3, 3] - at[joint, :, :3, 3])
     line /= np.maximum(np.linalg.norm(line, axis=1), np.finfo(float).tiny)[:, None]
     return np.repeat(np.eye(3) - line[:, :, None] * line[:, None, :], 2, axis=0)

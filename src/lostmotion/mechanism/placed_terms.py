@@ -11,7 +11,9 @@ if TYPE_CHECKING:
 
 
 def short_name(name: str) -> str:
-    """Return the name of a part or term as tables and plots show it, without the "joints." of the arm file: "A.gearbox" for "joints.A.gearbox"."""
+    """Return the name of a part or term as tables and plots show it, without the "joints." of the
+    arm file: "A.gearbox" for "joints.A.gearbox".
+    """
     return name.removeprefix("joints.")
 
 
@@ -20,8 +22,10 @@ class PlacedPart:
     """A part with errors, and its place.
 
     owner   full name of the part ("joints.A.gearbox")
-    kind    "gearbox", "bearing", "guideway", "encoder", "servo", "lumped", "mounting", "link" or "base"
-    joint   index of the moving joint on whose value its errors depend, a column of q; None for a part without one
+    kind    "gearbox", "bearing", "guideway", "encoder", "servo", "lumped", "mounting", "link" or
+            "base"
+    joint   index of the moving joint on whose value its errors depend, a column of q; None for a
+            part without one
     place   index of the place in whose frame its terms are stated
     source  the part, which returns its terms
     motion  motion of the joint that the part belongs to; zero for a part that does not move
@@ -36,7 +40,10 @@ class PlacedPart:
 
     def terms(self) -> tuple[PlacedTerm, ...]:
         """Return the error terms of this part."""
-        return tuple(PlacedTerm(self.owner, self.kind, self.joint, self.place, term) for term in self.source.terms(self.motion))
+        return tuple(
+            PlacedTerm(self.owner, self.kind, self.joint, self.place, term)
+            for term in self.source.terms(self.motion)
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +63,8 @@ class PlacedTerm:
 
     @property
     def whole_part(self) -> str:
-        """Return the name of the whole part, of which the owner may be a member: "joints.A.gearbox" for "joints.A.gearbox output pins"."""
+        """Return the name of the whole part, of which the owner may be a member: "joints.A.gearbox"
+        for "joints.A.gearbox output pins".
+        """
         joint, kind, _ = self.owner.rpartition(f".{self.kind}")
         return joint + kind or self.owner

@@ -26,7 +26,8 @@ class Place:
 
     parent  index of the place that it is fixed to, or moves relative to; -1 for the base
     pose    (4, 4) pose relative to the parent, m, of a frame that is fixed to it
-    joint   index of the moving joint between the parent and this frame, which is its column in q; None for a fixed frame
+    joint   index of the moving joint between the parent and this frame, which is its column in q;
+            None for a fixed frame
     twist   (6,) unit motion of that joint, in the frame's own axes
     """
 
@@ -39,7 +40,9 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedMass:
-    """A mass (kg) with its centre (3,), m, in the frame of the place with index `at`; it loads the place `on` and all places inboard of it."""
+    """A mass (kg) with its centre (3,), m, in the frame of the place with index `at`; it loads the
+    place `on` and all places inboard of it.
+    """
 
     at: int
     on: int
@@ -48,7 +51,9 @@ class PlacedMass:
 
 
 class JointPlaces(NamedTuple):
-    """Indices of the three places of a joint: its seat before the motion, the frame after it, and the far end of its link."""
+    """Indices of the three places of a joint: its seat before the motion, the frame after it, and
+    the far end of its link.
+    """
 
     seat: int
     moved: int
@@ -59,7 +64,8 @@ class JointPlaces(NamedTuple):
 class Tree:
     """The places of an arm and the masses on them.
 
-    places   the base is place 0, a parent has a lower index than its children, and the tool is the last place
+    places   the base is place 0, a parent has a lower index than its children, and the tool is the
+             last place
     masses   of joints, links and tool, without the payload
     joints   places of each joint, moving or fixed, in the order of the arm's joints
     """
@@ -84,7 +90,9 @@ class Tree:
     @functools.cached_property
     def tool_joints(self) -> tuple[int, ...]:
         """Return the indices of the joints that move the tool, which are their columns in q."""
-        return tuple(joint for number in self.tool_path if (joint := self.places[number].joint) is not None)
+        return tuple(
+            joint for number in self.tool_path if (joint := self.places[number].joint) is not None
+        )
 
     def outboard(self, place: int) -> frozenset[int]:
         """Return the indices of a place and of all places that it carries."""
@@ -96,7 +104,9 @@ class Tree:
 
 
 class Misplaced(NamedTuple):
-    """An `after` that names no place: the path of its key, its value, and the names that are possible there."""
+    """An `after` that names no place: the path of its key, its value, and the names that are
+    possible there.
+    """
 
     path: tuple[str | int, ...]
     after: str
@@ -116,7 +126,9 @@ def misplaced(joints: Sequence[Joint], tool: Tool) -> list[Misplaced]:
 
 
 def tool_moves(joints: Sequence[Joint], tool: Tool) -> bool:
-    """Return whether a moving joint is between the base and the tool. Every `after` must name an earlier place."""
+    """Return whether a moving joint is between the base and the tool. Every `after` must name an
+    earlier place.
+    """
     number = {f"{joint.name}{end}": k for k, joint in enumerate(joints) for end in _ENDS}
     after = tool.after or f"{joints[-1].name}.tip"
     while after != "base":
@@ -130,8 +142,9 @@ def tool_moves(joints: Sequence[Joint], tool: Tool) -> bool:
 def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
     """Return the places of these joints and of the tool, and the masses on them.
 
-    foot (4, 4): pose of the foot of the arm in the base's frame, m. A joint without `after` is attached to the tip of the previous joint, the first
-    one to the base; a tool without `after` to the tip of the last joint. Raises KeyError where `after` names no earlier place.
+    foot (4, 4): pose of the foot of the arm in the base's frame, m. A joint without `after` is
+    attached to the tip of the previous joint, the first one to the base; a tool without `after` to
+    the tip of the last joint. Raises KeyError where `after` names no earlier place.
     """
     places, masses, units = [Place("base", -1)], [], []
     number = {"base": 0}
@@ -144,7 +157,9 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
     end = column = 0
     for joint in joints:
         on = end if joint.after is None else number[joint.after]
-        seat = add(Place(f"{joint.name}.seat", on, joint.origin.pose if on else foot @ joint.origin.pose))
+        seat = add(
+            Place(f"{joint.name}.seat", on, joint.origin.pose if on else foot @ joint.origin.pose)
+        )
         if joint.type == "fixed":
             moved = add(Place(joint.name, seat))
         else:
@@ -152,9 +167,14 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
             column += 1
         end = add(Place(f"{joint.name}.tip", moved, joint.link.tip_pose))
         units.append(JointPlaces(seat, moved, end))
-        # The housing is fixed to the seat: it loads the place that the joint is attached to, not the joint's own bearing.
+        # The housing is fixed to the seat: it loads the place that the joint is attached to, not
+        # the joint's own bearing.
         masses.append(PlacedMass(seat, on, joint.total_mass, np.array(joint.centre_of_mass)))
-        masses.append(PlacedMass(moved, moved, joint.link.total_mass, np.asarray(joint.link.mass_centre, dtype=float)))
+        masses.append(
+            PlacedMass(
+                moved, moved, joint.link.total_mass, np.asarray(joint.link.mass_centre, dtype=float)
+            )
+        )
     on = end if tool.after is None else number[tool.after]
     last = add(Place("tool", on, tool.frame.pose if on else foot @ tool.frame.pose))
     masses.append(PlacedMass(last, last, tool.mass, tool.mass_centre))

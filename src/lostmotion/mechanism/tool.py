@@ -16,10 +16,17 @@ from lostmotion.parts.provenance import Sourced
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
-FromTheToolPoint = Annotated[Vector, Field(description="x, y, z from the tool point, in the axes of the tool frame")]
+FromTheToolPoint = Annotated[
+    Vector, Field(description="x, y, z from the tool point, in the axes of the tool frame")
+]
 FromTheFlange = Annotated[
     Vector,
-    Field(description="x, y, z from the place that the tool is fixed to (the flange), in its axes, not in the tool frame; default: the tool point"),
+    Field(
+        description=(
+            "x, y, z from the place that the tool is fixed to (the flange), in its axes, not in "
+            "the tool frame; default: the tool point"
+        )
+    ),
 ]
 OfTheTool = Field(description="x, y, z in the axes of the tool frame; it acts at the tool point")
 
@@ -45,9 +52,11 @@ class Tool(Sourced):
     frame           pose of the tool relative to the place that it is fixed to
     mass            kg, without the payload
     price           of the tool
-    centre_of_mass  from the place that the tool is fixed to (the mounting flange), in its axes, m: as makers of grippers and robot controllers state
-                    it. It is not seen in the tool frame. Default: the tool point
-    after           name of the place that the tool is fixed to; by default the tip of the last joint
+    centre_of_mass  from the place that the tool is fixed to (the mounting flange), in its axes, m:
+                    as makers of grippers and robot controllers state it. It is not seen in the tool
+                    frame. Default: the tool point
+    after           name of the place that the tool is fixed to; by default the tip of the last
+                    joint
     """
 
     shareable: ClassVar[bool] = False
@@ -59,7 +68,11 @@ class Tool(Sourced):
 
     @functools.cached_property
     def mass_centre(self) -> Floats:
-        """Return the centre of mass in the tool frame (3,), m; the tool point where none is stated."""
+        """Return the centre of mass in the tool frame (3,), m; the tool point where none is
+        stated.
+        """
         if self.centre_of_mass is None:
             return np.zeros(3)
-        return np.asarray(self.frame.pose[:3, :3].T @ (np.array(self.centre_of_mass) - self.frame.pose[:3, 3]))
+        return np.asarray(
+            self.frame.pose[:3, :3].T @ (np.array(self.centre_of_mass) - self.frame.pose[:3, 3])
+        )

@@ -19,7 +19,9 @@ _BLOCK: Final = 4096
 
 @dataclass(frozen=True, slots=True)
 class WindUp:
-    """The wind-up of one drive at the pose where it is largest, of the nominal part: rad, or m on a sliding joint, positive along the motion."""
+    """The wind-up of one drive at the pose where it is largest, of the nominal part: rad, or m on a
+    sliding joint, positive along the motion.
+    """
 
     joint: str
     value: float
@@ -27,19 +29,29 @@ class WindUp:
 
 
 def wind_ups(arm: Arm, q: Floats) -> list[WindUp]:
-    """Return the largest wind-up of each drive whose stiffness is described, over these poses q (pose, joint), rad or m.
+    """Return the largest wind-up of each drive whose stiffness is described, over these poses q
+    (pose, joint), rad or m.
 
-    It is the deflection of the output along the joint under the static torque, without backlash, of a part with nominal stiffness. Raises ValueError
-    for q of another shape or not finite.
+    It is the deflection of the output along the joint under the static torque, without backlash, of
+    a part with nominal stiffness. Raises ValueError for q of another shape or not finite.
     """
     values = as_poses(arm, q)
-    elastic = [(of.joint, of) for of in arm.terms if of.joint is not None and of.kind == "gearbox" and of.term.cause == _CAUSE]
+    elastic = [
+        (of.joint, of)
+        for of in arm.terms
+        if of.joint is not None and of.kind == "gearbox" and of.term.cause == _CAUSE
+    ]
     nominal = [(joint, of) for joint, of in elastic if of.term.level == "design"]
     found = {joint: np.zeros(len(values)) for joint, _ in nominal}
     for start in range(0, len(values), _BLOCK):
         here = slice(start, start + _BLOCK)
         conditions = Conditions(arm, values[here], frames(arm, values[here]))
         for joint, of in nominal:
-            found[joint][here] += arm.moving[joint].twist @ (of.term.scale * of.term.form.screw(conditions(of)))
+            found[joint][here] += arm.moving[joint].twist @ (
+                of.term.scale * of.term.form.screw(conditions(of))
+            )
     largest = {joint: int(np.abs(angle).argmax()) for joint, angle in found.items()}
-    return [WindUp(arm.moving[joint].name, float(found[joint][at]), at) for joint, at in sorted(largest.items())]
+    return [
+        WindUp(arm.moving[joint].name, float(found[joint][at]), at)
+        for joint, at in sorted(largest.items())
+    ]

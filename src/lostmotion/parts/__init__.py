@@ -1,1 +1,3 @@
-"""Things you buy or make: fields with units, plus the laws that apply to them, give elementary errors."""
+"""Things you buy or make: fields with units, plus the laws that apply to them, give elementary
+errors.
+"""

@@ -45,8 +45,9 @@ class Tracks(Sourced):
     middle          the middle of both contacts, in the base's frame
     scatter         ± variation of the ground's stiffness between sites, as a share
 
-    Assumed: a rigid hull on rigid tracks and rollers, a uniform elastic foundation (Winkler) under both tracks, no lifting off, no slip. A
-    suspension adds compliance: then state the whole mount as a `compliance`.
+    Assumed: a rigid hull on rigid tracks and rollers, a uniform elastic foundation (Winkler) under
+    both tracks, no lifting off, no slip. A suspension adds compliance: then state the whole mount
+    as a `compliance`.
     """
 
     length: LengthPlus
@@ -61,22 +62,30 @@ class Tracks(Sourced):
     def values(self) -> Floats:
         """Return the compliance (6, 6) at the base's origin, in its axes."""
         carry = np.eye(6)
-        carry[3:, :3] = skew(np.array(self.middle))  # a turn about the middle swings the base's origin
-        return np.asarray(carry / track_stiffness(self.length, self.width, self.gauge, self.bedding, self.shear_share) @ carry.T)
+        # a turn about the middle swings the base's origin
+        carry[3:, :3] = skew(np.array(self.middle))
+        return np.asarray(
+            carry
+            / track_stiffness(self.length, self.width, self.gauge, self.bedding, self.shear_share)
+            @ carry.T
+        )
 
 
 class Base(Sourced, ErrorSource):
     """The ground, chassis or table under the arm.
 
     xyz, rpy      frame of the arm in the base: the first joint's origin is given in it
-    roll, pitch   tilt about the base's x, then y axis; the nominal value turns gravity, the tolerance is the unmeasured part
-    tilt_varies   "robot": the arm is set down once; "visit": a mobile base stands differently every time
+    roll, pitch   tilt about the base's x, then y axis; the nominal value turns gravity, the
+                  tolerance is the unmeasured part
+    tilt_varies   "robot": the arm is set down once; "visit": a mobile base stands differently every
+                  time
     angular_stiffness, linear_stiffness  of the mount about and along x, y, z; default: rigid
     compliance    of the mount instead, a whole matrix at the base's origin and in its axes
     tracks        instead: two tracks on the ground
 
-    The error of an unmeasured tilt is counted at the tool, relative to level ground. The change of load that it causes is neglected: its effect is
-    the tilt times the arm's deflection under its whole weight, small beside the tilt times the reach (tests/parts/test_base.py).
+    The error of an unmeasured tilt is counted at the tool, relative to level ground. The change of
+    load that it causes is neglected: its effect is the tilt times the arm's deflection under its
+    whole weight, small beside the tilt times the reach (tests/parts/test_base.py).
     """
 
     shareable: ClassVar[bool] = False
@@ -92,10 +101,26 @@ class Base(Sourced, ErrorSource):
 
     @model_validator(mode="after")
     def _has_one_mount(self) -> Self:
-        by_axis = "angular_stiffness or linear_stiffness" if self.angular_stiffness or self.linear_stiffness else ""
-        stated = [name for name in (by_axis, "compliance" if self.compliance else "", "tracks" if self.tracks else "") if name]
+        by_axis = (
+            "angular_stiffness or linear_stiffness"
+            if self.angular_stiffness or self.linear_stiffness
+            else ""
+        )
+        stated = [
+            name
+            for name in (
+                by_axis,
+                "compliance" if self.compliance else "",
+                "tracks" if self.tracks else "",
+            )
+            if name
+        ]
         if self.compliance is not None and self.compliance.own_weight is not None:
-            raise refuse_section("own weight in the compliance of a mount", "the mount without it", 'compliance = "mount.csv"')
+            raise refuse_section(
+                "own weight in the compliance of a mount",
+                "the mount without it",
+                'compliance = "mount.csv"',
+            )
         if len(stated) > 1:
             raise refuse_section(" beside ".join(stated), "one of them", 'compliance = "mount.csv"')
         return self
@@ -138,7 +163,9 @@ class BaseTilt(ErrorSource):
                 axis[:3] = axis[:3] if k == 0 else base.tilt.T @ axis[:3]
                 sized = parameter(name, dimension.tolerance, "rad")
                 law, visit = of_tolerance(dimension.law), base.tilt_varies == "visit"
-                out += limit_terms(name, Constant(axis), dimension.tolerance, law, sized, visit=visit)
+                out += limit_terms(
+                    name, Constant(axis), dimension.tolerance, law, sized, visit=visit
+                )
         return out
 
 
@@ -151,14 +178,18 @@ class BaseMount(ErrorSource):
 
     @functools.cached_property
     def compliance(self) -> Floats | None:
-        """Return the compliance (6, 6) at the base's origin, in its axes; None where it is rigid."""
+        """Return the compliance (6, 6) at the base's origin, in its axes; None where it is
+        rigid.
+        """
         base = self.base
         stated = base.compliance or base.tracks
         if stated is not None:
             return stated.values
         if base.angular_stiffness is None and base.linear_stiffness is None:
             return None
-        return np.diag([1 / k for k in (base.angular_stiffness or _RIGID) + (base.linear_stiffness or _RIGID)])
+        return np.diag(
+            [1 / k for k in (base.angular_stiffness or _RIGID) + (base.linear_stiffness or _RIGID)]
+        )
 
     def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - a mount has no joint
         """Return the deflection of the mount, and its scatter over mounts."""
@@ -168,7 +199,9 @@ class BaseMount(ErrorSource):
         scatter = stated.scatter if stated is not None else 0.0
         form, sized = Linear(self.compliance), Parameter("stiffness")
         out = [Term("deflection", "deflection", form, parameter=sized, exponent=-1)]
-        return out + (limit_terms("scatter", form, scatter, Normal(), sized, exponent=-1) if scatter else [])
+        return out + (
+            limit_terms("scatter", form, scatter, Normal(), sized, exponent=-1) if scatter else []
+        )
 
 
 _RIGID = (np.inf, np.inf, np.inf)

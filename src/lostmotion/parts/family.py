@@ -1,4 +1,6 @@
-"""Families of sections of one kind: each size is fixed, free within a range, or a share of the leading size."""
+"""Families of sections of one kind: each size is fixed, free within a range, or a share of the
+leading size.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ _LONGEST: Final = 80
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """Range of a size, from low to high, equal for a fixed size; in m, or with `share` as a share of the family's leading size."""
+    """Range of a size, from low to high, equal for a fixed size; in m, or with `share` as a share
+    of the family's leading size.
+    """
 
     low: float
     high: float
@@ -41,15 +45,22 @@ class Span:
 
 @dataclass(frozen=True)
 class SizeRange(Quantity):
-    """Marks a size of a family: a length, a percentage of the leading size, or a range of either."""
+    """Marks a size of a family: a length, a percentage of the leading size, or a range of
+    either.
+    """
 
     @property
     def expected(self) -> str:
         """Return the description of the values that this field takes."""
-        return 'a length above zero ("3 mm"), a range ("30 mm .. 200 mm"), or a share of the leading size ("5 %", "4 % .. 10 %")'
+        return (
+            'a length above zero ("3 mm"), a range ("30 mm .. 200 mm"), or a share of the leading '
+            'size ("5 %", "4 % .. 10 %")'
+        )
 
     def __call__(self, value: Any, info: ValidationInfo | None = None) -> Span:  # type: ignore[override]  # noqa: ANN401, ARG002 - a range is no number
-        """Convert an input value to a Span; raises pydantic's error with `expected` and `example` in its context."""
+        """Convert an input value to a Span; raises pydantic's error with `expected` and `example`
+        in its context.
+        """
         if isinstance(value, Span):
             return value
         try:
@@ -66,7 +77,10 @@ class SizeRange(Quantity):
         shares = [end.rstrip().endswith("%") for end in ends]
         if any(shares) and not all(shares):
             raise UnitError("a range from a length to a share")
-        read = [read_quantity(end, "" if share else "m") for end, share in zip(ends, shares, strict=True)]
+        read = [
+            read_quantity(end, "" if share else "m")
+            for end, share in zip(ends, shares, strict=True)
+        ]
         if any(end.tolerance for end in read):
             raise UnitError("a tolerance is not used here")
         for end in read:
@@ -91,9 +105,20 @@ class _Family(Part):
     def _leading_size_is_a_length(self) -> Self:
         if self.spans[0].share:
             name = next(iter(self.names))
-            raise _refuse(f"{name} as a share: it is the leading size", f"{name} as a length or a range of lengths", f'{name} = "30 mm .. 200 mm"')
-        if self.section(tuple(span.high for span in self.spans)) is None and self.section(tuple(span.low for span in self.spans)) is None:
-            raise _refuse("sizes of which no section can exist", "walls that fit into the section", 'outer = "30 mm .. 200 mm", wall = "3 mm"')
+            raise _refuse(
+                f"{name} as a share: it is the leading size",
+                f"{name} as a length or a range of lengths",
+                f'{name} = "30 mm .. 200 mm"',
+            )
+        if (
+            self.section(tuple(span.high for span in self.spans)) is None
+            and self.section(tuple(span.low for span in self.spans)) is None
+        ):
+            raise _refuse(
+                "sizes of which no section can exist",
+                "walls that fit into the section",
+                'outer = "30 mm .. 200 mm", wall = "3 mm"',
+            )
         return self
 
     @property
@@ -114,7 +139,10 @@ class _Family(Part):
     def section(self, values: tuple[float, ...]) -> Sized | None:
         """Return the section with these sizes; None where no such section can exist."""
         leading = values[0]
-        sizes = {name: value * leading if span.share else value for name, value, span in zip(self.names, values, self.spans, strict=True)}
+        sizes = {
+            name: value * leading if span.share else value
+            for name, value, span in zip(self.names, values, self.spans, strict=True)
+        }
         kind: Any = _SECTIONS[self.kind]  # type: ignore[attr-defined]
         try:
             made: Sized = kind(**sizes)
@@ -165,20 +193,38 @@ class IFamily(_Family):
     flange: Wall
 
 
-Family = Annotated[TubeFamily | RodFamily | RectangleFamily | BoxFamily | IFamily, Field(discriminator="kind")]
-_SECTIONS: Final[dict[str, type[Part]]] = {"tube": Tube, "rod": Rod, "rectangle": Rectangle, "box": Box, "I": ISection}
-_KINDS: Final[dict[str, type[_Family]]] = {"tube": TubeFamily, "rod": RodFamily, "rectangle": RectangleFamily, "box": BoxFamily, "I": IFamily}
+Family = Annotated[
+    TubeFamily | RodFamily | RectangleFamily | BoxFamily | IFamily, Field(discriminator="kind")
+]
+_SECTIONS: Final[dict[str, type[Part]]] = {
+    "tube": Tube,
+    "rod": Rod,
+    "rectangle": Rectangle,
+    "box": Box,
+    "I": ISection,
+}
+_KINDS: Final[dict[str, type[_Family]]] = {
+    "tube": TubeFamily,
+    "rod": RodFamily,
+    "rectangle": RectangleFamily,
+    "box": BoxFamily,
+    "I": IFamily,
+}
 # Range of the leading size of the family around a stated section, as multiples of that size.
 _SMALLEST: Final = 0.1
 _LARGEST: Final = 5.0
-# Sizes that keep their ratio to the leading one in the family around a stated section; the others, walls, stay constant.
+# Sizes that keep their ratio to the leading one in the family around a stated section; the others,
+# walls, stay constant.
 _FOLLOW: Final = ("width",)
 # Least side of a section in wall thicknesses: slightly above two.
 _ROOM: Final = 2.02
 
 
-def family_around(section: Section | None, smallest: float = _SMALLEST, largest: float = _LARGEST) -> Family | None:
-    """Return the family of a section: `smallest` to `largest` times its leading size, width in proportion, walls constant.
+def family_around(
+    section: Section | None, smallest: float = _SMALLEST, largest: float = _LARGEST
+) -> Family | None:
+    """Return the family of a section: `smallest` to `largest` times its leading size, width in
+    proportion, walls constant.
 
     None without a section, and for a section of fixed sizes.
     """
@@ -189,7 +235,9 @@ def family_around(section: Section | None, smallest: float = _SMALLEST, largest:
     size = float(getattr(section, leading))
     follow = {name: float(getattr(section, name)) / size for name in others if name in _FOLLOW}
     stay = {name: float(getattr(section, name)) for name in others if name not in _FOLLOW}
-    least = max(smallest * size, _ROOM * max(stay.values(), default=0.0) / min([1.0, *follow.values()]))
+    least = max(
+        smallest * size, _ROOM * max(stay.values(), default=0.0) / min([1.0, *follow.values()])
+    )
     spans = {leading: Span(least, largest * max(size, least))}
     spans |= {name: Span(share, share, share=True) for name, share in follow.items()}
     spans |= {name: Span(value, value) for name, value in stay.items()}
@@ -197,11 +245,15 @@ def family_around(section: Section | None, smallest: float = _SMALLEST, largest:
 
 
 def _refuse(why: str, expected: str, example: str) -> PydanticCustomError:
-    return PydanticCustomError("section", "{why}", {"why": why, "expected": expected, "example": example})
+    return PydanticCustomError(
+        "section", "{why}", {"why": why, "expected": expected, "example": example}
+    )
 
 
 def section_text(section: object) -> str:
-    """Return a section as text: its sizes in mm where it has some ("tube 80 x 3 mm"), else its kind; "no section" for None."""
+    """Return a section as text: its sizes in mm where it has some ("tube 80 x 3 mm"), else its
+    kind; "no section" for None.
+    """
     if section is None:
         return "no section"
     if not isinstance(section, Tube | Rod | Rectangle | Box | ISection):

@@ -1,4 +1,5 @@
-"""Springs and harmonics along one motion, evaluated together: a drawn gearbox has dozens, and at one pose each by itself costs more than its sum.
+"""Springs and harmonics along one motion, evaluated together: a drawn gearbox has dozens, and at
+one pose each by itself costs more than its sum.
 
 Every size has the same bits as by its own form.
 """
@@ -20,9 +21,16 @@ if TYPE_CHECKING:
 
 
 def kind(form: Form) -> Hashable:
-    """Return what forms have in common that are evaluated together; None for a form that is evaluated by itself."""
+    """Return what forms have in common that are evaluated together; None for a form that is
+    evaluated by itself.
+    """
     if isinstance(form, Harmonic):
-        return Harmonic, form.direction.tobytes(), form.turns, None if form.envelope is None else form.envelope.load.tobytes()
+        return (
+            Harmonic,
+            form.direction.tobytes(),
+            form.turns,
+            None if form.envelope is None else form.envelope.load.tobytes(),
+        )
     if isinstance(form, Spring) and form.travel is None:
         return Spring, form.direction.tobytes(), form.odd, form.curve.load.tobytes()
     return None
@@ -31,7 +39,11 @@ def kind(form: Form) -> Hashable:
 def together(forms: Sequence[Form]) -> Springs | Harmonics:
     """Return forms of the same `kind`, which is not None, as one."""
     springs = [form for form in forms if isinstance(form, Spring)]
-    return Springs(springs) if springs else Harmonics([form for form in forms if isinstance(form, Harmonic)])
+    return (
+        Springs(springs)
+        if springs
+        else Harmonics([form for form in forms if isinstance(form, Harmonic)])
+    )
 
 
 class Curves:
@@ -41,7 +53,9 @@ class Curves:
         """Take the knots of the first one."""
         self._load, self._value = curves[0].load, np.array([curve.value for curve in curves])
         # beyond the last knot `_beyond` continues
-        self._slope = np.append(np.diff(self._value) / np.diff(self._load), np.zeros((len(curves), 1)), axis=1)
+        self._slope = np.append(
+            np.diff(self._value) / np.diff(self._load), np.zeros((len(curves), 1)), axis=1
+        )
         self._beyond = np.array([[curve.beyond] for curve in curves])
 
     def __call__(self, load: Floats) -> Floats:
@@ -64,17 +78,24 @@ class Springs:
         """Write the screw of each form times its scale (term,) into `out` (6, term, pose)."""
         load = at.along(self._direction)
         sizes = self._curves(np.abs(load))
-        write_along(self._direction, (np.sign(load) * sizes if self._odd else sizes) * scales[:, None], out)
+        write_along(
+            self._direction, (np.sign(load) * sizes if self._odd else sizes) * scales[:, None], out
+        )
 
 
 class Harmonics:
-    """Harmonics of one angle, without envelopes or with envelopes that have knots at the same loads."""
+    """Harmonics of one angle, without envelopes or with envelopes that have knots at the same
+    loads.
+    """
 
     def __init__(self, forms: Sequence[Harmonic]) -> None:
         """Take forms of the same `kind`."""
         self._direction, self._turns = forms[0].direction, forms[0].turns
         self._order = np.array([[form.order] for form in forms])
-        self._of_phase = [(way, np.array([form.phase == phase for form in forms])) for phase, way in (("sine", np.sin), ("cosine", np.cos))]
+        self._of_phase = [
+            (way, np.array([form.phase == phase for form in forms]))
+            for phase, way in (("sine", np.sin), ("cosine", np.cos))
+        ]
         envelopes = [form.envelope for form in forms if form.envelope is not None]
         self._envelopes = Curves(envelopes) if envelopes else None
 

@@ -23,16 +23,25 @@ def _is_direction(stated: str | tuple[float, float, float]) -> str | tuple[float
     with np.errstate(over="ignore"):  # an overflowing length is infinite, and refused
         length = float(np.linalg.norm(stated)) if isinstance(stated, tuple) else 1.0
     if not 0 < length < math.inf:  # never true of a NaN
-        context = {"why": f"the direction {list(stated)}", "expected": "a finite direction that is not zero", "example": "[0, 0, 1]"}
+        context = {
+            "why": f"the direction {list(stated)}",
+            "expected": "a finite direction that is not zero",
+            "example": "[0, 0, 1]",
+        }
         raise PydanticCustomError("direction", "{why}", context)
     return stated
 
 
-Direction = Annotated[Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float], AfterValidator(_is_direction)]
+Direction = Annotated[
+    Literal["x", "y", "z", "-x", "-y", "-z"] | tuple[float, float, float],
+    AfterValidator(_is_direction),
+]
 
 
 class Frame(Part):
-    """A frame in its parent frame: xyz, then roll, pitch, yaw about the fixed x, y, z axes (as in URDF)."""
+    """A frame in its parent frame: xyz, then roll, pitch, yaw about the fixed x, y, z axes (as in
+    URDF).
+    """
 
     xyz: Vector = (0.0, 0.0, 0.0)
     rpy: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)

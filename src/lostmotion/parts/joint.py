@@ -7,7 +7,14 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Generic, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
@@ -18,7 +25,15 @@ from lostmotion.parts.bearing.rigid import RigidBearing, of_rigid_kind
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.encoder import Encoder
-from lostmotion.parts.error_source import AngleAmount, ErrorSource, Grouped, LengthAmount, Mass, Part, Price
+from lostmotion.parts.error_source import (
+    AngleAmount,
+    ErrorSource,
+    Grouped,
+    LengthAmount,
+    Mass,
+    Part,
+    Price,
+)
 from lostmotion.parts.gearbox.gearbox import AmountT
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox, is_drawn
 from lostmotion.parts.gearbox.play_in_loop import play_left_open
@@ -50,18 +65,29 @@ _TURNING_ONLY: Final = ("axial_play", "axial_stiffness", "radial_runout", "axial
 
 
 def _refuse(why: str, expected: str, example: str) -> PydanticCustomError:
-    return PydanticCustomError("limits", "{why}", {"why": why, "expected": expected, "example": example})
+    return PydanticCustomError(
+        "limits", "{why}", {"why": why, "expected": expected, "example": example}
+    )
 
 
 def _rising(limits: tuple[float, float]) -> tuple[float, float]:
     if limits[0] >= limits[1]:
-        context = {"expected": "a lower limit below the upper one", "example": 'limits = ["-90 deg", "90 deg"]'}
-        raise PydanticCustomError("rising", "limits from {low} to {high} (rad or m)", {"low": limits[0], "high": limits[1], **context})
+        context = {
+            "expected": "a lower limit below the upper one",
+            "example": 'limits = ["-90 deg", "90 deg"]',
+        }
+        raise PydanticCustomError(
+            "rising",
+            "limits from {low} to {high} (rad or m)",
+            {"low": limits[0], "high": limits[1], **context},
+        )
     return limits
 
 
 # Each end has its own example, so that the example of both is a range.
-_Turning = tuple[Annotated[float, Quantity("rad", "-90 deg")], Annotated[float, Quantity("rad", "90 deg")]]
+_Turning = tuple[
+    Annotated[float, Quantity("rad", "-90 deg")], Annotated[float, Quantity("rad", "90 deg")]
+]
 _Sliding = tuple[Annotated[float, Quantity("m", "0 mm")], Annotated[float, Quantity("m", "300 mm")]]
 TurningLimits = Annotated[_Turning, AfterValidator(_rising)]
 SlidingLimits = Annotated[_Sliding, AfterValidator(_rising)]
@@ -73,7 +99,10 @@ def _is_name(text: str) -> str:
     if not text.isprintable() or text != text.strip() or not text:
         context = {
             "why": shown(text),
-            "expected": f"a name in one line of printable text, without blanks at its ends, at most {LONGEST_JOINT_NAME} characters",
+            "expected": (
+                "a name in one line of printable text, without blanks at its ends, at most "
+                f"{LONGEST_JOINT_NAME} characters"
+            ),
             "example": '"shoulder"',
         }
         raise PydanticCustomError("line", "{why}", context)
@@ -86,7 +115,10 @@ Name = Annotated[str, Field(max_length=LONGEST_JOINT_NAME), AfterValidator(_is_n
 # The name of a place: "base", the name of a joint, or that with ".seat" or ".tip" appended.
 PlaceName = Annotated[
     str,
-    Field(max_length=LONGEST_JOINT_NAME + len(".seat"), description="an earlier place: base, or NAME.seat, NAME or NAME.tip of a joint"),
+    Field(
+        max_length=LONGEST_JOINT_NAME + len(".seat"),
+        description="an earlier place: base, or NAME.seat, NAME or NAME.tip of a joint",
+    ),
     AfterValidator(_is_name),
 ]
 
@@ -94,9 +126,10 @@ PlaceName = Annotated[
 class _Joint(OfClass):
     """Base class of joints, moving or fixed.
 
-    after  name of the parent place: "base", or NAME.seat, NAME or NAME.tip of an earlier joint. Default: the tip of the previous joint, the
-           base for the first joint
-    mass   of the joint unit, its gearbox included; fixed to the seat, at centre_of_mass. Default: the gearbox's own mass, where stated
+    after  name of the parent place: "base", or NAME.seat, NAME or NAME.tip of an earlier joint.
+           Default: the tip of the previous joint, the base for the first joint
+    mass   of the joint unit, its gearbox included; fixed to the seat, at centre_of_mass. Default:
+           the gearbox's own mass, where stated
     price  of the joint unit, its gearbox included. Default: the gearbox's own price, where stated
     """
 
@@ -112,7 +145,9 @@ class _Joint(OfClass):
 
     @property
     def total_mass(self) -> float:
-        """Return the mass (kg) at the joint: as stated, which includes the gearbox, or else the gearbox's own; zero where neither is stated."""
+        """Return the mass (kg) at the joint: as stated, which includes the gearbox, or else the
+        gearbox's own; zero where neither is stated.
+        """
         if self.mass is not None:
             return self.mass
         gearbox = getattr(self, "gearbox", None)
@@ -120,7 +155,9 @@ class _Joint(OfClass):
 
     @property
     def total_price(self) -> float | None:
-        """Return the price of the joint unit as stated, or else the gearbox's own; None where neither is stated."""
+        """Return the price of the joint unit as stated, or else the gearbox's own; None where
+        neither is stated.
+        """
         gearbox = getattr(self, "gearbox", None)
         return self.price if self.price is not None or gearbox is None else gearbox.price
 
@@ -178,15 +215,29 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
     def sources(self) -> dict[str, ErrorSource]:
         """Return the error sources by name, each member of a grouped part by itself.
 
-        Of a gearbox with an output encoder only its open play remains, or none where the servo states a dead band: the output then rests within it.
+        Of a gearbox with an output encoder only its open play remains, or none where the servo
+        states a dead band: the output then rests within it.
         """
         gearbox, encoder = self.gearbox, self.encoder
         if encoder is not None and gearbox is not None:
-            own = {"ratio": encoder.ratio or abs(gearbox.ratio), "lead": encoder.lead or _lead_of(gearbox)}
+            own = {
+                "ratio": encoder.ratio or abs(gearbox.ratio),
+                "lead": encoder.lead or _lead_of(gearbox),
+            }
             encoder = encoder.model_copy(update=own)
         in_loop = encoder is not None and encoder.side == "output"
-        servo = None if self.servo is None else self.servo.behind(1.0 if encoder is None else encoder.turns)
-        found = {"gearbox": None if in_loop else gearbox, "bearing": self.bearing, **self._own_sources, "encoder": encoder, "servo": servo}
+        servo = (
+            None
+            if self.servo is None
+            else self.servo.behind(1.0 if encoder is None else encoder.turns)
+        )
+        found = {
+            "gearbox": None if in_loop else gearbox,
+            "bearing": self.bearing,
+            **self._own_sources,
+            "encoder": encoder,
+            "servo": servo,
+        }
         found["lumped"] = self.lumped
         out: dict[str, ErrorSource] = {}
         for name, source in found.items():
@@ -194,7 +245,11 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
                 out |= {f"{name} {member}": one for member, one in source.members.items()}
             elif source is not None:
                 out[name] = source
-        if not in_loop or encoder is None or (self.servo is not None and self.servo.dead_band is not None):
+        if (
+            not in_loop
+            or encoder is None
+            or (self.servo is not None and self.servo.dead_band is not None)
+        ):
             return out
         return play_left_open(gearbox, encoder.dead_band) | out
 
@@ -205,26 +260,43 @@ class _MovingJoint(_Joint, Generic[AmountT, GearboxT]):
 
     @property
     def drive_expands(self) -> bool | None:
-        """Return whether the clearances of a drawn gearbox follow the temperature; None where its materials state no expansion."""
+        """Return whether the clearances of a drawn gearbox follow the temperature; None where its
+        materials state no expansion.
+        """
         if not is_drawn(self.gearbox):
             return False
         return None if self.gearbox.expansion_unknown else self.gearbox.follows_temperature
 
     @model_validator(mode="after")
     def _one_dead_band(self) -> Self:
-        if self.servo is not None and self.servo.dead_band is not None and self.encoder is not None and self.encoder.dead_band is not None:
-            raise _refuse("a dead_band of the servo and one of the encoder", "one of the two", 'servo = { dead_band = "10 arcsec" }')
+        if (
+            self.servo is not None
+            and self.servo.dead_band is not None
+            and self.encoder is not None
+            and self.encoder.dead_band is not None
+        ):
+            raise _refuse(
+                "a dead_band of the servo and one of the encoder",
+                "one of the two",
+                'servo = { dead_band = "10 arcsec" }',
+            )
         return self
 
     def at_temperature(self, rise: Toleranced | None) -> Self:
-        """Return this joint with its gearbox at the temperature rise of its arm, K; itself where that changes nothing."""
+        """Return this joint with its gearbox at the temperature rise of its arm, K; itself where
+        that changes nothing.
+        """
         warm = self.gearbox.warmed(rise) if is_drawn(self.gearbox) else self.gearbox
         return self if warm is self.gearbox else self.model_copy(update={"gearbox": warm})
 
     @property
     def corrected(self) -> bool:
-        """Return whether an encoder on the output lets the controller correct the errors of the gearbox."""
-        return self.gearbox is not None and self.encoder is not None and self.encoder.side == "output"
+        """Return whether an encoder on the output lets the controller correct the errors of the
+        gearbox.
+        """
+        return (
+            self.gearbox is not None and self.encoder is not None and self.encoder.side == "output"
+        )
 
 
 class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):
@@ -240,10 +312,16 @@ class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):
 
     @field_validator("gearbox", "encoder")
     @classmethod
-    def _has_no_lead(cls, part: TurningGearbox | Encoder[AngleAmount] | None) -> TurningGearbox | Encoder[AngleAmount] | None:
+    def _has_no_lead(
+        cls, part: TurningGearbox | Encoder[AngleAmount] | None
+    ) -> TurningGearbox | Encoder[AngleAmount] | None:
         nowhere = [key for key in _SLIDING_ONLY if getattr(part, key, None) is not None]
         if nowhere:
-            raise _refuse(f"a {nowhere[0]} on a turning joint", f"a {nowhere[0]} on sliding joints only", 'type = "prismatic"')
+            raise _refuse(
+                f"a {nowhere[0]} on a turning joint",
+                f"a {nowhere[0]} on sliding joints only",
+                'type = "prismatic"',
+            )
         return part
 
     @functools.cached_property
@@ -253,7 +331,8 @@ class RevoluteJoint(_MovingJoint[AngleAmount, TurningGearbox]):
 
 
 class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
-    """A joint that slides along `axis` between `limits`; its drive's screw or pulley makes a turn per `lead`.
+    """A joint that slides along `axis` between `limits`; its drive's screw or pulley makes a turn
+    per `lead`.
 
     guideway  error motions of the carriage
     """
@@ -276,14 +355,23 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
     def _only_guides(cls, bearing: Bearing | None) -> Bearing | None:
         if isinstance(bearing, DrawnBearing):
             raise _refuse(
-                f"a {bearing.kind} on a sliding joint", "a guide: this joint does not turn", 'bearing = { kind = "rolling", span = "80 mm" }'
+                f"a {bearing.kind} on a sliding joint",
+                "a guide: this joint does not turn",
+                'bearing = { kind = "rolling", span = "80 mm" }',
             )
         fields = type(bearing).model_fields if bearing is not None else {}
-        nowhere = [name for name in _TURNING_ONLY if name in fields and getattr(bearing, name) != fields[name].default]
+        nowhere = [
+            name
+            for name in _TURNING_ONLY
+            if name in fields and getattr(bearing, name) != fields[name].default
+        ]
         if nowhere:
             raise _refuse(
                 f"{' and '.join(nowhere)} of a bearing on a sliding joint",
-                "a guide without them: it does not turn, and along the slide the drive carries the load",
+                (
+                    "a guide without them: it does not turn, and along the slide the drive "
+                    "carries the load"
+                ),
                 'gearbox = { backlash = "10 µm", stiffness = "200 N/µm" }',
             )
         return bearing
@@ -293,21 +381,41 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
     def _harmonics_have_a_lead(cls, drive: SlidingDrive | None) -> SlidingDrive | None:
         if drive is not None and drive.transmission_error is not None and _lead_of(drive) is None:
             example = 'gearbox = { transmission_error = "20 µm", lead = "10 mm" }'
-            raise _refuse("transmission_error without a lead on a sliding joint", "lead, the travel per turn of the screw or pulley", example)
+            raise _refuse(
+                "transmission_error without a lead on a sliding joint",
+                "lead, the travel per turn of the screw or pulley",
+                example,
+            )
         return drive
 
     @field_validator("encoder")
     @classmethod
-    def _encoder_turns(cls, encoder: Encoder[LengthAmount] | None, info: ValidationInfo) -> Encoder[LengthAmount] | None:
+    def _encoder_turns(
+        cls, encoder: Encoder[LengthAmount] | None, info: ValidationInfo
+    ) -> Encoder[LengthAmount] | None:
         if encoder is None or not encoder.eccentricity:
             return encoder
         if encoder.side == "output":
             example = 'encoder = { side = "output", zero = "20 µm" }'
-            raise _refuse("eccentricity of an encoder along the slide", "no eccentricity: a scale does not turn", example)
+            raise _refuse(
+                "eccentricity of an encoder along the slide",
+                "no eccentricity: a scale does not turn",
+                example,
+            )
         drive = info.data.get("gearbox")
-        if "gearbox" in info.data and encoder.lead is None and (drive is None or _lead_of(drive) is None):
-            expected = "lead, the travel per turn of the screw or pulley, of the gearbox or of the encoder"
-            raise _refuse("eccentricity without a lead on a sliding joint", expected, 'gearbox = { lead = "10 mm" }')
+        if (
+            "gearbox" in info.data
+            and encoder.lead is None
+            and (drive is None or _lead_of(drive) is None)
+        ):
+            expected = (
+                "lead, the travel per turn of the screw or pulley, of the gearbox or of the encoder"
+            )
+            raise _refuse(
+                "eccentricity without a lead on a sliding joint",
+                expected,
+                'gearbox = { lead = "10 mm" }',
+            )
         return encoder
 
     @model_validator(mode="after")
@@ -320,7 +428,11 @@ class PrismaticJoint(_MovingJoint[LengthAmount, SlidingDrive]):
 
     @model_validator(mode="after")
     def _drive_covers_the_range(self) -> Self:
-        problem = self.gearbox.range_error(self.limits) if isinstance(self.gearbox, SlideFigures) else None
+        problem = (
+            self.gearbox.range_error(self.limits)
+            if isinstance(self.gearbox, SlideFigures)
+            else None
+        )
         if problem:
             raise _refuse(*problem)
         return self

@@ -12,7 +12,15 @@ from lostmotion.laws import beam
 from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.laws.process_tolerance import Process, process_tolerance
 from lostmotion.parts.compliance import Compliance, Measured
-from lostmotion.parts.error_source import ErrorSource, Expansion, LengthAmount, LengthDim, Mass, Price, TemperatureDifference
+from lostmotion.parts.error_source import (
+    ErrorSource,
+    Expansion,
+    LengthAmount,
+    LengthDim,
+    Mass,
+    Price,
+    TemperatureDifference,
+)
 from lostmotion.parts.forms import Constant, Linear
 from lostmotion.parts.frame import Direction, Frame, Vector, unit
 from lostmotion.parts.material import Material
@@ -36,20 +44,28 @@ class Link(OfClass):
     """The body between a joint and the next one, as a beam along the straight line between them.
 
     length, direction   from this joint's frame to the next seat; or `tip`, the whole frame
-    length_tolerance    ± limit of the distance to the next seat, where `length` does not state it (a tip from DH or URDF)
-    tip_tolerance       instead: ± of the next seat's frame about and along each of the tip's directions, `{ tilt = [...], offset = [...] }`
-    process             sets the ± limit of that distance where none is stated, by `laws.process_tolerance`; it counts as assumed
-    section, material   a uniform section, or one that changes along the link (stepped, tapered); composite sections state their own materials
-    compliance          instead of a section: matrix (6, 6) at the tip and in its axes
+    length_tolerance    ± limit of the distance to the next seat, where `length` does not state it
+                        (a tip from DH or URDF)
+    tip_tolerance       instead: ± of the next seat's frame about and along each of the tip's
+                        directions, `{ tilt = [...], offset = [...] }` process             sets the
+                        ± limit of that distance where none is stated, by `laws.process_tolerance`;
+                        it counts as assumed
+    section, material   a uniform section, or one that changes along the link (stepped, tapered);
+                        composite sections state their own materials compliance          instead of
+                        a section: matrix (6, 6) at the tip and in its axes
     measured            instead of a section: a force on the tip and the measured deflection
-    rigid               true: the link is declared rigid. None of these four: the stiffness is missing, and figures are lower bounds
-    mass                default: that of section and material; zero with a compliance or a measurement
+    rigid               true: the link is declared rigid. None of these four: the stiffness is
+                        missing, and figures are lower bounds
+    mass                default: that of section and material; zero with a compliance or a
+                        measurement
     price               of the link, data for comparisons
-    centre_of_mass      in the joint's frame; default: that of the sections, or the middle. Stated: the mass is spread uniformly on both sides
-                        of it, up to the nearer end
-    up                  direction across the link that the section's height follows; default: across the joint's axis
+    centre_of_mass      in the joint's frame; default: that of the sections, or the middle. Stated:
+                        the mass is spread uniformly on both sides of it, up to the nearer end
+    up                  direction across the link that the section's height follows; default: across
+                        the joint's axis
     expansion           linear thermal expansion along the link, 1/K; default: that of its materials
-    temperature_difference  of the side that the section's height points to, above the opposite side; ± how far it differs. The link bends
+    temperature_difference  of the side that the section's height points to, above the opposite
+                            side; ± how far it differs. The link bends
     """
 
     shareable: ClassVar[bool] = False
@@ -78,26 +94,53 @@ class Link(OfClass):
     def _is_a_distance(cls, length: Toleranced) -> Toleranced:
         if length.nominal < 0:
             found = f"a negative length, {1e3 * length.nominal:g} mm"
-            raise refuse_section(found, "a length of at least 0; the direction says where the link points", 'length = "400 mm", direction = "-x"')
+            raise refuse_section(
+                found,
+                "a length of at least 0; the direction says where the link points",
+                'length = "400 mm", direction = "-x"',
+            )
         return length
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if self.tip is not None and (self.length.nominal or self.length.tolerance):
-            raise refuse_section("both tip and length", "one of the two; beside a tip, length_tolerance", 'length = "400 mm ± 50 µm"')
+            raise refuse_section(
+                "both tip and length",
+                "one of the two; beside a tip, length_tolerance",
+                'length = "400 mm ± 50 µm"',
+            )
         if self.length_tolerance and self.length.tolerance:
-            raise refuse_section("a tolerance both in length and in length_tolerance", "one of the two", 'length = "400 mm ± 50 µm"')
+            raise refuse_section(
+                "a tolerance both in length and in length_tolerance",
+                "one of the two",
+                'length = "400 mm ± 50 µm"',
+            )
         if self.tip_tolerance is not None and (self.length_tolerance or self.length.tolerance):
-            raise refuse_section("a tolerance of the length beside tip_tolerance", "one of the two", 'length_tolerance = "50 µm"')
+            raise refuse_section(
+                "a tolerance of the length beside tip_tolerance",
+                "one of the two",
+                'length_tolerance = "50 µm"',
+            )
         if self.length_tolerance and not self.reach:
-            raise refuse_section("length_tolerance on a link of zero length", "a link with a length or a tip", 'length = "400 mm ± 50 µm"')
+            raise refuse_section(
+                "length_tolerance on a link of zero length",
+                "a link with a length or a tip",
+                'length = "400 mm ± 50 µm"',
+            )
         try:
             _ = self.process_tolerance
         except ValueError as error:
-            raise refuse_section(str(error), "a shorter link, or its length_tolerance", 'length_tolerance = "0.5 mm"') from None
+            raise refuse_section(
+                str(error), "a shorter link, or its length_tolerance", 'length_tolerance = "0.5 mm"'
+            ) from None
         self._check_stiffness()
-        if self.up is not None and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach:
-            raise refuse_section("up along the link itself", "a direction across the link", 'up = "z"')
+        if (
+            self.up is not None
+            and np.linalg.norm(np.cross(unit(self.up), self.tip_pose[:3, 3])) < 1e-6 * self.reach
+        ):
+            raise refuse_section(
+                "up along the link itself", "a direction across the link", 'up = "z"'
+            )
         if self.bends_with_temperature and not np.isfinite(self.thermal_expansion[:, 1]).all():
             expected = "a section of known height whose materials state their expansion"
             found = "temperature_difference of a link whose bending by it is not known"
@@ -105,39 +148,82 @@ class Link(OfClass):
         return self
 
     def _check_stiffness(self) -> None:
-        stated = [name for name in ("section", "compliance", "measured") if getattr(self, name) is not None]
+        stated = [
+            name
+            for name in ("section", "compliance", "measured")
+            if getattr(self, name) is not None
+        ]
         if len(stated) > 1:
-            raise refuse_section(" beside ".join(stated), "one of section, compliance and measured", 'section = "tube"')
+            raise refuse_section(
+                " beside ".join(stated),
+                "one of section, compliance and measured",
+                'section = "tube"',
+            )
         if stated and self.rigid:
             raise refuse_section(f"rigid beside {stated[0]}", "one of the two", "rigid = true")
         if self.section is None and self.material is not None:
-            raise refuse_section("a section without a material, or the reverse", "both or neither", 'material = "aluminium"')
+            raise refuse_section(
+                "a section without a material, or the reverse",
+                "both or neither",
+                'material = "aluminium"',
+            )
         if self.section is not None:
-            problem = section_error(self.section, self.reach, has_material=self.material is not None)
+            problem = section_error(
+                self.section, self.reach, has_material=self.material is not None
+            )
             if problem:
                 raise refuse_section(*problem, 'material = "aluminium"')
-            if self._beam_of_section is not None and any(each.density is None for each in self._beam_of_section[1]):
-                expected = "the density of every material of a link, which bends under its own weight"
-                raise refuse_section("a material without density", expected, 'density = "2700 kg/m^3"')
+            if self._beam_of_section is not None and any(
+                each.density is None for each in self._beam_of_section[1]
+            ):
+                expected = (
+                    "the density of every material of a link, which bends under its own weight"
+                )
+                raise refuse_section(
+                    "a material without density", expected, 'density = "2700 kg/m^3"'
+                )
         elif stated and not self.reach:
-            raise refuse_section(f"{stated[0]} of a link of zero length", "a link with a length or a tip", 'length = "400 mm"')
+            raise refuse_section(
+                f"{stated[0]} of a link of zero length",
+                "a link with a length or a tip",
+                'length = "400 mm"',
+            )
         for bending in (self.measured, self.measured.sideways) if self.measured is not None else ():
             if bending is not None and bending.inconsistency(self.reach):
                 raise refuse_section(
-                    bending.inconsistency(self.reach), "a deflection possible for a bar", 'deflection = "0.2 mm", slope = "2 arcmin"'
+                    bending.inconsistency(self.reach),
+                    "a deflection possible for a bar",
+                    'deflection = "0.2 mm", slope = "2 arcmin"',
                 )
 
     @property
     def process_tolerance(self) -> float:
-        """Return the ± limit (m) of the length by the process that makes the link; zero where a limit is stated, or no process."""
-        stated = self.length.tolerance or {"length_tolerance", "tip_tolerance"} & self.model_fields_set
-        return 0.0 if self.process is None or stated or not self.reach else process_tolerance(self.process, self.reach)
+        """Return the ± limit (m) of the length by the process that makes the link; zero where a
+        limit is stated, or no process.
+        """
+        stated = (
+            self.length.tolerance or {"length_tolerance", "tip_tolerance"} & self.model_fields_set
+        )
+        return (
+            0.0
+            if self.process is None or stated or not self.reach
+            else process_tolerance(self.process, self.reach)
+        )
 
     @property
     def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, with the tolerance by process."""
+        """Return the values that are not stated as facts: key to reason, with the tolerance by
+        process.
+        """
         found, limit = super().assumptions, self.process_tolerance
-        return {**found, "length_tolerance": f"{DEFAULT} tolerance of {self.process}, ± {1e3 * limit:.2g} mm"} if limit else found
+        return (
+            {
+                **found,
+                "length_tolerance": f"{DEFAULT} tolerance of {self.process}, ± {1e3 * limit:.2g} mm",  # noqa: E501
+            }
+            if limit
+            else found
+        )
 
     @functools.cached_property
     def tip_pose(self) -> Floats:
@@ -153,13 +239,21 @@ class Link(OfClass):
 
     @property
     def is_rigid(self) -> bool:
-        """Return whether the link is assumed rigid: its stiffness is not specified, or its length is zero."""
-        return not self.reach or (self.section is None and self.compliance is None and self.measured is None)
+        """Return whether the link is assumed rigid: its stiffness is not specified, or its length
+        is zero.
+        """
+        return not self.reach or (
+            self.section is None and self.compliance is None and self.measured is None
+        )
 
     @functools.cached_property
     def _beam_of_section(self) -> tuple[beam.Beam, tuple[Material, ...]] | None:
         """Return the beam of section and material, and the material of each of its causes."""
-        return beam_of(self.section, self.reach, self.material) if self.section is not None and self.reach else None
+        return (
+            beam_of(self.section, self.reach, self.material)
+            if self.section is not None and self.reach
+            else None
+        )
 
     @functools.cached_property
     def total_mass(self) -> float:
@@ -173,7 +267,11 @@ class Link(OfClass):
         """Return the centre of mass in the joint's frame (3,), m."""
         if self.centre_of_mass is not None:
             return np.array(self.centre_of_mass)
-        share = self._beam_of_section[0].mass_centre / self.reach if self._beam_of_section is not None else 0.5
+        share = (
+            self._beam_of_section[0].mass_centre / self.reach
+            if self._beam_of_section is not None
+            else 0.5
+        )
         return np.asarray(self.tip_pose[:3, 3] * share)
 
     @property
@@ -183,7 +281,9 @@ class Link(OfClass):
 
     @functools.cached_property
     def thermal_expansion(self) -> Floats:
-        """Return the twist of the tip (6, 2), in beam axes, per kelvin of temperature rise and of difference across the link; NaN: not known."""
+        """Return the twist of the tip (6, 2), in beam axes, per kelvin of temperature rise and of
+        difference across the link; NaN: not known.
+        """
         made = self._beam_of_section
         out = np.full((6, 2), np.nan) if made is None else made[0].tip_expansion()
         if self.expansion is not None:
@@ -196,11 +296,13 @@ class Link(OfClass):
         return bool(self.reach and np.isfinite(self.thermal_expansion[:, 0]).all())
 
     def beam_in(self, tip_from_beam: Floats) -> tuple[beam.Beam, tuple[float, ...]]:
-        """Return the equivalent beam of this link, in its own axes, and the scatter of each of its causes.
+        """Return the equivalent beam of this link, in its own axes, and the scatter of each of its
+        causes.
 
-        `tip_from_beam` (3, 3) turns those axes into the tip's. The beam of a measurement is uniform and has the measured tip deflection. That of a
-        compliance is `beam_of_compliance`: exact under loads on the tip; under its own weight the link bends like that beam. Raises ValueError for a
-        rigid link.
+        `tip_from_beam` (3, 3) turns those axes into the tip's. The beam of a measurement is uniform
+        and has the measured tip deflection. That of a compliance is `beam_of_compliance`: exact
+        under loads on the tip; under its own weight the link bends like that beam. Raises
+        ValueError for a rigid link.
         """
         if self._beam_of_section is not None:
             made, materials = self._beam_of_section
@@ -208,13 +310,19 @@ class Link(OfClass):
         if self.is_rigid:
             raise ValueError("a rigid link has no compliance")
         if self.measured is not None:
-            return beam.prism(self.reach, [self.measured.compliance_per_length(self.reach)]), (self.measured.scatter,)
+            return beam.prism(self.reach, [self.measured.compliance_per_length(self.reach)]), (
+                self.measured.scatter,
+            )
         assert self.compliance is not None  # noqa: S101 - it is not rigid
         turn6 = np.kron(np.eye(2), tip_from_beam)
-        return beam.beam_of_compliance(turn6.T @ self.compliance.values @ turn6, self.reach), (self.compliance.scatter,)
+        return beam.beam_of_compliance(turn6.T @ self.compliance.values @ turn6, self.reach), (
+            self.compliance.scatter,
+        )
 
     def beam_axes(self, joint_axis: Floats) -> Floats:
-        """Return the rotation (3, 3) whose columns are the beam's x (along), y (section's width) and z (height) in the joint's frame."""
+        """Return the rotation (3, 3) whose columns are the beam's x (along), y (section's width)
+        and z (height) in the joint's frame.
+        """
         along = self.tip_pose[:3, 3] / self.reach
         if self.up is not None:
             height = unit(self.up)
@@ -234,7 +342,8 @@ class Link(OfClass):
 class ElasticLink(ErrorSource):
     """A link behind its joint; its terms act at the link's tip, in the tip's axes.
 
-    Its deflection is linear in the wrench on its tip and in gravity: the deflections under the loads of each cause add up to the total.
+    Its deflection is linear in the wrench on its tip and in gravity: the deflections under the
+    loads of each cause add up to the total.
     """
 
     def __init__(self, link: Link, joint_axis: Floats) -> None:
@@ -244,14 +353,26 @@ class ElasticLink(ErrorSource):
         self.joint_axis = joint_axis
 
     def terms(self, motion: Motion) -> list[Term]:
-        """Return bending under the load on the tip, bending under its own weight, the length tolerance, and thermal expansion."""
+        """Return bending under the load on the tip, bending under its own weight, the length
+        tolerance, and thermal expansion.
+        """
         tip = [] if self.link.tip_tolerance is None else self.link.tip_tolerance.terms()
-        return [*self._length(), *tip, *([] if self.link.is_rigid else self._bending()), *self._growth(motion), *self._thermal_bending(motion)]
+        return [
+            *self._length(),
+            *tip,
+            *([] if self.link.is_rigid else self._bending()),
+            *self._growth(motion),
+            *self._thermal_bending(motion),
+        ]
 
     def _length(self) -> list[Term]:
         link = self.link
         if link.length.tolerance:
-            along, limit, law = unit(link.direction), link.length.tolerance, of_tolerance(link.length.law)
+            along, limit, law = (
+                unit(link.direction),
+                link.length.tolerance,
+                of_tolerance(link.length.law),
+            )
         else:
             limit, law = link.length_tolerance or link.process_tolerance, of_tolerance("normal")
             if not limit:
@@ -264,19 +385,29 @@ class ElasticLink(ErrorSource):
         sized, scatters = Parameter("stiffness"), self._beam[1]
         own = Linear(np.zeros((6, 6)), self.own_weight_compliance)
         out = [
-            Term("bending under load", "bending under load", Linear(self.tip_compliance), parameter=sized, exponent=-1),
+            Term(
+                "bending under load",
+                "bending under load",
+                Linear(self.tip_compliance),
+                parameter=sized,
+                exponent=-1,
+            ),
             Term("sag under own weight", "sag under own weight", own, parameter=sized, exponent=-1),
         ]
         for k, scatter in enumerate(scatters):
             if scatter:
                 form = Linear(self._compliance_by_cause[k], self._sag_by_cause[k])
-                cause = "stiffness scatter" if len(scatters) == 1 else "stiffness scatter of material"
+                cause = (
+                    "stiffness scatter" if len(scatters) == 1 else "stiffness scatter of material"
+                )
                 name = cause if len(scatters) == 1 else f"{cause} {k + 1}"
                 out += limit_terms(name, form, scatter, Normal(), sized, exponent=-1, cause=cause)
         return out
 
     def _growth(self, motion: Motion) -> list[Term]:
-        """Return the expansion by the temperature rise of the whole arm, and by how far that differs: one draw for all links."""
+        """Return the expansion by the temperature rise of the whole arm, and by how far that
+        differs: one draw for all links.
+        """
         link, rise = self.link, motion.rise
         if rise is None or not link.expands:
             return []
@@ -284,16 +415,24 @@ class ElasticLink(ErrorSource):
         if rise.nominal:
             form = Linear(np.zeros((6, 6)), per_kelvin=per_kelvin)
             out.append(Term("thermal expansion", "thermal expansion", form, parameter=sized))
-        return out + varying(VARIATION, Constant(per_kelvin), rise, motion, sized, shared=ENVIRONMENT)
+        return out + varying(
+            VARIATION, Constant(per_kelvin), rise, motion, sized, shared=ENVIRONMENT
+        )
 
     def _thermal_bending(self, motion: Motion) -> list[Term]:
         """Return the bending by the stated temperature difference across the link."""
         difference = self.link.temperature_difference
         if not self.link.bends_with_temperature:
             return []
-        form, sized = Constant(self._expansion[:, 1]), parameter("temperature difference", difference.nominal, "K")
+        form, sized = (
+            Constant(self._expansion[:, 1]),
+            parameter("temperature difference", difference.nominal, "K"),
+        )
         mean = Term("thermal bending", "thermal bending", form, difference.nominal, parameter=sized)
-        return [*([mean] if difference.nominal else []), *varying("temperature difference variation", form, difference, motion, sized)]
+        return [
+            *([mean] if difference.nominal else []),
+            *varying("temperature difference variation", form, difference, motion, sized),
+        ]
 
     @functools.cached_property
     def _expansion(self) -> Floats:
@@ -308,8 +447,9 @@ class ElasticLink(ErrorSource):
     def own_weight_compliance(self) -> Floats:
         """Return the twist of the tip per gravity (6, 3), both in the tip's axes.
 
-        The weight is distributed along the beam as in its sections. Around a stated centre of mass it is uniform on both sides, up to the nearer
-        end: over the whole beam for a centre in the middle, at a point for one at an end. A centre beside the beam, or beyond its ends, adds the
+        The weight is distributed along the beam as in its sections. Around a stated centre of mass
+        it is uniform on both sides, up to the nearer end: over the whole beam for a centre in the
+        middle, at a point for one at an end. A centre beside the beam, or beyond its ends, adds the
         moment of the weight there.
         """
         return np.asarray(self._sag_by_cause.sum(axis=0))
@@ -346,4 +486,6 @@ class ElasticLink(ErrorSource):
             spread = made.tip_under_uniform_load(middle - half, middle + half)
             arm = skew(centre - np.array([middle, 0, 0]))
         turn6 = np.kron(np.eye(2), self._to_tip)
-        return np.asarray(turn6 @ spread @ np.vstack([arm, np.eye(3)]) @ self._to_tip.T * link.total_mass)
+        return np.asarray(
+            turn6 @ spread @ np.vstack([arm, np.eye(3)]) @ self._to_tip.T * link.total_mass
+        )

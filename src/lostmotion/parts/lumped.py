@@ -1,4 +1,6 @@
-"""One lumped error of a whole joint, as in papers and quick estimates, where the parts are not specified."""
+"""One lumped error of a whole joint, as in papers and quick estimates, where the parts are not
+specified.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +18,29 @@ from lostmotion.parts.standard_terms import limit_terms, parameter
 from lostmotion.parts.term import Motion, Term
 from lostmotion.units import Distribution, TableRows
 
-Chance = Annotated[str | TableRows, Distribution(("normal", "normal without limits", "uniform", "two-sided", "from zero to maximum"))]
-_LAWS: Final[dict[str, Law]] = {"uniform": Uniform(), "two-sided": TwoSided(), "normal without limits": Normal(math.inf)}
+Chance = Annotated[
+    str | TableRows,
+    Distribution(
+        ("normal", "normal without limits", "uniform", "two-sided", "from zero to maximum")
+    ),
+]
+_LAWS: Final[dict[str, Law]] = {
+    "uniform": Uniform(),
+    "two-sided": TwoSided(),
+    "normal without limits": Normal(math.inf),
+}
 
 
 class Lumped(Sourced, ErrorSource):
     """A lumped joint error: an angle about the axis, and a shift of the joint's centre.
 
-    angle     largest angle error. law "normal": +-angle at three sigma, truncated there; "uniform"; "two-sided": always + or -;
-              "from zero to maximum": normal around angle/2 with sigma angle/6, truncated to 0..angle; "normal without limits": angle is three
-              sigma, exceeded in 0.27 % of draws, so that there is no worst case; or a table of rows [value in units of the angle, probability
-              of a smaller one], uniform between neighbouring values: [[-1, 0], [0.2, 0.5], [1, 1]]
+    angle     largest angle error. law "normal": +-angle at three sigma, truncated there; "uniform";
+              "two-sided": always + or -;
+              "from zero to maximum": normal around angle/2 with sigma angle/6, truncated to
+              0..angle; "normal without limits": angle is three sigma, exceeded in 0.27 % of draws,
+              so that there is no worst case; or a table of rows [value in units of the angle,
+              probability of a smaller one], uniform between neighbouring values: [[-1, 0], [0.2,
+              0.5], [1, 1]]
     offset    ± shift along each direction in `offset_along`, uniform
     varies    "visit": drawn at every visit; "robot": once per robot
     """
@@ -35,7 +49,9 @@ class Lumped(Sourced, ErrorSource):
     angle: AngleAmount = 0.0
     law: Chance = "normal"
     offset: LengthAmount = 0.0
-    offset_along: Annotated[list[Literal["x", "y", "z"]], Field(max_length=3)] = Field(default=["x", "y", "z"])
+    offset_along: Annotated[list[Literal["x", "y", "z"]], Field(max_length=3)] = Field(
+        default=["x", "y", "z"]
+    )
     varies: Literal["robot", "visit"] = "visit"
 
     def terms(self, motion: Motion) -> list[Term]:
@@ -53,5 +69,7 @@ class Lumped(Sourced, ErrorSource):
             sized = parameter("offset", self.offset, "m")
             for axis in dict.fromkeys(self.offset_along):
                 shift = Constant(np.eye(6)[3 + "xyz".index(axis)])
-                out += limit_terms(f"offset {axis}", shift, self.offset, Uniform(), sized, visit=visit)
+                out += limit_terms(
+                    f"offset {axis}", shift, self.offset, Uniform(), sized, visit=visit
+                )
         return out

@@ -19,7 +19,9 @@ RoundOrBox: TypeAlias = Literal["round", "box"]
 
 
 class Piece(NamedTuple):
-    """A piece of a link from `start` to `end` (m along the link), with its outer width and height (m) at both ends."""
+    """A piece of a link from `start` to `end` (m along the link), with its outer width and height
+    (m) at both ends.
+    """
 
     start: float
     end: float
@@ -39,19 +41,32 @@ class Piece(NamedTuple):
 
 
 def outer_sizes(section: Section, length: float) -> list[Piece]:
-    """Return the outer sizes of a link of this length (m) and section, piece by piece from the joint on.
+    """Return the outer sizes of a link of this length (m) and section, piece by piece from the
+    joint on.
 
-    Tubes and rods are round. Other sections have the size of their bounding box, and a custom section is a circle of equal area.
+    Tubes and rods are round. Other sections have the size of their bounding box, and a custom
+    section is a circle of equal area.
     """
     if isinstance(section, Tapered):
         stretch = length / section.length
         ends = [(station.at * stretch, *_outer(station.section)) for station in section.stations]
-        return [Piece(start, end, form, near, far) for (start, form, near), (end, _, far) in itertools.pairwise(ends) if start < end]
-    steps = [(step.length, step.section) for step in section.steps] if isinstance(section, Stepped) else [(length, section)]
+        return [
+            Piece(start, end, form, near, far)
+            for (start, form, near), (end, _, far) in itertools.pairwise(ends)
+            if start < end
+        ]
+    steps = (
+        [(step.length, step.section) for step in section.steps]
+        if isinstance(section, Stepped)
+        else [(length, section)]
+    )
     at = np.cumsum([0.0, *(each for each, _ in steps)])
     at *= length / at[-1]
     sizes = [_outer(each) for _, each in steps]
-    return [Piece(start, end, form, size, size) for (start, end), (form, size) in zip(itertools.pairwise(at.tolist()), sizes, strict=True)]
+    return [
+        Piece(start, end, form, size, size)
+        for (start, end), (form, size) in zip(itertools.pairwise(at.tolist()), sizes, strict=True)
+    ]
 
 
 def _outer(section: CrossSection) -> tuple[RoundOrBox, Size]:
@@ -64,7 +79,12 @@ def _outer(section: CrossSection) -> tuple[RoundOrBox, Size]:
         return "box", (float(np.ptp([y for y, _ in section.points])), section.height)
     if isinstance(section, Composite):
         layers = [(*_outer(layer.section), layer.offset) for layer in section.layers]
-        low, high = (f(offset + side * size[1] / 2 for _, size, offset in layers) for f, side in ((min, -1), (max, 1)))
-        form: RoundOrBox = "round" if all(form == "round" and not offset for form, _, offset in layers) else "box"
+        low, high = (
+            f(offset + side * size[1] / 2 for _, size, offset in layers)
+            for f, side in ((min, -1), (max, 1))
+        )
+        form: RoundOrBox = (
+            "round" if all(form == "round" and not offset for form, _, offset in layers) else "box"
+        )
         return form, (max(size[0] for _, size, _ in layers), high - low)
     return "box", (section.width, section.height)

@@ -1,4 +1,6 @@
-"""Plays that a load closes once it overcomes friction: the seat of a play, and the form of a closed and of an open play."""
+"""Plays that a load closes once it overcomes friction: the seat of a play, and the form of a closed
+and of an open play.
+"""
 
 from __future__ import annotations
 
@@ -22,12 +24,14 @@ _LEAST: Final = 1e-140
 
 @dataclass(frozen=True, eq=False)
 class Seat(Threshold):
-    """A play of unit half width in one to three directions, and the friction below which a load does not close it.
+    """A play of unit half width in one to three directions, and the friction below which a load
+    does not close it.
 
-    way       (m, 6), m from 1 to 3: the load in the play is way @ wrench (m, pose), N or N m, and the part moves by way.T @ position, as
-              reciprocity requires
+    way       (m, 6), m from 1 to 3: the load in the play is way @ wrench (m, pose), N or N m, and
+              the part moves by way.T @ position, as reciprocity requires
     friction  load that closes the play, N or N m, with its scatter over robots
-    lever     length by which the size of the wrench is divided before it is compared with a load, m; one where `way` has no lever arm
+    lever     length by which the size of the wrench is divided before it is compared with a load,
+              m; one where `way` has no lever arm
     stream    name of the draw of the friction within the part
     """
 
@@ -55,8 +59,13 @@ class Seat(Threshold):
         return at.once((self, "towards"), lambda: self.load(at) / np.where(size > 0, size, 1.0))
 
     def share(self, at: Condition) -> Floats:
-        """Return the share of robots (pose,) in which the load closes the play, 0..1 (`laws.clearance.closed_share`)."""
-        return at.once((self, "share"), lambda: closed_share(self.load_size(at), self.friction, at.load_size / self.lever))
+        """Return the share of robots (pose,) in which the load closes the play, 0..1
+        (`laws.clearance.closed_share`).
+        """
+        return at.once(
+            (self, "share"),
+            lambda: closed_share(self.load_size(at), self.friction, at.load_size / self.lever),
+        )
 
 
 def _size(load: Floats) -> Floats:
@@ -66,7 +75,9 @@ def _size(load: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class AnySeat(Threshold):
-    """Several seats of one shaft: the load counts as above the friction where it closes the play of any seat. The draw is that of the last seat."""
+    """Several seats of one shaft: the load counts as above the friction where it closes the play of
+    any seat. The draw is that of the last seat.
+    """
 
     seats: tuple[Seat, ...]
 
@@ -81,20 +92,25 @@ class AnySeat(Threshold):
         return any(seat.scatters for seat in self.seats)
 
     def share(self, at: Condition) -> Floats:
-        """Return the share of robots (pose,) in which any seat is closed, where one draw decides for all seats: the largest of their shares."""
+        """Return the share of robots (pose,) in which any seat is closed, where one draw decides
+        for all seats: the largest of their shares.
+        """
         return np.asarray(np.max([seat.share(at) for seat in self.seats], axis=0))
 
 
 class InPlay(Form):
     """A form that exists only where a load closes a play, or only where it leaves the play open.
 
-    Where the friction scatters, `screw` is the screw of a robot that has it. Without scatter all robots are equal, and it is zero where none has it.
+    Where the friction scatters, `screw` is the screw of a robot that has it. Without scatter all
+    robots are equal, and it is zero where none has it.
     """
 
     @property
     @abstractmethod
     def decides(self) -> Threshold | None:
-        """Return the friction that decides whether the play is closed; None where all robots have the screw."""
+        """Return the friction that decides whether the play is closed; None where all robots have
+        the screw.
+        """
 
     @property
     def threshold(self) -> Threshold | None:
@@ -115,7 +131,9 @@ class InPlay(Form):
 
 @dataclass(frozen=True, eq=False)
 class HeldPlay(InPlay):
-    """A play of unit half width: "held" (closed), on the side of the load, or "free" (open), along a fixed `direction` (6,)."""
+    """A play of unit half width: "held" (closed), on the side of the load, or "free" (open), along
+    a fixed `direction` (6,).
+    """
 
     seat: Seat
     state: Literal["held", "free"]

@@ -23,7 +23,21 @@ DEFAULT: Final = "default"
 DEFAULT_SCATTER: Final = f"{DEFAULT} scatter, {FRICTION_SCATTER_TEXT}"
 LONGEST_SOURCE: Final = 500
 # Keys that identify a part or its provenance, or state its price: no error depends on them.
-NO_VALUES: Final = frozenset({"assumed", "source", "upper_limits", "preset", "kind", "type", "name", "model", "notes", "after", "price"})
+NO_VALUES: Final = frozenset(
+    {
+        "assumed",
+        "source",
+        "upper_limits",
+        "preset",
+        "kind",
+        "type",
+        "name",
+        "model",
+        "notes",
+        "after",
+        "price",
+    }
+)
 
 Keys = Annotated[tuple[Annotated[Line, Field(max_length=80)], ...], Field(max_length=100)]
 
@@ -31,7 +45,8 @@ Keys = Annotated[tuple[Annotated[Line, Field(max_length=80)], ...], Field(max_le
 class Sourced(Part):
     """A part whose values have a provenance.
 
-    assumed   keys of this table whose values are assumed: neither measured nor taken from a maker's data
+    assumed   keys of this table whose values are assumed: neither measured nor taken from a maker's
+              data
     source    where the values come from, in one line
     """
 
@@ -47,7 +62,12 @@ class Sourced(Part):
         strange = [name for name in names if name not in known]
         if strange:
             near = nearest(strange[0], known)
-            raise _refusal(f"{shown(strange[0])}, not a key of this table", f"keys of this table: {', '.join(known)}", near or known[0], near)
+            raise _refusal(
+                f"{shown(strange[0])}, not a key of this table",
+                f"keys of this table: {', '.join(known)}",
+                near or known[0],
+                near,
+            )
         return names
 
     @model_validator(mode="after")
@@ -58,17 +78,34 @@ class Sourced(Part):
             if silent:
                 near = nearest(silent[0], stated)
                 expected = f"keys that this table states: {', '.join(stated) or 'none'}"
-                raise _refusal(f"{shown(silent[0])} in {listing}, without a value", expected, near or next(iter(stated), ""), near, listing)
+                raise _refusal(
+                    f"{shown(silent[0])} in {listing}, without a value",
+                    expected,
+                    near or next(iter(stated), ""),
+                    near,
+                    listing,
+                )
         return self
 
     @property
     def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason. Subclasses add their limits and the defaults that depend on other values."""
-        silent = (key for key in self.assumed_unless_stated if key not in self.model_fields_set or getattr(self, key) is None)
-        return {**dict.fromkeys(self.assumed, ASSUMED), **{key: self.assumed_unless_stated[key] for key in silent}}
+        """Return the values that are not stated as facts: key to reason. Subclasses add their
+        limits and the defaults that depend on other values.
+        """
+        silent = (
+            key
+            for key in self.assumed_unless_stated
+            if key not in self.model_fields_set or getattr(self, key) is None
+        )
+        return {
+            **dict.fromkeys(self.assumed, ASSUMED),
+            **{key: self.assumed_unless_stated[key] for key in silent},
+        }
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """Return a copy with other values; a value that is set here is no longer an assumption or a limit."""
+        """Return a copy with other values; a value that is set here is no longer an assumption or a
+        limit.
+        """
         changed = dict(update or {})
         for listing in ("assumed", "upper_limits"):
             names = getattr(self, listing, ())
@@ -99,19 +136,34 @@ class Preset(Part):
 
 
 class OfClass(Sourced):
-    """A part that may take typical values of its class from a preset of the catalogue. In a file, `preset` is the name of the class."""
+    """A part that may take typical values of its class from a preset of the catalogue. In a file,
+    `preset` is the name of the class.
+    """
 
     preset: Preset | None = None
 
     @property
     def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, those of the preset with its name."""
+        """Return the values that are not stated as facts: key to reason, those of the preset with
+        its name.
+        """
         own = super().assumptions
-        return own if self.preset is None else {**own, **dict.fromkeys(self.preset.keys, self.preset.reason)}
+        return (
+            own
+            if self.preset is None
+            else {**own, **dict.fromkeys(self.preset.keys, self.preset.reason)}
+        )
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """Return a copy with other values; a value that is set here is no longer that of the preset."""
-        if self.preset is not None and update and "preset" not in update and set(update) & set(self.preset.keys):
+        """Return a copy with other values; a value that is set here is no longer that of the
+        preset.
+        """
+        if (
+            self.preset is not None
+            and update
+            and "preset" not in update
+            and set(update) & set(self.preset.keys)
+        ):
             kept = tuple(key for key in self.preset.keys if key not in update)
             update = {**update, "preset": self.preset.model_copy(update={"keys": kept})}
         return super().model_copy(update=update, deep=deep)
@@ -122,8 +174,11 @@ def value_keys(model: type[Part]) -> list[str]:
     return [name for name in model.model_fields if name not in NO_VALUES]
 
 
-def with_friction(assumptions: dict[str, str], key: str, friction: Friction | None) -> dict[str, str]:
-    """Return `assumptions` with the entry for a friction, or a scatter of it, that is not stated under `key`; none for a part without play.
+def with_friction(
+    assumptions: dict[str, str], key: str, friction: Friction | None
+) -> dict[str, str]:
+    """Return `assumptions` with the entry for a friction, or a scatter of it, that is not stated
+    under `key`; none for a part without play.
 
     A friction that the part lists as assumed keeps its entry.
     """
@@ -134,6 +189,10 @@ def with_friction(assumptions: dict[str, str], key: str, friction: Friction | No
     return {**assumptions, key: DEFAULT_SCATTER} if friction.scatter_assumed else assumptions
 
 
-def _refusal(why: str, expected: str, key: str, near: str, listing: str = "assumed") -> PydanticCustomError:
+def _refusal(
+    why: str, expected: str, key: str, near: str, listing: str = "assumed"
+) -> PydanticCustomError:
     example = f'{listing} = ["{key}"]' if key else f"{listing} = []"
-    return PydanticCustomError("names", "{why}", {"why": why, "expected": expected, "example": example, "near": near})
+    return PydanticCustomError(
+        "names", "{why}", {"why": why, "expected": expected, "example": example, "near": near}
+    )

@@ -1,6 +1,8 @@
-"""Error terms as data: the name of a term, its draws, and the form by which its screw depends on angle, load and gravity at its place.
+"""Error terms as data: the name of a term, its draws, and the form by which its screw depends on
+angle, load and gravity at its place.
 
-A part lists its terms once, before any pose is known. The forms (`parts.forms`) then return the screw of each term at any poses.
+A part lists its terms once, before any pose is known. The forms (`parts.forms`) then return the
+screw of each term at any poses.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ _Value = TypeVar("_Value")
 
 @dataclass(frozen=True, slots=True)
 class Holding:
-    """The largest static load of a joint over its workspace and every tilt of the base. Friction that is not stated is a share of it.
+    """The largest static load of a joint over its workspace and every tilt of the base. Friction
+    that is not stated is a share of it.
 
     load           load along the joint's own motion: N m on a turning joint, N on a sliding one
     force, moment  sizes (N, N m) of the whole wrench at the joint's place
@@ -40,11 +43,14 @@ class Holding:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The motion of the joint to which a part belongs, and the temperature of the arm, independent of the pose.
+    """The motion of the joint to which a part belongs, and the temperature of the arm, independent
+    of the pose.
 
     twist    unit twist (6,) of the joint in the part's frame; zeros where nothing moves
-    holding  returns the largest static load of the joint; called only by parts whose friction is not stated
-    rise     temperature of the whole arm above that of its drawings, K, with its ± variation; None where no temperature is stated
+    holding  returns the largest static load of the joint; called only by parts whose friction is
+             not stated
+    rise     temperature of the whole arm above that of its drawings, K, with its ± variation; None
+             where no temperature is stated
     varies   whether temperatures vary from robot to robot, or from visit to visit
     limits   range of the joint, rad or m; None for a part by itself
     """
@@ -76,7 +82,8 @@ class Motion:
         return "N m/rad" if self.turning else "N/m"
 
     def turns(self, lead: float | None) -> float | None:
-        """Return the rotation (rad) of a drive screw per metre of travel of a sliding joint, from its lead (m); None for a turning joint.
+        """Return the rotation (rad) of a drive screw per metre of travel of a sliding joint, from
+        its lead (m); None for a turning joint.
 
         Raises ValueError for a sliding joint without a lead.
         """
@@ -89,7 +96,8 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """Joint value, load and gravity at one place of the arm, at some poses; the pose is the last axis.
+    """Joint value, load and gravity at one place of the arm, at some poses; the pose is the last
+    axis.
 
     angle    (pose,) value of the joint, rad or m
     wrench   (6, pose) load from the outboard side, in the frame of the place, N m and N
@@ -104,7 +112,9 @@ class Condition:
     _known: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def once(self, key: Hashable, compute: Callable[[], _Value]) -> _Value:
-        """Return the result of `compute`, which is called once per key. A key is a form or a value, not an id, which may be reused."""
+        """Return the result of `compute`, which is called once per key. A key is a form or a value,
+        not an id, which may be reused.
+        """
         if key not in self._known:
             self._known[key] = compute()
         found: _Value = self._known[key]
@@ -112,7 +122,9 @@ class Condition:
 
     @property
     def load_size(self) -> Floats:
-        """Return the norm of the whole wrench (pose,), by which a small load is distinguished from rounding."""
+        """Return the norm of the whole wrench (pose,), by which a small load is distinguished from
+        rounding.
+        """
         return self.once("load size", lambda: np.sqrt((self.wrench**2).sum(axis=0)))
 
     def along(self, way: Floats) -> Floats:
@@ -123,7 +135,8 @@ class Condition:
 def rows_times(matrix: Floats, vectors: Floats) -> Floats:
     """Return matrix @ vectors (row, pose) for vectors (column, pose), summed in one order.
 
-    A BLAS product may round a single pose differently from the same pose among many. Columns of zeros are skipped, which changes no bit.
+    A BLAS product may round a single pose differently from the same pose among many. Columns of
+    zeros are skipped, which changes no bit.
     """
     out = np.zeros((len(matrix), vectors.shape[1]))
     for k in np.flatnonzero(matrix.any(axis=0)):
@@ -132,9 +145,11 @@ def rows_times(matrix: Floats, vectors: Floats) -> Floats:
 
 
 class Threshold(ABC):
-    """Dry friction that a load overcomes in some robots and not in others. Thresholds are compared by identity.
+    """Dry friction that a load overcomes in some robots and not in others. Thresholds are compared
+    by identity.
 
-    stream  name of the draw within the part, one uniform per robot: the load overcomes the friction in robots whose draw is at most the share
+    stream  name of the draw within the part, one uniform per robot: the load overcomes the friction
+            in robots whose draw is at most the share
     """
 
     stream: str
@@ -150,11 +165,15 @@ class Threshold(ABC):
 
 
 class Form(ABC):
-    """How a screw depends on the condition at its place. Forms are compared by identity: terms that differ only in size share one form."""
+    """How a screw depends on the condition at its place. Forms are compared by identity: terms that
+    differ only in size share one form.
+    """
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return the names of the fields of `Condition` on which the screw depends: "wrench" by default, none for a constant screw."""
+        """Return the names of the fields of `Condition` on which the screw depends: "wrench" by
+        default, none for a constant screw.
+        """
         return ("wrench",)
 
     @property
@@ -164,12 +183,16 @@ class Form(ABC):
 
     @property
     def threshold(self) -> Threshold | None:
-        """Return the friction that decides in each robot whether it has the screw; None where all robots have it."""
+        """Return the friction that decides in each robot whether it has the screw; None where all
+        robots have it.
+        """
         return None
 
     @property
     def above(self) -> bool:
-        """Return True if the screw exists where a load overcomes the threshold, False if it exists where it does not."""
+        """Return True if the screw exists where a load overcomes the threshold, False if it exists
+        where it does not.
+        """
         return True
 
     @abstractmethod
@@ -177,7 +200,9 @@ class Form(ABC):
         """Return the screw (6, pose), rad and m, for a term of scale one."""
 
     def compliance(self, at: Condition) -> Floats:
-        """Return the derivative of the screw by the wrench (pose, 6, 6), rad and m per N m and N; zeros for a form that is not elastic."""
+        """Return the derivative of the screw by the wrench (pose, 6, 6), rad and m per N m and N;
+        zeros for a form that is not elastic.
+        """
         return np.zeros((len(at.angle), 6, 6))
 
     def write(self, at: Condition, scales: Floats, out: Floats) -> None:
@@ -187,9 +212,11 @@ class Form(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """A random factor of mean zero and mean square one: the name of a stream of uniforms, and the distribution that maps them.
+    """A random factor of mean zero and mean square one: the name of a stream of uniforms, and the
+    distribution that maps them.
 
-    shared  owner of a stream that parts of several joints share; empty for a stream of the part's own
+    shared  owner of a stream that parts of several joints share; empty for a stream of the part's
+            own
     """
 
     stream: str
@@ -201,7 +228,8 @@ class Draw:
         return f"{self.shared or owner}.{self.stream}"
 
 
-# The sign of the joint's last motion: one draw per joint and visit, shared by all its parts that depend on direction.
+# The sign of the joint's last motion: one draw per joint and visit, shared by all its parts that
+# depend on direction.
 LAST_MOTION: Final = Draw("last motion", TwoSided())
 
 
@@ -226,14 +254,17 @@ class Term:
     """One elementary error of a part: scale x form is its screw per unit draw.
 
     name       unique within the part
-    cause      kind of error that a budget adds up: "backlash", "wind-up", "clearance"; without the number, row or phase of a single term
+    cause      kind of error that a budget adds up: "backlash", "wind-up", "clearance"; without the
+               number, row or phase of a single term
     form       how the screw depends on the condition at the place
     scale      size of the term, in the unit of the form's screw
     robot      draw per robot; None: no such factor
-    visit      draw per visit to a pose; None: no such factor. With both, the factor is their product, such as the size of a play times its side. With
-               neither it is a design term
-    parameter  size that a designer chooses; the error is proportional to its value to the power `exponent`, -1 for a stiffness
-    effect     name of the error of which this term is a part, such as the two phases of a harmonic, or a play and its scatter; default: `name`
+    visit      draw per visit to a pose; None: no such factor. With both, the factor is their
+               product, such as the size of a play times its side. With neither it is a design term
+    parameter  size that a designer chooses; the error is proportional to its value to the power
+               `exponent`, -1 for a stiffness
+    effect     name of the error of which this term is a part, such as the two phases of a harmonic,
+               or a play and its scatter; default: `name`
     """
 
     name: str
@@ -248,7 +279,9 @@ class Term:
 
     @property
     def sided(self) -> bool:
-        """Return whether the visit draw is the sign of the joint's last motion, which is known where the approach is known."""
+        """Return whether the visit draw is the sign of the joint's last motion, which is known
+        where the approach is known.
+        """
         return self.visit == LAST_MOTION
 
     @property
@@ -263,7 +296,9 @@ class Term:
 
 
 def level_of(robot: object | None, visit: object | None) -> Level:
-    """Return the level of chance of a term or a column with these draws; None stands for no draw."""
+    """Return the level of chance of a term or a column with these draws; None stands for no
+    draw.
+    """
     if robot is not None and visit is not None:
         return "robot x visit"
     return "robot" if robot is not None else "visit" if visit is not None else "design"

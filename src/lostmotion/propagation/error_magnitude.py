@@ -1,14 +1,20 @@
-"""Mean, standard deviation and quantiles of the magnitude |b + e| of a robot's position error at each pose, without sampling robots.
+"""Mean, standard deviation and quantiles of the magnitude |b + e| of a robot's position error at
+each pose, without sampling robots.
 
-e is a sum of terms, S (3, term) in m per unit draw, about the bias b. There are two ways, and both state an uncertainty for every figure.
+e is a sum of terms, S (3, term) in m per unit draw, about the bias b. There are two ways, and both
+state an uncertainty for every figure.
 
-- `by_rays`: for nearly normal sums. The normal vector with its first correction for shape is integrated along fixed directions.
-- `by_points`: for any sum. The draws are taken at the points of a scrambled Sobol sequence, the same for all poses.
+- `by_rays`: for nearly normal sums. The normal vector with its first correction for shape is
+  integrated along fixed directions.
+- `by_points`: for any sum. The draws are taken at the points of a scrambled Sobol sequence, the
+  same for all poses.
 
-`figures` takes rays where their correction is small at every level, and points elsewhere. `pooled_counts` counts the lengths of many poses together.
+`figures` takes rays where their correction is small at every level, and points elsewhere.
+`pooled_counts` counts the lengths of many poses together.
 
-Sources: I. Deak, Numer. Math. 35 (1980) 475, and P. Bjerager, J. Eng. Mech. 114 (1988) 1285 (integration along rays); O. Barndorff-Nielsen and
-D. Cox, Asymptotic Techniques (1989), ch. 6 (Edgeworth series of a vector); A. Owen, J. Complexity 14 (1998) 466 (scrambled nets).
+Sources: I. Deak, Numer. Math. 35 (1980) 475, and P. Bjerager, J. Eng. Mech. 114 (1988) 1285
+(integration along rays); O. Barndorff-Nielsen and D. Cox, Asymptotic Techniques (1989), ch. 6
+(Edgeworth series of a vector); A. Owen, J. Complexity 14 (1998) 466 (scrambled nets).
 """
 
 from __future__ import annotations
@@ -37,16 +43,19 @@ RAYS: Final = 256
 # Nodes of Gauss's rule along each ray, and where it ends, in standard deviations.
 _NODES: Final = 16
 _END: Final = 7.0
-# Rays apply where the correction moves each quantile by at most this share of itself, and changes the density there by at most that share.
+# Rays apply where the correction moves each quantile by at most this share of itself, and changes
+# the density there by at most that share.
 MOST_MOVED: Final = 0.02
 MOST_DENSER: Final = 1 / 8
-# Points of one pose and of each pose of a pooled histogram, in blocks whose differences give the standard error.
+# Points of one pose and of each pose of a pooled histogram, in blocks whose differences give the
+# standard error.
 POINTS: Final = 16_384
 POOLED_POINTS: Final = 4096
 BLOCKS: Final = 8
 # Uncertainties by points are this number of standard errors: about 95 %.
 _STANDARD_ERRORS: Final = 2.0
-# Poses at a time. Tiles always start at the same poses, since the rounding of matrix products may depend on their shape.
+# Poses at a time. Tiles always start at the same poses, since the rounding of matrix products may
+# depend on their shape.
 TILE: Final = 64
 # A variance that is a smaller share of the largest one is rounding, and counts as zero.
 _ROUNDING: Final = 1e-12
@@ -58,9 +67,11 @@ class Magnitude:
     """Figures of the error's magnitude at each pose, m.
 
     values         (pose, 2 + level): mean, standard deviation, quantiles
-    uncertainty    (pose, 2 + level): two standard errors of the points, or, for rays, what the correction for shape moves (docs/theory/accuracy.md)
-    nearly_normal  (pose,) whether rays apply
-    excess         (pose,) the scatter's mean fourth power against a normal vector's: 0 normal, below 0 flat or two-sided
+    uncertainty    (pose, 2 + level): two standard errors of the points, or, for rays, what the
+                   correction for shape moves (docs/theory/accuracy.md) nearly_normal  (pose,)
+                   whether rays apply
+    excess         (pose,) the scatter's mean fourth power against a normal vector's: 0 normal,
+                   below 0 flat or two-sided
     """
 
     values: Floats
@@ -111,20 +122,28 @@ def figures(
     bias    (pose, 3) m
     draws   returns the draws (term, count) at `count` points, as `sobol_draws` does
     levels  shares of the quantiles, 0..1
-    plays   the plays that are closed in some robots only, at POINTS points, in the order of the cumulants' closings
+    plays   the plays that are closed in some robots only, at POINTS points, in the order of the
+            cumulants' closings
     """
     found = by_rays(shift, bias, cumulants, levels, None if plays is None else plays.closed)
     rest = np.flatnonzero(~found.nearly_normal)
     if len(rest):
         there = None if plays is None else plays._replace(closed=plays.closed[rest])
-        found.values[rest], found.uncertainty[rest] = by_points(shift[rest], bias[rest], draws(POINTS), levels, there)
+        found.values[rest], found.uncertainty[rest] = by_points(
+            shift[rest], bias[rest], draws(POINTS), levels, there
+        )
     return found
 
 
 def by_rays(
-    shift: Floats, bias: Floats, cumulants: Cumulants | None = None, levels: Sequence[float] = LEVELS, closed: Floats | None = None
+    shift: Floats,
+    bias: Floats,
+    cumulants: Cumulants | None = None,
+    levels: Sequence[float] = LEVELS,
+    closed: Floats | None = None,
 ) -> Magnitude:
-    """Return the figures of nearly normal sums; without cumulants those of normal vectors. Valid where `nearly_normal` is true.
+    """Return the figures of nearly normal sums; without cumulants those of normal vectors. Valid
+    where `nearly_normal` is true.
 
     shift (pose, 3, term) m per unit draw, bias (pose, 3) m, closed (pose, play) as in `Plays`.
     Mean and standard deviation are by Gauss's rule, quantiles by Newton's method.
@@ -138,12 +157,22 @@ def by_rays(
         deviations, axes = _principal(shift[at] @ shift[at].transpose(0, 2, 1), bias[at])
         forms = None
         if cumulants is not None:
-            white = (axes / np.where(deviations > 0, deviations, np.inf)[:, None]).transpose(0, 2, 1) @ shift[at]
+            white = (axes / np.where(deviations > 0, deviations, np.inf)[:, None]).transpose(
+                0, 2, 1
+            ) @ shift[at]
             forms = _forms(white, cumulants, None if closed is None else closed[at])
             excess[at] = _excess(forms, deviations)
         rays = _rays(deviations, axes, bias[at], forms)
         kernel.moments_along_rays(*rays, *_radii(), values[at])
-        kernel.quantiles_along_rays(*rays, wanted, ndtri(wanted), (MOST_MOVED, MOST_DENSER), values[at], uncertainty[at], normal[at])
+        kernel.quantiles_along_rays(
+            *rays,
+            wanted,
+            ndtri(wanted),
+            (MOST_MOVED, MOST_DENSER),
+            values[at],
+            uncertainty[at],
+            normal[at],
+        )
         constant = at.start + np.flatnonzero(~deviations.any(axis=1))
         values[constant] = np.linalg.norm(bias[constant], axis=1, keepdims=True)
         values[constant, 1] = uncertainty[constant] = 0.0
@@ -151,7 +180,9 @@ def by_rays(
 
 
 def rays_of(covariance: Floats, bias: Floats) -> Rays:
-    """Return the rays of normal vectors, for any number of calls of `share_below`: covariance (pose, 3, 3) m^2, bias (pose, 3) m."""
+    """Return the rays of normal vectors, for any number of calls of `share_below`: covariance
+    (pose, 3, 3) m^2, bias (pose, 3) m.
+    """
     return _rays(*_principal(covariance, bias), bias, None)
 
 
@@ -163,9 +194,11 @@ def share_below(rays: Rays, limits: Floats) -> tuple[Floats, Floats]:
 
 
 def _principal(covariance: Floats, bias: Floats) -> tuple[Floats, Floats]:
-    """Return the standard deviations (pose, 3) along the principal axes, m, and the axes (pose, 3, axis).
+    """Return the standard deviations (pose, 3) along the principal axes, m, and the axes (pose, 3,
+    axis).
 
-    The axes point to the side of the bias, so that the rays, and therefore all figures, do not depend on the orientation of the base frame.
+    The axes point to the side of the bias, so that the rays, and therefore all figures, do not
+    depend on the orientation of the base frame.
     """
     values, axes = np.linalg.eigh(covariance)
     axes = np.where(bias[:, None] @ axes < 0, -axes, axes)
@@ -173,19 +206,27 @@ def _principal(covariance: Floats, bias: Floats) -> tuple[Floats, Floats]:
 
 
 def _rays(deviations: Floats, axes: Floats, bias: Floats, forms: Floats | None) -> Rays:
-    """Return the rays of vectors with these principal axes, weighted by the correction for the cumulants in `forms`."""
+    """Return the rays of vectors with these principal axes, weighted by the correction for the
+    cumulants in `forms`.
+    """
     weights = np.zeros((1, 5, RAYS)) if forms is None else (forms @ _hermite()).reshape(-1, 5, RAYS)
     weights[:, 0] += 1
     # The mean weight would be one if the directions were exactly uniform.
-    mass = weights.mean(axis=2) @ np.array([1, 2 * math.sqrt(2 / math.pi), 3, 8 * math.sqrt(2 / math.pi), 15])
+    mass = weights.mean(axis=2) @ np.array(
+        [1, 2 * math.sqrt(2 / math.pi), 3, 8 * math.sqrt(2 / math.pi), 15]
+    )
     across = deviations**2 @ _directions() ** 2
     along = ((bias[:, None] @ axes)[:, 0] * deviations) @ _directions()
     return Rays(
-        (bias**2).sum(axis=1), along, np.maximum(across, 1e-18 * across.max(axis=1, keepdims=True) + 1e-300), weights / (RAYS * mass[:, None, None])
+        (bias**2).sum(axis=1),
+        along,
+        np.maximum(across, 1e-18 * across.max(axis=1, keepdims=True) + 1e-300),
+        weights / (RAYS * mass[:, None, None]),
     )
 
 
-# ---- Cumulants of the sum as forms: k_ijk h_i h_j h_k and k_ijkl h_i h_j h_k h_l, by the coefficients of their monomials in h.
+# ---- Cumulants of the sum as forms: k_ijk h_i h_j h_k and k_ijkl h_i h_j h_k h_l, by the
+# coefficients of their monomials in h.
 
 
 @functools.cache
@@ -195,33 +236,52 @@ def _powers(order: int) -> tuple[tuple[int, int, int], ...]:
 
 
 def _forms(white: Floats, known: Cumulants, closed: Floats | None) -> Floats:
-    """Return the coefficients (pose, 10 + 15) of the third and fourth forms of sums white (pose, 3, term) @ draws."""
+    """Return the coefficients (pose, 10 + 15) of the third and fourth forms of sums white (pose, 3,
+    term) @ draws.
+    """
     threes, fours = known.third.terms, known.fourth.terms
 
     def pairs(terms: NDArray[np.int64]) -> Floats:
         one, two = white[:, :, terms[:, 0]], white[:, :, terms[:, 1]]
-        return np.stack([one[:, i] * two[:, j] + (one[:, j] * two[:, i] if i != j else 0.0) for i, j in _PAIRS], axis=1)
+        return np.stack(
+            [one[:, i] * two[:, j] + (one[:, j] * two[:, i] if i != j else 0.0) for i, j in _PAIRS],
+            axis=1,
+        )
 
     third = pairs(threes) * known.third.at(closed) @ white[:, :, threes[:, 2]].transpose(0, 2, 1)
     fourth = pairs(fours) * known.fourth.at(closed) @ pairs(fours[:, 2:]).transpose(0, 2, 1)
-    return np.concatenate([third.reshape(len(white), -1) @ _collect(3), fourth.reshape(len(white), -1) @ _collect(4)], axis=1)
+    return np.concatenate(
+        [third.reshape(len(white), -1) @ _collect(3), fourth.reshape(len(white), -1) @ _collect(4)],
+        axis=1,
+    )
 
 
 @functools.cache
 def _collect(order: int) -> Floats:
-    """Return ones where a product of a pair of axes with an axis (order 3) or a pair (order 4) is a monomial, else zeros (product, monomial)."""
+    """Return ones where a product of a pair of axes with an axis (order 3) or a pair (order 4) is a
+    monomial, else zeros (product, monomial).
+    """
     others: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,)) if order == 3 else _PAIRS  # noqa: PLR2004 - the order itself
     products = [pair + other for pair in _PAIRS for other in others]
-    return np.array([[tuple(map(axes.count, range(3))) == powers for powers in _powers(order)] for axes in products], float)
+    return np.array(
+        [
+            [tuple(map(axes.count, range(3))) == powers for powers in _powers(order)]
+            for axes in products
+        ],
+        float,
+    )
 
 
 def _excess(forms: Floats, deviations: Floats) -> Floats:
-    """Return k_iijj / ((tr C)^2 + 2 tr C^2) (pose,) from the fourth form of the whitened sum; the divisor is a normal vector's mean fourth power."""
+    """Return k_iijj / ((tr C)^2 + 2 tr C^2) (pose,) from the fourth form of the whitened sum; the
+    divisor is a normal vector's mean fourth power.
+    """
     fourth, variances = forms[:, len(_powers(3)) :], deviations**2
     traced = np.zeros(len(forms))
     for column, powers in enumerate(_powers(4)):
         if all(power % 2 == 0 for power in powers):
-            # the coefficient of x^4 is k_xxxx; that of x^2 y^2 is six k_xxyy, of which the trace has two
+            # the coefficient of x^4 is k_xxxx; that of x^2 y^2 is six k_xxyy, of which the trace
+            # has two
             share = 1.0 if max(powers) == 4 else 1 / 3  # noqa: PLR2004 - x^4
             traced += share * fourth[:, column] * np.prod(deviations ** np.array(powers), axis=1)
     normal = variances.sum(axis=1) ** 2 + 2 * (variances**2).sum(axis=1)
@@ -230,21 +290,37 @@ def _excess(forms: Floats, deviations: Floats) -> Floats:
 
 @functools.cache
 def _hermite() -> Floats:
-    """Return the weights along the rays per coefficient of the forms (10 + 15, 5 x ray), by Hermite's tensors: k3 : H3 / 6 + k4 : H4 / 24.
+    """Return the weights along the rays per coefficient of the forms (10 + 15, 5 x ray), by
+    Hermite's tensors: k3 : H3 / 6 + k4 : H4 / 24.
 
-    Along r u these are (k_uuu r^3 - 3 k_iiu r) / 6 and (k_uuuu r^4 - 6 k_iiuu r^2 + 3 k_iijj) / 24. A trace is a Laplacian of the form.
+    Along r u these are (k_uuu r^3 - 3 k_iiu r) / 6 and (k_uuuu r^4 - 6 k_iiuu r^2 + 3 k_iijj) / 24.
+    A trace is a Laplacian of the form.
     """
-    u = {order: np.array([np.prod(_directions() ** np.array(powers)[:, None], axis=0) for powers in _powers(order)]) for order in (0, 1, 2, 3, 4)}
+    u = {
+        order: np.array(
+            [
+                np.prod(_directions() ** np.array(powers)[:, None], axis=0)
+                for powers in _powers(order)
+            ]
+        )
+        for order in (0, 1, 2, 3, 4)
+    }
     out = np.zeros((25, 5, RAYS))
     third, fourth = out[: len(_powers(3))], out[len(_powers(3)) :]
     third[:, 3], third[:, 1] = u[3] / 6, -_laplacian(3) @ u[1] / 12
-    fourth[:, 4], fourth[:, 2], fourth[:, 0] = u[4] / 24, -_laplacian(4) @ u[2] / 48, _laplacian(4) @ _laplacian(2) @ u[0] / 192
+    fourth[:, 4], fourth[:, 2], fourth[:, 0] = (
+        u[4] / 24,
+        -_laplacian(4) @ u[2] / 48,
+        _laplacian(4) @ _laplacian(2) @ u[0] / 192,
+    )
     return out.reshape(25, -1)
 
 
 @functools.cache
 def _laplacian(order: int) -> Floats:
-    """Return the Laplacian of each monomial of this order, in monomials two orders lower (monomial, monomial)."""
+    """Return the Laplacian of each monomial of this order, in monomials two orders lower (monomial,
+    monomial).
+    """
     out = np.zeros((len(_powers(order)), len(_powers(order - 2))))
     for row, powers in enumerate(_powers(order)):
         for column, lower in enumerate(_powers(order - 2)):
@@ -257,7 +333,9 @@ def _laplacian(order: int) -> Floats:
 
 @functools.cache
 def _directions() -> Floats:
-    """Return RAYS evenly spaced unit vectors (3, ray) on a golden spiral; none of them is aligned with an axis."""
+    """Return RAYS evenly spaced unit vectors (3, ray) on a golden spiral; none of them is aligned
+    with an axis.
+    """
     n = np.arange(RAYS) + 0.5
     z, angle = 1 - 2 * n / RAYS, 4 * math.pi * n / (1 + math.sqrt(5))
     return np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z])
@@ -265,7 +343,9 @@ def _directions() -> Floats:
 
 @functools.cache
 def _radii() -> tuple[Floats, Floats]:
-    """Return nodes along a ray, in standard deviations, and the share of a standard normal vector at each of them; both (node,)."""
+    """Return nodes along a ray, in standard deviations, and the share of a standard normal vector
+    at each of them; both (node,).
+    """
     x, weights = np.polynomial.legendre.leggauss(_NODES)
     r = _END * (x + 1) / 2
     shares = weights * r**2 * np.exp(-(r**2) / 2)
@@ -275,45 +355,78 @@ def _radii() -> tuple[Floats, Floats]:
 # ---- Points
 
 
-def sobol_draws(terms: Sequence[Draws], importance: Mapping[Hashable, float], count: int, seed: int = 0) -> Floats:
-    """Return draws (term, count) at the points of a scrambled Sobol sequence; the most important streams use its first coordinates.
+def sobol_draws(
+    terms: Sequence[Draws], importance: Mapping[Hashable, float], count: int, seed: int = 0
+) -> Floats:
+    """Return draws (term, count) at the points of a scrambled Sobol sequence; the most important
+    streams use its first coordinates.
 
     terms       for each term the streams whose draws it multiplies, with their distributions
     importance  importance of every stream; only the order matters
     """
     from scipy.stats import qmc
 
-    order = {stream: n for n, stream in enumerate(sorted(importance, key=lambda stream: -importance[stream]))}
+    order = {
+        stream: n
+        for n, stream in enumerate(sorted(importance, key=lambda stream: -importance[stream]))
+    }
     if not order:
         return np.ones((len(terms), count))
     points = qmc.Sobol(len(order), scramble=True, rng=np.random.default_rng(seed)).random(count)
     u = np.clip(points, 1e-12, 1 - 1e-12).T
-    return np.array([np.prod([np.ones(count), *(law.quantile(u[order[stream]]) for stream, law in term)], axis=0) for term in terms])
+    return np.array(
+        [
+            np.prod(
+                [np.ones(count), *(law.quantile(u[order[stream]]) for stream, law in term)], axis=0
+            )
+            for term in terms
+        ]
+    )
 
 
-def by_points(shift: Floats, bias: Floats, draws: Floats, levels: Sequence[float] = LEVELS, plays: Plays | None = None) -> tuple[Floats, Floats]:
-    """Return values and uncertainty (pose, 2 + level) as in `Magnitude`, from draws (term, point); other arguments as for `figures`."""
+def by_points(
+    shift: Floats,
+    bias: Floats,
+    draws: Floats,
+    levels: Sequence[float] = LEVELS,
+    plays: Plays | None = None,
+) -> tuple[Floats, Floats]:
+    """Return values and uncertainty (pose, 2 + level) as in `Magnitude`, from draws (term, point);
+    other arguments as for `figures`.
+    """
     values, uncertainty = np.empty((2, len(bias), 2 + len(levels)))
     for at, squares in _squares(shift, bias, draws, plays):
-        kernel.figures_of_lengths(squares, np.array(levels, float), _STANDARD_ERRORS, values[at], uncertainty[at])
+        kernel.figures_of_lengths(
+            squares, np.array(levels, float), _STANDARD_ERRORS, values[at], uncertainty[at]
+        )
     return values, uncertainty
 
 
-def pooled_counts(shift: Floats, bias: Floats, draws: Floats, plays: Plays | None = None) -> NDArray[np.int64]:
-    """Return the number of magnitudes of all these poses in each bin of `error_bins`, by block of points (BLOCKS, bin)."""
+def pooled_counts(
+    shift: Floats, bias: Floats, draws: Floats, plays: Plays | None = None
+) -> NDArray[np.int64]:
+    """Return the number of magnitudes of all these poses in each bin of `error_bins`, by block of
+    points (BLOCKS, bin).
+    """
     counts = np.zeros((BLOCKS, BINS), np.int64)
     for _, squares in _squares(shift, bias, draws, plays):
         kernel.count_lengths(squares, counts)
     return counts
 
 
-def _squares(shift: Floats, bias: Floats, draws: Floats, plays: Plays | None) -> Iterator[tuple[slice, NDArray[np.float32]]]:
-    """Yield tiles of poses and their squared magnitudes (pose, block, point), m^2. The mean of every draw over the points is subtracted."""
+def _squares(
+    shift: Floats, bias: Floats, draws: Floats, plays: Plays | None
+) -> Iterator[tuple[slice, NDArray[np.float32]]]:
+    """Yield tiles of poses and their squared magnitudes (pose, block, point), m^2. The mean of
+    every draw over the points is subtracted.
+    """
     if plays is not None:
         yield from _squares_with_plays(shift, bias, draws, plays)
         return
     pad = -len(draws) % 4
-    centred = np.pad((draws - draws.mean(axis=1, keepdims=True)).astype(np.float32), ((0, pad), (0, 0)))
+    centred = np.pad(
+        (draws - draws.mean(axis=1, keepdims=True)).astype(np.float32), ((0, pad), (0, 0))
+    )
     buffer = np.empty((TILE, draws.shape[1]), np.float32)
     for at in _tiles(len(bias)):
         steps = np.pad(shift[at].astype(np.float32), ((0, 0), (0, 0), (0, pad)))
@@ -322,14 +435,20 @@ def _squares(shift: Floats, bias: Floats, draws: Floats, plays: Plays | None) ->
         yield at, out.reshape(len(steps), BLOCKS, -1)
 
 
-def _squares_with_plays(shift: Floats, bias: Floats, draws: Floats, plays: Plays) -> Iterator[tuple[slice, NDArray[np.float32]]]:
-    """Yield the same for single poses with plays: of the last terms, only those count whose play is closed in some robots at the pose."""
+def _squares_with_plays(
+    shift: Floats, bias: Floats, draws: Floats, plays: Plays
+) -> Iterator[tuple[slice, NDArray[np.float32]]]:
+    """Yield the same for single poses with plays: of the last terms, only those count whose play is
+    closed in some robots at the pose.
+    """
     steady = len(draws) - len(plays.of_term)
     buffer = np.zeros((len(draws) + 3, draws.shape[1]), np.float32)
     buffer[:steady] = draws[:steady] - draws[:steady].mean(axis=1, keepdims=True)
     for p, closed in enumerate(plays.closed):
         some = np.flatnonzero(closed_in_some(closed))
-        active = np.concatenate([np.arange(steady), *(steady + np.flatnonzero(plays.of_term == play) for play in some)])
+        active = np.concatenate(
+            [np.arange(steady), *(steady + np.flatnonzero(plays.of_term == play) for play in some)]
+        )
         for row, term in enumerate(active[steady:], steady):
             play = plays.of_term[term - steady]
             drawn = draws[term] * standardised(plays.uniforms[play], closed[play, None])

@@ -1,4 +1,6 @@
-"""Comparison of the first-order sum of errors with their exact composition, a product of exponentials."""
+"""Comparison of the first-order sum of errors with their exact composition, a product of
+exponentials.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,8 @@ if TYPE_CHECKING:
     from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.spatial import Floats
 
-# The first-order sum is refused where it differs from exact composition by a larger share of the error.
+# The first-order sum is refused where it differs from exact composition by a larger share of the
+# error.
 FAILS: Final = 0.1
 # Differences below a nanometre do not count, for any size of the error.
 _NOTHING: Final = 1e-9
@@ -34,7 +37,8 @@ class ExactCheck:
 
     largest, mean  distance between the two tool positions, m
     samples        number of samples
-    turn, length   largest first-order rotation of the tool (rad) and largest first-order error (m) of these samples
+    turn, length   largest first-order rotation of the tool (rad) and largest first-order error (m)
+                   of these samples
     """
 
     largest: float
@@ -45,7 +49,9 @@ class ExactCheck:
 
 
 def share_neglected(check: ExactCheck, error: float) -> float:
-    """Return the largest share of an error (m) that the first-order sum neglects on the sample; infinite for an error that is not finite."""
+    """Return the largest share of an error (m) that the first-order sum neglects on the sample;
+    infinite for an error that is not finite.
+    """
     if not math.isfinite(error) or not math.isfinite(check.largest):
         return math.inf
     if check.largest <= _NOTHING:
@@ -58,27 +64,42 @@ def join(checks: Sequence[ExactCheck]) -> ExactCheck:
     samples = sum(check.samples for check in checks)
     mean = sum(check.mean * check.samples for check in checks) / max(samples, 1)
     return ExactCheck(
-        max(check.largest for check in checks), mean, samples, max(check.turn for check in checks), max(check.length for check in checks)
+        max(check.largest for check in checks),
+        mean,
+        samples,
+        max(check.turn for check in checks),
+        max(check.length for check in checks),
     )
 
 
 def draws_of(
-    matrix: PoseMatrix, row: int | NDArray[np.int64], seed: int, pose: int | NDArray[np.int64], robots: NDArray[np.int64], visits: NDArray[np.int64]
+    matrix: PoseMatrix,
+    row: int | NDArray[np.int64],
+    seed: int,
+    pose: int | NDArray[np.int64],
+    robots: NDArray[np.int64],
+    visits: NDArray[np.int64],
 ) -> Floats:
     """Return the draws of each column for these samples (column, sample); 1 for design terms.
 
-    row, pose       row of the matrix, and number of the pose in the study: one for all samples, or one for each (sample,)
+    row, pose       row of the matrix, and number of the pose in the study: one for all samples, or
+                    one for each (sample,)
     robots, visits  numbers of the robot and of the visit of each sample (sample,)
     """
     out = np.ones((len(matrix.infos), len(robots)))
     count = int(robots.max()) + 1
     visiting = [(k, info.visit) for k, info in enumerate(matrix.infos) if info.visit is not None]
-    out[[k for k, _ in visiting]] = visit_draws(seed, [stream for _, stream in visiting], pose, robots, visits)
+    out[[k for k, _ in visiting]] = visit_draws(
+        seed, [stream for _, stream in visiting], pose, robots, visits
+    )
     for k, info in enumerate(matrix.infos):
         if info.robot is not None:
             out[k] *= _first_robots(seed, info.robot, count)[robots]
         if info.closing is not None:
-            out[k] *= standardised(_first_robots(seed, info.closing.stream, count)[robots], matrix.closed[info.closing.row, row])
+            out[k] *= standardised(
+                _first_robots(seed, info.closing.stream, count)[robots],
+                matrix.closed[info.closing.row, row],
+            )
     return out
 
 
@@ -88,10 +109,11 @@ def _first_robots(seed: int, stream: Stream, count: int) -> Floats:
 
 
 def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Floats:
-    """Return the exact frames of the tool (row, sample, 4, 4) at the poses in these rows of the matrix, for draws (row, column, sample).
+    """Return the exact frames of the tool (row, sample, 4, 4) at the poses in these rows of the
+    matrix, for draws (row, column, sample).
 
-    Every place moves by the exponential of the sum of its own columns, and the frames are multiplied along the chain. The geometry is exact for
-    errors of any size.
+    Every place moves by the exponential of the sum of its own columns, and the frames are
+    multiplied along the chain. The geometry is exact for errors of any size.
     """
     # Errors on a branch do not move the tool.
     places = [place for place in matrix.tool_path if place in matrix.place]
@@ -108,8 +130,16 @@ def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Float
     return np.asarray(here @ last[:, None])
 
 
-def check(matrix: PoseMatrix, first_pose: int, rows: NDArray[np.int64], seed: int, robots: int, visits: int) -> ExactCheck:
-    """Return the differences between the first-order sum and the exact composition of the same draws.
+def check(
+    matrix: PoseMatrix,
+    first_pose: int,
+    rows: NDArray[np.int64],
+    seed: int,
+    robots: int,
+    visits: int,
+) -> ExactCheck:
+    """Return the differences between the first-order sum and the exact composition of the same
+    draws.
 
     first_pose       number in the study of the first pose of the matrix
     rows             rows of the matrix that are compared; none: no samples
@@ -117,8 +147,15 @@ def check(matrix: PoseMatrix, first_pose: int, rows: NDArray[np.int64], seed: in
     """
     if not len(rows):
         return ExactCheck(0.0, 0.0, 0)
-    row, robot, visit = (axis.ravel() for axis in np.meshgrid(rows, np.arange(robots), np.arange(visits), indexing="ij"))
-    draws = draws_of(matrix, row, seed, first_pose + row, robot, visit).reshape(len(matrix.infos), len(rows), robots * visits).transpose(1, 0, 2)
+    row, robot, visit = (
+        axis.ravel()
+        for axis in np.meshgrid(rows, np.arange(robots), np.arange(visits), indexing="ij")
+    )
+    draws = (
+        draws_of(matrix, row, seed, first_pose + row, robot, visit)
+        .reshape(len(matrix.infos), len(rows), robots * visits)
+        .transpose(1, 0, 2)
+    )
     turns, linear = np.split((matrix.tool[rows] @ draws).transpose(0, 2, 1), 2, axis=-1)
     exactly = compose(matrix, rows, draws)[..., :3, 3] - matrix.at[-1, rows, None, :3, 3]
     distances = np.linalg.norm(exactly - linear, axis=-1)

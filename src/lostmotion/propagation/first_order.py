@@ -1,4 +1,6 @@
-"""Refusal of errors that are too large for a first-order sum, for analyses that do not print a comparison with exact composition."""
+"""Refusal of errors that are too large for a first-order sum, for analyses that do not print a
+comparison with exact composition.
+"""
 
 from __future__ import annotations
 
@@ -25,26 +27,40 @@ _MOSTLY: Final = 0.5
 
 
 def refuse_large_errors(arm: Arm) -> None:
-    """Raise InputError for an arm whose errors are too large for a first-order sum; the message states the error of that sum.
+    """Raise InputError for an arm whose errors are too large for a first-order sum; the message
+    states the error of that sum.
 
-    1 024 samples are compared: 16 poses between the joint limits, 16 robots and four visits. Errors are too large where their first-order sum differs
-    from their exact composition by more than a tenth of the largest error, as it does for rotations of about 11 degrees.
+    1 024 samples are compared: 16 poses between the joint limits, 16 robots and four visits. Errors
+    are too large where their first-order sum differs from their exact composition by more than a
+    tenth of the largest error, as it does for rotations of about 11 degrees.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        found = check(screws(arm, sample_poses(arm, _POSES).q), 0, np.arange(_POSES), _SEED, _ROBOTS, _VISITS)
+        found = check(
+            screws(arm, sample_poses(arm, _POSES).q), 0, np.arange(_POSES), _SEED, _ROBOTS, _VISITS
+        )
     if share_neglected(found, found.length) <= FAILS:
         return
     sagging = droop(arm)
     if sagging.length >= _MOSTLY * found.length and not sagging.absurd:
         problem = (
-            f"an arm that sags by up to {_mm(sagging.length)} under its own weight and payload at these stiffnesses, "
+            f"an arm that sags by up to {_mm(sagging.length)} under its own weight and payload "
+            "at these stiffnesses, "
             f"of which the first-order sum is wrong by {_mm(found.largest)}"
         )
         valid = sagging.length * FAILS / share_neglected(found, found.length)
-        expected = f"a sag of at most about {_mm(valid)}, by stiffer drives or less weight; `lostmotion study FILE` shows rough figures"
+        expected = (
+            f"a sag of at most about {_mm(valid)}, by stiffer drives or less weight; `lostmotion "
+            "study FILE` shows rough figures"
+        )
         raise InputError([Problem(arm.name, "", problem, expected, 'stiffness = "20 N m/arcmin"')])
-    problem = f"errors of up to {math.degrees(found.turn):.2g}°, of which the first-order sum is wrong by {found.largest * 1e3:.2g} mm"
-    expected = "errors small enough to be added up; look for a mistake in the largest, which `lostmotion study FILE` lists"
+    problem = (
+        f"errors of up to {math.degrees(found.turn):.2g}°, of which the first-order sum is wrong "
+        f"by {found.largest * 1e3:.2g} mm"
+    )
+    expected = (
+        "errors small enough to be added up; look for a mistake in the largest, which `lostmotion "
+        "study FILE` lists"
+    )
     raise InputError([Problem(arm.name, "", problem, expected, 'backlash = "1 arcmin"')])
 
 

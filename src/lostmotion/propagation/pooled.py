@@ -1,6 +1,7 @@
 """Figures of the study without sampling over all poses together.
 
-They come from one histogram of magnitudes at Sobol points, as those of Monte Carlo come from one of its samples.
+They come from one histogram of magnitudes at Sobol points, as those of Monte Carlo come from one of
+its samples.
 """
 
 from __future__ import annotations
@@ -15,7 +16,14 @@ from lostmotion.error_model.error_bins import BINS
 from lostmotion.error_model.intervals import Estimate, of_length, pooled_quantile, quantile, student
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.error_model.small_counts import counting_floor
-from lostmotion.propagation.analytic import BLOCK, MOST_UNCERTAIN, Analytic, Drawn, blocks_between, over_blocks
+from lostmotion.propagation.analytic import (
+    BLOCK,
+    MOST_UNCERTAIN,
+    Analytic,
+    Drawn,
+    blocks_between,
+    over_blocks,
+)
 from lostmotion.propagation.error_magnitude import BLOCKS, POINTS, POOLED_POINTS, TILE
 
 if TYPE_CHECKING:
@@ -26,7 +34,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Up to this number of poses, the pooled histogram uses POINTS points at each pose; above it, POOLED_POINTS.
+# Up to this number of poses, the pooled histogram uses POINTS points at each pose; above it,
+# POOLED_POINTS.
 _FEW: Final = 1024
 # A standard deviation that is a smaller share of the mean is rounding, and counts as zero.
 _ROUNDING: Final = 1e-12
@@ -34,10 +43,12 @@ _ROUNDING: Final = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Pooled:
-    """Figures of the error's magnitude over all poses, m: the mean, the quantiles at these levels, and the standard deviation.
+    """Figures of the error's magnitude over all poses, m: the mean, the quantiles at these levels,
+    and the standard deviation.
 
-    Each 95 % interval includes the uncertainty due to the choice of poses (from independent sets of poses) and that of the figures at the poses.
-    Poses that the user gave have no uncertainty of choice. NaN where the uncertainty of the figures alone exceeds 5 % of the value.
+    Each 95 % interval includes the uncertainty due to the choice of poses (from independent sets of
+    poses) and that of the figures at the poses. Poses that the user gave have no uncertainty of
+    choice. NaN where the uncertainty of the figures alone exceeds 5 % of the value.
     """
 
     levels: tuple[float, ...]
@@ -46,8 +57,18 @@ class Pooled:
     deviation: Estimate
 
 
-def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, stage: str = STAGES[0], threads: int = 1) -> Pooled:
-    """Return the figures over all these poses together; `found` are the figures at each of them. Other arguments as for `analytic`."""
+def pooled(
+    arm: Arm,
+    poses: Poses,
+    found: Analytic,
+    *,
+    approach: float = 0.0,
+    stage: str = STAGES[0],
+    threads: int = 1,
+) -> Pooled:
+    """Return the figures over all these poses together; `found` are the figures at each of them.
+    Other arguments as for `analytic`.
+    """
     if len(poses) == 1:
         return _of_one(found)
     drawn = Drawn(screws_at_stage(arm, poses.q[:TILE], stage, approach=approach))
@@ -57,7 +78,9 @@ def pooled(arm: Arm, poses: Poses, found: Analytic, *, approach: float = 0.0, st
     def count(matrix: PoseMatrix) -> NDArray[np.int64]:
         return drawn.pooled_counts(matrix, histogram.points)
 
-    for block, counts in zip(blocks, over_blocks(arm, poses.q, blocks, (stage, approach), threads, count), strict=True):
+    for block, counts in zip(
+        blocks, over_blocks(arm, poses.q, blocks, (stage, approach), threads, count), strict=True
+    ):
         histogram.add(block, counts)
     return histogram.figures(found)
 
@@ -73,23 +96,43 @@ class PooledHistogram:
         self.points: Final = POINTS if len(poses) <= _FEW else POOLED_POINTS
         self._sets = poses.replicates
         self._each = len(poses) // self._sets
-        self._by_block, self._by_set = np.zeros((BLOCKS, BINS), np.int64), np.zeros((self._sets, BINS), np.int64)
+        self._by_block, self._by_set = (
+            np.zeros((BLOCKS, BINS), np.int64),
+            np.zeros((self._sets, BINS), np.int64),
+        )
 
     def blocks(self, most: int) -> list[slice]:
-        """Return blocks of at most this number of poses, each within one of the independent sets."""
-        return [block for k in range(self._sets) for block in blocks_between(k * self._each, (k + 1) * self._each, most)]
+        """Return blocks of at most this number of poses, each within one of the independent
+        sets.
+        """
+        return [
+            block
+            for k in range(self._sets)
+            for block in blocks_between(k * self._each, (k + 1) * self._each, most)
+        ]
 
     def add(self, block: slice, counts: NDArray[np.int64]) -> None:
-        """Add the numbers of magnitudes in each bin (block of points, bin) at the poses of a block."""
+        """Add the numbers of magnitudes in each bin (block of points, bin) at the poses of a
+        block.
+        """
         self._by_block += counts
         self._by_set[block.start // self._each] += counts.sum(axis=0)
 
     def figures(self, found: Analytic) -> Pooled:
-        """Return the figures over all poses, once each block is added; `found` are the figures at each pose."""
-        of_sets, least = found.mean.reshape(self._sets, -1).mean(axis=1), counting_floor(found.mean, self._sets)
-        mean = _estimate(float(found.mean.mean()), float(found.mean_uncertainty.mean()), of_sets, least)
+        """Return the figures over all poses, once each block is added; `found` are the figures at
+        each pose.
+        """
+        of_sets, least = (
+            found.mean.reshape(self._sets, -1).mean(axis=1),
+            counting_floor(found.mean, self._sets),
+        )
+        mean = _estimate(
+            float(found.mean.mean()), float(found.mean_uncertainty.mean()), of_sets, least
+        )
         largest = float(found.worst.max())
-        quantiles = tuple(_quantile(self._by_block, self._by_set, level, largest) for level in found.levels)
+        quantiles = tuple(
+            _quantile(self._by_block, self._by_set, level, largest) for level in found.levels
+        )
         return Pooled(found.levels, mean, quantiles, _deviation(found, self._sets))
 
 
@@ -99,13 +142,17 @@ def _of_one(found: Analytic) -> Pooled:
     return Pooled(
         found.levels,
         _estimate(float(found.mean[0]), float(found.mean_uncertainty[0]), alone),
-        tuple(_estimate(float(value), float(off), alone) for value, off in zip(found.quantiles[0], found.quantiles_uncertainty[0], strict=True)),
+        tuple(
+            _estimate(float(value), float(off), alone)
+            for value, off in zip(found.quantiles[0], found.quantiles_uncertainty[0], strict=True)
+        ),
         _estimate(float(found.deviation[0]), float(found.deviation_uncertainty[0]), alone),
     )
 
 
 def _estimate(value: float, uncertainty: float, of_sets: Floats, least: float = 0.0) -> Estimate:
-    """Return a value with an interval for its uncertainty and for the choice of poses (from its values by set); NaN if the former exceeds 5 %.
+    """Return a value with an interval for its uncertainty and for the choice of poses (from its
+    values by set); NaN if the former exceeds 5 %.
 
     least  smallest half-width for the choice of poses
     """
@@ -118,20 +165,31 @@ def _estimate(value: float, uncertainty: float, of_sets: Floats, least: float = 
 
 
 def _deviation(found: Analytic, sets: int) -> Estimate:
-    """Return the standard deviation over all poses, from the mean variance plus the variance of the means; interval by the delta method over sets."""
+    """Return the standard deviation over all poses, from the mean variance plus the variance of the
+    means; interval by the delta method over sets.
+    """
     variances = found.deviation**2 + (found.mean - found.mean.mean()) ** 2
     value = math.sqrt(float(variances.mean()))
     if value <= _ROUNDING * float(found.mean.mean()):
         return Estimate(0.0, 0.0, 0.0)
     uncertainty = np.maximum(found.deviation_uncertainty, found.mean_uncertainty)
-    return _estimate(value, float(uncertainty.mean()), variances.reshape(sets, -1).mean(axis=1) / (2 * value))
+    return _estimate(
+        value, float(uncertainty.mean()), variances.reshape(sets, -1).mean(axis=1) / (2 * value)
+    )
 
 
-def _quantile(by_block: NDArray[np.int64], by_set: NDArray[np.int64], level: float, largest: float) -> Estimate:
-    """Return a quantile of the magnitude over all poses (m), from counts by block of points and by set of poses."""
+def _quantile(
+    by_block: NDArray[np.int64], by_set: NDArray[np.int64], level: float, largest: float
+) -> Estimate:
+    """Return a quantile of the magnitude over all poses (m), from counts by block of points and by
+    set of poses.
+    """
     whole = by_block.sum(axis=0)
-    alone, found = (pooled_quantile(by_block, sets, level, largest) for sets in (whole[None], by_set))
-    # One point more or less at each pose reveals a gap in the distribution, where the blocks would agree by chance.
+    alone, found = (
+        pooled_quantile(by_block, sets, level, largest) for sets in (whole[None], by_set)
+    )
+    # One point more or less at each pose reveals a gap in the distribution, where the blocks would
+    # agree by chance.
     low, high = (quantile(whole, level + by / POOLED_POINTS) for by in (-1, 1))
     low, high = min(alone.low, low), min(max(alone.high, high), max(largest, alone.high))
     if max(found.value - low, high - found.value) > MOST_UNCERTAIN * found.value:

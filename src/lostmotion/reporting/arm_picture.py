@@ -1,4 +1,6 @@
-"""Picture of an arm as SVG text: its bodies from the side, from the front and from above, without any library for drawing."""
+"""Picture of an arm as SVG text: its bodies from the side, from the front and from above, without
+any library for drawing.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.shape import Body
     from lostmotion.spatial import Floats
 
-# Title of each view, with the directions of the base that point to the right, upwards, and towards the viewer.
+# Title of each view, with the directions of the base that point to the right, upwards, and towards
+# the viewer.
 _VIEWS: Final = {
     "from the side": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
     "from the front": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
@@ -31,7 +34,15 @@ _GAP: Final = 24
 # Head of the picture, with the titles of the views above their drawings.
 _TOP: Final = 84
 _BOTTOM: Final = 44
-_FILL: Final = {"base": "line", "link": "c1", "offset": "line", "joint": "c2", "rail": "line", "tool": "warn", "payload": "design"}
+_FILL: Final = {
+    "base": "line",
+    "link": "c1",
+    "offset": "line",
+    "joint": "c2",
+    "rail": "line",
+    "tool": "warn",
+    "payload": "design",
+}
 _MARK: Final = "lostmotion: picture of an arm"
 _LABEL: Final = 12
 # Mean width of a bold letter of this size, as wide as in common fonts.
@@ -39,9 +50,11 @@ _LETTER: Final = 7.3
 
 
 def arm_picture(arm: Arm) -> str:
-    """Return the arm in the middle of its joint ranges, seen from three sides to one scale, as SVG text.
+    """Return the arm in the middle of its joint ranges, seen from three sides to one scale, as SVG
+    text.
 
-    Joints are named. A dashed outline marks a body whose size is chosen for the picture because no section states it.
+    Joints are named. A dashed outline marks a body whose size is chosen for the picture because no
+    section states it.
     """
     q = arm.limits.mean(axis=1)[None]
     at = frames(arm, q)[:, 0]
@@ -53,7 +66,10 @@ def arm_picture(arm: Arm) -> str:
     subtitle = f"{about_arm(arm)}; every joint in the middle of its range"
     font = f'font-family="system-ui, sans-serif" font-size="13" fill="{LIGHT["ink"]}"'
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" {font}>',
+        (
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
+            f'width="{width}" height="{height}" role="img" {font}>'
+        ),
         f"<!-- {_MARK} -->",
         f"<title>{escape(arm.name)} from three sides</title>",
         f'<rect width="{width}" height="{height}" fill="{LIGHT["paper"]}"/>',
@@ -72,7 +88,9 @@ def _is_dashed(body: Body) -> bool:
     return body.kind == "link" and not body.stated
 
 
-def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre: tuple[float, float]) -> list[str]:
+def _view(
+    arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre: tuple[float, float]
+) -> list[str]:
     """Return one view: its bodies from far to near, and the names of the joints."""
     right, up, near = (np.array(axis, dtype=float) for axis in _VIEWS[title])
     flat = np.array([right, up])
@@ -83,33 +101,51 @@ def _view(arm: Arm, at: Floats, title: str, middle: Floats, scale: float, centre
         return np.column_stack([centre[0] + x, centre[1] - y])
 
     out = [
-        f'<rect x="{left:.1f}" y="{top:.1f}" width="{_PANEL}" height="{_PANEL}" fill="{LIGHT["panel"]}"/>',
-        f'<text x="{left + 8:.1f}" y="{top - 8:.1f}" fill="{LIGHT["quiet"]}">{title}: {_AXES[title][0]} →, {_AXES[title][1]} ↑</text>',
+        (
+            f'<rect x="{left:.1f}" y="{top:.1f}" width="{_PANEL}" height="{_PANEL}" '
+            f'fill="{LIGHT["panel"]}"/>'
+        ),
+        (
+            f'<text x="{left + 8:.1f}" y="{top - 8:.1f}" fill="{LIGHT["quiet"]}">{title}: '
+            f"{_AXES[title][0]} →, {_AXES[title][1]} ↑</text>"
+        ),
     ]
     depth = {id(body): float(near @ (at[body.place] @ body.pose)[:3, 3]) for body in arm.bodies}
     for body in sorted(arm.bodies, key=lambda body: depth[id(body)]):
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in on_page(body.silhouette(at[body.place], flat)))
+        points = " ".join(
+            f"{x:.1f},{y:.1f}" for x, y in on_page(body.silhouette(at[body.place], flat))
+        )
         dashed = ' stroke-dasharray="4 3"' if _is_dashed(body) else ""
         colours = f'fill="{LIGHT[_FILL[body.kind]]}" stroke="{LIGHT["ink"]}"'
-        out.append(f'<polygon points="{points}" {colours} stroke-width="0.8" stroke-linejoin="round"{dashed}/>')
-    taken: list[tuple[float, float, float]] = []  # left end, right end and height of the names before
+        out.append(
+            f'<polygon points="{points}" {colours} stroke-width="0.8" '
+            f'stroke-linejoin="round"{dashed}/>'
+        )
+    # left end, right end and height of the names before
+    taken: list[tuple[float, float, float]] = []
     for joint, place in zip(arm.moving, arm.tree.moved, strict=True):
         ((x, y),) = on_page((flat @ at[place, :3, 3])[None])
         width = _LETTER * len(joint.name)
         x = max(min(x + 6, left + _PANEL - width - 4), left + 4)
         y = max(y, top + 2 * _LABEL)
-        while any(x < end and start < x + width and abs(y - height) < _LABEL + 2 for start, end, height in taken):
+        while any(
+            x < end and start < x + width and abs(y - height) < _LABEL + 2
+            for start, end, height in taken
+        ):
             y += _LABEL + 2
         taken.append((x, x + width, y))
         out.append(
-            f'<text x="{x:.1f}" y="{y - 4:.1f}" font-size="{_LABEL}" font-weight="600" stroke="{LIGHT["panel"]}" stroke-width="3" '
+            f'<text x="{x:.1f}" y="{y - 4:.1f}" font-size="{_LABEL}" font-weight="600" '
+            f'stroke="{LIGHT["panel"]}" stroke-width="3" '
             f'paint-order="stroke">{escape(joint.name)}</text>'
         )
     return out
 
 
 def _scale_bar(scale: float, height: int, *, dashed: bool) -> list[str]:
-    """Return a bar of a round length, 1, 2 or 5 times a power of ten, at most a third of a view long."""
+    """Return a bar of a round length, 1, 2 or 5 times a power of ten, at most a third of a view
+    long.
+    """
     size = round_below(_PANEL / 3 / scale)
     x, y = _GAP, height - 16
     text = f"{size:g} m" if size >= 1 else f"{1e3 * size:g} mm"
@@ -117,18 +153,31 @@ def _scale_bar(scale: float, height: int, *, dashed: bool) -> list[str]:
     return [
         f'<path d="M{x} {y}h{size * scale:.1f}" stroke="{LIGHT["ink"]}" stroke-width="3"/>',
         f'<text x="{x + size * scale + 8:.1f}" y="{y + 4}">{text}</text>',
-        f'<text x="{x + size * scale + 90:.1f}" y="{y + 4}" fill="{LIGHT["quiet"]}">{meaning}</text>',
+        (
+            f'<text x="{x + size * scale + 90:.1f}" y="{y + 4}" '
+            f'fill="{LIGHT["quiet"]}">{meaning}</text>'
+        ),
     ]
 
 
 def write_picture(text: str, target: Path, *, force: bool = False) -> None:
-    """Write a picture to a file. An earlier picture of an arm is replaced, any other file only with `force`.
+    """Write a picture to a file. An earlier picture of an arm is replaced, any other file only with
+    `force`.
 
     Raises OutputExistsError for another file, LostmotionError where nothing can be written.
     """
     try:
-        if target.exists() and not force and (not target.is_file() or _MARK.encode() not in target.read_bytes()[:1000]):
-            raise OutputExistsError(f"'{target}' exists and is not a picture of an arm\n  name another file with --out")
+        if (
+            target.exists()
+            and not force
+            and (not target.is_file() or _MARK.encode() not in target.read_bytes()[:1000])
+        ):
+            raise OutputExistsError(
+                f"'{target}' exists and is not a picture of an arm\n  name another file with --out"
+            )
         target.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise LostmotionError(f"'{target}' could not be written: {error.strerror or error}\n  name another file with --out") from error
+        raise LostmotionError(
+            f"'{target}' could not be written: {error.strerror or error}\n  name another file "
+            "with --out"
+        ) from error

@@ -15,5 +15,9 @@ def about_arm(arm: Arm) -> str:
     mass = f"{Figure(arm.mass, 'kg')}" if arm.mass else "mass not stated"
     if arm.mass and arm.gearboxes_without_mass:
         mass = f"{mass} without gearboxes of unstated mass"
-    payload = f"payload {Figure(arm.payload.mass, 'kg', stated=True)}" if arm.payload.mass else "no payload"
+    payload = (
+        f"payload {Figure(arm.payload.mass, 'kg', stated=True)}"
+        if arm.payload.mass
+        else "no payload"
+    )
     return f"{several(len(arm.moving), 'joint')}, {mass}, {payload}"

@@ -1,4 +1,5 @@
-"""The pieces that charts are made of: figures in mm, axes, bars, histograms, marks and legends. Matplotlib is loaded when a chart is drawn.
+"""The pieces that charts are made of: figures in mm, axes, bars, histograms, marks and legends.
+Matplotlib is loaded when a chart is drawn.
 
 Figures are made without pyplot. Their colours are those of the light palette.
 """
@@ -62,7 +63,13 @@ def axes(on: Figure, title: str = "", *, rows: int = 1, columns: int = 1, **how:
             each.tick_params(length=3)
             each.set_axisbelow(True)
         if title:
-            where: dict[str, Any] = {"x": 0, "y": 1, "ha": "left", "va": "top", "transform": corner(on, above=True)}
+            where: dict[str, Any] = {
+                "x": 0,
+                "y": 1,
+                "ha": "left",
+                "va": "top",
+                "transform": corner(on, above=True),
+            }
             _place(on, head=on.suptitle(title, fontsize=_TITLE, parse_math=False, **where))
     return made
 
@@ -80,8 +87,12 @@ def one(title: str, height: float, *, width: float = WIDTH) -> tuple[Figure, Axe
     return made, axes(made, title)[0, 0]
 
 
-def axes_by_unit(title: str, counts: Mapping[str, int], *, bar: float = 9.0) -> tuple[Figure, dict[str, Axes]]:
-    """Return a figure with axes for each unit that has bars, one below the other, as high as its bars (mm each)."""
+def axes_by_unit(
+    title: str, counts: Mapping[str, int], *, bar: float = 9.0
+) -> tuple[Figure, dict[str, Axes]]:
+    """Return a figure with axes for each unit that has bars, one below the other, as high as its
+    bars (mm each).
+    """
     shown = {unit: count for unit, count in counts.items() if count}
     made = figure(20 + sum(count * bar + 13 for count in shown.values()))
     panels = axes(made, title, rows=len(shown), height_ratios=list(shown.values()))[:, 0]
@@ -101,14 +112,36 @@ def label_axes(on: Axes, x: str = "", y: str = "") -> None:
         on.set_ylabel(y, color=LIGHT["quiet"])
 
 
-def text(on: Axes, x: float, y: float, words: str, *, colour: str = LIGHT["ink"], size: float = SMALL, **how: Any) -> None:  # noqa: ANN401
+def text(
+    on: Axes,
+    x: float,
+    y: float,
+    words: str,
+    *,
+    colour: str = LIGHT["ink"],
+    size: float = SMALL,
+    **how: Any,  # noqa: ANN401
+) -> None:
     """Write words at a point of the axes, without any markup in them. Shifts in pt: `xytext`."""
-    where: dict[str, Any] = {"textcoords": "offset points", "xytext": (0, 0), "annotation_clip": False} | how
-    on.annotate(re.sub(r"(?<![\w.])-(?=\d)", "−", words), (x, y), color=colour, fontsize=size, parse_math=False, **where)
+    where: dict[str, Any] = {
+        "textcoords": "offset points",
+        "xytext": (0, 0),
+        "annotation_clip": False,
+    } | how
+    on.annotate(
+        re.sub(r"(?<![\w.])-(?=\d)", "−", words),
+        (x, y),
+        color=colour,
+        fontsize=size,
+        parse_math=False,
+        **where,
+    )
 
 
 def legend(on: Figure, *, extra: Iterable[Any] = ()) -> None:
-    """Draw one legend between the title and the axes: every name once, in as many columns as fit."""
+    """Draw one legend between the title and the axes: every name once, in as many columns as
+    fit.
+    """
     found: dict[str, Any] = {}
     for each in on.axes:
         for handle, name in zip(*each.get_legend_handles_labels(), strict=True):
@@ -120,7 +153,9 @@ def legend(on: Figure, *, extra: Iterable[Any] = ()) -> None:
 
 
 def _columns(names: Sequence[str], width: float, most: int) -> int:
-    """Return in how many columns, at most so many, these names of a legend fit into a width (mm); names fill the columns from the left."""
+    """Return in how many columns, at most so many, these names of a legend fit into a width (mm);
+    names fill the columns from the left.
+    """
     for count in range(min(most, len(names)), 1, -1):
         full, short = divmod(len(names), count)
         starts = np.cumsum([0, *[full + 1] * short, *[full] * (count - short)])
@@ -129,8 +164,12 @@ def _columns(names: Sequence[str], width: float, most: int) -> int:
     return 1
 
 
-def _legend(on: Figure, entries: dict[str, Any], most: int, title: str = "", *, above: bool = True) -> None:
-    """Draw a legend above or below all axes. Above, the figure's title becomes the legend's: matplotlib would draw one over the other."""
+def _legend(
+    on: Figure, entries: dict[str, Any], most: int, title: str = "", *, above: bool = True
+) -> None:
+    """Draw a legend above or below all axes. Above, the figure's title becomes the legend's:
+    matplotlib would draw one over the other.
+    """
     from lostmotion.reporting.chart_margins import corner
 
     columns = _columns(list(entries), on.get_figwidth() / _MM, most)
@@ -169,14 +208,19 @@ def swatch(name: str, colour: str) -> Any:  # noqa: ANN401 - an artist of matplo
 
 def named_rows(on: Axes, names: Sequence[str]) -> None:
     """Write names beside bars at 0, 1, 2 …, the first on top, without a line or ticks."""
-    on.set_yticks(range(len(names)), [label(name) for name in names], color=LIGHT["ink"], parse_math=False)
+    on.set_yticks(
+        range(len(names)), [label(name) for name in names], color=LIGHT["ink"], parse_math=False
+    )
     on.set_ylim(len(names) - 0.5, -0.5)
     on.spines["left"].set_visible(False)
     on.tick_params(axis="y", length=0)
 
 
-def stacked(on: Axes, rows: Sequence[tuple[str, str, Floats]], *, height: float = 0.62) -> tuple[Floats, Floats]:
-    """Draw horizontal bars stacked by name and colour, negative parts to the left of zero; return both ends of each bar.
+def stacked(
+    on: Axes, rows: Sequence[tuple[str, str, Floats]], *, height: float = 0.62
+) -> tuple[Floats, Floats]:
+    """Draw horizontal bars stacked by name and colour, negative parts to the left of zero; return
+    both ends of each bar.
 
     `rows` are (name, colour, values), one value for each bar.
     """
@@ -186,7 +230,15 @@ def stacked(on: Axes, rows: Sequence[tuple[str, str, Floats]], *, height: float 
         starts = np.where(values < 0, low, high)
         drawn = np.flatnonzero(values)
         if len(drawn):
-            on.barh(drawn, values[drawn], left=starts[drawn], height=height, color=colour, label=name, linewidth=0)
+            on.barh(
+                drawn,
+                values[drawn],
+                left=starts[drawn],
+                height=height,
+                color=colour,
+                label=name,
+                linewidth=0,
+            )
         low, high = low + np.minimum(values, 0), high + np.maximum(values, 0)
     if (low < 0).any():
         zero_line(on)
@@ -194,7 +246,9 @@ def stacked(on: Axes, rows: Sequence[tuple[str, str, Floats]], *, height: float 
 
 
 def grouped(on: Axes, rows: Sequence[tuple[str, str, Floats]], *, height: float = 0.74) -> None:
-    """Draw horizontal bars side by side: `rows` are (name, colour, values), one value for each group."""
+    """Draw horizontal bars side by side: `rows` are (name, colour, values), one value for each
+    group.
+    """
     thick = height / len(rows)
     for k, (name, colour, values) in enumerate(rows):
         middles = np.arange(len(values)) + (k - (len(rows) - 1) / 2) * thick
@@ -208,7 +262,9 @@ def zero_line(on: Axes, axis: str = "x") -> None:
     (on.axvline if axis == "x" else on.axhline)(0.0, color=LIGHT["quiet"], linewidth=0.8)
 
 
-def histogram(on: Axes, edges: Floats, counts: np.ndarray, colour: str = LIGHT["robot"], name: str = "") -> None:
+def histogram(
+    on: Axes, edges: Floats, counts: np.ndarray, colour: str = LIGHT["robot"], name: str = ""
+) -> None:
     """Draw counts between edges as one outline filled with a colour."""
     on.stairs(counts, edges, fill=True, color=colour, label=name or None, linewidth=0)
     on.set_xlim(edges[0], edges[-1])
@@ -216,7 +272,9 @@ def histogram(on: Axes, edges: Floats, counts: np.ndarray, colour: str = LIGHT["
 
 
 def mark(on: Axes, estimate: Estimate, name: str, unit: str, *, row: int = 0) -> None:
-    """Draw a line at an estimate over its whole shaded interval, and its value above the axes, `row` lines up. Set the limits first."""
+    """Draw a line at an estimate over its whole shaded interval, and its value above the axes,
+    `row` lines up. Set the limits first.
+    """
     factor = PER_UNIT[unit]
     value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))
     if math.isfinite(high - low) and high > low:
@@ -228,20 +286,48 @@ def mark(on: Axes, estimate: Estimate, name: str, unit: str, *, row: int = 0) ->
 
 
 def mark_at(on: Axes, value: float, words: str, *, row: int = 0) -> None:
-    """Draw a dotted line at a value, and words above the axes, `row` lines up, on that side of the line that has room. Set the limits first."""
+    """Draw a dotted line at a value, and words above the axes, `row` lines up, on that side of the
+    line that has room. Set the limits first.
+    """
     low, high = on.get_xlim()
     low, high = on.set_xlim(min(low, value), max(high, value))
     leftwards = value - low > _ROOM_LEFT * (high - low)
     top = 12.0 * row + 2
     on.axvline(value, color=LIGHT["warn"], linewidth=1.2, linestyle=(0, (1.5, 1.5)))
     if row:
-        line = {"arrowstyle": "-", "color": LIGHT["warn"], "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0}
+        line = {
+            "arrowstyle": "-",
+            "color": LIGHT["warn"],
+            "linewidth": 0.8,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        }
         on.annotate(
-            "", (value, 1), xytext=(0, top), xycoords=on.get_xaxis_transform(), textcoords="offset points", arrowprops=line, zorder=_BELOW_WORDS
+            "",
+            (value, 1),
+            xytext=(0, top),
+            xycoords=on.get_xaxis_transform(),
+            textcoords="offset points",
+            arrowprops=line,
+            zorder=_BELOW_WORDS,
         )
-    how: dict[str, Any] = {"xytext": (3 if leftwards else -3, top), "ha": "right" if leftwards else "left", "va": "bottom"}
-    ground = {"facecolor": LIGHT["paper"], "linewidth": 0, "pad": 0.5}  # over the lines of higher rows
-    text(on, value, 1, words, colour=LIGHT["warn"], xycoords=on.get_xaxis_transform(), bbox=ground, **how)
+    how: dict[str, Any] = {
+        "xytext": (3 if leftwards else -3, top),
+        "ha": "right" if leftwards else "left",
+        "va": "bottom",
+    }
+    # over the lines of higher rows
+    ground = {"facecolor": LIGHT["paper"], "linewidth": 0, "pad": 0.5}
+    text(
+        on,
+        value,
+        1,
+        words,
+        colour=LIGHT["warn"],
+        xycoords=on.get_xaxis_transform(),
+        bbox=ground,
+        **how,
+    )
 
 
 def class_of(values: Floats, limits: Sequence[float]) -> np.ndarray:
@@ -255,16 +341,27 @@ def class_names(limits: Sequence[float]) -> list[str]:
     return [f"< {ends[0]}", *(f"{low} to {high}" for low, high in pairwise(ends)), f"> {ends[-1]}"]
 
 
-def class_legend(on: Figure, limits: Sequence[float], title: str, extra: Iterable[Any] = ()) -> None:
-    """Draw the colours of the seven classes with their limits below all axes, and above them what they mean, with its unit."""
-    entries = [*(swatch(name, colour) for name, colour in zip(class_names(limits), CLASSES, strict=True)), *extra]
+def class_legend(
+    on: Figure, limits: Sequence[float], title: str, extra: Iterable[Any] = ()
+) -> None:
+    """Draw the colours of the seven classes with their limits below all axes, and above them what
+    they mean, with its unit.
+    """
+    entries = [
+        *(swatch(name, colour) for name, colour in zip(class_names(limits), CLASSES, strict=True)),
+        *extra,
+    ]
     _legend(on, {str(entry.get_label()): entry for entry in entries}, 4, title, above=False)
 
 
-def cells(on: Axes, x: np.ndarray, y: np.ndarray, classes: np.ndarray, colours: Sequence[str] = CLASSES) -> None:
-    """Draw cells between edges x (across + 1,) and y (up + 1,) in the colours of their classes (across, up): one path for each class.
+def cells(
+    on: Axes, x: np.ndarray, y: np.ndarray, classes: np.ndarray, colours: Sequence[str] = CLASSES
+) -> None:
+    """Draw cells between edges x (across + 1,) and y (up + 1,) in the colours of their classes
+    (across, up): one path for each class.
 
-    Neighbours in a row of the same class are merged, which keeps the file small; negative classes are left empty.
+    Neighbours in a row of the same class are merged, which keeps the file small; negative classes
+    are left empty.
     """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
@@ -273,37 +370,80 @@ def cells(on: Axes, x: np.ndarray, y: np.ndarray, classes: np.ndarray, colours: 
         points: list[tuple[float, float]] = []
         codes: list[int] = []
         for row in range(classes.shape[1]):
-            ends = np.flatnonzero(np.diff(np.concatenate([[0], (classes[:, row] == k).astype(int), [0]])))
+            ends = np.flatnonzero(
+                np.diff(np.concatenate([[0], (classes[:, row] == k).astype(int), [0]]))
+            )
             for a, b in ends.reshape(-1, 2):
-                points += [(x[a], y[row]), (x[b], y[row]), (x[b], y[row + 1]), (x[a], y[row + 1]), (x[a], y[row])]
+                points += [
+                    (x[a], y[row]),
+                    (x[b], y[row]),
+                    (x[b], y[row + 1]),
+                    (x[a], y[row + 1]),
+                    (x[a], y[row]),
+                ]
                 codes += [int(Path.MOVETO), *3 * [int(Path.LINETO)], int(Path.CLOSEPOLY)]
         if points:
-            on.add_patch(PathPatch(Path(np.array(points), codes), facecolor=colour, linewidth=0, antialiased=False))
+            on.add_patch(
+                PathPatch(
+                    Path(np.array(points), codes), facecolor=colour, linewidth=0, antialiased=False
+                )
+            )
     on.set_xlim(x[0], x[-1])
     on.set_ylim(y[0], y[-1])
 
 
-def contour(on: Axes, x: Floats, y: Floats, values: Floats, level: float, name: str, unit: str) -> None:
-    """Draw the line at a level, in `unit`, of the values (across, up) of cells with these centres, m, where it crosses them; the legend names it."""
+def contour(
+    on: Axes, x: Floats, y: Floats, values: Floats, level: float, name: str, unit: str
+) -> None:
+    """Draw the line at a level, in `unit`, of the values (across, up) of cells with these centres,
+    m, where it crosses them; the legend names it.
+    """
     known = values[np.isfinite(values)]
     if min(values.shape) < 2 or not (known < level).any() or not (known > level).any():  # noqa: PLR2004 - a contour needs an area
         return
     for colour, width in ((LIGHT["paper"], 3.0), (LIGHT["ink"], 1.2)):
-        on.contour(x * 1e3, y * 1e3, np.ma.masked_invalid(values.T), levels=[level], colors=[colour], linewidths=[width])
-    on.plot([], [], color=LIGHT["ink"], linewidth=1.2, label=f"{name} {Number(level, unit, stated=True)}")
+        on.contour(
+            x * 1e3,
+            y * 1e3,
+            np.ma.masked_invalid(values.T),
+            levels=[level],
+            colors=[colour],
+            linewidths=[width],
+        )
+    on.plot(
+        [],
+        [],
+        color=LIGHT["ink"],
+        linewidth=1.2,
+        label=f"{name} {Number(level, unit, stated=True)}",
+    )
 
 
 def dots(on: Axes, x: Floats, y: Floats, colour: str, name: str, size: float = 2.2) -> None:
-    """Draw many points as one path of lines without length and with round ends: a tenth of the size of as many markers. Set the limits yourself."""
+    """Draw many points as one path of lines without length and with round ends: a tenth of the size
+    of as many markers. Set the limits yourself.
+    """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
     vertices = np.repeat(np.column_stack([x, y]), 2, axis=0)
-    vertices[1::2, 0] += 1e-9 * max(float(np.abs(vertices).max(initial=0.0)), 1e-9)  # some renderers draw no line without length
+    # some renderers draw no line without length
+    vertices[1::2, 0] += 1e-9 * max(float(np.abs(vertices).max(initial=0.0)), 1e-9)
     path = Path(vertices, [int(Path.MOVETO), int(Path.LINETO)] * len(x))
     path.should_simplify = False
-    on.add_patch(PathPatch(path, facecolor="none", edgecolor=colour, linewidth=size, capstyle="round"))
-    on.plot([], [], linestyle="none", marker="o", markersize=size, color=colour, markeredgewidth=0, label=name)
+    on.add_patch(
+        PathPatch(path, facecolor="none", edgecolor=colour, linewidth=size, capstyle="round")
+    )
+    on.plot(
+        [],
+        [],
+        linestyle="none",
+        marker="o",
+        markersize=size,
+        color=colour,
+        markeredgewidth=0,
+        label=name,
+    )
 
 
 def ringed(on: Axes, x: float, y: float, name: str) -> None:

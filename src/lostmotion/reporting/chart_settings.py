@@ -54,8 +54,14 @@ _DRAWING: Final = {
 
 
 def settings() -> AbstractContextManager[None]:
-    """Return a context with matplotlib's own settings and those of all charts, whatever the user's are; they are back afterwards."""
+    """Return a context with matplotlib's own settings and those of all charts, whatever the user's
+    are; they are back afterwards.
+    """
     import matplotlib as mpl
 
-    own: dict[Any, Any] = {key: value for key, value in mpl.rcParamsDefault.items() if key.partition(".")[0] in _DRAWING}
+    own: dict[Any, Any] = {
+        key: value
+        for key, value in mpl.rcParamsDefault.items()
+        if key.partition(".")[0] in _DRAWING
+    }
     return mpl.rc_context({**own, **_STYLE})

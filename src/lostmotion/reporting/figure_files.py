@@ -1,4 +1,6 @@
-"""Figures of a result as files for a thesis: SVG with texts as texts, PDF with embedded fonts, or PNG at 300 dpi; in light colours on white."""
+"""Figures of a result as files for a thesis: SVG with texts as texts, PDF with embedded fonts, or
+PNG at 300 dpi; in light colours on white.
+"""
 
 from __future__ import annotations
 
@@ -26,14 +28,20 @@ _UNDATED: Final[dict[str, dict[str, Any]]] = {
 
 
 def figure_files(drawn: Sequence[Plot], kind: FigureKind) -> dict[str, bytes]:
-    """Return every plot as the content of a file, by its name in a report's folder: `figures/KEY.svg`."""
+    """Return every plot as the content of a file, by its name in a report's folder:
+    `figures/KEY.svg`.
+    """
     return {f"{FOLDER}/{plot.key}.{kind}": figure_bytes(plot.figure, kind) for plot in drawn}
 
 
 def figure_bytes(figure: Figure, kind: FigureKind, *, dpi: float = _DPI) -> bytes:
-    """Return a figure as the content of a file of this kind; a PNG with this many pixels per inch."""
+    """Return a figure as the content of a file of this kind; a PNG with this many pixels per
+    inch.
+    """
     if kind == "svg":
         return with_plain_fonts(raw_svg(figure)).encode()
     with settings(), io.BytesIO() as content:
-        figure.savefig(content, format=kind, dpi=dpi if kind == "png" else figure.dpi, metadata=_UNDATED[kind])
+        figure.savefig(
+            content, format=kind, dpi=dpi if kind == "png" else figure.dpi, metadata=_UNDATED[kind]
+        )
         return content.getvalue()

@@ -1,4 +1,6 @@
-"""Where the first-order sum of errors fails, a sheet says so in its headline and prints no interval of an accuracy."""
+"""Where the first-order sum of errors fails, a sheet says so in its headline and prints no interval
+of an accuracy.
+"""
 
 from __future__ import annotations
 
@@ -36,46 +38,82 @@ def judged(check: ExactCheck, error: float) -> str:
     share = share_neglected(check, error)
     if share <= ENOUGH:
         return "first order is enough" if check.samples else "nothing was compared"
-    return "more than 1 %: the first-order figures are that uncertain" if share <= FAILS else "first order fails: the figures of errors are wrong"
+    return (
+        "more than 1 %: the first-order figures are that uncertain"
+        if share <= FAILS
+        else "first order fails: the figures of errors are wrong"
+    )
 
 
 def failure(check: ExactCheck, error: float, arm: Arm | None = None) -> str:
-    """Return the headline's remark that first order fails for errors of this size (m); empty where it is valid.
+    """Return the headline's remark that first order fails for errors of this size (m); empty where
+    it is valid.
 
-    With the arm, one that droops by most of that error is called soft, and the remark says up to which sag its figures are valid.
+    With the arm, one that droops by most of that error is called soft, and the remark says up to
+    which sag its figures are valid.
     """
     share = share_neglected(check, error)
     if share <= FAILS:
         return ""
     sagging = None if arm is None else droop(arm)
-    if sagging is not None and math.isfinite(share) and sagging.length >= _MOSTLY * error and not sagging.absurd:
+    if (
+        sagging is not None
+        and math.isfinite(share)
+        and sagging.length >= _MOSTLY * error
+        and not sagging.absurd
+    ):
         valid = length(sagging.length * FAILS / share)
         return (
             f"This arm is soft: at these stiffnesses it sags by up to {length(sagging.length)} "
-            f"({float(f'{math.degrees(sagging.turn):.2g}'):g}°) under its own weight and payload. First-order figures are wrong by "
-            f"about {float(f'{100 * share:.2g}'):g} % of the 95 % error there, and valid to {100 * FAILS:g} % up to a sag of about {valid}: "
+            f"({float(f'{math.degrees(sagging.turn):.2g}'):g}°) under its own weight and "
+            "payload. First-order figures are wrong by "
+            f"about {float(f'{100 * share:.2g}'):g} % of the 95 % error there, and valid to "
+            f"{100 * FAILS:g} % up to a sag of about {valid}: "
             "read them as rough, without intervals."
         )
     angle = math.degrees(check.turn)
-    turned = f"errors of {float(f'{angle:.2g}'):g}° are not small" if angle >= 1 else "errors are not small beside the arm"
-    found = f"adding them up is wrong by {float(f'{100 * share:.2g}'):g} % of the 95 % error" if math.isfinite(share) else "they reach beyond 16 m"
+    turned = (
+        f"errors of {float(f'{angle:.2g}'):g}° are not small"
+        if angle >= 1
+        else "errors are not small beside the arm"
+    )
+    found = (
+        f"adding them up is wrong by {float(f'{100 * share:.2g}'):g} % of the 95 % error"
+        if math.isfinite(share)
+        else "they reach beyond 16 m"
+    )
     absurd = not math.isfinite(share) or check.turn > _ABSURD
-    where = "look for a mistake in its largest errors" if absurd else "its largest errors are in the error budget"
-    return f"First-order figures fail here: {turned}, and {found}. No accuracy can be stated for this arm; {where}."
+    where = (
+        "look for a mistake in its largest errors"
+        if absurd
+        else "its largest errors are in the error budget"
+    )
+    return (
+        f"First-order figures fail here: {turned}, and {found}. No accuracy can be stated for this "
+        f"arm; {where}."
+    )
 
 
 def checked(sheet: Sheet, check: ExactCheck, error: float, arm: Arm) -> Sheet:
-    """Return a sheet as it is where first order holds for errors of this size (m); else with that in its headline, and no interval of an error.
+    """Return a sheet as it is where first order holds for errors of this size (m); else with that
+    in its headline, and no interval of an error.
 
-    The intervals would claim a certainty that is not there; the figures themselves stay, for whoever looks for the mistake.
+    The intervals would claim a certainty that is not there; the figures themselves stay, for
+    whoever looks for the mistake.
     """
     message = failure(check, error, arm)
     if not message:
         return sheet
     kept = [card for card in sheet.cards if card.title in _SOUND_CARDS]
-    first = Card("first order fails by", str(length(check.largest)), "largest difference from exact composition")
+    first = Card(
+        "first order fails by",
+        str(length(check.largest)),
+        "largest difference from exact composition",
+    )
     shares = tuple(  # which part errs most remains known, what a remedy leaves does not
-        replace(block, effect="", bars=tuple(replace(bar, effect=None) for bar in block.bars)) for block in sheet.bars if block.key == "budget"
+        replace(block, effect="", bars=tuple(replace(bar, effect=None) for bar in block.bars))
+        for block in sheet.bars
+        if block.key == "budget"
     )
     return replace(
         sheet,
@@ -93,7 +131,15 @@ def _without_intervals(sections: Sequence[Section]) -> tuple[Section, ...]:
         if section.key in _SOUND
         else replace(
             section,
-            rows=tuple(replace(row, figures=tuple(replace(figure, low=math.nan, high=math.nan) for figure in row.figures)) for row in section.rows),
+            rows=tuple(
+                replace(
+                    row,
+                    figures=tuple(
+                        replace(figure, low=math.nan, high=math.nan) for figure in row.figures
+                    ),
+                )
+                for row in section.rows
+            ),
         )
         for section in sections
     )
@@ -101,7 +147,10 @@ def _without_intervals(sections: Sequence[Section]) -> tuple[Section, ...]:
 
 def unsure(outcome: Outcome) -> Outcome:
     """Take the intervals off the figures of a design of a sweep."""
-    ap, rp = (None if pair is None else (_alone(pair[0]), _alone(pair[1])) for pair in (outcome.ap, outcome.rp))
+    ap, rp = (
+        None if pair is None else (_alone(pair[0]), _alone(pair[1]))
+        for pair in (outcome.ap, outcome.rp)
+    )
     return replace(
         outcome,
         mean=_alone(outcome.mean),
@@ -118,9 +167,18 @@ def _alone(found: Estimate) -> Estimate:
 
 
 def failed(failing: Sequence[Outcome], designs: int, named: Callable[[int], str]) -> list[str]:
-    """Return the headline's remark on designs where first order fails, with the worst one's name."""
+    """Return the headline's remark on designs where first order fails, with the worst one's
+    name.
+    """
     if not failing:
         return []
     worst = max(failing, key=lambda each: share_neglected(each.check, each.quantiles[_LEVEL].value))
     message = failure(worst.check, worst.quantiles[_LEVEL].value)
-    return [message if designs == 1 else f"In {several(len(failing), 'design')} of {designs}, first of all {named(worst.design)}: {message}"]
+    return [
+        message
+        if designs == 1
+        else (
+            f"In {several(len(failing), 'design')} of {designs}, first of all "
+            f"{named(worst.design)}: {message}"
+        )
+    ]

@@ -1,4 +1,6 @@
-"""The first screen of a result on the terminal: the answer, warnings, bars, and what the reader asks next, on about 35 lines of 80 columns."""
+"""The first screen of a result on the terminal: the answer, warnings, bars, and what the reader
+asks next, on about 35 lines of 80 columns.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +13,22 @@ from typing import TYPE_CHECKING, Final
 from rich.cells import cell_len
 from rich.text import Text
 
-from lostmotion.reporting.bars_on_screen import INDENT, WIDEST, print_bars, print_paragraph, print_text, wrapped
-from lostmotion.reporting.screen import console_of, legible_sheet, print_lines, print_section, print_sheet, width_of
+from lostmotion.reporting.bars_on_screen import (
+    INDENT,
+    WIDEST,
+    print_bars,
+    print_paragraph,
+    print_text,
+    wrapped,
+)
+from lostmotion.reporting.screen import (
+    console_of,
+    legible_sheet,
+    print_lines,
+    print_section,
+    print_sheet,
+    width_of,
+)
 from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:
@@ -26,7 +42,9 @@ _MOST_STACKED: Final = 2
 
 
 def print_first_screen(sheet: Sheet, console: Console | None = None) -> None:
-    """Print the answer and the figures that are asked for first; a sheet without an answer is a table, and printed whole."""
+    """Print the answer and the figures that are asked for first; a sheet without an answer is a
+    table, and printed whole.
+    """
     if not sheet.verdict:
         print_sheet(sheet, console)
         return
@@ -70,24 +88,41 @@ def _print_brief(screen: Console, sheet: Sheet, width: int) -> None:
 
 
 def _print_cards(screen: Console, cards: tuple[Card, ...], width: int) -> None:
-    """Print the figures that are asked for first: in a row where they fit, else as lines, each a number and what it is, as far as there is room."""
+    """Print the figures that are asked for first: in a row where they fit, else as lines, each a
+    number and what it is, as far as there is room.
+    """
     if not cards:
         return
     screen.print()
     widths = [max(cell_len(card.title), cell_len(card.number)) + len(INDENT) for card in cards]
     if len(cards) > _MOST_STACKED and sum(widths) <= width:
         for texts in ([card.title for card in cards], [card.number for card in cards]):
-            line = "".join(INDENT + text + " " * (taken - len(INDENT) - cell_len(text)) for text, taken in zip(texts, widths, strict=True))
+            line = "".join(
+                INDENT + text + " " * (taken - len(INDENT) - cell_len(text))
+                for text, taken in zip(texts, widths, strict=True)
+            )
             print_text(screen, Text(line.rstrip()))
         return
     numbers = max(cell_len(card.number) for card in cards)
-    texts = [f"{INDENT}{' ' * (numbers - cell_len(card.number))}{card.number}  {card.title}" for card in cards]
+    texts = [
+        f"{INDENT}{' ' * (numbers - cell_len(card.number))}{card.number}  {card.title}"
+        for card in cards
+    ]
     titles = max(cell_len(text) for text in texts) + len(INDENT)
     for text, card in zip(texts, cards, strict=True):
         shorter = (card.quiet, card.quiet.partition(";")[0], "")
         quiet = next(each for each in shorter if not each or titles + cell_len(each) <= width)
-        for folded in textwrap.wrap(text, width, subsequent_indent=" " * (numbers + 4), drop_whitespace=True) if cell_len(text) > width else [text]:
-            print_text(screen, Text.assemble(folded, (" " * (titles - cell_len(folded)) + quiet if quiet else "", "dim")))
+        for folded in (
+            textwrap.wrap(text, width, subsequent_indent=" " * (numbers + 4), drop_whitespace=True)
+            if cell_len(text) > width
+            else [text]
+        ):
+            print_text(
+                screen,
+                Text.assemble(
+                    folded, (" " * (titles - cell_len(folded)) + quiet if quiet else "", "dim")
+                ),
+            )
 
 
 def _print_main_table(screen: Console, sheet: Sheet) -> None:
@@ -96,12 +131,22 @@ def _print_main_table(screen: Console, sheet: Sheet) -> None:
         left = len(section.rows) - _MOST_ROWS
         shown = replace(section, rows=section.rows[:_MOST_ROWS], note="") if left > 0 else section
         screen.print()
-        print_section(screen, shown if width_of(screen, shown) <= screen.width else _without_intervals(shown))
+        print_section(
+            screen, shown if width_of(screen, shown) <= screen.width else _without_intervals(shown)
+        )
         if left > 0:
             print_text(screen, Text(f"{INDENT}and {left} more rows", style="dim"))
 
 
 def _without_intervals(section: Section) -> Section:
-    """Return a section whose figures have no interval: they stand in the full output where the screen is too narrow for them."""
-    rows = tuple(replace(row, figures=tuple(replace(figure, low=math.nan, high=math.nan) for figure in row.figures)) for row in section.rows)
+    """Return a section whose figures have no interval: they stand in the full output where the
+    screen is too narrow for them.
+    """
+    rows = tuple(
+        replace(
+            row,
+            figures=tuple(replace(figure, low=math.nan, high=math.nan) for figure in row.figures),
+        )
+        for row in section.rows
+    )
     return replace(section, rows=rows)

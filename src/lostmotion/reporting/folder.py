@@ -31,10 +31,13 @@ FOLDERS: Final = {"figures": (".svg", ".pdf", ".png"), "tables": (".csv", ".tex"
 
 
 def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool = False) -> Path:
-    """Write these contents, by name out of `FILES` or within `FOLDERS`, into the folder `out`, whole or not at all, and return the folder.
+    """Write these contents, by name out of `FILES` or within `FOLDERS`, into the folder `out`,
+    whole or not at all, and return the folder.
 
-    Missing parents are made. With `force` an earlier output folder is replaced, once the new one is complete.
-    Raises OutputExistsError as `refuse_existing`, LostmotionError where the folder cannot be written; then nothing is left behind.
+    Missing parents are made. With `force` an earlier output folder is replaced, once the new one is
+    complete.
+    Raises OutputExistsError as `refuse_existing`, LostmotionError where the folder cannot be
+    written; then nothing is left behind.
     """
     target = refuse_existing(out, force=force)
     made: list[Path] = []
@@ -48,7 +51,8 @@ def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool =
             _remove_if_empty(parent)
         if isinstance(error, OSError):
             raise LostmotionError(
-                f"'{target}' could not be written: {error.strerror or error}\n  nothing was left behind; name a folder that can be written with --out"
+                f"'{target}' could not be written: {error.strerror or error}\n  nothing was "
+                "left behind; name a folder that can be written with --out"
             ) from error
         raise
     return target
@@ -57,8 +61,9 @@ def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool =
 def refuse_existing(out: str | Path, *, force: bool) -> Path:
     """Return the folder for results as an absolute path. Gives it as an absolute path.
 
-    Raises OutputExistsError where something is there already: a file or a link always, a folder unless `force` is set and it holds only our files;
-    LostmotionError where no folder can be made there, so that nobody works for results that then have no place.
+    Raises OutputExistsError where something is there already: a file or a link always, a folder
+    unless `force` is set and it holds only our files; LostmotionError where no folder can be made
+    there, so that nobody works for results that then have no place.
     """
     target = Path(out)
     target = target.absolute() if target.name not in {"", ".."} else target.resolve()
@@ -71,32 +76,47 @@ def refuse_existing(out: str | Path, *, force: bool) -> Path:
     except OSError as error:
         raise LostmotionError(f"'{target}' cannot be read: {error.strerror}") from error
     if stat.S_ISLNK(kind):
-        raise OutputExistsError(f"'{target}' is a symbolic link, which is never replaced\n  name the folder itself, or another one, with --out")
+        raise OutputExistsError(
+            f"'{target}' is a symbolic link, which is never replaced\n  name the folder "
+            "itself, or another one, with --out"
+        )
     if not stat.S_ISDIR(kind):
-        raise OutputExistsError(f"'{target}' is a file, and results go into a folder\n  name another folder with --out")
+        raise OutputExistsError(
+            f"'{target}' is a file, and results go into a folder\n  name another folder with --out"
+        )
     strangers = _strangers(target)
     if strangers:
         more = f" and {len(strangers) - 3} more" if len(strangers) > 3 else ""  # noqa: PLR2004 - enough to recognise the folder
         names = ", ".join(repr(name) for name in strangers[:3]) + more
         raise OutputExistsError(
-            f"'{target}' exists and holds files that are not ours: {names}\n  it is left alone, even with --force; name another folder with --out"
+            f"'{target}' exists and holds files that are not ours: {names}\n  it is left "
+            "alone, even with --force; name another folder with --out"
         )
     if target.resolve() == Path.cwd():
-        raise OutputExistsError(f"'{target}' is the folder you stand in, which is never replaced\n  name another folder with --out")
+        raise OutputExistsError(
+            f"'{target}' is the folder you stand in, which is never replaced\n  name another "
+            "folder with --out"
+        )
     if not force:
-        raise OutputExistsError(f"'{target}' exists\n  replace it with --force (force=True in Python), or name another folder with --out")
+        raise OutputExistsError(
+            f"'{target}' exists\n  replace it with --force (force=True in Python), or name "
+            "another folder with --out"
+        )
     return target
 
 
 def _try_beside(target: Path) -> None:
-    """Make a folder where the results would go, and take it away: permissions alone do not show whether that works."""
+    """Make a folder where the results would go, and take it away: permissions alone do not show
+    whether that works.
+    """
     parent = next(parent for parent in target.parents if parent.exists())
     try:
         with tempfile.TemporaryDirectory(prefix=".lostmotion-", dir=parent):
             pass
     except OSError as error:
         raise LostmotionError(
-            f"'{target}' could not be written: {error.strerror or error}\n  nothing was left behind; name a folder that can be written with --out"
+            f"'{target}' could not be written: {error.strerror or error}\n  nothing was left "
+            "behind; name a folder that can be written with --out"
         ) from error
 
 
@@ -107,15 +127,22 @@ def _strangers(folder: Path) -> list[str]:
 
 
 def _is_ours(entry: os.DirEntry[str]) -> bool:
-    """Return whether we write such an entry: a file of a known name, or a folder of figures or tables with nothing else in it."""
+    """Return whether we write such an entry: a file of a known name, or a folder of figures or
+    tables with nothing else in it.
+    """
     if entry.name in FOLDERS and entry.is_dir(follow_symlinks=False):
         with os.scandir(entry) as within:
-            return all(each.is_file(follow_symlinks=False) and each.name.endswith(FOLDERS[entry.name]) for each in within)
+            return all(
+                each.is_file(follow_symlinks=False) and each.name.endswith(FOLDERS[entry.name])
+                for each in within
+            )
     return entry.name in FILES and entry.is_file(follow_symlinks=False)
 
 
 def _place(contents: Mapping[str, bytes], target: Path, *, force: bool) -> None:
-    """Write a new folder beside the target and put it in its place; the old one goes last. Killed at any moment, the old or the new one stands."""
+    """Write a new folder beside the target and put it in its place; the old one goes last. Killed
+    at any moment, the old or the new one stands.
+    """
     new, old = (_beside(target, secrets.token_hex(4), state) for state in ("new", "old"))
     new.mkdir()
     try:
@@ -137,11 +164,16 @@ def _place(contents: Mapping[str, bytes], target: Path, *, force: bool) -> None:
     try:
         _remove(old)
     except (OSError, MemoryError) as error:
-        raise LostmotionError(f"'{target}' is written, but the earlier folder could not be removed: '{old}' ({_reason(error)})") from error
+        raise LostmotionError(
+            f"'{target}' is written, but the earlier folder could not be removed: '{old}' "
+            f"({_reason(error)})"
+        ) from error
     try:
         to_disk(target.parent)
     except (OSError, MemoryError) as error:
-        raise LostmotionError(f"'{target}' is written, but the disk did not confirm it: {_reason(error)}") from error
+        raise LostmotionError(
+            f"'{target}' is written, but the disk did not confirm it: {_reason(error)}"
+        ) from error
 
 
 def _reason(error: OSError | MemoryError) -> str:
@@ -153,7 +185,9 @@ def _beside(target: Path, token: str, state: str) -> Path:
 
 
 def exchange(one: Path, other: Path) -> bool:
-    """Exchange two folders in one step, so that none is ever missing (renameat2 of Linux, renamex_np of macOS). False where the system cannot."""
+    """Exchange two folders in one step, so that none is ever missing (renameat2 of Linux,
+    renamex_np of macOS). False where the system cannot.
+    """
     import ctypes
 
     try:
@@ -162,12 +196,15 @@ def exchange(one: Path, other: Path) -> bool:
         if hasattr(system, "renamex_np"):
             return bool(system.renamex_np(*names, ctypes.c_uint(_SWAP)) == 0)
         return bool(system.renameat2(_HERE, names[0], _HERE, names[1], ctypes.c_uint(_SWAP)) == 0)
-    except (OSError, TypeError, AttributeError):  # no such library or function: Windows, older systems
+    except (OSError, TypeError, AttributeError):
+        # no such library or function: Windows, older systems
         return False
 
 
 def _swap(new: Path, old: Path, target: Path) -> None:
-    """Put the new folder in the old one's place by two renames; whoever looks next puts the old one back where this was killed in between."""
+    """Put the new folder in the old one's place by two renames; whoever looks next puts the old one
+    back where this was killed in between.
+    """
     target.rename(old)
     try:
         new.rename(target)
@@ -177,8 +214,14 @@ def _swap(new: Path, old: Path, target: Path) -> None:
 
 
 def _put_back(target: Path) -> None:
-    """Put an earlier folder of ours back in its place where a process was killed between its two renames."""
-    pattern = re.compile(re.escape(_beside(target, "TOKEN", "old").name).replace("TOKEN", "[0-9a-f]{8}")) if target.name else None
+    """Put an earlier folder of ours back in its place where a process was killed between its two
+    renames.
+    """
+    pattern = (
+        re.compile(re.escape(_beside(target, "TOKEN", "old").name).replace("TOKEN", "[0-9a-f]{8}"))
+        if target.name
+        else None
+    )
     with suppress(OSError):
         if pattern is None or os.path.lexists(target):
             return
@@ -189,7 +232,9 @@ def _put_back(target: Path) -> None:
 
 
 def to_disk(path: Path) -> None:
-    """Wait until a file, or a folder's list of names, is on the disk; where a system cannot open folders, it keeps their names by itself."""
+    """Wait until a file, or a folder's list of names, is on the disk; where a system cannot open
+    folders, it keeps their names by itself.
+    """
     try:
         handle = os.open(path, os.O_RDONLY)
     except PermissionError:
@@ -197,7 +242,8 @@ def to_disk(path: Path) -> None:
     try:
         os.fsync(handle)
     except OSError as error:
-        if error.errno not in {errno.EINVAL, errno.ENOTSUP, errno.EBADF}:  # disks that know no such thing
+        # disks that know no such thing
+        if error.errno not in {errno.EINVAL, errno.ENOTSUP, errno.EBADF}:
             raise
     finally:
         os.close(handle)
@@ -209,7 +255,9 @@ def _remove(folder: Path) -> None:
         (folder / name).unlink(missing_ok=True)
     for name, suffixes in FOLDERS.items():
         if (folder / name).is_dir() and not (folder / name).is_symlink():
-            for each in [each for each in (folder / name).iterdir() if each.name.endswith(suffixes)]:
+            for each in [
+                each for each in (folder / name).iterdir() if each.name.endswith(suffixes)
+            ]:
                 each.unlink()
             _remove_if_empty(folder / name)
     _remove_if_empty(folder)

@@ -1,4 +1,6 @@
-"""What went into a result: every value of an arm or a part in the unit that people read, with its state and its source."""
+"""What went into a result: every value of an arm or a part in the unit that people read, with its
+state and its source.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +23,17 @@ if TYPE_CHECKING:
     from lostmotion.error_model.provenance import States
     from lostmotion.parts.error_source import Part
 
-# Units by that of SI, the largest first: name, its size in SI, and the smallest value that is written in it.
+# Units by that of SI, the largest first: name, its size in SI, and the smallest value that is
+# written in it.
 _UNITS: Final[dict[str, tuple[tuple[str, float, float], ...]]] = {
     "m": (("m", 1.0, 1.0), ("mm", 1e-3, 1e-4), ("µm", 1e-6, 0.0)),
     "m^2": (("mm²", 1e-6, 0.0),),
     "m^4": (("mm⁴", 1e-12, 0.0),),
-    "rad": (("°", 0.017453292519943295, 0.0174), ("arcmin", 2.908882086657216e-4, 2.9e-5), ("arcsec", 4.84813681109536e-6, 0.0)),
+    "rad": (
+        ("°", 0.017453292519943295, 0.0174),
+        ("arcmin", 2.908882086657216e-4, 2.9e-5),
+        ("arcsec", 4.84813681109536e-6, 0.0),
+    ),
     "kg m^2": (("kg m²", 1.0, 0.1), ("kg cm²", 1e-4, 0.0)),
     "kg/m^3": (("kg/m³", 1.0, 0.0),),
     "m/s^2": (("m/s²", 1.0, 0.0),),
@@ -38,32 +45,53 @@ _UNITS: Final[dict[str, tuple[tuple[str, float, float], ...]]] = {
     "1/K": (("µm/(m K)", 1e-6, 0.0),),
     "s": (("h", 3600.0, 3600.0), ("s", 1.0, 0.0)),
 }
-_SHARED: Final = "a part that several joints share is listed once, by its name in the file; equal parts of their own under the first of them"
+_SHARED: Final = (
+    "a part that several joints share is listed once, by its name in the file; equal parts of "
+    "their own under the first of them"
+)
 # Numbers of a list that are written out.
 _WRITTEN_OUT: Final = 6
 
 
 def inputs_section(given: Sequence[GivenValue], known: States | None = None) -> tuple[Section, ...]:
-    """Return the table of what went in, those values of a part together that have one state and one source; no table without any value.
+    """Return the table of what went in, those values of a part together that have one state and one
+    source; no table without any value.
 
     With `known`, what nothing describes follows: those kinds of error are ideal.
     """
     together = groupby(given, lambda each: (each.owner, each.state, each.source))
     rows = [
-        Row(short_name(owner), (in_words("; ".join(map(_written, values))), in_words(state)), source) for (owner, state, source), values in together
+        Row(
+            short_name(owner), (in_words("; ".join(map(_written, values))), in_words(state)), source
+        )
+        for (owner, state, source), values in together
     ]
     ideal = _ideal_rows(known) if known is not None else []
     if not (rows or ideal):
         return ()
     assumed = sum(bool(each.reason) and each.reason != DEFAULT_SCATTER for each in given)
-    counted = [f"{several(sum(each.state == 'stated' for each in given), 'value')} stated", f"{assumed} assumed"]
+    counted = [
+        f"{several(sum(each.state == 'stated' for each in given), 'value')} stated",
+        f"{assumed} assumed",
+    ]
     counted += [f"{several(len(ideal), 'kind')} of error ideal"] if ideal else []
     folded = f"{', '.join(counted)}: each with its source"
-    return (Section("inputs", "What went in", ("values", "state"), (*rows, *ideal), _SHARED if known is not None else "", folded),)
+    return (
+        Section(
+            "inputs",
+            "What went in",
+            ("values", "state"),
+            (*rows, *ideal),
+            _SHARED if known is not None else "",
+            folded,
+        ),
+    )
 
 
 def _ideal_rows(known: States) -> list[Row]:
-    """Return a line for each kind of error that some or all joints do not describe, and for what is not described of the base."""
+    """Return a line for each kind of error that some or all joints do not describe, and for what is
+    not described of the base.
+    """
     out = []
     for kind in KINDS:
         having = [each for each in known.joints if kind in each.states]
@@ -71,7 +99,11 @@ def _ideal_rows(known: States) -> list[Row]:
         if kind != "lumped" and ideal:
             where = "every joint" if len(ideal) == len(having) else ", ".join(ideal)
             out.append(Row(kind, (in_words(f"nothing described: {where}"), in_words("ideal"))))
-    return out + [Row(f"base {kind}", (in_words("nothing described"), in_words("ideal"))) for kind, state in known.base.items() if state == "ideal"]
+    return out + [
+        Row(f"base {kind}", (in_words("nothing described"), in_words("ideal")))
+        for kind, state in known.base.items()
+        if state == "ideal"
+    ]
 
 
 def _written(given: GivenValue) -> str:
@@ -83,7 +115,9 @@ def _written(given: GivenValue) -> str:
 
 
 def value_text(value: object, quantity: Quantity | None) -> str:
-    """Return a value (SI) as text, in the unit that suits its size, with its tolerance and its range; long tables only by their size."""
+    """Return a value (SI) as text, in the unit that suits its size, with its tolerance and its
+    range; long tables only by their size.
+    """
     value = getattr(value, "load", value)  # of a friction
     if isinstance(value, Toleranced):
         return _toleranced(value, quantity)
@@ -101,8 +135,16 @@ def value_text(value: object, quantity: Quantity | None) -> str:
 def _toleranced(value: Toleranced, quantity: Quantity | None) -> str:
     if not value.tolerance:
         return value_text(value.nominal, quantity)
-    difference = Quantity("K", "1 K") if quantity is not None and quantity.si == ABSOLUTE else quantity
-    law = "" if value.law == "normal" else f" ({value.law})" if isinstance(value.law, str) else " (its own distribution)"
+    difference = (
+        Quantity("K", "1 K") if quantity is not None and quantity.si == ABSOLUTE else quantity
+    )
+    law = (
+        ""
+        if value.law == "normal"
+        else f" ({value.law})"
+        if isinstance(value.law, str)
+        else " (its own distribution)"
+    )
     return f"{value_text(value.nominal, quantity)} ± {value_text(value.tolerance, difference)}{law}"
 
 
@@ -115,7 +157,10 @@ def _listed(values: Sequence[Any], quantity: Quantity | None) -> str:
     if len(values) > _WRITTEN_OUT or not all(isinstance(each, int | float) for each in values):
         return f"table of {several(len(values), 'row')}"
     units = _units(max(abs(each) for each in values), quantity)
-    texts = [(" ".join([", ".join(as_stated((each - zero) / size) for each in values), unit]).strip()) for unit, size, zero in units]
+    texts = [
+        (" ".join([", ".join(as_stated((each - zero) / size) for each in values), unit]).strip())
+        for unit, size, zero in units
+    ]
     return min(texts, key=_significant)
 
 
@@ -125,13 +170,21 @@ def _significant(text: str) -> int:
 
 
 def _units(value: float, quantity: Quantity | None) -> list[tuple[str, float, float]]:
-    """Return the units, the largest first, in which a value (SI) may be written, each with its size and its zero in SI."""
+    """Return the units, the largest first, in which a value (SI) may be written, each with its size
+    and its zero in SI.
+    """
     if quantity is None or not value:
         return [("", 1.0, 0.0)]
     if quantity.si == ABSOLUTE:
         return [("°C", 1.0, ZERO_CELSIUS)]
     if not quantity.si:
-        return [("%", 0.01, 0.0) if quantity.example.endswith("%") else ("µm/m", 1e-6, 0.0) if quantity.example.endswith("µm/m") else ("", 1.0, 0.0)]
+        return [
+            ("%", 0.01, 0.0)
+            if quantity.example.endswith("%")
+            else ("µm/m", 1e-6, 0.0)
+            if quantity.example.endswith("µm/m")
+            else ("", 1.0, 0.0)
+        ]
     choices = _UNITS.get(quantity.si, ((quantity.si, 1.0, 0.0),))
     at = next((k for k, each in enumerate(choices) if value >= each[2]), len(choices) - 1)
     return [(unit, size, 0.0) for unit, size, _ in choices[at : at + 2]]

@@ -11,14 +11,19 @@ if TYPE_CHECKING:
 
 
 def joint_value(name: str, kind: str, value: float) -> str:
-    """Return a joint's name and its value, in degrees or millimetres; `kind` as `Joint.type`, "revolute" or "prismatic"."""
+    """Return a joint's name and its value, in degrees or millimetres; `kind` as `Joint.type`,
+    "revolute" or "prismatic".
+    """
     size, unit = (math.degrees(value), "°") if kind == "revolute" else (value * 1e3, " mm")
     return f"{name} {round(size, 1) + 0.0:.1f}{unit}"  # without the sign of a zero
 
 
 def joint_values(arm: Arm, q: Floats) -> str:
     """Return the values q (joint,) of all joints of the arm."""
-    return ", ".join(joint_value(joint.name, joint.type, value) for joint, value in zip(arm.moving, q, strict=True))
+    return ", ".join(
+        joint_value(joint.name, joint.type, value)
+        for joint, value in zip(arm.moving, q, strict=True)
+    )
 
 
 def tool_place(tool: Floats) -> str:

@@ -1,4 +1,6 @@
-"""The laws that the parts of a result rest on, each once, with its source as the docstring of its module states it."""
+"""The laws that the parts of a result rest on, each once, with its source as the docstring of its
+module states it.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ _SOURCE: Final = re.compile(r"\bSources?(?: of [a-z ]+)?: (.+?)(?:\n\s*\n|\Z)", 
 
 
 def laws_section(given: Iterable[GivenValue]) -> tuple[Section, ...]:
-    """Return the table of the laws that the parts with these values use, each with its source; no table where no part uses any."""
+    """Return the table of the laws that the parts with these values use, each with its source; no
+    table where no part uses any.
+    """
     found: dict[str, str] = {}
     for part in dict.fromkeys(each.part for each in given):
         for law in _laws_of(part):
@@ -40,5 +44,12 @@ def _laws_of(part: type) -> Iterable[ModuleType]:
     for base in part.__mro__:
         if base.__module__.startswith(_PARTS):
             names = vars(sys.modules[base.__module__]).values()
-            used = (each.__name__ if isinstance(each, ModuleType) else getattr(each, "__module__", "") for each in names)
-            yield from (sys.modules[name] for name in dict.fromkeys(used) if isinstance(name, str) and name.startswith(_LAWS))
+            used = (
+                each.__name__ if isinstance(each, ModuleType) else getattr(each, "__module__", "")
+                for each in names
+            )
+            yield from (
+                sys.modules[name]
+                for name in dict.fromkeys(used)
+                if isinstance(name, str) and name.startswith(_LAWS)
+            )

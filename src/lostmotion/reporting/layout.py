@@ -1,8 +1,11 @@
-"""Layout of result.json: figures by stable keys, tables as they are printed, and the JSON Schema of both.
+"""Layout of result.json: figures by stable keys, tables as they are printed, and the JSON Schema of
+both.
 
-`figures.error.p95.value` is the 95th percentile of section `error`, with `unit`, `low` and `high`. A row of a table with several columns has one
-level more: `figures.budget.A_bearing.share.value`. Keys do not change with the words of a table: a row has a key of its own where its label is a
-phrase, else the key follows from the label, which is a name from the user's file or a term of the field.
+`figures.error.p95.value` is the 95th percentile of section `error`, with `unit`, `low` and `high`.
+A row of a table with several columns has one level more: `figures.budget.A_bearing.share.value`.
+Keys do not change with the words of a table: a row has a key of its own where its label is a
+phrase, else the key follows from the label, which is a name from the user's file or a term of the
+field.
 """
 
 from __future__ import annotations
@@ -19,16 +22,22 @@ if TYPE_CHECKING:
 
 # Changes where a key changes or goes; keys may be added without.
 LAYOUT: Final = 3
-_PERCENTILE: Final = re.compile(r"([0-9]+(?:\.[0-9]+)?)(?: %(?: of [a-z]+)?(?: are)? below|(?:th|st|nd|rd) percentile)|^([0-9]+) %$")
+_PERCENTILE: Final = re.compile(
+    r"([0-9]+(?:\.[0-9]+)?)(?: %(?: of [a-z]+)?(?: are)? below|(?:th|st|nd|rd) percentile)|^([0-9]+) %$"  # noqa: E501
+)
 
 
 def key_of(label: str) -> str:
-    """Return the key of a label: its letters and digits, "p95" for the 95th percentile or a column "95 %", with "_" between words."""
+    """Return the key of a label: its letters and digits, "p95" for the 95th percentile or a column
+    "95 %", with "_" between words.
+    """
     return re.sub(r"\W+", "_", _PERCENTILE.sub(r"p\1\2", label)).strip("_") or "value"
 
 
 def figures_by_key(sections: Iterable[Section]) -> dict[str, Any]:
-    """Return every figure of a sheet by section, row and, where a table has several columns, column."""
+    """Return every figure of a sheet by section, row and, where a table has several columns,
+    column.
+    """
     return {section.key: _rows(section) for section in sections}
 
 
@@ -41,7 +50,10 @@ def _rows(section: Section) -> dict[str, Any]:
 def _row(row: Row, columns: list[str]) -> dict[str, Any]:
     if columns == ["value"]:
         return figure_data(row.figures[0])
-    return {name: figure_data(figure) for name, figure in zip(_each_once(columns), row.figures, strict=True)}
+    return {
+        name: figure_data(figure)
+        for name, figure in zip(_each_once(columns), row.figures, strict=True)
+    }
 
 
 def _each_once(keys: list[str]) -> list[str]:
@@ -56,7 +68,9 @@ def _each_once(keys: list[str]) -> list[str]:
 
 def figure_data(figure: Figure) -> dict[str, Any]:
     """Return one figure as plain data; null where there is no finite number."""
-    value, low, high = (each if math.isfinite(each) else None for each in (figure.value, figure.low, figure.high))
+    value, low, high = (
+        each if math.isfinite(each) else None for each in (figure.value, figure.low, figure.high)
+    )
     return {
         "value": value,
         "unit": figure.unit,
@@ -70,7 +84,9 @@ def figure_data(figure: Figure) -> dict[str, Any]:
 
 
 def plain(sheet: Sheet, version: str) -> dict[str, Any]:
-    """Return every printed figure as plain data for result.json: no clock time, so that two runs can be compared byte by byte."""
+    """Return every printed figure as plain data for result.json: no clock time, so that two runs
+    can be compared byte by byte.
+    """
     return {
         "lostmotion": version,
         "layout": LAYOUT,
@@ -79,7 +95,9 @@ def plain(sheet: Sheet, version: str) -> dict[str, Any]:
         "brief": [{"title": word, "text": sentence} for word, sentence in sheet.brief],
         "warnings": list(sheet.warnings),
         "notes": list(sheet.notes),
-        **({"lines": {"title": sheet.lines.title, "text": sheet.lines.text}} if sheet.lines else {}),
+        **(
+            {"lines": {"title": sheet.lines.title, "text": sheet.lines.text}} if sheet.lines else {}
+        ),
         "figures": figures_by_key(sheet.sections),
         "sections": [
             {
@@ -90,7 +108,10 @@ def plain(sheet: Sheet, version: str) -> dict[str, Any]:
                     {
                         "label": row.label,
                         "note": row.note,
-                        "figures": [_column(name, figure, sheet.seed) for name, figure in zip(section.columns, row.figures, strict=True)],
+                        "figures": [
+                            _column(name, figure, sheet.seed)
+                            for name, figure in zip(section.columns, row.figures, strict=True)
+                        ],
                     }
                     for row in section.rows
                 ],
@@ -104,7 +125,13 @@ def _column(name: str, figure: Figure, seed: int | None) -> dict[str, Any]:
     data = figure_data(figure)
     ends = [data.pop("low"), data.pop("high")]
     kind = data.pop("interval")
-    return {"name": name, **data, "interval": None if kind is None else ends, "interval_kind": kind, "seed": seed}
+    return {
+        "name": name,
+        **data,
+        "interval": None if kind is None else ends,
+        "interval_kind": kind,
+        "seed": seed,
+    }
 
 
 def result_schema() -> dict[str, Any]:
@@ -112,15 +139,24 @@ def result_schema() -> dict[str, Any]:
     number, text = {"type": ["number", "null"]}, {"type": "string"}
     figure = {
         "type": "object",
-        "description": "A figure: its value and the ends of its interval in `unit`, null where there is none, and what it was counted from.",
+        "description": (
+            "A figure: its value and the ends of its interval in `unit`, null where there is "
+            "none, and what it was counted from."
+        ),
         "properties": {
             "value": number,
             "unit": text,
             "low": number,
             "high": number,
-            "interval": {"type": ["string", "null"], "description": "kind of interval, '95 % interval'"},
+            "interval": {
+                "type": ["string", "null"],
+                "description": "kind of interval, '95 % interval'",
+            },
             "samples": text,
-            "bound": {"enum": ["upper", "lower"], "description": "the true value is no larger, or no smaller"},
+            "bound": {
+                "enum": ["upper", "lower"],
+                "description": "the true value is no larger, or no smaller",
+            },
             "words": {"type": "string", "description": "what is printed in place of a number"},
         },
         "required": ["value", "unit", "low", "high", "interval", "samples"],
@@ -151,15 +187,28 @@ def result_schema() -> dict[str, Any]:
     section = {
         "type": "object",
         "description": "A table as it is printed.",
-        "properties": {"key": text, "title": text, "note": text, "rows": {"type": "array", "items": row}},
+        "properties": {
+            "key": text,
+            "title": text,
+            "note": text,
+            "rows": {"type": "array", "items": row},
+        },
         "required": ["key", "title", "note", "rows"],
         "additionalProperties": False,
     }
-    of_row = {"anyOf": [{"$ref": "#/$defs/Figure"}, {"type": "object", "additionalProperties": {"$ref": "#/$defs/Figure"}}]}
+    of_row = {
+        "anyOf": [
+            {"$ref": "#/$defs/Figure"},
+            {"type": "object", "additionalProperties": {"$ref": "#/$defs/Figure"}},
+        ]
+    }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "lostmotion result",
-        "description": "result.json: every figure by a stable key, and the tables as they are printed. Other members are facts of the question.",
+        "description": (
+            "result.json: every figure by a stable key, and the tables as they are printed. Other "
+            "members are facts of the question."
+        ),
         "type": "object",
         "properties": {
             "lostmotion": {"type": "string", "description": "version of the program"},
@@ -168,14 +217,22 @@ def result_schema() -> dict[str, Any]:
             "brief": {
                 "type": "array",
                 "description": "statements of the first screen besides the headline",
-                "items": {"type": "object", "properties": {"title": text, "text": text}, "required": ["title", "text"]},
+                "items": {
+                    "type": "object",
+                    "properties": {"title": text, "text": text},
+                    "required": ["title", "text"],
+                },
             },
             "warnings": {"type": "array", "items": text},
             "notes": {"type": "array", "items": text},
-            "lines": {"type": "object", "properties": {"title": text, "text": text}, "required": ["title", "text"]},
+            "lines": {
+                "type": "object",
+                "properties": {"title": text, "text": text},
+                "required": ["title", "text"],
+            },
             "figures": {
                 "type": "object",
-                "description": "section.row, or section.row.column where a table has several columns",
+                "description": "section.row, or section.row.column where a table has several columns",  # noqa: E501
                 "additionalProperties": {"type": "object", "additionalProperties": of_row},
             },
             "sections": {"type": "array", "items": section},

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-# No command that compares designs computes any of these: all of them look at the arm at rest and new.
+# No command that compares designs computes any of these: all of them look at the arm at rest and
+# new.
 NOT_COUNTED: Final = (
-    "motion (acceleration torques, vibration, servo errors), motors, thermal expansion where no temperature is stated, wear and life, collisions"
+    "motion (acceleration torques, vibration, servo errors), motors, thermal expansion where no "
+    "temperature is stated, wear and life, collisions"
 )
 
 

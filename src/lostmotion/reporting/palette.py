@@ -1,7 +1,8 @@
 """Colours of every chart and page, light and dark, and the seven classes of a coloured map.
 
-The classes run from small to large error through teal, blue, purple and crimson. Their lightness moves away from the paper in both schemes, so a
-large error stands out, and it is monotone for readers with any of the three colour-vision deficiencies (G. M. Machado et al., IEEE TVCG 15 (2009)
+The classes run from small to large error through teal, blue, purple and crimson. Their lightness
+moves away from the paper in both schemes, so a large error stands out, and it is monotone for
+readers with any of the three colour-vision deficiencies (G. M. Machado et al., IEEE TVCG 15 (2009)
 1291).
 """
 
@@ -52,7 +53,11 @@ DARK: Final = {
 }
 CLASSES: Final = tuple(LIGHT[f"c{k}"] for k in range(7))
 # Levels of chance, by the names that tables use.
-LEVELS: Final = (("load and pose", LIGHT["design"]), ("each robot", LIGHT["robot"]), ("each visit", LIGHT["visit"]))
+LEVELS: Final = (
+    ("load and pose", LIGHT["design"]),
+    ("each robot", LIGHT["robot"]),
+    ("each visit", LIGHT["visit"]),
+)
 LEVEL_NAMES: Final = tuple(name for name, _ in LEVELS)
 # Colours of loads by cause.
 OF_CAUSE: Final = {
@@ -71,7 +76,9 @@ def css_variables(*, dark: bool = False) -> str:
 
 
 def round_below(most: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is not above a number, which is above zero."""
+    """Return the largest of 1, 2 and 5 times a power of ten that is not above a number, which is
+    above zero.
+    """
     power = 10.0 ** math.floor(math.log10(most))
     return max(step * power for step in (1, 2, 5) if step * power <= most)
 
@@ -79,14 +86,17 @@ def round_below(most: float) -> float:
 def round_number(value: float) -> float:
     """Return the nearest of 1, 2 and 5 times a power of ten, by ratio, to a number above zero."""
     power = 10.0 ** math.floor(math.log10(value))
-    return min((step * power for step in (1, 2, 5, 10)), key=lambda step: abs(math.log(step / value)))
+    return min(
+        (step * power for step in (1, 2, 5, 10)), key=lambda step: abs(math.log(step / value))
+    )
 
 
 def class_limits(low: float, high: float) -> list[float]:
-    """Return the six limits between seven classes of values from `low` to `high`, in steps of 1, 2 or 5 times a power of ten.
+    """Return the six limits between seven classes of values from `low` to `high`, in steps of 1, 2
+    or 5 times a power of ten.
 
-    The step is the smallest of which seven cover the range; the first and the last class hold what lies beyond. Equal ends give limits about them;
-    ends that are not finite are taken as 0 and 1.
+    The step is the smallest of which seven cover the range; the first and the last class hold what
+    lies beyond. Equal ends give limits about them; ends that are not finite are taken as 0 and 1.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         low, high = 0.0, 1.0

@@ -1,4 +1,6 @@
-"""A plot of a report: the figure, the section whose figures it shows, and what it shows in words."""
+"""A plot of a report: the figure, the section whose figures it shows, and what it shows in
+words.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +18,11 @@ FIRST_SCREEN: Final = ""
 
 @dataclass(frozen=True)
 class Plot:
-    """A drawn plot: the section whose figures it shows, a key for file names, and what it shows in words for those who cannot see it.
+    """A drawn plot: the section whose figures it shows, a key for file names, and what it shows in
+    words for those who cannot see it.
 
-    A plot of the first screen may have a scene: on a screen the viewer then replaces all pictures there.
+    A plot of the first screen may have a scene: on a screen the viewer then replaces all pictures
+    there.
     """
 
     key: str

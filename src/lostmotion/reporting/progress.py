@@ -16,7 +16,9 @@ _SECONDS_BEFORE_BAR: Final = 1.0
 
 
 class _Forgiving:
-    """A stream whose failures are nobody's business: a bar that cannot be drawn, on a full disk, must not cost the results."""
+    """A stream whose failures are nobody's business: a bar that cannot be drawn, on a full disk,
+    must not cost the results.
+    """
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -35,7 +37,9 @@ class _Forgiving:
 
 
 class ProgressBar:
-    """Progress bar that shows itself, and loads what draws it, only once the work has taken a second."""
+    """Progress bar that shows itself, and loads what draws it, only once the work has taken a
+    second.
+    """
 
     def __init__(self) -> None:
         """Begin to count the time; nothing is shown yet."""
@@ -46,7 +50,12 @@ class ProgressBar:
         """Begin to wait."""
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """Remove the bar."""
         if self._bar is not None:
             self._bar.stop()

@@ -1,4 +1,6 @@
-"""Provenance of the values of an arm: the table of states by joint, the assumed values, and their sentences in the headline."""
+"""Provenance of the values of an arm: the table of states by joint, the assumed values, and their
+sentences in the headline.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,12 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from lostmotion.error_model.given_values import assumed_count, assumed_in_part, bounded_members, given_in_part
+from lostmotion.error_model.given_values import (
+    assumed_count,
+    assumed_in_part,
+    bounded_members,
+    given_in_part,
+)
 from lostmotion.error_model.provenance import KINDS
 from lostmotion.error_model.upper_limits import in_error, in_repeats
 from lostmotion.reporting.inputs import inputs_section
@@ -21,11 +28,19 @@ if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Bars, Sheet
 
 # Columns in a word or two, so that the table fits on a screen.
-_HEADS: Final = {"hysteresis": "hyster.", "transmission error": "transm. error", "axis mounting": "axis"}
+_HEADS: Final = {
+    "hysteresis": "hyster.",
+    "transmission error": "transm. error",
+    "axis mounting": "axis",
+}
 # Titles of cards that show scatter between visits alone.
 _REPEATS: Final = ("repeatability", "RP")
-_MEANING: Final = "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; -: the joint has none"
-# Kinds of error that a real arm may be without, so that an arm that does not describe them is no lower bound.
+_MEANING: Final = (
+    "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; "
+    "-: the joint has none"
+)
+# Kinds of error that a real arm may be without, so that an arm that does not describe them is no
+# lower bound.
 OPTIONAL: Final = ("transmission error", "axis mounting")
 BASE_TILT: Final = "base tilt"
 # Joints, and kinds of error, that a headline names; of more it says how many.
@@ -34,12 +49,16 @@ _NAMED_KINDS: Final = 3
 
 
 def provenance_sections(known: States) -> tuple[Section, ...]:
-    """Return the table of states, one line per joint, every value that went in, and the laws that its parts use."""
+    """Return the table of states, one line per joint, every value that went in, and the laws that
+    its parts use.
+    """
     return (_states_section(known), *inputs_section(known.given, known), *laws_section(known.given))
 
 
 def provenance_facts(known: States) -> dict[str, Any]:
-    """Return what result.json holds of the states: of every joint by kind, of the base, and every assumed value."""
+    """Return what result.json holds of the states: of every joint by kind, of the base, and every
+    assumed value.
+    """
     return {
         "states": {
             "described": known.described,
@@ -47,10 +66,18 @@ def provenance_facts(known: States) -> dict[str, Any]:
             "missing": {joint: list(kinds) for joint, kinds in known.missing.items()},
             "ideal_joints": list(known.ideal_joints),
             "joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.joints],
-            "fixed_joints": [{"joint": each.joint, "states": dict(each.states)} for each in known.fixed],
+            "fixed_joints": [
+                {"joint": each.joint, "states": dict(each.states)} for each in known.fixed
+            ],
             "base": dict(known.base),
             "upper_limits": [
-                {"joint": each.joint, "model": each.model, "key": each.key, "share": each.of_error, "share_between_visits": each.of_repeat}
+                {
+                    "joint": each.joint,
+                    "model": each.model,
+                    "key": each.key,
+                    "share": each.of_error,
+                    "share_between_visits": each.of_repeat,
+                }
                 for each in known.limits
             ],
             "assumed_count": known.assumed_count,
@@ -60,53 +87,77 @@ def provenance_facts(known: States) -> dict[str, Any]:
 
 
 def with_inputs(sheet: Sheet, part: object, owner: str) -> Sheet:
-    """Return the sheet of one part with what went in: as a table, what is assumed counted in the headline, and listed in what result.json holds."""
+    """Return the sheet of one part with what went in: as a table, what is assumed counted in the
+    headline, and listed in what result.json holds.
+    """
     given, assumed = given_in_part(part, owner), assumed_in_part(part, owner)
     count = assumed_count(assumed, bounded_members(part))
     facts = {**sheet.facts, "states": {"assumed_count": count, "assumed": _assumed_facts(assumed)}}
     verdict = " ".join([sheet.verdict, *_rests_on(count)])
-    return replace(sheet, verdict=verdict, sections=(*sheet.sections, *inputs_section(given), *laws_section(given)), facts=facts)
+    return replace(
+        sheet,
+        verdict=verdict,
+        sections=(*sheet.sections, *inputs_section(given), *laws_section(given)),
+        facts=facts,
+    )
 
 
 def bound(known: States) -> str:
-    """Return what the figures of an arm bound: "lower", "upper", "neither" where both would, "none" where every required kind has a value."""
+    """Return what the figures of an arm bound: "lower", "upper", "neither" where both would, "none"
+    where every required kind has a value.
+    """
     if known.lower_bound:
         return "neither" if known.limits else "lower"
     return "upper" if known.limits and not known.ideal_kinds else "none"
 
 
 def at_least(text: object, known: States) -> str:
-    """Return an error as a lower bound where kinds of error are missing, or an upper one where makers' limits count in it; neither with both."""
+    """Return an error as a lower bound where kinds of error are missing, or an upper one where
+    makers' limits count in it; neither with both.
+    """
     return _with_bound(text, known, limited=in_error(known))
 
 
 def error_sentence(within: str, known: States) -> str:
-    """Return the first sentence of a headline: the error that 95 % of positions stay within, as a bound where its values are such."""
+    """Return the first sentence of a headline: the error that 95 % of positions stay within, as a
+    bound where its values are such.
+    """
     missing = missing_clause(known)
     if missing and not in_error(known):
         return f"At least {within} for 95 % of positions: {missing}."
-    return f"Expect 95 % of positions within {at_least(within, known)}{f', though {missing}' if missing else ''}."
+    return (
+        "Expect 95 % of positions within "
+        f"{at_least(within, known)}{f', though {missing}' if missing else ''}."
+    )
 
 
 def repeatability_sentence(name: str, repeats: str, known: States) -> str:
-    """Return the sentence about repeatability ("RP, ISO cycle"), as a lower or an upper bound where its values are such."""
+    """Return the sentence about repeatability ("RP, ISO cycle"), as a lower or an upper bound where
+    its values are such.
+    """
     if known.lower_bound and not in_repeats(known):
         return f"{name}, is at least {repeats} for 95 % of the robots."
     return f"{name}: 95 % of the robots repeat within {repeats_bounded(repeats, known)}."
 
 
 def repeats_bounded(repeats: object, known: States) -> str:
-    """Return a repeatability as a lower bound where kinds of error are missing, or an upper one where makers' limits count; neither with both."""
+    """Return a repeatability as a lower bound where kinds of error are missing, or an upper one
+    where makers' limits count; neither with both.
+    """
     return _with_bound(repeats, known, limited=in_repeats(known))
 
 
 def share_within_bounded(share: object, known: States) -> str:
-    """Return the share of robots or positions within a target as an upper bound where kinds of error are missing, since they would reduce it."""
+    """Return the share of robots or positions within a target as an upper bound where kinds of
+    error are missing, since they would reduce it.
+    """
     return f"at most {share}" if known.lower_bound and not in_error(known) else str(share)
 
 
 def by_what_is_described(known: States, *, met: bool = True) -> str:
-    """Return what follows "the target is met" where kinds of error are missing: it is met by what is described alone."""
+    """Return what follows "the target is met" where kinds of error are missing: it is met by what
+    is described alone.
+    """
     return " by what is described" if known.lower_bound and met else ""
 
 
@@ -117,17 +168,23 @@ def _with_bound(text: object, known: States, *, limited: bool) -> str:
 
 
 def _at_most(text: object, known: States) -> str:
-    """Return a figure as an upper bound, unless kinds of error are not described for some joint: then it bounds nothing."""
+    """Return a figure as an upper bound, unless kinds of error are not described for some joint:
+    then it bounds nothing.
+    """
     return str(text) if known.ideal_kinds else f"at most {text}"
 
 
 def upper_limit_sentences(known: States) -> list[str]:
-    """Return the sentence that names the makers' upper limits that count, and the largest contributor of them; none where none counts."""
+    """Return the sentence that names the makers' upper limits that count, and the largest
+    contributor of them; none where none counts.
+    """
     if not known.limits:
         return []
     keys: dict[str, dict[str, None]] = {}
     for each in known.limits:
-        keys.setdefault(each.model or f"the gearbox of {each.joint}", {})[each.key.replace("_", " ")] = None
+        keys.setdefault(each.model or f"the gearbox of {each.joint}", {})[
+            each.key.replace("_", " ")
+        ] = None
     named = "; ".join(f"{', '.join(of)} of {model}" for model, of in keys.items())
     first = known.limits[0]
     repeat = max(known.limits, key=lambda each: each.of_repeat)
@@ -135,53 +192,82 @@ def upper_limit_sentences(known: States) -> list[str]:
     if first is repeat and repeat.of_repeat:
         sizes += f" and {Figure(100 * repeat.of_repeat, '%')} of its part between visits"
     elif repeat.of_repeat:
-        sizes += f"; between visits {repeat.key.replace('_', ' ')} at {repeat.joint}, {Figure(100 * repeat.of_repeat, '%')}"
+        sizes += (
+            f"; between visits {repeat.key.replace('_', ' ')} at {repeat.joint}, "
+            f"{Figure(100 * repeat.of_repeat, '%')}"
+        )
     ends = ": errors that rest on them are at most these"
     if known.lower_bound:
         ends = "; parts of these figures rest on them, so the true error may also be less"
-    return [f"Makers' upper limits stand for {named}{ends}. The largest of them is {first.key.replace('_', ' ')} at {first.joint}: {sizes}."]
+    return [
+        (
+            f"Makers' upper limits stand for {named}{ends}. The largest of them is "
+            f"{first.key.replace('_', ' ')} at {first.joint}: {sizes}."
+        )
+    ]
 
 
 def missing_clause(known: States) -> str:
-    """Return the clause that names what is missing of what a real arm must have: joints without any error source, then kinds; empty if nothing is."""
+    """Return the clause that names what is missing of what a real arm must have: joints without any
+    error source, then kinds; empty if nothing is.
+    """
     lines = (*known.joints, *known.fixed)
     bare = [each.joint for each in lines if each.ideal and each.missing]
-    kinds = _not_described([(each.joint, each.required, each.missing) for each in lines if not each.ideal])
+    kinds = _not_described(
+        [(each.joint, each.required, each.missing) for each in lines if not each.ideal]
+    )
     clauses = [f"nothing is described for {', '.join(bare)} (taken as perfect)"] if bare else []
-    named = _listed(kinds[:-1]) + f" and {kinds[-1]}" if len(kinds) > 1 and headline_names(kinds) else _listed(kinds)
+    named = (
+        _listed(kinds[:-1]) + f" and {kinds[-1]}"
+        if len(kinds) > 1 and headline_names(kinds)
+        else _listed(kinds)
+    )
     clauses += [f"{named} {'is' if len(kinds) == 1 else 'are'} not described"] if kinds else []
     return "; ".join(clauses)
 
 
 def zero_error_sentence(known: States) -> str:
-    """Return the headline of an arm of which every described error is zero: that is no prediction, and what is missing is named."""
+    """Return the headline of an arm of which every described error is zero: that is no prediction,
+    and what is missing is named.
+    """
     missing = missing_clause(known)
-    return f"Every error that is described is zero{f', and {missing}' if missing else ''}: no accuracy is predicted."
+    return (
+        f"Every error that is described is zero{f', and {missing}' if missing else ''}: no "
+        "accuracy is predicted."
+    )
 
 
 def caveats(known: States, *, missing: bool = True) -> list[str]:
-    """Return what a headline says of the values behind it, in a sentence each: missing kinds of error, makers' limits, assumed values.
+    """Return what a headline says of the values behind it, in a sentence each: missing kinds of
+    error, makers' limits, assumed values.
 
-    missing  whether kinds that a real arm may be without are named too: they matter to an error of the tool, not to loads and compliance
+    missing  whether kinds that a real arm may be without are named too: they matter to an error of
+             the tool, not to loads and compliance
     """
     rest = rests_on_sentences(known) if missing else assumed_value_sentences(known)
     return [*missing_sentences(known), *upper_limit_sentences(known), *rest]
 
 
 def missing_sentences(known: States) -> list[str]:
-    """Return the sentence that names what is missing of what a real arm must have; none where nothing is."""
+    """Return the sentence that names what is missing of what a real arm must have; none where
+    nothing is.
+    """
     missing = missing_clause(known)
     ends = ", so the true error may be larger" if known.limits else ": errors are at least these"
     return [f"{missing[0].upper()}{missing[1:]}{ends}."] if missing else []
 
 
 def assumed_value_sentences(known: States) -> list[str]:
-    """Return the sentence of the headline that counts the assumed values; none where there are none."""
+    """Return the sentence of the headline that counts the assumed values; none where there are
+    none.
+    """
     return _rests_on(known.assumed_count)
 
 
 def rests_on_sentences(known: States) -> list[str]:
-    """Return the sentence on what is assumed, and on undescribed kinds of error that a real arm may be without; none without either."""
+    """Return the sentence on what is assumed, and on undescribed kinds of error that a real arm may
+    be without; none without either.
+    """
     count, optional = known.assumed_count, optional_kinds(known)
     so = "also not described: " if known.lower_bound else "not described, so taken as perfect: "
     named = so + _listed(optional) if optional else ""
@@ -191,35 +277,49 @@ def rests_on_sentences(known: States) -> list[str]:
 
 
 def missing_kinds(known: States) -> list[str]:
-    """Return the kinds of error that nothing describes, with the joints where others describe them: those that a real arm must have, then the rest.
+    """Return the kinds of error that nothing describes, with the joints where others describe them:
+    those that a real arm must have, then the rest.
 
     Joints without any error source are named elsewhere.
     """
     lines = [each for each in (*known.joints, *known.fixed) if not each.ideal]
-    return [*_not_described([(each.joint, each.required, each.missing) for each in lines]), *optional_kinds(known)]
+    return [
+        *_not_described([(each.joint, each.required, each.missing) for each in lines]),
+        *optional_kinds(known),
+    ]
 
 
 def optional_kinds(known: States) -> list[str]:
-    """Return the kinds of error that nothing describes and that a real arm may be without, with the joints where others describe them.
+    """Return the kinds of error that nothing describes and that a real arm may be without, with the
+    joints where others describe them.
 
-    Joints without any error source are named elsewhere, and a lumped error stands for every kind of its joint: neither is listed.
+    Joints without any error source are named elsewhere, and a lumped error stands for every kind of
+    its joint: neither is listed.
     """
     lines = []
     for each in known.joints:
         if not each.ideal and each.states.get("lumped", "ideal") == "ideal":
             having = [kind for kind in each.states if kind in OPTIONAL]
-            lines.append((each.joint, having, [kind for kind in having if each.states[kind] == "ideal"]))
+            lines.append(
+                (each.joint, having, [kind for kind in having if each.states[kind] == "ideal"])
+            )
     return [*_not_described(lines), *([BASE_TILT] if known.base.get("tilt") == "ideal" else [])]
 
 
 def _not_described(lines: Sequence[tuple[str, Sequence[str], Sequence[str]]]) -> list[str]:
-    """Return kinds with the joints that lack them, unless all do; each line: joint, kinds that it may have, those that it lacks."""
+    """Return kinds with the joints that lack them, unless all do; each line: joint, kinds that it
+    may have, those that it lacks.
+    """
     out = []
     for kind in KINDS:
         without = [joint for joint, _, lacks in lines if kind in lacks]
         if without:
             everywhere = len(without) == sum(kind in having for _, having, _ in lines)
-            where = ", ".join(without) if len(without) <= _NAMED_JOINTS else several(len(without), "joint")
+            where = (
+                ", ".join(without)
+                if len(without) <= _NAMED_JOINTS
+                else several(len(without), "joint")
+            )
             out.append(kind if everywhere else f"{kind} ({where})")
     return out
 
@@ -239,7 +339,9 @@ def headline_names(kinds: Sequence[str]) -> bool:
 def headline_names_all(known: States) -> bool:
     """Return whether a headline names every kind of error that nothing describes."""
     optional = optional_kinds(known)
-    return headline_names(optional) and headline_names(missing_kinds(known)[: -len(optional) or None])
+    return headline_names(optional) and headline_names(
+        missing_kinds(known)[: -len(optional) or None]
+    )
 
 
 def _rests_on(count: int) -> list[str]:
@@ -247,31 +349,56 @@ def _rests_on(count: int) -> list[str]:
 
 
 def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) -> tuple[Card, ...]:
-    """Return cards, those whose title begins with one of `bounded` with the sign of a lower or an upper bound where they are one."""
-    return tuple(replace(card, number=_bounded(card, known)) if card.title.startswith(tuple(bounded)) else card for card in cards)
+    """Return cards, those whose title begins with one of `bounded` with the sign of a lower or an
+    upper bound where they are one.
+    """
+    return tuple(
+        replace(card, number=_bounded(card, known))
+        if card.title.startswith(tuple(bounded))
+        else card
+        for card in cards
+    )
 
 
 def bounded_bars(blocks: Iterable[Bars], known: States, keys: Sequence[str]) -> tuple[Bars, ...]:
-    """Return blocks of bars, those of these keys with the sign of a lower bound at each figure where kinds of error are missing."""
+    """Return blocks of bars, those of these keys with the sign of a lower bound at each figure
+    where kinds of error are missing.
+    """
     sign = sign_of(known)
     return tuple(_bounded_block(block, sign) if block.key in keys else block for block in blocks)
 
 
 def _bounded_block(block: Bars, sign: Literal["", "lower"]) -> Bars:
-    return replace(block, bars=tuple(replace(bar, figure=replace(bar.figure, bound=sign)) for bar in block.bars))
+    return replace(
+        block,
+        bars=tuple(replace(bar, figure=replace(bar.figure, bound=sign)) for bar in block.bars),
+    )
 
 
-def bounded_sections(sections: Iterable[Section], known: States, keys: Sequence[str]) -> tuple[Section, ...]:
-    """Return sections, as bounds where kinds of error are missing those whose keys begin with one of `keys`: lengths lower, shares upper ones."""
+def bounded_sections(
+    sections: Iterable[Section], known: States, keys: Sequence[str]
+) -> tuple[Section, ...]:
+    """Return sections, as bounds where kinds of error are missing those whose keys begin with one
+    of `keys`: lengths lower, shares upper ones.
+    """
     sign = sign_of(known)
-    return tuple(_bounded_section(section) if sign and section.key.startswith(tuple(keys)) else section for section in sections)
+    return tuple(
+        _bounded_section(section) if sign and section.key.startswith(tuple(keys)) else section
+        for section in sections
+    )
 
 
 def _bounded_section(section: Section) -> Section:
     def bounded(figure: Figure) -> Figure:
         if figure.words or figure.stated or not math.isfinite(figure.value):
             return figure
-        return replace(figure, bound="lower") if figure.unit in PER_METRE else replace(figure, bound="upper") if figure.unit == "%" else figure
+        return (
+            replace(figure, bound="lower")
+            if figure.unit in PER_METRE
+            else replace(figure, bound="upper")
+            if figure.unit == "%"
+            else figure
+        )
 
     rows = tuple(replace(row, figures=tuple(map(bounded, row.figures))) for row in section.rows)
     return replace(section, rows=rows)
@@ -296,7 +423,9 @@ def _bounded(card: Card, known: States) -> str:
 
 def _states_section(known: States) -> Section:
     lines = (*known.joints, *known.fixed)
-    shown = [kind for kind in KINDS if any(each.states.get(kind, "ideal") != "ideal" for each in lines)]
+    shown = [
+        kind for kind in KINDS if any(each.states.get(kind, "ideal") != "ideal" for each in lines)
+    ]
     left = [kind for kind in KINDS if kind not in shown]
     heads = tuple(_HEADS.get(kind, kind) for kind in shown)
     rows = tuple(Row(each.joint, tuple(_cell(each, kind) for kind in shown)) for each in lines)
@@ -314,4 +443,7 @@ def _cell(line: JointStates, kind: str) -> Figure:
 
 
 def _assumed_facts(assumed: Sequence[AssumedValue]) -> list[dict[str, str]]:
-    return [{"part": each.owner, "key": each.key, "reason": each.reason, "source": each.source} for each in assumed]
+    return [
+        {"part": each.owner, "key": each.key, "reason": each.reason, "source": each.source}
+        for each in assumed
+    ]

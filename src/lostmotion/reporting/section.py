@@ -1,7 +1,9 @@
-"""Sections through the workspace in classes of a value at each pose: from the side (XOZ) and from above (XOY).
+"""Sections through the workspace in classes of a value at each pose: from the side (XOZ) and from
+above (XOY).
 
-A cell has the mean value of the poses nearest to it, so good and bad poses at different depths are not drawn over each other. Where the first joint
-turns about a vertical axis, neither load nor error depends on its angle: poses are then compared by their distance from that axis and their height.
+A cell has the mean value of the poses nearest to it, so good and bad poses at different depths are
+not drawn over each other. Where the first joint turns about a vertical axis, neither load nor error
+depends on its angle: poses are then compared by their distance from that axis and their height.
 """
 
 from __future__ import annotations
@@ -12,7 +14,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.serial import vertical_axis
-from lostmotion.reporting.chart import cells, class_legend, class_of, contour, label_axes, one, ringed, swatch
+from lostmotion.reporting.chart import (
+    cells,
+    class_legend,
+    class_of,
+    contour,
+    label_axes,
+    one,
+    ringed,
+    swatch,
+)
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.workspace_cells import CELLS, NEAREST, cells_of_cut
 
@@ -26,11 +37,15 @@ if TYPE_CHECKING:
 _VERTICAL: Final = 1e-9
 # Percentiles of the values between which the classes lie.
 COVERED: Final = (3.0, 97.0)
-# A workspace lower than this share of its longest side has no section from the side, and one narrower than that none from above.
+# A workspace lower than this share of its longest side has no section from the side, and one
+# narrower than that none from above.
 FLAT: Final = 0.05
 # What each section shows, in words.
 SECTION_TEXT: Final = {
-    name: f"{kind} section of the workspace in seven classes; each cell has the mean of the {NEAREST} poses nearest to it."
+    name: (
+        f"{kind} section of the workspace in seven classes; each cell has the mean of the "
+        f"{NEAREST} poses nearest to it."
+    )
     for name, kind in (("xoz", "Vertical"), ("xoy", "Horizontal"))
 }
 # Height of a chart, mm: what stands around the section, the section's width, and the ends.
@@ -49,7 +64,8 @@ class PoseValues:
     marked     the pose that is ringed, and through which sections go; `mark` names it
     reachable  (point, 3) m, what the tool reaches
     target     largest acceptable value, drawn as a contour, in the unit shown; None without one
-    turns      whether the values are the same at any angle of a first joint that turns about a vertical axis
+    turns      whether the values are the same at any angle of a first joint that turns about a
+               vertical axis
     """
 
     arm: Arm
@@ -65,15 +81,19 @@ class PoseValues:
 
 
 def symmetry_axis(arm: Arm) -> Axis:
-    """Return the vertical axis (x, y; m) of the first joint, about which neither load nor error depends on the angle; None without one."""
+    """Return the vertical axis (x, y; m) of the first joint, about which neither load nor error
+    depends on the angle; None without one.
+    """
     gravity = arm.gravity_in_base
     return vertical_axis(arm) if np.allclose(gravity[:2], 0.0, atol=_VERTICAL) else None
 
 
 def sections(found: PoseValues) -> list[tuple[str, Figure]]:
-    """Return the sections XOZ and XOY with their names, "xoz" and "xoy", in this order; not those in which the workspace is a line.
+    """Return the sections XOZ and XOY with their names, "xoz" and "xoy", in this order; not those
+    in which the workspace is a line.
 
-    XOZ contains the vertical axis of the first joint, or the marked pose where there is none. XOY contains the marked pose.
+    XOZ contains the vertical axis of the first joint, or the marked pose where there is none. XOY
+    contains the marked pose.
     """
     extent = np.ptp(found.reachable, axis=0)
     size = float(extent.max())
@@ -91,7 +111,9 @@ def _section(found: PoseValues, across: int, up: int, edge: float) -> Figure:
     if axis is not None and other == 1:  # turned about the axis into the section
         marked[:2] = axis[0] + np.hypot(marked[0] - axis[0], marked[1] - axis[1]), axis[1]
     view = np.eye(3)[[across, up, other]]
-    x, y, values = cells_of_cut(found.reachable, found.tool, found.values, view, float(marked[other]), edge, axis)
+    x, y, values = cells_of_cut(
+        found.reachable, found.tool, found.values, view, float(marked[other]), edge, axis
+    )
     wide, tall = (float(np.ptp(each)) for each in (x, y))
     place = f"{marked[other] * 1e3:.4g}".replace("-", "−")
     title = f"Section {'XYZ'[across]}O{'XYZ'[up]}, {'xyz'[other]} = {place} mm"
@@ -109,7 +131,14 @@ def _section(found: PoseValues, across: int, up: int, edge: float) -> Figure:
     label_axes(on, f"{'xyz'[across]} [mm]", f"{'xyz'[up]} [mm]")
     extra = on.get_legend_handles_labels()[0]
     if len(found.values) >= NEAREST:
-        class_legend(figure, limits, f"{found.what} [{found.unit}], mean of the nearest poses", extra)
+        class_legend(
+            figure, limits, f"{found.what} [{found.unit}], mean of the nearest poses", extra
+        )
     else:
-        class_legend(figure, limits, f"too few poses for {found.what}", [swatch("reachable", LIGHT["line"]), *extra])
+        class_legend(
+            figure,
+            limits,
+            f"too few poses for {found.what}",
+            [swatch("reachable", LIGHT["line"]), *extra],
+        )
     return figure

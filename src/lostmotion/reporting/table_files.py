@@ -1,4 +1,6 @@
-"""Tables of a result as files: CSV with every digit and unit, for programs, or LaTeX with the digits that are printed, for a thesis."""
+"""Tables of a result as files: CSV with every digit and unit, for programs, or LaTeX with the
+digits that are printed, for a thesis.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,11 @@ if TYPE_CHECKING:
 TableKind = Literal["csv", "latex"]
 FOLDER: Final = "tables"
 _SUFFIX: Final = {"csv": "csv", "latex": "tex"}
-_SPECIAL: Final = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"} | {each: f"\\{each}" for each in "&%$#_{}"}
+_SPECIAL: Final = {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+} | {each: f"\\{each}" for each in "&%$#_{}"}
 # Where a cell begins with the sign of a formula, in half or full width.
 _FORMULA: Final = re.compile(r"(?:^|(?<=[;\t\r\n]))(?=\s*[=+@＝＋－＠-])|^(?=[\t\r\n])")
 # Signs that a plain LaTeX document does not know as letters.
@@ -48,13 +54,20 @@ _SIGNS: Final = {
 
 
 def table_files(sheet: Sheet, kind: TableKind) -> dict[str, bytes]:
-    """Return every section of a sheet as the content of a file, by its name in a report's folder: `tables/KEY.csv` or `tables/KEY.tex`."""
+    """Return every section of a sheet as the content of a file, by its name in a report's folder:
+    `tables/KEY.csv` or `tables/KEY.tex`.
+    """
     write = _csv if kind == "csv" else _latex
-    return {f"{FOLDER}/{key_of(section.key)}.{_SUFFIX[kind]}": write(section).encode() for section in sheet.sections}
+    return {
+        f"{FOLDER}/{key_of(section.key)}.{_SUFFIX[kind]}": write(section).encode()
+        for section in sheet.sections
+    }
 
 
 def _csv(section: Section) -> str:
-    """Return a section with a row for each of its rows; each column has a value, its unit, and the ends of its interval where it has one."""
+    """Return a section with a row for each of its rows; each column has a value, its unit, and the
+    ends of its interval where it has one.
+    """
     with_interval = section.with_interval
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
@@ -65,16 +78,21 @@ def _csv(section: Section) -> str:
     for row in section.rows:
         cells = [_text(row.label)]
         for figure, interval in zip(row.figures, with_interval, strict=True):
-            cells += [_text(figure.words) or _number(figure.value), "" if figure.words or figure.unit == "1" else _text(figure.unit)]
+            cells += [
+                _text(figure.words) or _number(figure.value),
+                "" if figure.words or figure.unit == "1" else _text(figure.unit),
+            ]
             cells += [_number(figure.low), _number(figure.high)] if interval else []
         rows.writerow([*cells, _text(row.note)])
     return text.getvalue()
 
 
 def _text(text: str) -> str:
-    """Return a text that a spreadsheet shows and does not compute: an apostrophe stands before the sign of a formula, as OWASP advises.
+    """Return a text that a spreadsheet shows and does not compute: an apostrophe stands before the
+    sign of a formula, as OWASP advises.
 
-    That is so behind a semicolon and a tabulator too, at which spreadsheets of other languages divide a line.
+    That is so behind a semicolon and a tabulator too, at which spreadsheets of other languages
+    divide a line.
     """
     return _FORMULA.sub("'", text)
 
@@ -85,10 +103,16 @@ def _number(value: float) -> str:
 
 
 def _latex(section: Section) -> str:
-    """Return a section as a floating table for the package booktabs, with its title as caption and its key as label."""
+    """Return a section as a floating table for the package booktabs, with its title as caption and
+    its key as label.
+    """
     with_interval = section.with_interval
     with_note = any(row.note for row in section.rows)
-    columns = "l" + "".join("rl" if interval else "r" for interval in with_interval) + ("l" if with_note else "")
+    columns = (
+        "l"
+        + "".join("rl" if interval else "r" for interval in with_interval)
+        + ("l" if with_note else "")
+    )
     head = [""]
     for name, interval in zip(section.columns, with_interval, strict=True):
         head += [escaped(name), *([escaped("95 % interval")] if interval else [])]
@@ -102,7 +126,8 @@ def _latex(section: Section) -> str:
     note = f"\n\\par\\smallskip\\footnotesize {escaped(section.note)}" if section.note else ""
     return (
         "% needs \\usepackage{booktabs}\n"
-        f"\\begin{{table}}\n\\centering\n\\caption{{{escaped(section.title)}}}\n\\label{{tab:{key_of(section.key)}}}\n"
+        f"\\begin{{table}}\n\\centering\n\\caption{{{escaped(section.title)}}}\n"
+        f"\\label{{tab:{key_of(section.key)}}}\n"
         f"\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}{note}\n\\end{{table}}\n"
     )
 
@@ -114,7 +139,9 @@ def _line(cells: list[str]) -> str:
 def _printed(figure: Figure) -> str:
     """Return a figure as it is printed, with a thin space before its unit."""
     text = str(figure)
-    return escaped(text) if figure.words else re.sub(r"(?<=\d) (?=\S)", r"\\,", escaped(text), count=1)
+    return (
+        escaped(text) if figure.words else re.sub(r"(?<=\d) (?=\S)", r"\\,", escaped(text), count=1)
+    )
 
 
 def escaped(text: str) -> str:

@@ -1,4 +1,6 @@
-"""What a sheet about an arm warns of: drives that hold more than they are rated for, and what seems wrong in its description."""
+"""What a sheet about an arm warns of: drives that hold more than they are rated for, and what seems
+wrong in its description.
+"""
 
 from __future__ import annotations
 
@@ -20,30 +22,45 @@ if TYPE_CHECKING:
 def overload_warnings(found: Iterable[Overload]) -> tuple[str, ...]:
     """Return one sentence per overloaded drive, for the first screen."""
     return tuple(
-        f"joint {each.joint} is overloaded: it holds up to {Figure(each.held, each.unit)} standing still (worst of {several(each.poses, 'pose')}), "
-        f"rated {Figure(each.rated, each.unit, stated=True)}; every figure assumes that the drive holds"
+        f"joint {each.joint} is overloaded: it holds up to {Figure(each.held, each.unit)} "
+        f"standing still (worst of {several(each.poses, 'pose')}), "
+        f"rated {Figure(each.rated, each.unit, stated=True)}; every figure assumes that the "
+        "drive holds"
         for each in found
     )
 
 
-def few_poses_warnings(poses: int, figures: Mapping[str, tuple[Estimate, Estimate]]) -> tuple[str, ...]:
-    """Return the sentence that these poses are too few for some figures; nothing where they are enough for all.
+def few_poses_warnings(
+    poses: int, figures: Mapping[str, tuple[Estimate, Estimate]]
+) -> tuple[str, ...]:
+    """Return the sentence that these poses are too few for some figures; nothing where they are
+    enough for all.
 
-    figures: by the name of a figure, the root mean square (m) of the errors in it over the poses and over many
+    figures: by the name of a figure, the root mean square (m) of the errors in it over the poses
+    and over many
     """
-    short = {name: pair for name, pair in figures.items() if known_ends(pair[0], *pair) is not pair[0]}
+    short = {
+        name: pair for name, pair in figures.items() if known_ends(pair[0], *pair) is not pair[0]
+    }
     if not short:
         return ()
     sizes = (
-        " in place of ".join(str(length(each.value, each.low, each.high)) for each in reversed(pair)) + f" ({name})" for name, pair in short.items()
+        " in place of ".join(
+            str(length(each.value, each.low, each.high)) for each in reversed(pair)
+        )
+        + f" ({name})"
+        for name, pair in short.items()
     )
     sentence = (
-        f"{several(poses, 'pose')} are too few: over {MANY} poses the root mean square is {', '.join(sizes)}. Ends of intervals that are therefore "
+        f"{several(poses, 'pose')} are too few: over {MANY} poses the root mean square is "
+        f"{', '.join(sizes)}. Ends of intervals that are therefore "
         f"not known are marked with a question mark; visit at least {MANY} poses"
     )
     return (sentence,)
 
 
 def arm_warnings(arm: Arm, poses: Poses | None = None) -> tuple[str, ...]:
-    """Return what every sheet about an arm warns of: doubtful data of its description, and overloaded drives, `poses` as for `overloads`."""
+    """Return what every sheet about an arm warns of: doubtful data of its description, and
+    overloaded drives, `poses` as for `overloads`.
+    """
     return (*arm.warnings, *overload_warnings(overloads(arm, poses)))

@@ -19,14 +19,18 @@ _ENDS = ("value", "low", "high")
 
 
 def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
-    """Return the figures of every design over the keys swept; `end` is value, low or high end of the 95 % interval, in m.
+    """Return the figures of every design over the keys swept; `end` is value, low or high end of
+    the 95 % interval, in m.
 
-    Mass (kg) and price are as far as the arm file states them. A key's coordinate holds its values as numbers in the unit they are stated in
-    where they are plain quantities, else as text.
+    Mass (kg) and price are as far as the arm file states them. A key's coordinate holds its values
+    as numbers in the unit they are stated in where they are plain quantities, else as text.
     """
     import xarray
 
-    found: dict[str, list[Estimate | None]] = {"mean": [each.mean for each in outcomes], "standard_deviation": [each.deviation for each in outcomes]}
+    found: dict[str, list[Estimate | None]] = {
+        "mean": [each.mean for each in outcomes],
+        "standard_deviation": [each.deviation for each in outcomes],
+    }
     for level in outcomes[0].quantiles:
         found[f"q{100 * level:.0f}"] = [each.quantiles[level] for each in outcomes]
     for name in ("ap", "rp"):
@@ -38,17 +42,47 @@ def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
     dims = tuple(axis.key for axis in order.axes)
     data: dict[str, Any] = {}
     for name, estimates in found.items():
-        table = np.array([[np.nan if each is None else getattr(each, end) for end in _ENDS] for each in estimates])
+        table = np.array(
+            [
+                [np.nan if each is None else getattr(each, end) for end in _ENDS]
+                for each in estimates
+            ]
+        )
         data[name] = ((*dims, "end"), table.reshape(*shape, len(_ENDS)), {"units": "m"})
-    data["q95_lower"][2]["long_name"] = "by how much the 95 % error lies below that of the first design"
-    for name, values in (("rms", [each.rms for each in outcomes]), ("largest", [each.worst[0].error for each in outcomes])):
+    data["q95_lower"][2]["long_name"] = (
+        "by how much the 95 % error lies below that of the first design"
+    )
+    for name, values in (
+        ("rms", [each.rms for each in outcomes]),
+        ("largest", [each.worst[0].error for each in outcomes]),
+    ):
         data[name] = (dims, np.array(values).reshape(shape), {"units": "m"})
-    data["mass"] = (dims, np.array([each.mass for each in outcomes]).reshape(shape), {"units": "kg"})
+    data["mass"] = (
+        dims,
+        np.array([each.mass for each in outcomes]).reshape(shape),
+        {"units": "kg"},
+    )
     if any(each.price is not None for each in outcomes):
-        data["price"] = (dims, np.array([np.nan if each.price is None else each.price for each in outcomes]).reshape(shape), {"units": "1"})
+        data["price"] = (
+            dims,
+            np.array([np.nan if each.price is None else each.price for each in outcomes]).reshape(
+                shape
+            ),
+            {"units": "1"},
+        )
     coordinates: dict[str, Any] = {"end": list(_ENDS)}
     for axis in order.axes:
         quantities = axis.quantities
-        coordinates[axis.key] = (axis.key, list(axis.labels)) if quantities is None else (axis.key, list(quantities[0]), {"units": quantities[1]})
-    about = {"arm": order.arm, "poses": order.poses, "robots": order.robots, "visits": order.visits, "seed": str(order.seed)}
+        coordinates[axis.key] = (
+            (axis.key, list(axis.labels))
+            if quantities is None
+            else (axis.key, list(quantities[0]), {"units": quantities[1]})
+        )
+    about = {
+        "arm": order.arm,
+        "poses": order.poses,
+        "robots": order.robots,
+        "visits": order.visits,
+        "seed": str(order.seed),
+    }
     return xarray.Dataset(data, coordinates, about)

@@ -26,11 +26,16 @@ if TYPE_CHECKING:
 
 ZSTD_LEVEL: Final = 3
 _INTERVAL: Final = ("", "_low", "_high")
-# What is kept of every pose, in m and m^2: the kernel's columns, AP and RP over the robots, exact mean squares by level, bounds.
+# What is kept of every pose, in m and m^2: the kernel's columns, AP and RP over the robots, exact
+# mean squares by level, bounds.
 COLUMNS: Final = (
     *("mean", "mean_half_interval", "mean_square", "largest", "largest_robot", "largest_visit"),
     *(f"q{100 * level:.0f}{end}" for level in kernel.QUANTILES for end in _INTERVAL),
-    *(f"{name}{end}" for name in ("ap", "rp") for end in ("_mean", *(f"_q95{end}" for end in _INTERVAL))),
+    *(
+        f"{name}{end}"
+        for name in ("ap", "rp")
+        for end in ("_mean", *(f"_q95{end}" for end in _INTERVAL))
+    ),
     *("bias_square", "robot_square", "visit_square", "worst_case", "root_sum_square"),
 )
 # Of these, known for every pose however few robots and visits there are.
@@ -48,10 +53,14 @@ _SQUARES: Final = _AP + 8
 class Record(NamedTuple):
     """What is kept of a block.
 
-    poses      (row, len(COLUMNS)) one row per pose, m and m^2; NaN in rows beyond the block's last pose
-    histogram  (group, error_bins.BINS) how many samples of each group of robots fall into each bin of the error
-    robots     (robot, 3) mean error, AP and RP of each robot, summed over the block's poses, m; NaN for AP and RP of a single visit
-    parts      (part, 3) variance, own and shared bias of each part, summed over the poses, m^2, in the order of `Order.parts`
+    poses      (row, len(COLUMNS)) one row per pose, m and m^2; NaN in rows beyond the block's last
+               pose
+    histogram  (group, error_bins.BINS) how many samples of each group of robots fall into each bin
+               of the error
+    robots     (robot, 3) mean error, AP and RP of each robot, summed over the block's poses, m; NaN
+               for AP and RP of a single visit
+    parts      (part, 3) variance, own and shared bias of each part, summed over the poses, m^2, in
+               the order of `Order.parts`
     """
 
     poses: Floats
@@ -78,9 +87,24 @@ def pieces(order: Order) -> dict[str, Piece]:
     """Return the arrays of a record of this job."""
     return {
         "poses": Piece((order.block, len(COLUMNS)), "<f8", ("row", "of_pose"), ", ".join(COLUMNS)),
-        "histogram": Piece((design_of(order, 0).plan.groups, error_bins.BINS), "<i8", ("group", "bin"), "samples by size of the error"),
-        "robots": Piece((order.robots, len(OF_ROBOTS)), "<f8", ("robot", "of_robot"), "sums over the block's poses: " + ", ".join(OF_ROBOTS)),
-        "parts": Piece((max(len(order.parts), 1), len(PARTS)), "<f8", ("part", "of_part"), "sums over the block's poses: " + ", ".join(PARTS)),
+        "histogram": Piece(
+            (design_of(order, 0).plan.groups, error_bins.BINS),
+            "<i8",
+            ("group", "bin"),
+            "samples by size of the error",
+        ),
+        "robots": Piece(
+            (order.robots, len(OF_ROBOTS)),
+            "<f8",
+            ("robot", "of_robot"),
+            "sums over the block's poses: " + ", ".join(OF_ROBOTS),
+        ),
+        "parts": Piece(
+            (max(len(order.parts), 1), len(PARTS)),
+            "<f8",
+            ("part", "of_part"),
+            "sums over the block's poses: " + ", ".join(PARTS),
+        ),
     }
 
 
@@ -89,11 +113,16 @@ def pack(record: Record) -> dict[str, bytes]:
     from numcodecs.zstd import Zstd
 
     codec = Zstd(level=ZSTD_LEVEL, checksum=False)
-    return {name: bytes(codec.encode(np.ascontiguousarray(value))) for name, value in record._asdict().items()}
+    return {
+        name: bytes(codec.encode(np.ascontiguousarray(value)))
+        for name, value in record._asdict().items()
+    }
 
 
 def unpack(order: Order, packed: Mapping[str, bytes]) -> Record:
-    """Return the record that these bytes encode. Raises ValueError for bytes that are none of this order's, before they take any room."""
+    """Return the record that these bytes encode. Raises ValueError for bytes that are none of this
+    order's, before they take any room.
+    """
     from numcodecs.zstd import Zstd
 
     found = {}
@@ -105,9 +134,11 @@ def unpack(order: Order, packed: Mapping[str, bytes]) -> Record:
 
 
 def check_record(order: Order, block: int, record: Record) -> Record:
-    """Refuse a record that no study of this order makes, whatever its checksum says: a store may come from a stranger, or from a broken disk.
+    """Refuse a record that no study of this order makes, whatever its checksum says: a store may
+    come from a stranger, or from a broken disk.
 
-    Raises ValueError for figures that are not finite or negative, for robots and visits out of range, and for counts that do not add up.
+    Raises ValueError for figures that are not finite or negative, for robots and visits out of
+    range, and for counts that do not add up.
     """
     first, last = order.span(block)
     rows = record.poses[: last - first]
@@ -116,14 +147,30 @@ def check_record(order: Order, block: int, record: Record) -> Record:
     # Only the worst case may be infinite: where an error has no limits there is none.
     bounded = np.delete(rows, COLUMNS.index("worst_case"), axis=1)
     worst = rows[:, COLUMNS.index("worst_case")]
-    if not (np.isfinite(always) & (always >= 0)).all() or np.isinf(bounded).any() or not (worst >= 0).all():
+    if (
+        not (np.isfinite(always) & (always >= 0)).all()
+        or np.isinf(bounded).any()
+        or not (worst >= 0).all()
+    ):
         raise ValueError("figures of poses that are no lengths")
-    if (robot >= order.robots).any() or (visit >= order.visits).any() or (robot % 1).any() or (visit % 1).any():
+    if (
+        (robot >= order.robots).any()
+        or (visit >= order.visits).any()
+        or (robot % 1).any()
+        or (visit % 1).any()
+    ):
         raise ValueError("a robot or a visit out of range")
     samples = (last - first) * order.robots * order.visits
-    if (record.histogram < 0).any() or (record.histogram > samples).any() or int(record.histogram.sum()) != samples:
+    if (
+        (record.histogram < 0).any()
+        or (record.histogram > samples).any()
+        or int(record.histogram.sum()) != samples
+    ):
         raise ValueError("counts that do not add up")
-    if not (np.isfinite(record.robots[:, 0]) & (record.robots[:, 0] >= 0)).all() or np.isinf(record.robots).any():
+    if (
+        not (np.isfinite(record.robots[:, 0]) & (record.robots[:, 0] >= 0)).all()
+        or np.isinf(record.robots).any()
+    ):
         raise ValueError("figures of robots that are no lengths")
     if not np.isfinite(record.parts).all():
         raise ValueError("figures of parts that are not finite")
@@ -131,17 +178,23 @@ def check_record(order: Order, block: int, record: Record) -> Record:
 
 
 def _unpacked_size(raw: bytes) -> int:
-    """Return the number of bytes that a Zstandard frame declares. -1 where it does not say (RFC 8878, 3.1.1.1); if it lies, decoding fails."""
+    """Return the number of bytes that a Zstandard frame declares. -1 where it does not say (RFC
+    8878, 3.1.1.1); if it lies, decoding fails.
+    """
     if raw[:4] != b"\x28\xb5\x2f\xfd" or len(raw) < 6:  # noqa: PLR2004 - shorter than any frame
         return -1
     flag, alone, dictionary = raw[4] >> 6, raw[4] >> 5 & 1, raw[4] & 3
     width = (1 if alone else 0, 2, 4, 8)[flag]
     at = 5 + (0 if alone else 1) + (0, 1, 2, 4)[dictionary]
-    return int.from_bytes(raw[at : at + width], "little") + (256 if flag == 1 else 0) if width else -1
+    return (
+        int.from_bytes(raw[at : at + width], "little") + (256 if flag == 1 else 0) if width else -1
+    )
 
 
 class Design(NamedTuple):
-    """An arm of the sweep, the plan of its study with what was drawn for every robot, and its poses where they are given."""
+    """An arm of the sweep, the plan of its study with what was drawn for every robot, and its poses
+    where they are given.
+    """
 
     arm: Arm
     plan: Plan
@@ -158,7 +211,14 @@ def _design_of(text: bytes, design: int) -> Design:
     order = order_of(text)
     arm = order.read(design)
     # The plan's poses play no part in a block, which is given its own.
-    plan = Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), order.robots, order.visits, order.seed, order.approach)
+    plan = Plan.of(
+        arm,
+        Poses(np.zeros((1, len(arm.moving))), "given"),
+        order.robots,
+        order.visits,
+        order.seed,
+        order.approach,
+    )
     given = order.listed(arm)
     if given is not None and len(given) != order.poses:
         raise LostmotionError(f"the order lists {len(given)} poses and speaks of {order.poses}")
@@ -168,14 +228,24 @@ def _design_of(text: bytes, design: int) -> Design:
 
 
 def poses_of(order: Order, design: int, first: int, last: int) -> Floats:
-    """Return the poses (pose, joint) from number `first` up to `last`, rad or m. q (pose, joint), rad or m; no stretch over two sets."""
+    """Return the poses (pose, joint) from number `first` up to `last`, rad or m. q (pose, joint),
+    rad or m; no stretch over two sets.
+    """
     arm, _, given = design_of(order, design)
-    return poses_between(arm, order.law, order.poses, order.seed, first, last) if given is None else given[first:last]
+    return (
+        poses_between(arm, order.law, order.poses, order.seed, first, last)
+        if given is None
+        else given[first:last]
+    )
 
 
 def matrix_of(order: Order, design: int, block: int) -> PoseMatrix:
     """Return the pose matrix of this block."""
-    return screws(design_of(order, design).arm, poses_of(order, design, *order.span(block)), approach=order.approach)
+    return screws(
+        design_of(order, design).arm,
+        poses_of(order, design, *order.span(block)),
+        approach=order.approach,
+    )
 
 
 def compute(order: Order, design: int, block: int) -> Record:
@@ -201,7 +271,9 @@ def compute(order: Order, design: int, block: int) -> Record:
 
 
 def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, bytes], dict[str, str]]:
-    """Return the bytes of this block, and the versions that computed them. For workers that know nothing but the order's text."""
+    """Return the bytes of this block, and the versions that computed them. For workers that know
+    nothing but the order's text.
+    """
     return pack(compute(order_of(text), design, block)), made_with()
 
 

@@ -1,4 +1,6 @@
-"""Which blocks are done: a small file for each, with the sums by which its pieces are known again."""
+"""Which blocks are done: a small file for each, with the sums by which its pieces are known
+again.
+"""
 
 from __future__ import annotations
 
@@ -28,19 +30,33 @@ def entry(sums: Mapping[str, str]) -> bytes:
 
 
 def read_entry(path: Path) -> dict[str, str]:
-    """Return the checksums in this file of the ledger. None for a file that is not there, torn, or none of ours."""
+    """Return the checksums in this file of the ledger. None for a file that is not there, torn, or
+    none of ours.
+    """
     raw = read_regular(path, _LARGEST_ENTRY)
     try:
         found: Any = json.loads(raw) if raw is not None else {}
     except (ValueError, RecursionError):
         return {}
-    return found if isinstance(found, dict) and all(isinstance(each, str) for each in found.values()) else {}
+    return (
+        found
+        if isinstance(found, dict) and all(isinstance(each, str) for each in found.values())
+        else {}
+    )
 
 
 def read_regular(path: Path, most: int) -> bytes | None:
-    """Return the content of a regular file of at most so many bytes. None for anything else: a link, a device, a file too large or not there."""
+    """Return the content of a regular file of at most so many bytes. None for anything else: a
+    link, a device, a file too large or not there.
+    """
     try:
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        handle = os.open(
+            path,
+            os.O_RDONLY
+            | getattr(os, "O_NOFOLLOW", 0)
+            | getattr(os, "O_NONBLOCK", 0)
+            | getattr(os, "O_BINARY", 0),
+        )
     except OSError:
         return None
     if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -52,9 +68,11 @@ def read_regular(path: Path, most: int) -> bytes | None:
 
 
 def place(path: Path, content: bytes, *, to_disk: bool = False) -> None:
-    """Put a file where it belongs, whole or not at all: under a name of its own first, then renamed.
+    """Put a file where it belongs, whole or not at all: under a name of its own first, then
+    renamed.
 
-    With `to_disk` also where the machine loses its power; blocks do without, whose checksums show what was lost.
+    With `to_disk` also where the machine loses its power; blocks do without, whose checksums show
+    what was lost.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f"{path.name}.{secrets.token_hex(4)}{PARTIAL}")

@@ -13,7 +13,15 @@ from lostmotion.io.poses import read_poses
 from lostmotion.io.sweep import designs
 from lostmotion.io.sweep_designs import read_sweep, texts
 from lostmotion.runs.blocks import parts_of
-from lostmotion.runs.job import LARGEST_BLOCK, MOST_BLOCKS, MOST_RETURNS, Order, check_block, made_with, usual_block
+from lostmotion.runs.job import (
+    LARGEST_BLOCK,
+    MOST_BLOCKS,
+    MOST_RETURNS,
+    Order,
+    check_block,
+    made_with,
+    usual_block,
+)
 from lostmotion.runs.stream import rounded
 from lostmotion.runs.workers import on_dask, on_threads
 
@@ -45,10 +53,11 @@ def order(  # noqa: PLR0913 - a run is these numbers
     block: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Order:
-    """Return the job of this run. Reads the arm, and every design that its `[sweep]`, or that of the file `by`, asks for.
+    """Return the job of this run. Reads the arm, and every design that its `[sweep]`, or that of
+    the file `by`, asks for.
 
-    `poses` are so many by `pose_law`, or those of a CSV, which all designs must be able to take. Raises InputError with every mistake in the files,
-    and for counts out of range.
+    `poses` are so many by `pose_law`, or those of a CSV, which all designs must be able to take.
+    Raises InputError with every mistake in the files, and for counts out of range.
     """
     from lostmotion.error_model.poses import POSE_LAWS, Poses
     from lostmotion.propagation.montecarlo.blocks import Plan
@@ -62,25 +71,44 @@ def order(  # noqa: PLR0913 - a run is these numbers
         reaches.setdefault((*(joint.name for joint in each.moving), each.limits.tobytes()), each)
 
     arm, axes = read_sweep(path, sidecar, by, progress, look)
-    Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)  # checks the counts
+    # checks the counts
+    Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)
     if not 0 <= seed < 2**63:
         raise refuse_argument("seed", seed, f"a whole number from 0 to {2**63 - 1}", seed=1)
     files = texts(path, sidecar, axes)
     given: str | None = None
     if isinstance(poses, int):
         if pose_law not in POSE_LAWS:
-            raise refuse_argument("pose_law", pose_law, "one of " + ", ".join(POSE_LAWS), pose_law="sobol")
+            raise refuse_argument(
+                "pose_law", pose_law, "one of " + ", ".join(POSE_LAWS), pose_law="sobol"
+            )
         count, sets = rounded(arm, poses, pose_law)
     else:
         # Designs with other joints or limits must be able to take them too.
-        count, sets, pose_law, given = min(len(read_poses(poses, each)) for each in reaches.values()), 1, "given", f"{_GIVEN}/{poses.name}"
+        count, sets, pose_law, given = (
+            min(len(read_poses(poses, each)) for each in reaches.values()),
+            1,
+            "given",
+            f"{_GIVEN}/{poses.name}",
+        )
         files[given] = poses.read_text(encoding="utf-8-sig")
     each = min(check_block(block or usual_block(robots), robots), count // sets)
     total = designs(axes) * sets * -(-count // sets // each)
     if total > MOST_BLOCKS:
-        raise refuse_argument("block", each, f"so many poses that the run has at most {MOST_BLOCKS} blocks, not {total}", block=LARGEST_BLOCK)
+        raise refuse_argument(
+            "block",
+            each,
+            f"so many poses that the run has at most {MOST_BLOCKS} blocks, not {total}",
+            block=LARGEST_BLOCK,
+        )
     if robots * visits > MOST_RETURNS:
-        raise refuse_argument("robots, visits", robots * visits, f"at most {MOST_RETURNS}, held by every worker", robots=1000, visits=30)
+        raise refuse_argument(
+            "robots, visits",
+            robots * visits,
+            f"at most {MOST_RETURNS}, held by every worker",
+            robots=1000,
+            visits=30,
+        )
     try:
         return Order(
             made_with=made_with(),
@@ -99,7 +127,9 @@ def order(  # noqa: PLR0913 - a run is these numbers
             parts=tuple(parts),
         )
     except ValidationError as error:
-        found = shown(", ".join(files) if error.errors()[0]["loc"] == ("files",) else error.errors()[0]["msg"])
+        found = shown(
+            ", ".join(files) if error.errors()[0]["loc"] == ("files",) else error.errors()[0]["msg"]
+        )
         expected = "at most 50 files, with plain names that end in .toml, .urdf, .xml or .csv"
         raise refuse_argument("arm", found, expected, arm="arm.toml") from None
 
@@ -110,24 +140,32 @@ def carry_out(
     cluster: Cluster | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> int:
-    """Compute every block that is not done yet, and keep it; gives how many there were to compute. Interrupted or killed, it goes on from there.
+    """Compute every block that is not done yet, and keep it; gives how many there were to compute.
+    Interrupted or killed, it goes on from there.
 
     On `workers` threads, or on the Dask cluster given.
-    Raises LostmotionError where the store cannot be written, another process is at it, or workers of other versions compute.
+    Raises LostmotionError where the store cannot be written, another process is at it, or workers
+    of other versions compute.
     """
     check_workers(workers)
     with store.locked():
         there = store.done(progress)
         total, done = there.size, int(there.sum())
-        todo = ((int(k) // store.order.blocks, int(k) % store.order.blocks) for k in np.flatnonzero(~there))
+        todo = (
+            (int(k) // store.order.blocks, int(k) % store.order.blocks)
+            for k in np.flatnonzero(~there)
+        )
         text = store.order.text()
-        for design, block, packed, versions in on_threads(text, todo, workers) if cluster is None else on_dask(text, todo, cluster):
+        for design, block, packed, versions in (
+            on_threads(text, todo, workers) if cluster is None else on_dask(text, todo, cluster)
+        ):
             _refuse_others(store.order.made_with, versions)
             try:
                 store.write(design, block, packed)
             except OSError as error:
                 raise LostmotionError(
-                    f"'{store.folder}' cannot be written: {error.strerror or error}\n  {done} of {total} blocks are kept; the same command goes on"
+                    f"'{store.folder}' cannot be written: {error.strerror or error}\n  {done} "
+                    f"of {total} blocks are kept; the same command goes on"
                 ) from error
             done += 1
             if progress is not None:
@@ -143,6 +181,13 @@ def check_workers(workers: int) -> int:
 
 
 def _refuse_others(mine: dict[str, str], theirs: dict[str, str]) -> None:
-    other = [f"{name} {theirs.get(name)} there, {mine[name]} here" for name in mine if theirs.get(name) != mine[name]]
+    other = [
+        f"{name} {theirs.get(name)} there, {mine[name]} here"
+        for name in mine
+        if theirs.get(name) != mine[name]
+    ]
     if other:
-        raise LostmotionError(f"the workers are of other versions: {', '.join(other)}\n  install the same ones: others might compute other last bits")
+        raise LostmotionError(
+            f"the workers are of other versions: {', '.join(other)}\n  install the same ones: "
+            "others might compute other last bits"
+        )

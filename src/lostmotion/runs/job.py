@@ -1,4 +1,6 @@
-"""What a big run consists of, to the last bit: files, values, counts, seed, versions. Two runs of one order make the same bytes."""
+"""What a big run consists of, to the last bit: files, values, counts, seed, versions. Two runs of
+one order make the same bytes.
+"""
 
 from __future__ import annotations
 
@@ -48,10 +50,12 @@ Law = Literal["sobol", "uniform", "normal", "grid", "given"]
 
 
 class Order(BaseModel):
-    """One run. `files` hold the texts of the arm, its sidecar and whatever they name, by their place in the arm's folder; `arm` is the arm's.
+    """One run. `files` hold the texts of the arm, its sidecar and whatever they name, by their
+    place in the arm's folder; `arm` is the arm's.
 
     given  which of the files lists the poses, where their law is "given"
-    poses  in all, in `sets` independent sets of equal size, each cut into blocks of `block` poses (the last of a set may be shorter)
+    poses  in all, in `sets` independent sets of equal size, each cut into blocks of `block` poses
+           (the last of a set may be shorter)
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -69,7 +73,10 @@ class Order(BaseModel):
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     approach: Literal[-1, 0, 1]
     block: Annotated[int, Field(ge=1, le=LARGEST_BLOCK)]
-    parts: Annotated[tuple[Annotated[str, Field(max_length=_LONGEST_NAME)], ...], Field(max_length=10_000, strict=False)]
+    parts: Annotated[
+        tuple[Annotated[str, Field(max_length=_LONGEST_NAME)], ...],
+        Field(max_length=10_000, strict=False),
+    ]
 
     @field_validator("files")
     @classmethod
@@ -77,8 +84,19 @@ class Order(BaseModel):
         """Refuse names that lead elsewhere: an order may come from a stranger's store."""
         for name in files:
             path = PurePosixPath(name)
-            plain = name.isprintable() and "\\" not in name and ":" not in name and len(name.encode(errors="replace")) <= _LONGEST_NAME
-            if not plain or path.is_absolute() or ".." in path.parts or path.as_posix() != name or path.suffix.lower() not in _ENDINGS:
+            plain = (
+                name.isprintable()
+                and "\\" not in name
+                and ":" not in name
+                and len(name.encode(errors="replace")) <= _LONGEST_NAME
+            )
+            if (
+                not plain
+                or path.is_absolute()
+                or ".." in path.parts
+                or path.as_posix() != name
+                or path.suffix.lower() not in _ENDINGS
+            ):
                 raise ValueError("a file of another folder")
         if len(files) > _MOST_FILES:
             raise ValueError("too many files")
@@ -93,8 +111,16 @@ class Order(BaseModel):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if self.arm not in self.files or self.poses % self.sets or self.designs > MOST_DESIGNS or self.designs * self.blocks > MOST_BLOCKS:
-            raise ValueError("an arm without its file, poses that do not share into sets, or too many designs or blocks")
+        if (
+            self.arm not in self.files
+            or self.poses % self.sets
+            or self.designs > MOST_DESIGNS
+            or self.designs * self.blocks > MOST_BLOCKS
+        ):
+            raise ValueError(
+                "an arm without its file, poses that do not share into sets, or too many "
+                "designs or blocks"
+            )
         return self
 
     @model_validator(mode="after")
@@ -106,7 +132,11 @@ class Order(BaseModel):
 
     @model_validator(mode="after")
     def _lists_its_poses(self) -> Self:
-        if (self.law == "given") != (self.given is not None) or self.given not in {None, *self.files} or (self.given and self.sets > 1):
+        if (
+            (self.law == "given") != (self.given is not None)
+            or self.given not in {None, *self.files}
+            or (self.given and self.sets > 1)
+        ):
             raise ValueError("poses given without their file, or a file without need")
         return self
 
@@ -134,7 +164,9 @@ class Order(BaseModel):
         """Return the first pose of a block, and the one after its last."""
         each = self.poses // self.sets
         of_set, within = divmod(block, self._blocks_of_set)
-        return of_set * each + within * self.block, of_set * each + min((within + 1) * self.block, each)
+        return of_set * each + within * self.block, of_set * each + min(
+            (within + 1) * self.block, each
+        )
 
     def set_of(self, block: int) -> int:
         """Return the independent set of poses of a block."""
@@ -145,7 +177,9 @@ class Order(BaseModel):
         return changes(self.axes, design)
 
     def read(self, design: int) -> Arm:
-        """Return the arm of this design. Read from the texts of the order alone; raises InputError as the reader."""
+        """Return the arm of this design. Read from the texts of the order alone; raises InputError
+        as the reader.
+        """
         with _laid_out(self.files) as folder:
             return read_design(folder / self.arm, None, self.stated(design))
 
@@ -158,7 +192,12 @@ class Order(BaseModel):
 
     def text(self) -> bytes:
         """Write the order down; the same order gives the same bytes."""
-        return (json.dumps(self.model_dump(), indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False) + "\n").encode()
+        return (
+            json.dumps(
+                self.model_dump(), indent=1, sort_keys=True, ensure_ascii=False, allow_nan=False
+            )
+            + "\n"
+        ).encode()
 
     def differences(self, other: Order) -> list[str]:
         """Return the points in which another job differs, a line each."""
@@ -168,8 +207,17 @@ class Order(BaseModel):
             if value == theirs[name]:
                 continue
             if isinstance(value, dict):
-                keys = sorted(key for key in {*value, *theirs[name]} if value.get(key) != theirs[name].get(key))
-                out += [f"{key}: another text" if name == "files" else f"{key}: {theirs[name].get(key)} there, {value.get(key)} here" for key in keys]
+                keys = sorted(
+                    key
+                    for key in {*value, *theirs[name]}
+                    if value.get(key) != theirs[name].get(key)
+                )
+                out += [
+                    f"{key}: another text"
+                    if name == "files"
+                    else f"{key}: {theirs[name].get(key)} there, {value.get(key)} here"
+                    for key in keys
+                ]
             elif isinstance(value, list | tuple):
                 out.append(f"{name}: others")
             else:
@@ -179,15 +227,23 @@ class Order(BaseModel):
 
 @functools.lru_cache(maxsize=4)
 def order_of(text: bytes) -> Order:
-    """Return the job that this text encodes. Raises LostmotionError for one that no run of this package wrote."""
+    """Return the job that this text encodes. Raises LostmotionError for one that no run of this
+    package wrote.
+    """
     try:
         order = Order.model_validate(json.loads(text))
-        order.text()  # refuses numbers that are not finite and half characters, which no file of ours holds
+        # refuses numbers that are not finite and half characters, which no file of ours holds
+        order.text()
         return order  # noqa: TRY300 - both lines may refuse
     except (ValidationError, ValueError, RecursionError) as error:
-        what = error.errors()[0]["loc"][:1] if isinstance(error, ValidationError) else ("no JSON in UTF-8 with finite numbers",)
+        what = (
+            error.errors()[0]["loc"][:1]
+            if isinstance(error, ValidationError)
+            else ("no JSON in UTF-8 with finite numbers",)
+        )
         raise LostmotionError(
-            f"this is no order of a run that can be read: {', '.join(map(str, what)) or 'its values do not fit together'}"
+            "this is no order of a run that can be read: "
+            f"{', '.join(map(str, what)) or 'its values do not fit together'}"
         ) from None
 
 
@@ -198,7 +254,9 @@ def made_with() -> dict[str, str]:
 
 
 def usual_block(robots: int) -> int:
-    """Return the default number of poses in a block. A power of two, fewer where there are many robots, so that memory stays bounded."""
+    """Return the default number of poses in a block. A power of two, fewer where there are many
+    robots, so that memory stays bounded.
+    """
     return min(_USUAL_BLOCK, 1 << max(int(_MOST_PAIRS / robots).bit_length() - 1, 0))
 
 
@@ -211,7 +269,12 @@ def check_block(block: int, robots: int) -> int:
     """Refuse blocks that are too large to be held by every worker."""
     most = largest_block(robots)
     if not 1 <= block <= most:
-        raise refuse_argument("block", block, f"from 1 to {most} poses with {robots} robots", block=usual_block(robots))
+        raise refuse_argument(
+            "block",
+            block,
+            f"from 1 to {most} poses with {robots} robots",
+            block=usual_block(robots),
+        )
     return block
 
 
@@ -225,6 +288,10 @@ def _laid_out(files: dict[str, str]) -> Iterator[Path]:
                 place = folder / file
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_text(text, encoding="utf-8", newline="")
-        except OSError as error:  # one file named as the folder of another, names too long, a full disk
-            raise LostmotionError(f"the files of the order cannot be laid out: {error.strerror or error} ({shown(file)})") from None
+        except OSError as error:
+            # one file named as the folder of another, names too long, a full disk
+            raise LostmotionError(
+                f"the files of the order cannot be laid out: {error.strerror or error} "
+                f"({shown(file)})"
+            ) from None
         yield folder

@@ -29,9 +29,11 @@ _LARGEST: Final = COLUMNS.index("largest")
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """One term of a replayed error: its name, the part that owns it, its level, what was drawn (1 for a design term), its shift (3,) m.
+    """One term of a replayed error: its name, the part that owns it, its level, what was drawn (1
+    for a design term), its shift (3,) m.
 
-    `along` is how much of the error's length it makes, m: its projection on the whole, so that all add up to the length.
+    `along` is how much of the error's length it makes, m: its projection on the whole, so that all
+    add up to the length.
     """
 
     name: str
@@ -50,8 +52,9 @@ class Replay:
     joints    (name, type) of the moving joints, for found.q
     tool      (4, 4) where the tool should be, base frame
     error     (3,) m by the sum over terms; exact (4, 4) where the tool ends up by exact composition
-    kernel    m, the length as the block gives it when computed again: the same bits as stored, with the same versions on the same kind of processor
-    others    versions that differ from those that made the store
+    kernel    m, the length as the block gives it when computed again: the same bits as stored, with
+              the same versions on the same kind of processor others    versions that differ from
+              those that made the store
     terms     the largest contribution first
     known     states of the kinds of error of its design
     """
@@ -78,8 +81,12 @@ class Replay:
 
     @property
     def reproduced(self) -> bool:
-        """Return whether block and sum over terms give the stored length again, but for the last digits that other processors or versions change."""
-        return self.apart <= _SAME and abs(self.kernel - self.found.error) <= _SAME * self.found.error
+        """Return whether block and sum over terms give the stored length again, but for the last
+        digits that other processors or versions change.
+        """
+        return (
+            self.apart <= _SAME and abs(self.kernel - self.found.error) <= _SAME * self.found.error
+        )
 
 
 def replays(
@@ -88,9 +95,11 @@ def replays(
     worst: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> list[Replay]:
-    """Return the largest errors of a run, recomputed term by term. Of one design or of all, each of a pose of its own, the largest first.
+    """Return the largest errors of a run, recomputed term by term. Of one design or of all, each of
+    a pose of its own, the largest first.
 
-    Raises InputError for a design or a number out of range, LostmotionError where blocks are missing or damaged.
+    Raises InputError for a design or a number out of range, LostmotionError where blocks are
+    missing or damaged.
     """
     order = store.order
     if design is not None and not 0 <= design < order.designs:
@@ -103,7 +112,11 @@ def replays(
         for block in range(order.blocks):
             found = worst_of(found, order, each, block, store.read(each, block), worst)
             if progress is not None:
-                progress("looking for the largest", k * order.blocks + block + 1, len(looked_at) * order.blocks)
+                progress(
+                    "looking for the largest",
+                    k * order.blocks + block + 1,
+                    len(looked_at) * order.blocks,
+                )
     out = []
     for extreme in found:
         out.append(_replay(store, with_pose(order, extreme)))
@@ -117,7 +130,9 @@ def _replay(store: Store, found: Worst) -> Replay:
     first, _ = order.span(found.block)
     row = found.pose - first
     matrix = matrix_of(order, found.design, found.block)
-    draws = exact.draws_of(matrix, row, order.seed, found.pose, np.array([found.robot]), np.array([found.visit]))
+    draws = exact.draws_of(
+        matrix, row, order.seed, found.pose, np.array([found.robot]), np.array([found.visit])
+    )
     shifts = matrix.tool[row, 3:] * draws[:, 0]
     error = shifts.sum(axis=1)
     size = float(np.linalg.norm(error))
@@ -125,13 +140,23 @@ def _replay(store: Store, found: Worst) -> Replay:
     for k, info in enumerate(matrix.infos):
         shift = shifts[:, k]
         if info.mean_by is not None:
-            # Its mean over robots, and what this robot's friction changes about it: there, or not there.
+            # Its mean over robots, and what this robot's friction changes about it: there, or not
+            # there.
             changed = draws[k, 0] * draws[k + 1, 0]
             if changed and (changed > 0) != info.mean_by.above:
                 continue
             shift = shift + shifts[:, k + 1]
         if info.closing is None and shift.any():
-            terms.append(Drawn(info.name, info.owner, info.level, float(draws[k, 0]), shift, float(error @ shift) / size if size else 0.0))
+            terms.append(
+                Drawn(
+                    info.name,
+                    info.owner,
+                    info.level,
+                    float(draws[k, 0]),
+                    shift,
+                    float(error @ shift) / size if size else 0.0,
+                )
+            )
     theirs, mine = order.made_with, made_with()
     arm = design_of(order, found.design).arm
     return Replay(
@@ -141,7 +166,11 @@ def _replay(store: Store, found: Worst) -> Replay:
         error,
         exact.compose(matrix, np.array([row]), draws[None])[0, 0],
         float(compute(order, found.design, found.block).poses[row, _LARGEST]),
-        tuple(f"{name} {theirs.get(name)} there, {mine[name]} here" for name in mine if theirs.get(name) != mine[name]),
+        tuple(
+            f"{name} {theirs.get(name)} there, {mine[name]} here"
+            for name in mine
+            if theirs.get(name) != mine[name]
+        ),
         tuple(sorted(terms, key=lambda term: -abs(term.along))),
         states(arm),
     )

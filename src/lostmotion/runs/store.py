@@ -1,13 +1,19 @@
-"""The folder of a big run: its order, a Zarr group of blocks, and the ledger of those that are done. A killed run goes on from it.
+"""The folder of a big run: its order, a Zarr group of blocks, and the ledger of those that are
+done. A killed run goes on from it.
 
     run.json          the order: arm file, values swept, counts, seed, versions (`runs.order`)
-    blocks.zarr/      arrays (design, block, ...), one chunk per block, to be opened with Zarr or xarray
-    ledger/           a file for each block that is done, with the SHA-256 of its chunks and of the order they belong to
-    run.lock          empty; locked by the process at work, and free again when that ends, however it ends
+    blocks.zarr/      arrays (design, block, ...), one chunk per block, to be opened with Zarr or
+                      xarray
+    ledger/           a file for each block that is done, with the SHA-256 of its chunks and of the
+                      order they belong to
+    run.lock          empty; locked by the process at work, and free again when that ends, however
+                      it ends
     report.html, result.json    once all blocks are done
 
-It contains no time and no random numbers, so that two runs of one order can be compared byte by byte. A file is put in place
-whole or not at all; a block counts as done once its chunks are what its ledger says, and is computed again where they are not.
+It contains no time and no random numbers, so that two runs of one order can be compared byte by
+byte. A file is put in place
+whole or not at all; a block counts as done once its chunks are what its ledger says, and is
+computed again where they are not.
 """
 
 from __future__ import annotations
@@ -59,14 +65,19 @@ class Store:
 
     @classmethod
     def begin(cls, folder: Path, order: Order, *, force: bool = False) -> Self:
-        """Return the store of this order in this folder, new or as an earlier run left it; with `force` a run of another order is removed first.
+        """Return the store of this order in this folder, new or as an earlier run left it; with
+        `force` a run of another order is removed first.
 
-        Raises OutputExistsError for a folder that holds anything else, or a run of another order; then nothing in it is touched.
+        Raises OutputExistsError for a folder that holds anything else, or a run of another order;
+        then nothing in it is touched.
         """
         folder = folder.absolute()
         text = order.text()
         if len(text) > _LARGEST_ORDER:
-            raise LostmotionError(f"the files of this arm take {len(text)} bytes; at most {_LARGEST_ORDER} go into a run's store")
+            raise LostmotionError(
+                f"the files of this arm take {len(text)} bytes; at most {_LARGEST_ORDER} go "
+                "into a run's store"
+            )
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
             raise OutputExistsError(f"'{folder}' is no folder\n  name another one with --out")
         store = cls(folder, order)
@@ -77,8 +88,12 @@ class Store:
         if there is not None:
             store._refuse_other_order(there)
         elif _strangers(folder):
-            raise OutputExistsError(f"'{folder}' exists and holds no run\n  it is left alone; name another folder with --out")
-        # Read again under the lock: of two runs that begin in a new folder at the same time, the second finds the order of the first.
+            raise OutputExistsError(
+                f"'{folder}' exists and holds no run\n  it is left alone; name another folder "
+                "with --out"
+            )
+        # Read again under the lock: of two runs that begin in a new folder at the same time, the
+        # second finds the order of the first.
         with lock(folder, wait=_SECONDS_TO_BEGIN if there is None else 0.0):
             there = read_regular(folder / ORDER, _LARGEST_ORDER)
             if there is None:
@@ -91,10 +106,11 @@ class Store:
         return store
 
     def _remove_run(self, there: bytes) -> None:
-        """Remove the run of another order, its order last: killed in between, it is that run with blocks missing.
+        """Remove the run of another order, its order last: killed in between, it is that run with
+        blocks missing.
 
-        Raises OutputExistsError where the folder holds other files too, or an order that this package did not write; LostmotionError where a process
-        is at work in it.
+        Raises OutputExistsError where the folder holds other files too, or an order that this
+        package did not write; LostmotionError where a process is at work in it.
         """
         try:
             order_of(there)
@@ -103,10 +119,15 @@ class Store:
         with lock(self.folder, wait=_SECONDS_TO_LOOK):
             self._refuse_links()
             ours = {ORDER, LOCK, BLOCKS, LEDGER, *SUMMED_UP, *_COPIES}
-            others = sorted(each.name for each in self.folder.iterdir() if each.name not in ours and not _PARTIAL.search(each.name))
+            others = sorted(
+                each.name
+                for each in self.folder.iterdir()
+                if each.name not in ours and not _PARTIAL.search(each.name)
+            )
             if others:
                 raise OutputExistsError(
-                    f"'{self.folder}' holds files that no run wrote: {', '.join(map(repr, others[:3]))}\n"
+                    f"'{self.folder}' holds files that no run wrote: "
+                    f"{', '.join(map(repr, others[:3]))}\n"
                     "  it is left alone, even with --force; name another folder with --out"
                 )
             for name in (*_COPIES, LEDGER, BLOCKS):
@@ -116,11 +137,17 @@ class Store:
                 (self.folder / name).unlink(missing_ok=True)
 
     def _refuse_other_order(self, there: bytes | None) -> None:
-        """Refuse to go on where another order stands. Raises OutputExistsError, which names what differs."""
+        """Refuse to go on where another order stands. Raises OutputExistsError, which names what
+        differs.
+        """
         if there == self.order.text():
             return
         try:
-            lines = ["its run.json is gone"] if there is None else self.order.differences(order_of(there))
+            lines = (
+                ["its run.json is gone"]
+                if there is None
+                else self.order.differences(order_of(there))
+            )
         except LostmotionError:
             lines = ["its order cannot be read"]
         differences = "\n".join(f"  {line}" for line in lines or ["written differently"])
@@ -131,38 +158,65 @@ class Store:
 
     @classmethod
     def open(cls, folder: Path) -> Self:
-        """Return the store in this folder, to be read. Raises InputError for a folder that no run of this package made."""
+        """Return the store in this folder, to be read. Raises InputError for a folder that no run
+        of this package made.
+        """
         folder = folder.absolute()
         text = read_regular(folder / ORDER, _LARGEST_ORDER)
         if text is None:
-            found = f"no run: no {ORDER} in it" if folder.is_dir() else "no such folder" if not folder.exists() else "no folder"
-            raise InputError([Problem(str(folder), "", found, "a folder that `lostmotion sweep` wrote", "lostmotion replay z-arm-sweep")])
+            found = (
+                f"no run: no {ORDER} in it"
+                if folder.is_dir()
+                else "no such folder"
+                if not folder.exists()
+                else "no folder"
+            )
+            raise InputError(
+                [
+                    Problem(
+                        str(folder),
+                        "",
+                        found,
+                        "a folder that `lostmotion sweep` wrote",
+                        "lostmotion replay z-arm-sweep",
+                    )
+                ]
+            )
         order = order_of(text)
         store = cls(folder, order)
         store._refuse_links()
         for name, content in _metadata(order).items():
             if read_regular(folder / name, _LARGEST_ORDER) != content:
-                raise LostmotionError(f"'{folder / name}' is not what the run's order says\n  run the same `lostmotion sweep` again to mend it")
+                raise LostmotionError(
+                    f"'{folder / name}' is not what the run's order says\n  run the same "
+                    "`lostmotion sweep` again to mend it"
+                )
         return store
 
     def _refuse_links(self) -> None:
         for name in (BLOCKS, LEDGER, *(f"{BLOCKS}/{name}" for name in self._pieces)):
             if (self.folder / name).is_symlink():
-                raise LostmotionError(f"'{self.folder / name}' is a link that leads elsewhere; such a store is not touched")
+                raise LostmotionError(
+                    f"'{self.folder / name}' is a link that leads elsewhere; such a store is "
+                    "not touched"
+                )
 
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Keep a second run from writing here at the same time.
 
-        Raises LostmotionError where one is at work, OutputExistsError where run.json states another order by now.
+        Raises LostmotionError where one is at work, OutputExistsError where run.json states another
+        order by now.
         """
-        # Waits for a run of another order that has come to the same folder, and only reads that it must go.
+        # Waits for a run of another order that has come to the same folder, and only reads that it
+        # must go.
         with lock(self.folder, wait=_SECONDS_TO_LOOK):
             self._refuse_other_order(read_regular(self.folder / ORDER, _LARGEST_ORDER))
             yield
 
     def done(self, progress: Callable[[str, int, int], None] | None = None) -> np.ndarray:
-        """Return the finished blocks (design, block), as `read` returns them, and remove what a killed run left unfinished.
+        """Return the finished blocks (design, block), as `read` returns them, and remove what a
+        killed run left unfinished.
 
         Sweeps out what a killed run left half written.
         """
@@ -176,22 +230,36 @@ class Store:
 
     def _listed(self) -> Iterator[tuple[int, int]]:
         """Name the blocks that the ledger has a line for, in no order."""
-        with suppress(FileNotFoundError), self._inside(LEDGER), os.scandir(self.folder / LEDGER) as entries:
+        with (
+            suppress(FileNotFoundError),
+            self._inside(LEDGER),
+            os.scandir(self.folder / LEDGER) as entries,
+        ):
             for each in entries:
                 match = re.fullmatch(r"(\d{1,9})\.(\d{1,12})\.json", each.name)
-                if match and int(match[1]) < self.order.designs and int(match[2]) < self.order.blocks:
+                if (
+                    match
+                    and int(match[1]) < self.order.designs
+                    and int(match[2]) < self.order.blocks
+                ):
                     yield int(match[1]), int(match[2])
 
     def _sweep_out(self) -> None:
         for name in ("", LEDGER, BLOCKS, *(f"{BLOCKS}/{name}" for name in self._pieces)):
-            with suppress(FileNotFoundError), self._inside(name), os.scandir(self.folder / name) as entries:
+            with (
+                suppress(FileNotFoundError),
+                self._inside(name),
+                os.scandir(self.folder / name) as entries,
+            ):
                 for each in entries:
                     if _PARTIAL.search(each.name) and not each.is_dir(follow_symlinks=False):
                         Path(each.path).unlink(missing_ok=True)
 
     @contextmanager
     def _inside(self, name: str) -> Iterator[None]:
-        """Report in one message where a folder of the store cannot be looked into: a file in its place, or no permission."""
+        """Report in one message where a folder of the store cannot be looked into: a file in its
+        place, or no permission.
+        """
         try:
             yield
         except FileNotFoundError:
@@ -199,14 +267,20 @@ class Store:
         except OSError as error:
             path = self.folder / name
             raise LostmotionError(
-                f"'{path}' cannot be used: {error.strerror or error}\n  remove it and run the same `lostmotion sweep` again"
+                f"'{path}' cannot be used: {error.strerror or error}\n  remove it and run the "
+                "same `lostmotion sweep` again"
             ) from error
 
     def write(self, design: int, block: int, packed: Mapping[str, bytes]) -> None:
         """Keep a block: its chunks first, then its line in the ledger, each whole or not at all."""
         for name in self._pieces:
             place(self._chunk(name, design, block), packed[name])
-        place(self._entry(design, block), entry({_OF_ORDER: self._order, **{name: digest(packed[name]) for name in self._pieces}}))
+        place(
+            self._entry(design, block),
+            entry(
+                {_OF_ORDER: self._order, **{name: digest(packed[name]) for name in self._pieces}}
+            ),
+        )
 
     def keep(self, name: str, content: bytes) -> None:
         """Keep a file that sums the run up, in place of an earlier one."""
@@ -219,7 +293,10 @@ class Store:
         """Return a block. Raises LostmotionError where it is not there as the ledger says."""
         record = self._record(design, block)
         if record is None:
-            message = f"block {block} of design {design} in '{self.folder}' is not done, damaged, or of another job than its {ORDER}"
+            message = (
+                f"block {block} of design {design} in '{self.folder}' is not done, damaged, or of "
+                f"another job than its {ORDER}"
+            )
             raise LostmotionError(f"{message}\n  run the same `lostmotion sweep` again")
         return record
 
@@ -227,19 +304,26 @@ class Store:
         """Return a block where it is there as the ledger says, and is one that a study can make."""
         packed = self._packed(design, block)
         try:
-            return None if packed is None else check_record(self.order, block, unpack(self.order, packed))
+            return (
+                None
+                if packed is None
+                else check_record(self.order, block, unpack(self.order, packed))
+            )
         except (ValueError, RuntimeError):
             return None
 
     def _packed(self, design: int, block: int) -> dict[str, bytes] | None:
         """Return a block's chunks where all of them are as the ledger says."""
         sums = read_entry(self._entry(design, block))
-        if sums.get(_OF_ORDER) != self._order:  # figures of another order, or of this one before somebody edited it
+        # figures of another order, or of this one before somebody edited it
+        if sums.get(_OF_ORDER) != self._order:
             return None
         out = {}
         for name, piece in self._pieces.items():
             # What cannot be packed is stored as it is, with a few bytes around it.
-            raw = read_regular(self._chunk(name, design, block), piece.size + piece.size // 100 + 1000)
+            raw = read_regular(
+                self._chunk(name, design, block), piece.size + piece.size // 100 + 1000
+            )
             if raw is None or sums.get(name) != digest(raw):
                 return None
             out[name] = raw
@@ -253,31 +337,52 @@ class Store:
 
 
 def _strangers(folder: Path) -> bool:
-    """Return whether the folder contains anything that a run which has just started does not leave."""
+    """Return whether the folder contains anything that a run which has just started does not
+    leave.
+    """
     try:
-        return any(name != LOCK and not _PARTIAL.search(name) for name in [each.name for each in folder.iterdir()])
+        return any(
+            name != LOCK and not _PARTIAL.search(name)
+            for name in [each.name for each in folder.iterdir()]
+        )
     except FileNotFoundError:
         return False
     except OSError as error:
-        raise LostmotionError(f"'{folder}' cannot be read: {error.strerror or error}\n  name another folder with --out") from error
+        raise LostmotionError(
+            f"'{folder}' cannot be read: {error.strerror or error}\n  name another folder with "
+            "--out"
+        ) from error
 
 
 def _put(path: Path, content: bytes) -> None:
     try:
         place(path, content, to_disk=True)
     except OSError as error:
-        raise LostmotionError(f"'{path}' cannot be written: {error.strerror or error}\n  name a folder that can be written with --out") from error
+        raise LostmotionError(
+            f"'{path}' cannot be written: {error.strerror or error}\n  name a folder that can "
+            "be written with --out"
+        ) from error
 
 
 def _metadata(order: Order) -> dict[str, bytes]:
-    """Return the metadata of the Zarr group, by file. Made in memory, so that what is on disk is never believed."""
+    """Return the metadata of the Zarr group, by file. Made in memory, so that what is on disk is
+    never believed.
+    """
     import zarr
     from zarr.codecs import ZstdCodec
     from zarr.storage import MemoryStore
 
     held: dict[str, Any] = {}
-    about = {"lostmotion": order.made_with["lostmotion"], "arm": order.arm, "robots": order.robots, "visits": order.visits, "seed": order.seed}
-    group = zarr.create_group(MemoryStore(held), zarr_format=3, attributes={**about, "parts": list(order.parts)})
+    about = {
+        "lostmotion": order.made_with["lostmotion"],
+        "arm": order.arm,
+        "robots": order.robots,
+        "visits": order.visits,
+        "seed": order.seed,
+    }
+    group = zarr.create_group(
+        MemoryStore(held), zarr_format=3, attributes={**about, "parts": list(order.parts)}
+    )
     for name, piece in pieces(order).items():
         group.create_array(
             name,
@@ -295,4 +400,6 @@ def _metadata(order: Order) -> dict[str, bytes]:
 
 def json_text(raw: bytes) -> bytes:
     """Write JSON in one way, whatever the order of its keys was."""
-    return (json.dumps(json.loads(raw), indent=1, sort_keys=True, ensure_ascii=False) + "\n").encode()
+    return (
+        json.dumps(json.loads(raw), indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+    ).encode()

@@ -1,4 +1,6 @@
-"""Any stretch of a long row of poses without the poses before it: the same as `studies.poses.sample_poses` gives whole."""
+"""Any stretch of a long row of poses without the poses before it: the same as
+`studies.poses.sample_poses` gives whole.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ _WORDS: Final = 4  # that Philox makes of one count
 
 
 def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
-    """Return how many poses a law makes of so many, and in how many independent sets. As `sample_poses`, up to eight times 2^30."""
+    """Return how many poses a law makes of so many, and in how many independent sets. As
+    `sample_poses`, up to eight times 2^30.
+    """
     if not 1 <= poses <= MOST_POSES:
         raise refuse_argument("poses", poses, f"from 1 to {MOST_POSES}", poses=100000)
     if law == "grid":
@@ -31,25 +35,32 @@ def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
         steps = max(math.ceil(poses ** (1 / joints) - 1e-9), 1)
         if steps**joints > MOST_POSES:
             found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"
-            raise refuse_argument("poses, pose_law", found, f"at most {MOST_POSES}", pose_law="sobol")
+            raise refuse_argument(
+                "poses, pose_law", found, f"at most {MOST_POSES}", pose_law="sobol"
+            )
         return steps**joints, 1
     each = math.ceil(poses / REPLICATES)
     return REPLICATES * (1 << (each - 1).bit_length() if law == "sobol" else each), REPLICATES
 
 
 def steps_of(poses: int, joints: int) -> int:
-    """Return the number of steps in each of so many joints of a grid of so many poses. Raises LostmotionError for a count that no such grid has."""
+    """Return the number of steps in each of so many joints of a grid of so many poses. Raises
+    LostmotionError for a count that no such grid has.
+    """
     steps: int = round(poses ** (1 / joints))
     if steps**joints != poses:
         raise LostmotionError(
-            f"the order speaks of a grid of {poses} poses, and an arm with {joints} moving joints has none of that many: "
-            f"{steps} steps in each joint are {steps**joints}\n  the run's order was changed or is damaged; run `lostmotion sweep` in another folder"
+            f"the order speaks of a grid of {poses} poses, and an arm with {joints} moving "
+            "joints has none of that many: "
+            f"{steps} steps in each joint are {steps**joints}\n  the run's order was changed "
+            "or is damaged; run `lostmotion sweep` in another folder"
         )
     return steps
 
 
 def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: int) -> Floats:
-    """Return the poses (pose, joint) from number `first` up to `last` in a row of `poses`, rounded already, rad or m.
+    """Return the poses (pose, joint) from number `first` up to `last` in a row of `poses`, rounded
+    already, rad or m.
 
     q (pose, joint), rad or m; within one set.
     """
@@ -59,14 +70,23 @@ def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: i
         raise ValueError("poses that are given follow from no law")
     if law == "grid":
         steps = steps_of(poses, joints)
-        axes = [np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2]) for a, b in zip(low, high, strict=True)]
-        at = np.unravel_index(np.arange(first, last), (steps,) * joints) if steps > 1 else np.zeros((joints, last - first), int)
+        axes = [
+            np.linspace(a, b, steps) if steps > 1 else np.array([(a + b) / 2])
+            for a, b in zip(low, high, strict=True)
+        ]
+        at = (
+            np.unravel_index(np.arange(first, last), (steps,) * joints)
+            if steps > 1
+            else np.zeros((joints, last - first), int)
+        )
         return np.column_stack([axis[index] for axis, index in zip(axes, at, strict=True)])
     each = poses // REPLICATES
     if law == "sobol":
         u = _sobol(joints, each, seed, first // each, first % each, first % each + last - first)
     else:
-        u = np.column_stack([_uniforms(seed, f"poses.{law}.{k}", first, last) for k in range(joints)])
+        u = np.column_stack(
+            [_uniforms(seed, f"poses.{law}.{k}", first, last) for k in range(joints)]
+        )
     if law == "normal":
         middle, sigma = (low + high) / 2, (high - low) / 6
         shape = Normal(cut=3.0)
@@ -75,7 +95,9 @@ def poses_between(arm: Arm, law: Law, poses: int, seed: int, first: int, last: i
 
 
 def _sobol(joints: int, each: int, seed: int, of_set: int, first: int, last: int) -> Floats:
-    """Sobol points are sums without carry of those at powers of two, chosen by the bits of their number in SciPy's order."""
+    """Sobol points are sums without carry of those at powers of two, chosen by the bits of their
+    number in SciPy's order.
+    """
     start, steps = _sobol_steps(joints, max(each - 1, 0).bit_length(), seed, of_set)
     number = np.arange(first, last)
     out = np.repeat(start[None], last - first, axis=0)
@@ -86,7 +108,9 @@ def _sobol(joints: int, each: int, seed: int, of_set: int, first: int, last: int
 
 @functools.lru_cache(maxsize=32)
 def _sobol_steps(joints: int, bits: int, seed: int, of_set: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first point of a scrambled sequence (joint,), and by which bits those at powers of two (bit, joint) differ from it."""
+    """Return the first point of a scrambled sequence (joint,), and by which bits those at powers of
+    two (bit, joint) differ from it.
+    """
     engine = sobol(seed, f"poses.sobol.{of_set}", joints)
     start = _whole(engine.random_base2(0)[0])
     steps = np.zeros((bits, joints), np.int64)

@@ -1,4 +1,6 @@
-"""What a finished run says of each design: merged from its blocks in their order, so that the bits do not depend on who computed them."""
+"""What a finished run says of each design: merged from its blocks in their order, so that the bits
+do not depend on who computed them.
+"""
 
 from __future__ import annotations
 
@@ -41,17 +43,22 @@ _LIMIT_POSES: Final = 64
 _CHECKED_POSES: Final = 12
 _CHECKED_ROBOTS: Final = 16
 _CHECKED_VISITS: Final = 4
-_LARGEST, _ROBOT, _VISIT = (COLUMNS.index(name) for name in ("largest", "largest_robot", "largest_visit"))
+_LARGEST, _ROBOT, _VISIT = (
+    COLUMNS.index(name) for name in ("largest", "largest_robot", "largest_visit")
+)
 _MEAN_SQUARE: Final = COLUMNS.index("mean_square")
 _AT_POSES: Final = [COLUMNS.index(name) for name in ("mean", "ap_mean", "rp_mean")]
-# Up to this number of poses their figures are kept for the floor by counting of the intervals, which is negligible with more.
+# Up to this number of poses their figures are kept for the floor by counting of the intervals,
+# which is negligible with more.
 _MOST_KEPT: Final = 65_536
 _SQUARES: Final = slice(COLUMNS.index("bias_square"), COLUMNS.index("visit_square") + 1)
 
 
 @dataclass(frozen=True, slots=True)
 class Worst:
-    """The largest error at one pose: its size (m), the pose by number, and which robot at which visit made it."""
+    """The largest error at one pose: its size (m), the pose by number, and which robot at which
+    visit made it.
+    """
 
     design: int
     block: int
@@ -63,25 +70,37 @@ class Worst:
 
     def facts(self) -> dict[str, Any]:
         """Return pose, robot, visit, error (m) and joint values (rad, m) as plain data."""
-        return {"pose": self.pose, "robot": self.robot, "visit": self.visit, "error_m": self.error, "q": self.q.tolist()}
+        return {
+            "pose": self.pose,
+            "robot": self.robot,
+            "visit": self.visit,
+            "error_m": self.error,
+            "q": self.q.tolist(),
+        }
 
 
 @dataclass(frozen=True)
 class Outcome:
     """The results of one design; lengths in m.
 
-    deviation  standard deviation of the error, over all poses, robots and visits; quantiles likewise, by level
-    ap, rp     mean over poses and robots, and what 95 % of the robots stay below on the average over the poses; None for a single visit
-    lower      by how much its 95 % error lies below the first design's, from the same draws; None for the first
-    rms        root of the exact mean square, with the part of it that load and pose, each robot, and each visit make (3,), m^2
+    deviation  standard deviation of the error, over all poses, robots and visits; quantiles
+               likewise, by level
+    ap, rp     mean over poses and robots, and what 95 % of the robots stay below on the average
+               over the poses; None for a single visit
+    lower      by how much its 95 % error lies below the first design's, from the same draws; None
+               for the first
+    rms        root of the exact mean square, with the part of it that load and pose, each robot,
+               and each visit make (3,), m^2
     rms_with_poses   the same with its interval, due to the choice of poses
     worst      the largest errors, each of a pose of its own
     check      first order against exact composition
     overloads  drives that hold more than they are rated for, over the joint limits
     limits     makers' upper limits that count, at some of the poses
-    mass       of the arm without its payload, kg, as far as it is stated; gearboxes_without_mass: models of gearboxes without a mass
-    price      of the arm as far as it is stated, in the currency of the file; None where none is. joints_without_price: names of joints without one
-    spread     some errors (m), rising, and the share of all samples below each
+    mass       of the arm without its payload, kg, as far as it is stated; gearboxes_without_mass:
+               models of gearboxes without a mass
+    price      of the arm as far as it is stated, in the currency of the file; None where none is.
+               joints_without_price: names of joints without one spread     some errors (m), rising,
+               and the share of all samples below each
     known      states of its kinds of error, without the limits
     """
 
@@ -138,23 +157,44 @@ class _Merged:
         self.worst = worst_of(self.worst, order, design, block, record)
 
 
-def worst_of(known: list[Worst], order: Order, design: int, block: int, record: Record, most: int = MOST_WORST) -> list[Worst]:
-    """Return the largest errors of those known and of one more block. The largest first, of equal ones the earlier pose."""
+def worst_of(
+    known: list[Worst],
+    order: Order,
+    design: int,
+    block: int,
+    record: Record,
+    most: int = MOST_WORST,
+) -> list[Worst]:
+    """Return the largest errors of those known and of one more block. The largest first, of equal
+    ones the earlier pose.
+    """
     first, last = order.span(block)
     rows = record.poses[: last - first]
     ranked = np.argsort(-rows[:, _LARGEST], kind="stable")[:most]
     floor = known[-1].error if len(known) == most else -1.0
     nobody = np.empty(0)  # joint values are looked up once, for those that stay
     new = [
-        Worst(design, block, first + int(row), int(rows[row, _ROBOT]), int(rows[row, _VISIT]), float(rows[row, _LARGEST]), nobody)
+        Worst(
+            design,
+            block,
+            first + int(row),
+            int(rows[row, _ROBOT]),
+            int(rows[row, _VISIT]),
+            float(rows[row, _LARGEST]),
+            nobody,
+        )
         for row in ranked
         if rows[row, _LARGEST] > floor
     ]
     return sorted([*known, *new], key=lambda each: (-each.error, each.design, each.pose))[:most]
 
 
-def summarise(store: Store, progress: Callable[[str, int, int], None] | None = None) -> list[Outcome]:
-    """Return the summary of every design, in order. Raises LostmotionError where a block is not done, or damaged."""
+def summarise(
+    store: Store, progress: Callable[[str, int, int], None] | None = None
+) -> list[Outcome]:
+    """Return the summary of every design, in order. Raises LostmotionError where a block is not
+    done, or damaged.
+    """
     out: list[Outcome] = []
     first: _Merged | None = None
     for design in range(store.order.designs):
@@ -195,7 +235,13 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     at = list(np.concatenate(merged.at_poses).T) if merged.at_poses else [None] * robots.shape[2]
     largest, mean = merged.worst[0].error, pooled_mean(robots[:, :, 0], at[0])
     spread = [
-        None if order.visits == 1 else (pooled_mean(robots[:, :, k], at[k]), pooled_robots_quantile(robots[:, :, k], of_poses=at[k])) for k in (1, 2)
+        None
+        if order.visits == 1
+        else (
+            pooled_mean(robots[:, :, k], at[k]),
+            pooled_robots_quantile(robots[:, :, k], of_poses=at[k]),
+        )
+        for k in (1, 2)
     ]
     levels = merged.levels.sum(axis=0)
     total = float(levels.sum())
@@ -207,10 +253,15 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         tuple((joint.name, joint.type) for joint in arm.moving),
         mean,
         standard_deviation(merged.groups, merged.sets, mean.value, merged.square / order.poses),
-        {level: pooled_quantile(merged.groups, merged.sets, level, largest) for level in kernel.QUANTILES},
+        {
+            level: pooled_quantile(merged.groups, merged.sets, level, largest)
+            for level in kernel.QUANTILES
+        },
         spread[0],
         spread[1],
-        None if first is None else quantile_drop((first.groups, first.sets), (merged.groups, merged.sets), _LEVEL),
+        None
+        if first is None
+        else quantile_drop((first.groups, first.sets), (merged.groups, merged.sets), _LEVEL),
         float(np.sqrt(total / order.poses)),
         root_mean_square(merged.levels.sum(axis=1) * (order.sets / order.poses)),
         levels / order.poses,
@@ -233,7 +284,9 @@ def _spread(counts: np.ndarray) -> tuple[Floats, Floats]:
     edges, below = bin_edges(), np.concatenate([[0], np.cumsum(counts)])
     occupied = np.flatnonzero(counts)
     first, last = int(occupied[0]), int(occupied[-1]) + 1
-    at = np.unique(np.searchsorted(edges, np.linspace(edges[first], edges[last], _CURVE)).clip(first, last))
+    at = np.unique(
+        np.searchsorted(edges, np.linspace(edges[first], edges[last], _CURVE)).clip(first, last)
+    )
     return np.asarray(edges[at]), np.asarray(below[at] / below[-1])
 
 
@@ -244,7 +297,9 @@ def with_pose(order: Order, found: Worst) -> Worst:
 
 
 def _some_poses(order: Order, design: int) -> Floats:
-    """Return the first poses of a design (pose, joint): a Sobol sequence or a list covers the workspace with few."""
+    """Return the first poses of a design (pose, joint): a Sobol sequence or a list covers the
+    workspace with few.
+    """
     return poses_of(order, design, 0, min(order.poses, _LIMIT_POSES))
 
 
@@ -255,5 +310,8 @@ def _check(order: Order, design: int) -> exact.ExactCheck:
     q = np.concatenate([poses_of(order, design, int(pose), int(pose) + 1) for pose in poses])
     matrix = screws(arm, q, approach=order.approach)
     counts = min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS)
-    found = [exact.check(matrix, int(pose) - row, np.array([row]), order.seed, *counts) for row, pose in enumerate(poses)]
+    found = [
+        exact.check(matrix, int(pose) - row, np.array([row]), order.seed, *counts)
+        for row, pose in enumerate(poses)
+    ]
     return exact.join(found)

@@ -1,4 +1,6 @@
-"""Who computes the blocks: threads of this process, or the workers of a Dask cluster. They hand back bytes; only the caller writes."""
+"""Who computes the blocks: threads of this process, or the workers of a Dask cluster. They hand
+back bytes; only the caller writes.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ if TYPE_CHECKING:
     Packed = dict[str, bytes]
     Done = tuple[int, int, Packed, dict[str, str]]
 
-# Blocks handed out for each worker at a time: enough to keep it busy, few enough to bound what waits in memory.
+# Blocks handed out for each worker at a time: enough to keep it busy, few enough to bound what
+# waits in memory.
 _AHEAD: Final = 2
 _LOCAL: Final = "local:"
 _MOST_LOCAL: Final = 1024
@@ -36,7 +39,9 @@ class Cluster(NamedTuple):
 
 
 def on_threads(text: bytes, todo: Iterable[tuple[int, int]], workers: int) -> Iterator[Done]:
-    """Compute these blocks of an order on threads, and hand each on with the versions that made it, in the order asked for."""
+    """Compute these blocks of an order on threads, and hand each on with the versions that made it,
+    in the order asked for.
+    """
     pool = ThreadPoolExecutor(workers)
     waiting: deque[tuple[int, int, Future[tuple[Packed, dict[str, str]]]]] = deque()
     try:
@@ -53,17 +58,27 @@ def on_threads(text: bytes, todo: Iterable[tuple[int, int]], workers: int) -> It
 
 
 def check_address(address: str) -> None:
-    """Refuse what cannot be an address, and an address where Dask is not installed, before anything is written."""
+    """Refuse what cannot be an address, and an address where Dask is not installed, before anything
+    is written.
+    """
     if _local_workers(address) is None and ":" not in address:
-        raise refuse_argument("dask", address, "local:N with N worker processes, or the address of a scheduler", dask="tcp://10.0.0.5:8786")
+        raise refuse_argument(
+            "dask",
+            address,
+            "local:N with N worker processes, or the address of a scheduler",
+            dask="tcp://10.0.0.5:8786",
+        )
     if importlib.util.find_spec("distributed") is None:
-        raise LostmotionError("--dask needs Dask, which is not installed\n  pip install 'lostmotion[dask]'")
+        raise LostmotionError(
+            "--dask needs Dask, which is not installed\n  pip install 'lostmotion[dask]'"
+        )
 
 
 def on_dask(text: bytes, todo: Iterable[tuple[int, int]], cluster: Cluster) -> Iterator[Done]:
     """Compute these blocks of an order on a Dask cluster, and hand each on as it comes.
 
-    A block whose worker dies is computed by another. Raises LostmotionError where the scheduler goes, or one block's workers die again and again.
+    A block whose worker dies is computed by another. Raises LostmotionError where the scheduler
+    goes, or one block's workers die again and again.
     """
     from distributed import as_completed
 
@@ -73,14 +88,16 @@ def on_dask(text: bytes, todo: Iterable[tuple[int, int]], cluster: Cluster) -> I
 
     def hand_out() -> Iterator[Any]:
         for design, block in rest:
-            # The text goes along every time: what is scattered is lost with its worker, and nobody could compute it again.
+            # The text goes along every time: what is scattered is lost with its worker, and nobody
+            # could compute it again.
             future = client.submit(compute_packed, text, design, block, pure=False)
             at[future.key] = (design, block)
             yield future
             if len(at) >= _AHEAD * max(workers(), 1):
                 return
 
-    # A scheduler that dies is noticed by whichever call asks it next: for its workers, to hand a block out, or for a result.
+    # A scheduler that dies is noticed by whichever call asks it next: for its workers, to hand a
+    # block out, or for a result.
     with _gone_in_one_message():
         running = as_completed(list(hand_out()), loop=client.loop)
     for future in _one_by_one(running):
@@ -112,7 +129,9 @@ def _gone_in_one_message() -> Iterator[None]:
         yield
     except (CancelledError, Cancelled, OSError, TimeoutError, RuntimeError) as error:
         message = f"the Dask scheduler is gone ({type(error).__name__}: {shown(error)})"
-        raise LostmotionError(f"{message}\n  finished blocks are stored; the same command resumes") from error
+        raise LostmotionError(
+            f"{message}\n  finished blocks are stored; the same command resumes"
+        ) from error
 
 
 def _result(future: Any) -> tuple[dict[str, bytes], dict[str, str]]:  # noqa: ANN401 - Dask publishes no types
@@ -122,15 +141,20 @@ def _result(future: Any) -> tuple[dict[str, bytes], dict[str, str]]:  # noqa: AN
         with _gone_in_one_message():
             packed, versions = future.result()
     except KilledWorker as error:
-        raise LostmotionError(f"the workers of one block died again and again: {error}\n  look at their memory; the same command goes on") from error
+        raise LostmotionError(
+            f"the workers of one block died again and again: {error}\n  look at their memory; "
+            "the same command goes on"
+        ) from error
     return packed, versions
 
 
 @contextmanager
 def cluster(address: str) -> Iterator[Cluster]:
-    """Connect to the scheduler at this address, or with `local:N` start a cluster on this machine that nobody else can reach.
+    """Connect to the scheduler at this address, or with `local:N` start a cluster on this machine
+    that nobody else can reach.
 
-    Raises InputError for an address that is none, or at which no scheduler answers within seconds; LostmotionError where Dask is not installed.
+    Raises InputError for an address that is none, or at which no scheduler answers within seconds;
+    LostmotionError where Dask is not installed.
     """
     local = _local_workers(address)
     check_address(address)
@@ -146,20 +170,36 @@ def cluster(address: str) -> Iterator[Cluster]:
         except (OSError, ValueError, OverflowError, ImportError) as error:
             found = f"{shown(address)}: no Dask scheduler answers there ({shown(error)})"
             raise InputError(
-                [Problem("", "dask", found, "the address of a running scheduler, or local:N", passing=(("dask", "tcp://10.0.0.5:8786"),))]
+                [
+                    Problem(
+                        "",
+                        "dask",
+                        found,
+                        "the address of a running scheduler, or local:N",
+                        passing=(("dask", "tcp://10.0.0.5:8786"),),
+                    )
+                ]
             ) from None
         with client:
             yield Cluster(client, lambda: sum(client.nthreads().values()))
         return
     with (
-        LocalCluster(n_workers=local, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50) as cluster,
+        LocalCluster(
+            n_workers=local,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address=None,
+            silence_logs=50,
+        ) as cluster,
         Client(cluster, set_as_default=False) as client,
     ):
         yield Cluster(client, lambda: local)
 
 
 def _silence_logs() -> None:
-    """Keep Dask from logging tracebacks of its own where a scheduler or a worker dies: one message says so."""
+    """Keep Dask from logging tracebacks of its own where a scheduler or a worker dies: one message
+    says so.
+    """
     for name in ("distributed", "tornado", "asyncio", *list(logging.root.manager.loggerDict)):
         if name.partition(".")[0] in {"distributed", "tornado", "asyncio"}:
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -170,5 +210,10 @@ def _local_workers(address: str) -> int | None:
         return None
     count = address.removeprefix(_LOCAL)
     if not count.isdecimal() or not 1 <= int(count) <= _MOST_LOCAL:
-        raise refuse_argument("dask", address, "local:N with N worker processes, or the address of a scheduler", dask="local:4")
+        raise refuse_argument(
+            "dask",
+            address,
+            "local:N with N worker processes, or the address of a scheduler",
+            dask="local:4",
+        )
     return int(count)

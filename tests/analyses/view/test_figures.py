@@ -1,4 +1,6 @@
-"""What the view shows are the figures of the study: at a pose, over the workspace, with remedies, and with other parts."""
+"""What the view shows are the figures of the study: at a pose, over the workspace, with remedies,
+and with other parts.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,13 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses
-from lostmotion.analyses.view.choices import AS_IN_FILE, Choices, changed, gearbox_names, section_names
+from lostmotion.analyses.view.choices import (
+    AS_IN_FILE,
+    Choices,
+    changed,
+    gearbox_names,
+    section_names,
+)
 from lostmotion.analyses.view.live import LiveArm
 from lostmotion.error_model.budget import budget
 from lostmotion.error_model.remedies import STAGES
@@ -19,14 +27,23 @@ from lostmotion.propagation.pooled import pooled
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 POSES = 256
-ARRAYS = [name for name in Analytic.__dataclass_fields__ if name not in {"levels", "worst", "rss"}]  # the view shows no bounds
+# the view shows no bounds
+ARRAYS = [name for name in Analytic.__dataclass_fields__ if name not in {"levels", "worst", "rss"}]
 
 
 def equal(found: Analytic, expected: Analytic, row: int) -> None:
-    """Check that the figures at one pose are those of a row of others, to 1e-12; uncertainties, small differences that processors round, to 1e-10."""
+    """Check that the figures at one pose are those of a row of others, to 1e-12; uncertainties,
+    small differences that processors round, to 1e-10.
+    """
     for name in ARRAYS:
         rtol = 1e-10 if name.endswith("uncertainty") else 1e-12
-        np.testing.assert_allclose(getattr(found, name)[0], getattr(expected, name)[row], rtol=rtol, atol=1e-18, err_msg=name)
+        np.testing.assert_allclose(
+            getattr(found, name)[0],
+            getattr(expected, name)[row],
+            rtol=rtol,
+            atol=1e-18,
+            err_msg=name,
+        )
 
 
 @pytest.mark.parametrize(
@@ -40,7 +57,9 @@ def equal(found: Analytic, expected: Analytic, row: int) -> None:
     ],
 )
 def test_the_figures_at_a_pose_are_those_of_a_study_without_sampling(file, stage):
-    """At poses that the workspace does not hold, every figure equals that of the analytic route over the workspace's poses and these."""
+    """At poses that the workspace does not hold, every figure equals that of the analytic route
+    over the workspace's poses and these.
+    """
     arm = lostmotion.read(EXAMPLES / file)
     poses, others = sample_poses(arm, POSES), sample_poses(arm, 16, seed=7).q
     live = LiveArm(arm, poses, stage)
@@ -50,7 +69,9 @@ def test_the_figures_at_a_pose_are_those_of_a_study_without_sampling(file, stage
 
 
 def test_the_figures_are_those_of_the_pose_alone_where_no_draws_are_needed():
-    """Mean vector and covariance always; the percentiles too where the error is nearly normal, and elsewhere within their stated uncertainties."""
+    """Mean vector and covariance always; the percentiles too where the error is nearly normal, and
+    elsewhere within their stated uncertainties.
+    """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     live = LiveArm(arm, sample_poses(arm, POSES))
     others = sample_poses(arm, 32, seed=7).q
@@ -69,20 +90,32 @@ def test_the_figures_are_those_of_the_pose_alone_where_no_draws_are_needed():
 
 
 def test_the_budget_and_the_torques_are_those_of_the_pose():
-    """The bars show the error budget at the pose, and each drive's torque as a share of its rating."""
+    """The bars show the error budget at the pose, and each drive's torque as a share of its
+    rating.
+    """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     q = sample_poses(arm, 16, seed=7).q[0]
     found = LiveArm(arm, sample_poses(arm, POSES)).figures(q)
     assert found.costs == list(budget(arm, q[None]).parts)
     np.testing.assert_allclose(found.loads, np.abs(found.torques) / 167.0)
     fixed = {joint.name: joint.model_copy(update={"gearbox": None}) for joint in arm.joints[:1]}
-    bare = arm.model_copy(update={"joints": tuple(fixed.get(joint.name, joint) for joint in arm.joints)})
-    assert np.isnan(LiveArm(bare, sample_poses(arm, POSES)).figures(q).loads).tolist() == [True, False, False, False, False]
+    bare = arm.model_copy(
+        update={"joints": tuple(fixed.get(joint.name, joint) for joint in arm.joints)}
+    )
+    assert np.isnan(LiveArm(bare, sample_poses(arm, POSES)).figures(q).loads).tolist() == [
+        True,
+        False,
+        False,
+        False,
+        False,
+    ]
 
 
 @pytest.mark.parametrize("stage", STAGES[:3])
 def test_the_workspace_is_that_of_a_study_without_sampling(stage):
-    """The colours, and the percentile over all poses, are those of the analytic route over the same poses, computed part by part."""
+    """The colours, and the percentile over all poses, are those of the analytic route over the same
+    poses, computed part by part.
+    """
     arm = lostmotion.read(EXAMPLES / "ur5e.urdf")
     poses = sample_poses(arm, POSES)
     *parts, found = LiveArm(arm, poses, stage).workspace()
@@ -94,11 +127,18 @@ def test_the_workspace_is_that_of_a_study_without_sampling(stage):
 
 
 def test_each_switch_removes_its_own_errors():
-    """A controller that knows the load leaves no mean error; calibration leaves the mean error and makes the scatter smaller."""
+    """A controller that knows the load leaves no mean error; calibration leaves the mean error and
+    makes the scatter smaller.
+    """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, POSES)
     q = poses.q[3]
-    stages = {choices.stage: choices for on in (0, 1) for by in (0, 1) for choices in [Choices(5.0, compensated=bool(on), calibrated=bool(by))]}
+    stages = {
+        choices.stage: choices
+        for on in (0, 1)
+        for by in (0, 1)
+        for choices in [Choices(5.0, compensated=bool(on), calibrated=bool(by))]
+    }
     assert set(stages) == set(STAGES[:4])
     assert stages["both"].compensated
     assert stages["both"].calibrated
@@ -124,29 +164,55 @@ def same_error(one: lostmotion.Arm, other: lostmotion.Arm) -> None:
     """Check that two arms have the same error, to 1e-12, at a few poses."""
     poses = sample_poses(one, TILE)
     for name in ("bias", "covariance", "mean"):
-        np.testing.assert_allclose(getattr(analytic(one, poses), name), getattr(analytic(other, poses), name), rtol=1e-12, atol=1e-20)
+        np.testing.assert_allclose(
+            getattr(analytic(one, poses), name),
+            getattr(analytic(other, poses), name),
+            rtol=1e-12,
+            atol=1e-20,
+        )
 
 
 def test_another_gearbox_is_that_of_the_catalogue(tmp_path):
     """A reducer chosen in the view changes the error as its name in the arm file does."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
-    joint = '120 deg"]                # q1 from 200 down to 60 deg\nmass = "4 kg"\nassumed = ["limits", "mass"]\ngearbox = '
+    joint = (
+        '120 deg"]                # q1 from 200 down to 60 deg\nmass = "4 kg"\nassumed = '
+        '["limits", "mass"]\ngearbox = '
+    )
     written = in_file(tmp_path, at=(f'{joint}"cycloidal"', f'{joint}"RV-80E-121"'))
     chosen = changed(arm, Choices(arm.payload.mass, gearboxes={"A": "RV-80E-121", "B": AS_IN_FILE}))
     same_error(chosen, written)
-    assert not np.allclose(analytic(chosen, sample_poses(arm, TILE)).mean, analytic(arm, sample_poses(arm, TILE)).mean)
+    assert not np.allclose(
+        analytic(chosen, sample_poses(arm, TILE)).mean, analytic(arm, sample_poses(arm, TILE)).mean
+    )
 
 
 def test_another_section_and_payload_are_those_of_the_file(tmp_path):
     """The stiffness of a link, its own weight, and the load on all joints follow the choice."""
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
-    large = ('[sections.small]\nkind = "tube"\nouter = "60 mm"\nwall = "3 mm"', '[sections.small]\nkind = "tube"\nouter = "80 mm"\nwall = "4 mm"')
-    same_error(changed(arm, Choices(arm.payload.mass, sections={"roll": "tube 80 x 4 mm"})), in_file(tmp_path, at=large))
-    beside = ('link = { length = "400 mm ± 50 µm", section = "medium"', 'link = { length = "400 mm ± 50 µm", section = "large"')
-    same_error(changed(arm, Choices(arm.payload.mass, sections={"B": "that of A"})), in_file(tmp_path, at=beside))
-    # Friction that the file does not state follows the payload of the file: the drives stay the same. This arm has no such friction.
+    large = (
+        '[sections.small]\nkind = "tube"\nouter = "60 mm"\nwall = "3 mm"',
+        '[sections.small]\nkind = "tube"\nouter = "80 mm"\nwall = "4 mm"',
+    )
+    same_error(
+        changed(arm, Choices(arm.payload.mass, sections={"roll": "tube 80 x 4 mm"})),
+        in_file(tmp_path, at=large),
+    )
+    beside = (
+        'link = { length = "400 mm ± 50 µm", section = "medium"',
+        'link = { length = "400 mm ± 50 µm", section = "large"',
+    )
+    same_error(
+        changed(arm, Choices(arm.payload.mass, sections={"B": "that of A"})),
+        in_file(tmp_path, at=beside),
+    )
+    # Friction that the file does not state follows the payload of the file: the drives stay the
+    # same. This arm has no such friction.
     ur5e = lostmotion.read(EXAMPLES / "ur5e.urdf")
-    same_error(changed(ur5e, Choices(9.0)), ur5e.model_copy(update={"payload": ur5e.payload.model_copy(update={"mass": 9.0})}))
+    same_error(
+        changed(ur5e, Choices(9.0)),
+        ur5e.model_copy(update={"payload": ur5e.payload.model_copy(update={"mass": 9.0})}),
+    )
 
 
 def test_the_arm_itself_is_kept_without_changes():
@@ -156,7 +222,9 @@ def test_the_arm_itself_is_kept_without_changes():
 
 
 def test_every_offer_can_be_taken():
-    """Each reducer of the catalogue, and each section, makes a valid part of a turning joint; slides and links of no length have none."""
+    """Each reducer of the catalogue, and each section, makes a valid part of a turning joint;
+    slides and links of no length have none.
+    """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     joint = arm.joints[1]
     names = gearbox_names(joint)
@@ -167,5 +235,7 @@ def test_every_offer_can_be_taken():
     for name in section_names(arm, joint):
         assert changed(arm, Choices(5.0, sections={"A": name})).joints[1].link.section is not None
     assert section_names(arm, arm.joints[3]) == []
-    slide = lostmotion.Arm.model_validate({"name": "s", "joints": [{"type": "prismatic", "name": "x", "limits": (0.0, 1.0)}]})
+    slide = lostmotion.Arm.model_validate(
+        {"name": "s", "joints": [{"type": "prismatic", "name": "x", "limits": (0.0, 1.0)}]}
+    )
     assert gearbox_names(slide.joints[0]) == []

@@ -1,4 +1,6 @@
-"""The view against strangers: other hosts, origins and tokens are refused, and of messages only values that a control can take have an effect."""
+"""The view against strangers: other hosts, origins and tokens are refused, and of messages only
+values that a control can take have an effect.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,10 @@ from lostmotion.analyses.view.session import Session
 from tests.browser.chromium import CHROMIUM, Browser
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
-pytestmark = pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="viser is not installed: pip install 'lostmotion[view]'")
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("viser") is None,
+    reason="viser is not installed: pip install 'lostmotion[view]'",
+)
 CAMERA = {
     "type": "ViewerCameraMessage",
     "wxyz": [1.0, 0.0, 0.0, 0.0],
@@ -57,7 +62,9 @@ def window():
 
 
 def status(window, *, websocket=False, **changes):
-    """Return the status of a request for the page or for a websocket; `changes` of path, Host and Origin (None: without)."""
+    """Return the status of a request for the page or for a websocket; `changes` of path, Host and
+    Origin (None: without).
+    """
     address = urlsplit(window.url)
     connection = http.client.HTTPConnection("127.0.0.1", address.port, timeout=10)
     connection.putrequest("GET", changes.pop("path", address.path), skip_host=True)
@@ -87,7 +94,10 @@ WRONG = {
     "origin of another scheme": {"Origin": "https://127.0.0.1:{port}"},
     "origin of a file": {"Origin": "null"},
     "host of a stranger": {"Host": "example.org:{port}"},
-    "host and origin of a stranger": {"Host": "example.org:{port}", "Origin": "http://example.org:{port}"},
+    "host and origin of a stranger": {
+        "Host": "example.org:{port}",
+        "Origin": "http://example.org:{port}",
+    },
     "host of another port": {"Host": "127.0.0.1:9"},
     "host that begins alike": {"Host": "127.0.0.1:{port}.example.org"},
     "no host": {"Host": None},
@@ -105,7 +115,14 @@ def test_requests_of_strangers_are_refused(window, wrong, websocket):
     assert status(window, websocket=websocket, **changes) == 403
 
 
-@pytest.mark.parametrize("own", [{}, {"Origin": "http://127.0.0.1:{port}"}, {"Host": "localhost:{port}", "Origin": "http://localhost:{port}"}])
+@pytest.mark.parametrize(
+    "own",
+    [
+        {},
+        {"Origin": "http://127.0.0.1:{port}"},
+        {"Host": "localhost:{port}", "Origin": "http://localhost:{port}"},
+    ],
+)
 def test_requests_of_its_own_page_are_answered(window, own):
     """By both names of this computer."""
     changes = {key: value.format(port=urlsplit(window.url).port) for key, value in own.items()}
@@ -123,16 +140,25 @@ def test_the_view_listens_on_this_computer_alone(window):
 
 @contextmanager
 def connected(window):
-    """Connect as the page does, with its token and origin, and yield the function that sends a message."""
+    """Connect as the page does, with its token and origin, and yield the function that sends a
+    message.
+    """
     import msgspec
     import viser
     from websockets.sync.client import connect
 
     address = urlsplit(window.url)
     protocol = f"viser-v{viser.__version__}"
-    with connect(window.url.replace("http", "ws", 1), origin=f"http://{address.netloc}", subprotocols=[protocol], max_size=None) as socket_:
+    with connect(
+        window.url.replace("http", "ws", 1),
+        origin=f"http://{address.netloc}",
+        subprotocols=[protocol],
+        max_size=None,
+    ) as socket_:
         threading.Thread(target=lambda: list(socket_), daemon=True).start()
-        yield lambda message: socket_.send(message if isinstance(message, bytes | str) else msgspec.msgpack.encode(message))
+        yield lambda message: socket_.send(
+            message if isinstance(message, bytes | str) else msgspec.msgpack.encode(message)
+        )
 
 
 def update(control, **values):
@@ -149,17 +175,35 @@ def wait(condition):
 
 
 def controls(window):
-    """Return the joint sliders and the payload's, the first switch, the first list, and a button."""
-    handles = [window._server.gui._gui_input_handle_from_uuid[each] for each in window._controls.checks]
-    kinds = {kind: [each for each in handles if type(each).__name__ == kind] for kind in {type(each).__name__ for each in handles}}
+    """Return the joint sliders and the payload's, the first switch, the first list, and a
+    button.
+    """
+    handles = [
+        window._server.gui._gui_input_handle_from_uuid[each] for each in window._controls.checks
+    ]
+    kinds = {
+        kind: [each for each in handles if type(each).__name__ == kind]
+        for kind in {type(each).__name__ for each in handles}
+    }
     sliders = kinds["GuiSliderHandle"]
-    return sliders[:-1], sliders[-1], kinds["GuiCheckboxHandle"][0], kinds["GuiDropdownHandle"][0], kinds["GuiButtonHandle"][0]
+    return (
+        sliders[:-1],
+        sliders[-1],
+        kinds["GuiCheckboxHandle"][0],
+        kinds["GuiDropdownHandle"][0],
+        kinds["GuiButtonHandle"][0],
+    )
 
 
 def attributes(window):
     """Return everything that a message could overwrite."""
-    handles = (window._server.gui._gui_input_handle_from_uuid[each] for each in window._controls.checks)
-    return [{key: repr(value) for key, value in vars(each._impl).items() if key != "update_timestamp"} for each in handles]
+    handles = (
+        window._server.gui._gui_input_handle_from_uuid[each] for each in window._controls.checks
+    )
+    return [
+        {key: repr(value) for key, value in vars(each._impl).items() if key != "update_timestamp"}
+        for each in handles
+    ]
 
 
 def test_values_of_the_page_have_an_effect(window):
@@ -177,7 +221,24 @@ def test_values_of_the_page_have_an_effect(window):
         wait(lambda: not window._session.choices.compensated)
 
 
-NUMBERS = [math.nan, math.inf, -math.inf, 1e9, -1e9, -1, 2**63, "1", "nan", b"1", True, None, [], [1.0], {}, {"value": 1.0}]
+NUMBERS = [
+    math.nan,
+    math.inf,
+    -math.inf,
+    1e9,
+    -1e9,
+    -1,
+    2**63,
+    "1",
+    "nan",
+    b"1",
+    True,
+    None,
+    [],
+    [1.0],
+    {},
+    {"value": 1.0},
+]
 
 
 def hostile(window):
@@ -186,7 +247,9 @@ def hostile(window):
     yield from (update(payload, value=value) for value in NUMBERS)
     yield from (update(joints[0], value=value) for value in NUMBERS if value != -1)
     yield from (update(switch, value=value) for value in (1, "true", None, [], math.nan))
-    yield from (update(chooser, value=value) for value in ("no such part", "", 1, None, ["half"], {"a": 1}))
+    yield from (
+        update(chooser, value=value) for value in ("no such part", "", 1, None, ["half"], {"a": 1})
+    )
     yield from (update(button, value=value) for value in (False, 1, "x", None))
     for control in (payload, switch, chooser, button):
         names = [
@@ -204,29 +267,71 @@ def hostile(window):
             "label",
             "__class__",
         ]
-        yield from (update(control, **{name: value}) for name in names for value in (1e12, None, "x"))
+        yield from (
+            update(control, **{name: value}) for name in names for value in (1e12, None, "x")
+        )
         yield update(control, value=control.value if control is not button else True, visible=False)
         yield {**update(control, value=1.0), "owner": "x"}
     yield {"type": "GuiUpdateMessage", "uuid": "unknown", "updates": {"value": 1.0}}
     yield {"type": "GuiUpdateMessage", "uuid": payload._impl.uuid, "updates": [1]}
     yield {"type": "GuiUpdateMessage", "uuid": [], "updates": {"value": 1.0}}
-    for kind in ("ShareUrlRequest", "ShareUrlDisconnect", "GuiFormSubmitMessage", "CommandTriggerMessage", "RunJavascriptMessage", "Message", "", 1):
+    for kind in (
+        "ShareUrlRequest",
+        "ShareUrlDisconnect",
+        "GuiFormSubmitMessage",
+        "CommandTriggerMessage",
+        "RunJavascriptMessage",
+        "Message",
+        "",
+        1,
+    ):
         yield {"type": kind}
-    yield {"type": "FileTransferStartUpload", "source_component_uuid": "x", "transfer_uuid": "x", "filename": "x", "mime_type": "x", "part_count": 1}
+    yield {
+        "type": "FileTransferStartUpload",
+        "source_component_uuid": "x",
+        "transfer_uuid": "x",
+        "filename": "x",
+        "mime_type": "x",
+        "part_count": 1,
+    }
     yield {**CAMERA, "position": [math.nan, 0.0, 0.0]}
     yield {**CAMERA, "position": "x" * 1000}
-    click = {"type": "ScenePointerMessage", "event_type": "click", "screen_pos": [[0.5, 0.5]], "modifier": None}
-    for origin, direction in (([0.0] * 3, [0.0] * 3), ([math.nan] * 3, [1.0] * 3), ([0.0] * 2, [1.0] * 3), (None, None), ("abc", "abc")):
+    click = {
+        "type": "ScenePointerMessage",
+        "event_type": "click",
+        "screen_pos": [[0.5, 0.5]],
+        "modifier": None,
+    }
+    for origin, direction in (
+        ([0.0] * 3, [0.0] * 3),
+        ([math.nan] * 3, [1.0] * 3),
+        ([0.0] * 2, [1.0] * 3),
+        (None, None),
+        ("abc", "abc"),
+    ):
         yield {**click, "ray_origin": origin, "ray_direction": direction}
-    yield from (b"", b"\xc1", b"\x81" * 5000, b"\x91" * 50_000, b"{}", "text", b"\xdf\xff\xff\xff\xff", b"\xc7\x01\x05x")
+    yield from (
+        b"",
+        b"\xc1",
+        b"\x81" * 5000,
+        b"\x91" * 50_000,
+        b"{}",
+        "text",
+        b"\xdf\xff\xff\xff\xff",
+        b"\xc7\x01\x05x",
+    )
 
 
 def test_no_other_message_has_an_effect(window, monkeypatch, capfd):
-    """Values beyond their range or of another type, other attributes, unknown messages, and viser's request to open a public tunnel."""
+    """Values beyond their range or of another type, other attributes, unknown messages, and viser's
+    request to open a public tunnel.
+    """
     import viser
 
     asked = []
-    monkeypatch.setattr(viser.ViserServer, "request_share_url", lambda *_, **__: asked.append("tunnel"))
+    monkeypatch.setattr(
+        viser.ViserServer, "request_share_url", lambda *_, **__: asked.append("tunnel")
+    )
     joints, *_ = controls(window)
     with connected(window) as send:
         send(CAMERA)
@@ -238,7 +343,12 @@ def test_no_other_message_has_an_effect(window, monkeypatch, capfd):
         send(update(joints[1], value=-7))  # messages are handled in their order
         wait(lambda: math.isclose(window._session.q[1], math.radians(-7)))
         send(update(joints[1], value=float(before[1]["value"])))
-        wait(lambda: window._session.q[1] == q[1] or math.isclose(window._session.q[1], math.radians(float(before[1]["value"]))))
+        wait(
+            lambda: (
+                window._session.q[1] == q[1]
+                or math.isclose(window._session.q[1], math.radians(float(before[1]["value"])))
+            )
+        )
     assert attributes(window) == before
     assert window._session.choices == choices
     np.testing.assert_array_equal(window._session.q[[0, 2, 3]], q[[0, 2, 3]])
@@ -298,16 +408,25 @@ class Stranger(http.server.BaseHTTPRequestHandler):
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 def test_the_page_of_a_stranger_in_a_real_browser_reaches_nothing(window):
-    """Not even one that has learned the token: neither by websocket, nor by reading the page, nor by showing it in a frame."""
+    """Not even one that has learned the token: neither by websocket, nor by reading the page, nor
+    by showing it in a frame.
+    """
     address = urlsplit(window.url)
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Stranger)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         with Browser(f"http://127.0.0.1:{server.server_port}/") as page:
             websocket = f"ws://{address.netloc}{address.path}"
-            for there in (websocket, f"ws://{address.netloc}/", f"ws://localhost:{address.port}{address.path}"):
+            for there in (
+                websocket,
+                f"ws://{address.netloc}/",
+                f"ws://localhost:{address.port}{address.path}",
+            ):
                 assert page.value(f"{OPEN}('{there}')") == "refused"
-            assert page.value(f"fetch('{window.url}').then(() => 'read', () => 'refused')") == "refused"
+            assert (
+                page.value(f"fetch('{window.url}').then(() => 'read', () => 'refused')")
+                == "refused"
+            )
             frame = f"""new Promise(done => {{ const frame = document.createElement('iframe'); frame.src = '{window.url}';
                 frame.onload = () => done('loaded'); document.body.append(frame); }})"""
             page.value(frame)

@@ -23,20 +23,39 @@ from lostmotion.reporting.palette import round_number
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
-@pytest.mark.parametrize(("value", "expected"), [(0.0013, 0.001), (0.0016, 0.002), (3.0, 2.0), (3.3, 5.0), (8.0, 10.0), (1.0, 1.0)])
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [(0.0013, 0.001), (0.0016, 0.002), (3.0, 2.0), (3.3, 5.0), (8.0, 10.0), (1.0, 1.0)],
+)
 def test_round_numbers_are_1_2_and_5_times_a_power_of_ten(value, expected):
     """The nearest one by ratio."""
     assert round_number(value) == pytest.approx(expected)
 
 
 def test_classes_have_round_limits_over_the_range_of_the_errors():
-    """Errors from 0.3 to 1.5 mm have classes of 0.2 mm; the smallest errors have the first colour, the largest the last."""
+    """Errors from 0.3 to 1.5 mm have classes of 0.2 mm; the smallest errors have the first colour,
+    the largest the last.
+    """
     errors = np.linspace(0.3e-3, 1.5e-3, 500)
     classes = classes_of(errors)
     np.testing.assert_allclose(classes.limits, np.arange(4, 16, 2) * 1e-4)
     colours = classes.colours(np.array([0.0, classes.limits[0], 1e-3 + 1e-9, 2e-3]))
-    assert ["#{:02x}{:02x}{:02x}".format(*each) for each in colours] == [COLOURS[0], COLOURS[1], COLOURS[4], COLOURS[6]]
-    assert re.findall(r">([\d.]*)</span></span>", panel.legend(classes)) == ["0.4", "0.6", "0.8", "1", "1.2", "1.4", ""]  # at the ends of the classes
+    assert ["#{:02x}{:02x}{:02x}".format(*each) for each in colours] == [
+        COLOURS[0],
+        COLOURS[1],
+        COLOURS[4],
+        COLOURS[6],
+    ]
+    # at the ends of the classes
+    assert re.findall(r">([\d.]*)</span></span>", panel.legend(classes)) == [
+        "0.4",
+        "0.6",
+        "0.8",
+        "1",
+        "1.2",
+        "1.4",
+        "",
+    ]
     assert "within, mm<" in panel.legend(classes)
 
 
@@ -67,9 +86,12 @@ def test_an_arm_above_its_workspace_is_in_the_picture():
     poses = sample_poses(arm, 64)
     framing = Framing.of(arm, tool_points(arm, poses.q), poses.q[0])
     at = frames(arm, poses.q[:1])[:, 0]
-    corners = np.concatenate([body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies])
+    corners = np.concatenate(
+        [body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies]
+    )
     assert (np.linalg.norm(corners - framing.middle, axis=1) <= framing.size / 2 + 1e-9).all()
-    # From the camera every corner and tool point is within 90 % of its angle of view, and one is at the edge.
+    # From the camera every corner and tool point is within 90 % of its angle of view, and one is at
+    # the edge.
     ahead = (framing.middle - framing.camera) / np.linalg.norm(framing.middle - framing.camera)
     seen = np.concatenate([corners, tool_points(arm, poses.q), np.zeros((1, 3))]) - framing.camera
     depth = seen @ ahead
@@ -80,7 +102,9 @@ def test_an_arm_above_its_workspace_is_in_the_picture():
 
 @pytest.mark.parametrize("file", ["z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml"])
 def test_the_first_pose_shows_the_arm_above_its_base(file):
-    """No place of the arm is below the base, and the tool is neither at the axis nor at full stretch; base and workspace are in the picture."""
+    """No place of the arm is below the base, and the tool is neither at the axis nor at full
+    stretch; base and workspace are in the picture.
+    """
     arm = lostmotion.read(EXAMPLES / file)
     poses = sample_poses(arm, 512)
     q = first_pose(arm, poses)
@@ -114,11 +138,16 @@ def test_half_of_the_workspace_is_that_behind_the_arm():
 
 def test_the_printed_pose_is_read_as_the_same_pose():
     """As `--at` of a study, for turning and sliding joints."""
-    joints = [{"type": "prismatic", "name": "lift", "limits": (-0.5, 0.7)}, {"type": "revolute", "name": "r2/waist", "limits": (-3.0, 3.0)}]
+    joints = [
+        {"type": "prismatic", "name": "lift", "limits": (-0.5, 0.7)},
+        {"type": "revolute", "name": "r2/waist", "limits": (-3.0, 3.0)},
+    ]
     arm = lostmotion.Arm.model_validate({"name": "two", "joints": joints})
     for q in np.random.default_rng(1).uniform(arm.limits[:, 0], arm.limits[:, 1], (20, 2)):
         option = panel.pose_option(arm, q)
-        np.testing.assert_allclose(read_pose(re.fullmatch('--at "(.*)"', option)[1], arm), q, atol=1e-9)
+        np.testing.assert_allclose(
+            read_pose(re.fullmatch('--at "(.*)"', option)[1], arm), q, atol=1e-9
+        )
 
 
 def test_names_of_a_file_cannot_become_page_content():
@@ -131,8 +160,13 @@ def test_names_of_a_file_cannot_become_page_content():
 
 
 def test_a_part_that_cancels_others_extends_to_the_left():
-    """Shares of 120 % and -20 %: both bars begin at the zero line, a seventh of the width from the left."""
-    costs = [Cost("joints.A.link", 1e-3, 1.2, 1e-3, (1.2, 0.0, 0.0)), Cost("joints.B.link", 1e-3, -0.2, 1e-3, (-0.2, 0.0, 0.0))]
+    """Shares of 120 % and -20 %: both bars begin at the zero line, a seventh of the width from the
+    left.
+    """
+    costs = [
+        Cost("joints.A.link", 1e-3, 1.2, 1e-3, (1.2, 0.0, 0.0)),
+        Cost("joints.B.link", 1e-3, -0.2, 1e-3, (-0.2, 0.0, 0.0)),
+    ]
     bars = re.findall(r"margin-left:([\d.]+)%;width:([\d.]+)%", panel.budget_bars(costs))
     assert [tuple(map(float, each)) for each in bars] == [(14.3, 85.7), (0.0, 14.3)]
 
@@ -149,8 +183,12 @@ def test_the_panel_shows_the_figures_with_three_digits():
     assert "arrow: mean error, ellipsoid: 95 % of errors; both 200 × larger" in text
     assert "both at 0.5 of their size" in panel.headline(found, over_all, 0.5)
     bars = panel.torque_bars(arm, found)
-    assert [re.search(rf">{joint.name}<.*?>([\d.]+) N m, (\d+) %<", bars).groups() for joint in arm.joints[1:3]] == [
-        (f"{abs(torque):.3g}", f"{100 * load:.0f}") for torque, load in zip(found.torques[1:3], found.loads[1:3], strict=True)
+    assert [
+        re.search(rf">{joint.name}<.*?>([\d.]+) N m, (\d+) %<", bars).groups()
+        for joint in arm.joints[1:3]
+    ] == [
+        (f"{abs(torque):.3g}", f"{100 * load:.0f}")
+        for torque, load in zip(found.torques[1:3], found.loads[1:3], strict=True)
     ]
     assert ">…<" in panel.headline(found, None, None)
     assert "#ff9a6b" not in panel.torque_bars(arm, found)

@@ -33,7 +33,9 @@ def complete(session):
 
 
 def test_the_pose_comes_first_and_the_workspace_after_it(session):
-    """The first step shows the pose, the following ones compute the workspace, and then nothing is left to do."""
+    """The first step shows the pose, the following ones compute the workspace, and then nothing is
+    left to do.
+    """
     first = session.step()
     assert isinstance(first, Figures)
     np.testing.assert_array_equal(first.q, np.zeros(6))
@@ -43,7 +45,9 @@ def test_the_pose_comes_first_and_the_workspace_after_it(session):
 
 
 def test_the_newest_pose_wins(session):
-    """Of a hundred moves of a slider between two steps the last one is computed; the others are not."""
+    """Of a hundred moves of a slider between two steps the last one is computed; the others are
+    not.
+    """
     session.step()
     complete(session)
     for k in range(100):
@@ -76,7 +80,9 @@ def test_new_choices_replace_a_workspace_that_is_not_complete(session):
     assert session.arm.joints[2].gearbox.model == "CSG-25-100"
     assert not found.error.bias.any()
     whole, _ = complete(session)
-    *_, expected = LiveArm(session.arm, sample_poses(session.arm, POSES), "load compensated").workspace()
+    *_, expected = LiveArm(
+        session.arm, sample_poses(session.arm, POSES), "load compensated"
+    ).workspace()
     np.testing.assert_array_equal(whole.q95, expected.q95)
 
 

@@ -26,7 +26,10 @@ from lostmotion.reporting.sheet import length
 from tests.browser.chromium import CHROMIUM, Browser
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
-needs_viser = pytest.mark.skipif(importlib.util.find_spec("viser") is None, reason="viser is not installed: pip install 'lostmotion[view]'")
+needs_viser = pytest.mark.skipif(
+    importlib.util.find_spec("viser") is None,
+    reason="viser is not installed: pip install 'lostmotion[view]'",
+)
 CUBE = """solid cube
 facet normal 0 0 1
 outer loop
@@ -51,8 +54,12 @@ URDF = """<robot name="bar">
 def test_the_view_says_what_to_install(monkeypatch):
     """Without the extra one line names it; nothing else of the package needs it."""
     found = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "viser" else found(name))
-    with pytest.raises(lostmotion.LostmotionError, match=r"^[^\n]*pip install 'lostmotion\[view\]'$"):
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "viser" else found(name)
+    )
+    with pytest.raises(
+        lostmotion.LostmotionError, match=r"^[^\n]*pip install 'lostmotion\[view\]'$"
+    ):
         lostmotion.view(EXAMPLES / "z-arm.toml")
 
 
@@ -64,10 +71,23 @@ def test_wrong_words_are_refused_before_anything_is_served():
 
 
 @needs_viser
-@pytest.mark.skipif(importlib.util.find_spec("yourdfpy") is None, reason="yourdfpy is not installed: pip install 'lostmotion[view]'")
-@pytest.mark.parametrize(("mesh", "shown"), [("package://bar/cube.stl", True), ("cube.stl", True), ("../cube.stl", False), ("none.stl", False)])
+@pytest.mark.skipif(
+    importlib.util.find_spec("yourdfpy") is None,
+    reason="yourdfpy is not installed: pip install 'lostmotion[view]'",
+)
+@pytest.mark.parametrize(
+    ("mesh", "shown"),
+    [
+        ("package://bar/cube.stl", True),
+        ("cube.stl", True),
+        ("../cube.stl", False),
+        ("none.stl", False),
+    ],
+)
 def test_meshes_are_read_within_the_folder_of_the_urdf_alone(tmp_path, mesh, shown):
-    """A mesh beside the URDF moves with its joint; of one outside, or missing, a warning names the file and the arm is drawn by its bodies."""
+    """A mesh beside the URDF moves with its joint; of one outside, or missing, a warning names the
+    file and the arm is drawn by its bodies.
+    """
     import viser
 
     from lostmotion.analyses.view.meshes import meshes_of
@@ -89,8 +109,14 @@ def test_meshes_are_read_within_the_folder_of_the_urdf_alone(tmp_path, mesh, sho
 
 
 @needs_viser
-@pytest.mark.skipif(importlib.util.find_spec("yourdfpy") is None, reason="yourdfpy is not installed: pip install 'lostmotion[view]'")
-@pytest.mark.skipif(importlib.util.find_spec("xacro") is None, reason="xacro is not installed: pip install 'lostmotion[xacro]'")
+@pytest.mark.skipif(
+    importlib.util.find_spec("yourdfpy") is None,
+    reason="yourdfpy is not installed: pip install 'lostmotion[view]'",
+)
+@pytest.mark.skipif(
+    importlib.util.find_spec("xacro") is None,
+    reason="xacro is not installed: pip install 'lostmotion[xacro]'",
+)
 @pytest.mark.parametrize(
     ("mesh", "shown"),
     [
@@ -104,7 +130,9 @@ def test_meshes_are_read_within_the_folder_of_the_urdf_alone(tmp_path, mesh, sho
     ],
 )
 def test_meshes_of_xacro_are_read_within_its_package_alone(tmp_path, mesh, shown):
-    """The expanded file names them, with the arguments of the sidecar; the folder with the package.xml holds them, and nothing above it is read."""
+    """The expanded file names them, with the arguments of the sidecar; the folder with the
+    package.xml holds them, and nothing above it is read.
+    """
     import viser
 
     from lostmotion.analyses.view.meshes import meshes_of
@@ -115,7 +143,10 @@ def test_meshes_of_xacro_are_read_within_its_package_alone(tmp_path, mesh, shown
     (package / "package.xml").write_text("<package><name>bar</name></package>")
     for place in (package / "meshes" / "cube.stl", tmp_path / "cube.stl"):
         place.write_text(CUBE)
-    head = '<robot name="bar" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="shape" default="none"/>'
+    head = (
+        '<robot name="bar" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="shape" '
+        'default="none"/>'
+    )
     file = package / "urdf" / "bar.urdf.xacro"
     file.write_text(URDF.format(mesh=mesh).replace('<robot name="bar">', head))
     file.with_name("bar.toml").write_text('[xacro]\nshape = "cube"\n')
@@ -142,7 +173,9 @@ def test_meshes_beyond_the_bound_are_not_read(tmp_path, monkeypatch):
     (tmp_path / "bar.urdf").write_text(URDF.format(mesh="cube.stl"))
     server = viser.ViserServer(host="127.0.0.1", port=8483, verbose=False)
     try:
-        draw, warning = meshes.meshes_of(server, tmp_path / "bar.urdf", lostmotion.read(tmp_path / "bar.urdf"))
+        draw, warning = meshes.meshes_of(
+            server, tmp_path / "bar.urdf", lostmotion.read(tmp_path / "bar.urdf")
+        )
         assert draw is None
         assert "more than 0 MB of meshes" in warning
     finally:
@@ -151,7 +184,12 @@ def test_meshes_beyond_the_bound_are_not_read(tmp_path, monkeypatch):
 
 def start(*words: str) -> tuple[subprocess.Popen[str], str]:
     """Start the command and return it with the address that it prints."""
-    process = subprocess.Popen([sys.executable, "-m", "lostmotion", "view", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lostmotion", "view", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     line = process.stdout.readline()
     found = re.search(r"http://127\.0\.0\.1:\d+/\S+", line)
     assert found, line + process.stderr.read()
@@ -172,13 +210,21 @@ def colours(picture: bytes) -> dict[tuple[int, int, int], int]:
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 def test_a_slider_in_a_real_browser_changes_the_number_to_what_the_study_computes(tmp_path):
-    """The page loads from this computer alone and without an error, a key moves a joint by a degree, and the number follows.
+    """The page loads from this computer alone and without an error, a key moves a joint by a
+    degree, and the number follows.
 
-    The picture shows the workspace in the colours of its legend. SIGTERM ends the view at once, and the last pose is printed.
+    The picture shows the workspace in the colours of its legend. SIGTERM ends the view at once, and
+    the last pose is printed.
     """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     q = np.radians([10.0, 60.0, -60.0, -20.0, 0.0])
-    process, url = start(str(EXAMPLES / "z-arm.toml"), "--at", "O=10deg A=60deg B=-60deg C=-20deg roll=0deg", "--port", "8490")
+    process, url = start(
+        str(EXAMPLES / "z-arm.toml"),
+        "--at",
+        "O=10deg A=60deg B=-60deg C=-20deg roll=0deg",
+        "--port",
+        "8490",
+    )
     number = "document.querySelector('#lm-q95').textContent"
 
     def expected() -> str:
@@ -186,7 +232,10 @@ def test_a_slider_in_a_real_browser_changes_the_number_to_what_the_study_compute
 
     try:
         with Browser(url) as page:
-            page.wait("document.querySelector('#lm-all') && document.querySelector('#lm-all').textContent.endsWith('mm')")
+            page.wait(
+                "document.querySelector('#lm-all') && "
+                "document.querySelector('#lm-all').textContent.endsWith('mm')"
+            )
             assert page.value(number) == expected()
             page.value("document.querySelectorAll('[role=slider]')[1].focus()")
             count = "document.querySelector('#lm-n').dataset.n"
@@ -199,9 +248,19 @@ def test_a_slider_in_a_real_browser_changes_the_number_to_what_the_study_compute
             time.sleep(1)
             seen = colours(page.screenshot(tmp_path / "view.png").read_bytes())
             assert len(seen) > 500  # the arm is lit
-            assert sum(seen.get(tuple(int(colour[k : k + 2], 16) for k in (1, 3, 5)), 0) > 50 for colour in CLASSES) >= 4
+            assert (
+                sum(
+                    seen.get(tuple(int(colour[k : k + 2], 16) for k in (1, 3, 5)), 0) > 50
+                    for colour in CLASSES
+                )
+                >= 4
+            )
             assert page.errors == []
-            assert {address.split("/")[2] for address in page.requests if not address.startswith(("data:", "blob:"))} == {url.split("/")[2]}
+            assert {
+                address.split("/")[2]
+                for address in page.requests
+                if not address.startswith(("data:", "blob:"))
+            } == {url.split("/")[2]}
         os.kill(process.pid, signal.SIGTERM)
         rest, errors = process.communicate(timeout=15)
     finally:
@@ -213,7 +272,9 @@ def test_a_slider_in_a_real_browser_changes_the_number_to_what_the_study_compute
 
 @needs_viser
 def test_sliders_follow_a_pose_without_moving_the_arm_again():
-    """A clicked pose is between the steps of the sliders: they show it rounded, and the arm stays at it. A dragged slider moves its joint alone."""
+    """A clicked pose is between the steps of the sliders: they show it rounded, and the arm stays
+    at it. A dragged slider moves its joint alone.
+    """
     import viser
 
     from lostmotion.analyses.view.controls import Controls
@@ -228,7 +289,10 @@ def test_sliders_follow_a_pose_without_moving_the_arm_again():
         time.sleep(0.3)
         np.testing.assert_array_equal(session.q, poses.q[1])
         shown = [slider.value for slider in controls._sliders]
-        expected = [value * (1e3 if joint.type == "prismatic" else np.degrees(1)) for joint, value in zip(arm.moving, poses.q[1], strict=True)]
+        expected = [
+            value * (1e3 if joint.type == "prismatic" else np.degrees(1))
+            for joint, value in zip(arm.moving, poses.q[1], strict=True)
+        ]
         np.testing.assert_allclose(shown, expected, atol=0.5 + 1e-6)
         controls._sliders[2].value = 50.0  # as a message from the browser does
         end = time.monotonic() + 10
@@ -241,7 +305,9 @@ def test_sliders_follow_a_pose_without_moving_the_arm_again():
 
 @needs_viser
 def test_new_colours_that_are_asked_for_during_a_drag_are_drawn_with_the_next_pose():
-    """While the arm moves, each step of the work gives a pose and no workspace: the button for new colours must not wait for a step without one."""
+    """While the arm moves, each step of the work gives a pose and no workspace: the button for new
+    colours must not wait for a step without one.
+    """
     from lostmotion.analyses.view.window import Window
 
     arm = lostmotion.read(EXAMPLES / "scara.toml")
@@ -254,7 +320,10 @@ def test_new_colours_that_are_asked_for_during_a_drag_are_drawn_with_the_next_po
             time.sleep(0.02)
         window._stop.set()
         window._worker.join()  # from here on the test takes the steps
-        before, window._workspace = window._classes, replace(window._workspace, q95=10 * window._workspace.q95)
+        before, window._workspace = (
+            window._classes,
+            replace(window._workspace, q95=10 * window._workspace.q95),
+        )
         window._controls._ask_refit()
         session.move(poses.q[1])
         window._step()

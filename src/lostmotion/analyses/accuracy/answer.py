@@ -38,13 +38,17 @@ if TYPE_CHECKING:
 class Answer:
     """Everything that a study found, in SI and without a word of text.
 
-    tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds there. analytic, pooled: the same error without
-    sampling, at each pose and over all, where it was asked for. stopping: how it came to so many robots and poses, where it was to say when to stop.
-    budget: error budget over all poses, by kind of error too; budgets: the same at stated poses and in zones.
-    zones: the errors in zones that were asked about, over poses of their own. threads: how many there were, for questions still to come.
-    repeats: RP of joints that arrive in the standard's cycle, then of joints that arrive from either side; empty for a single visit.
-    bands: the same over values that are only known to lie in a range; None where all are known. target: largest acceptable error, m, where one was
-    stated. classes: figures by class of drive, where all drives are assumed from classes.
+    tool (pose, 3) m where each pose puts the tool, torques (pose, joint) what each drive holds
+    there. analytic, pooled: the same error without sampling, at each pose and over all, where it
+    was asked for. stopping: how it came to so many robots and poses, where it was to say when to
+    stop. budget: error budget over all poses, by kind of error too; budgets: the same at stated
+    poses and in zones.
+    zones: the errors in zones that were asked about, over poses of their own. threads: how many
+    there were, for questions still to come. repeats: RP of joints that arrive in the standard's
+    cycle, then of joints that arrive from either side; empty for a single visit.
+    bands: the same over values that are only known to lie in a range; None where all are known.
+    target: largest acceptable error, m, where one was stated. classes: figures by class of drive,
+    where all drives are assumed from classes.
     """
 
     arm: Arm
@@ -89,22 +93,62 @@ def answer(
 ) -> Answer:
     """Return the accuracy, workspace, static torques and error budget of this arm over these poses.
 
-    `sampled` is what `montecarlo.run` found at these poses; other arguments as there. The workspace is sampled more densely by the same law of poses
-    (Sobol where they were given).
+    `sampled` is what `montecarlo.run` found at these poses; other arguments as there. The workspace
+    is sampled more densely by the same law of poses (Sobol where they were given).
     """
     robots, visits = sampled.robots, sampled.visits
     torques, worst = holding_torques(arm, poses.q)
     bent = bending(arm, poses.q, sampled.bias[:, 3:], sampled.tally.total / sampled.tally.poses)
-    gains = halving(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
-    remedies = waterfall(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
-    open_to = bands(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress)
+    gains = halving(
+        arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress
+    )
+    remedies = waterfall(
+        arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress
+    )
+    open_to = bands(
+        arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=progress
+    )
     many = many_poses(arm, poses)
-    blame = budget(arm, poses.q, f"over {several(len(poses), 'pose')}", approach=approach, replicates=poses.replicates, many=many)
-    repeats = both_repeatabilities(arm, poses, sampled, blame, seed, approach=approach, many=many, threads=threads, progress=progress)
+    blame = budget(
+        arm,
+        poses.q,
+        f"over {several(len(poses), 'pose')}",
+        approach=approach,
+        replicates=poses.replicates,
+        many=many,
+    )
+    repeats = both_repeatabilities(
+        arm,
+        poses,
+        sampled,
+        blame,
+        seed,
+        approach=approach,
+        many=many,
+        threads=threads,
+        progress=progress,
+    )
     if progress is not None:
         progress("exploring the workspace", 0, 1)
-    space = workspace(arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed)
+    space = workspace(
+        arm, poses.law if poses.law in POSE_LAWS and poses.law != "grid" else "sobol", seed=seed
+    )
     tool = tool_points(arm, poses.q)
     return Answer(
-        arm, poses, seed, approach, sampled, tool, torques, worst, bent, space, gains, remedies, blame, repeats, threads=threads, bands=open_to
+        arm,
+        poses,
+        seed,
+        approach,
+        sampled,
+        tool,
+        torques,
+        worst,
+        bent,
+        space,
+        gains,
+        remedies,
+        blame,
+        repeats,
+        threads=threads,
+        bands=open_to,
     )

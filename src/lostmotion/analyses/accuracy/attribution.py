@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 
 class Attributed:
-    """A study, sampled or not, of which part is to blame; a dataclass that has these six gains the two questions below."""
+    """A study, sampled or not, of which part is to blame; a dataclass that has these six gains the
+    two questions below.
+    """
 
     if TYPE_CHECKING:
         arm: Arm
@@ -38,23 +40,33 @@ class Attributed:
         """Return what is known of each joint: stated, assumed, or ideal, and the assumed values."""
         return states(self.arm)
 
-    def costs(self, by: By = "part", *, at: At | None = None, zone: Zone | None = None) -> list[Cost]:
-        """Return the error budget by part, cause, level or term, largest first: over all poses, at one of them, or in a zone. Exact, no sampling.
+    def costs(
+        self, by: By = "part", *, at: At | None = None, zone: Zone | None = None
+    ) -> list[Cost]:
+        """Return the error budget by part, cause, level or term, largest first: over all poses, at
+        one of them, or in a zone. Exact, no sampling.
 
-        at    a pose: its number in the study, "A=30deg B=-10deg", or joint values (joint,), text with a unit or rad and m
-        zone  "x 0.2..0.5 m" in the base's axes, ends as quantities, {"x": ("200 mm", 0.5)}, or which poses are in it (pose,)
+        at    a pose: its number in the study, "A=30deg B=-10deg", or joint values (joint,), text
+              with a unit or rad and m
+        zone  "x 0.2..0.5 m" in the base's axes, ends as quantities, {"x": ("200 mm", 0.5)}, or
+              which poses are in it (pose,)
 
-        Shares add to one. Raises InputError for a pose that there is not or a zone that no pose reaches.
+        Shares add to one. Raises InputError for a pose that there is not or a zone that no pose
+        reaches.
         """
         q, _ = self._where(at, zone)
         return costs(tally(self.arm, q, by, approach=self.approach))
 
     def with_budget(self, *, at: At | None = None, zone: Zone | None = None) -> Self:
-        """Return the same study with the error budget at a pose or in a zone, and the effect of halving; arguments and errors as `costs`."""
+        """Return the same study with the error budget at a pose or in a zone, and the effect of
+        halving; arguments and errors as `costs`.
+        """
         from lostmotion.propagation.montecarlo.sensitivity import halving_at
 
         q, where = self._where(at, zone)
-        gains = halving_at(self.arm, Poses(q, "given"), self.seed, approach=self.approach, threads=self.threads)
+        gains = halving_at(
+            self.arm, Poses(q, "given"), self.seed, approach=self.approach, threads=self.threads
+        )
         found = replace(budget(self.arm, q, where, approach=self.approach), halving=gains)
         return cast("Self", replace(cast("Any", self), budgets=(*self.budgets, found)))
 

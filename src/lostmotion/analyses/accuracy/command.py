@@ -107,11 +107,17 @@ def study(
     *,
     pose_law: PoseLawArgument = "sobol",
     approach: ApproachArgument = "random",
-    method: Annotated[Method, Argument("Monte Carlo samples; sums over terms without sampling; or both, compared.")] = "montecarlo",
+    method: Annotated[
+        Method,
+        Argument("Monte Carlo samples; sums over terms without sampling; or both, compared."),
+    ] = "montecarlo",
     at: Annotated[
         "At | list[At] | None",
         Argument(
-            "Error budget at a pose as well: its number, or every joint, 'A=30deg B=-10deg'. Repeatable; in Python a list of several.",
+            (
+                "Error budget at a pose as well: its number, or every joint, 'A=30deg B=-10deg'. "
+                "Repeatable; in Python a list of several."
+            ),
             poses_at,
             metavar="POSE",
             repeats=True,
@@ -120,7 +126,8 @@ def study(
     zone: Annotated[
         "Zone | Sequence[Zone] | None",
         Argument(
-            "Error and error budget in a zone as well, in the base's axes: 'x 0.2..0.5 m, z 0..300 mm'. Repeatable. In Python also ends, "
+            "Error and error budget in a zone as well, in the base's axes: 'x 0.2..0.5 m, z "
+            "0..300 mm'. Repeatable. In Python also ends, "
             '{"x": (0.2, 0.5)}, or which of the poses are in it.',
             zones_of,
             metavar="ZONE",
@@ -130,7 +137,8 @@ def study(
     until: Annotated[
         "float | str | None",
         Argument(
-            "Continue with more robots and poses until the 95 % intervals of mean, 95 % error, AP and RP are this narrow: "
+            "Continue with more robots and poses until the 95 % intervals of mean, 95 % "
+            "error, AP and RP are this narrow: "
             "'1 %' of each figure, or '2 digits' of it.",
             _precision_of,
             metavar="PRECISION",
@@ -138,26 +146,40 @@ def study(
     ] = None,
     target: Annotated[
         Amount | None,
-        Argument("Largest acceptable error, '0.5 mm': the share of positions within it, and its contour in the sections of the workspace.", _TARGET),
+        Argument(
+            (
+                "Largest acceptable error, '0.5 mm': the share of positions within it, and its "
+                "contour in the sections of the workspace."
+            ),
+            _TARGET,
+        ),
     ] = None,
-    most_robots: Annotated[int, Argument("How many robots are simulated at most, with `until`.", least=1)] = 10_000,
+    most_robots: Annotated[
+        int, Argument("How many robots are simulated at most, with `until`.", least=1)
+    ] = 10_000,
     sidecar: SidecarArgument = None,
     threads: ThreadsArgument = None,
     device: Annotated[
         Literal["cpu", "gpu"],
-        Argument("Where samples are computed; gpu needs pip install 'lostmotion[gpu]' and gives the same figures but for rounding."),
+        Argument(
+            "Where samples are computed; gpu needs pip install 'lostmotion[gpu]' and gives "
+            "the same figures but for rounding."
+        ),
     ] = "cpu",
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Study | AnalyticStudy:
-    """Predict how accurate an arm is before it is built: its error over the workspace, AP and RP, and the error budget by part.
+    """Predict how accurate an arm is before it is built: its error over the workspace, AP and RP,
+    and the error budget by part.
 
-    The same robots visit every pose. With a zone, as many poses of the same law are chosen in it; of poses that are given or on a grid, those in it.
+    The same robots visit every pose. With a zone, as many poses of the same law are chosen in it;
+    of poses that are given or on a grid, those in it.
 
     Raises
     ------
     InputError
-        With every mistake in the arguments and the files; for an arm without any error source, and a zone that no pose reaches.
+        With every mistake in the arguments and the files; for an arm without any error source, and
+        a zone that no pose reaches.
     LostmotionError
         For a GPU where JAX or the GPU is missing.
 
@@ -171,18 +193,41 @@ def study(
     from lostmotion.propagation.montecarlo.blocks import check_device
 
     if until is not None and method == "analytic":
-        raise refuse_argument("until", until, "a method that draws robots: without sampling there are none", method="both")
+        raise refuse_argument(
+            "until",
+            until,
+            "a method that draws robots: without sampling there are none",
+            method="both",
+        )
     if target is not None and method == "analytic":
-        raise refuse_argument("target", target, "a method that draws robots: the share within a target is counted", method="both")
+        raise refuse_argument(
+            "target",
+            target,
+            "a method that draws robots: the share within a target is counted",
+            method="both",
+        )
     if device != "cpu" and method == "analytic":
-        raise refuse_argument("device", device, '"cpu": without sampling there is nothing for a GPU to do', device="cpu")
+        raise refuse_argument(
+            "device",
+            device,
+            '"cpu": without sampling there is nothing for a GPU to do',
+            device="cpu",
+        )
     check_device(device)
     asked.ready()
     try:
         refuse_undescribed(asked.arm)
     except InputError as error:
         file = arm if isinstance(arm, str | os.PathLike) else None
-        left = partial(undescribed, asked.arm, asked.poses, pose_law, asked.seed, None if file is None else Path(file), asked.sidecar)
+        left = partial(
+            undescribed,
+            asked.arm,
+            asked.poses,
+            pose_law,
+            asked.seed,
+            None if file is None else Path(file),
+            asked.sidecar,
+        )
         raise PartialResultError(error.problems, left) from None
     chosen = chosen_poses(asked.arm, asked.poses, pose_law, asked.seed)
     route = Route(

@@ -1,4 +1,6 @@
-"""Accuracy of an arm over its workspace, sampled or by sums over terms, with its tables, plots and arrays."""
+"""Accuracy of an arm over its workspace, sampled or by sums over terms, with its tables, plots and
+arrays.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ class Study(Answer, Attributed, Result):
 
     @property
     def sheet(self) -> Sheet:
-        """Return workspace, error, AP and RP, error budget and torques, each figure with its interval and sample."""
+        """Return workspace, error, AP and RP, error budget and torques, each figure with its
+        interval and sample.
+        """
         from lostmotion.analyses.accuracy.tables.study import sheet
 
         return sheet(self)
@@ -67,7 +71,10 @@ class Study(Answer, Attributed, Result):
 
         wanted = {"error": 4, "iso9283": 4, "budget": 3}
         lines = [
-            f"<Study of '{self.arm.name}': {len(self.poses)} poses x {self.sampled.robots} robots x {self.sampled.visits} visits, seed {self.seed}"
+            (
+                f"<Study of '{self.arm.name}': {len(self.poses)} poses x {self.sampled.robots} "
+                f"robots x {self.sampled.visits} visits, seed {self.seed}"
+            )
         ]
         for section in sections(self):
             for row in section.rows[: wanted.get(section.key, 0)]:
@@ -80,7 +87,9 @@ class Study(Answer, Attributed, Result):
 
 @dataclass(frozen=True, repr=False)
 class AnalyticStudy(Attributed, Result):
-    """Accuracy of an arm by sums over terms: `analytic` at every pose, `pooled` over all, `budget` by part and kind, `budgets` of poses and zones."""
+    """Accuracy of an arm by sums over terms: `analytic` at every pose, `pooled` over all, `budget`
+    by part and kind, `budgets` of poses and zones.
+    """
 
     arm: Arm
     poses: Poses
@@ -96,10 +105,14 @@ class AnalyticStudy(Attributed, Result):
 
     @functools.cached_property
     def halving(self) -> Halving:
-        """Return what halving each part's errors, or each kind of error, takes off the 95 % error, by common random numbers."""
+        """Return what halving each part's errors, or each kind of error, takes off the 95 % error,
+        by common random numbers.
+        """
         from lostmotion.propagation.montecarlo.sensitivity import halving_at
 
-        return halving_at(self.arm, self.poses, self.seed, approach=self.approach, threads=self.threads)
+        return halving_at(
+            self.arm, self.poses, self.seed, approach=self.approach, threads=self.threads
+        )
 
     @functools.cached_property
     def remedied(self) -> dict[str, Estimate]:
@@ -107,7 +120,9 @@ class AnalyticStudy(Attributed, Result):
         from lostmotion.error_model.few_poses import many_poses
         from lostmotion.error_model.remedies import remaining_rms
 
-        return remaining_rms(self.arm, self.poses, approach=self.approach, many=many_poses(self.arm, self.poses))
+        return remaining_rms(
+            self.arm, self.poses, approach=self.approach, many=many_poses(self.arm, self.poses)
+        )
 
     @property
     def places(self) -> tuple[Budget, ...]:
@@ -145,7 +160,11 @@ class AnalyticStudy(Attributed, Result):
         within = self.analytic.quantiles[:, self.analytic.levels.index(0.95)]
         reachable = reachable_points(self.arm, self.seed)
         tool = tool_points(self.arm, self.poses.q)
-        pictures = arm_in_workspace(PoseErrors(self.arm, self.poses.q, self.approach, tool, self.analytic.mean, within, reachable))
+        pictures = arm_in_workspace(
+            PoseErrors(
+                self.arm, self.poses.q, self.approach, tool, self.analytic.mean, within, reachable
+            )
+        )
         return [*pictures, *of_budget(self.budget, self.places)]
 
     def arrays(self) -> xarray.Dataset:
@@ -160,4 +179,7 @@ class AnalyticStudy(Attributed, Result):
 
     def __repr__(self) -> str:
         """Return what was studied, in a line."""
-        return f"<AnalyticStudy of '{self.arm.name}': {len(self.poses)} poses; mean {self.pooled.mean.value:.4g} m>"
+        return (
+            f"<AnalyticStudy of '{self.arm.name}': {len(self.poses)} poses; mean "
+            f"{self.pooled.mean.value:.4g} m>"
+        )

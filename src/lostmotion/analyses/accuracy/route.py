@@ -1,4 +1,6 @@
-"""The method of a study: by samples, by sums over terms, or by both; over the workspace and in zones."""
+"""The method of a study: by samples, by sums over terms, or by both; over the workspace and in
+zones.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,9 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class FoundInZone(Found):
-    """The same in a zone, with its error budget. name: its name; tried: number of poses among which those in it were found; repeats as `Answer`."""
+    """The same in a zone, with its error budget. name: its name; tried: number of poses among which
+    those in it were found; repeats as `Answer`.
+    """
 
     name: str
     tried: int
@@ -49,7 +53,9 @@ class FoundInZone(Found):
 
 @dataclass(frozen=True)
 class Route:
-    """The method, the robots, and, with a tolerance, the precision asked for. Other fields as `montecarlo.run`, `run_until`."""
+    """The method, the robots, and, with a tolerance, the precision asked for. Other fields as
+    `montecarlo.run`, `run_until`.
+    """
 
     method: Method
     robots: int
@@ -63,8 +69,17 @@ class Route:
     device: Device = "cpu"
     progress: Callable[[str, int, int], None] | None = None
 
-    def over(self, arm: Arm, poses: Poses, more: Callable[[int], Poses] | None = None, most_poses: int | None = None, prefix: str = "") -> Found:
-        """Return the errors over these poses. `more` and `most_poses` as `run_until`; `prefix` precedes the text of `progress`."""
+    def over(
+        self,
+        arm: Arm,
+        poses: Poses,
+        more: Callable[[int], Poses] | None = None,
+        most_poses: int | None = None,
+        prefix: str = "",
+    ) -> Found:
+        """Return the errors over these poses. `more` and `most_poses` as `run_until`; `prefix`
+        precedes the text of `progress`.
+        """
         progress = self.progress
         if progress is not None and prefix:
             report = progress
@@ -107,17 +122,43 @@ class Route:
             from lostmotion.propagation.analytic import analytic
             from lostmotion.propagation.pooled import pooled
 
-            every = analytic(arm, poses, approach=self.approach, threads=self.threads, progress=progress)
+            every = analytic(
+                arm, poses, approach=self.approach, threads=self.threads, progress=progress
+            )
             pool = pooled(arm, poses, every, approach=self.approach, threads=self.threads)
         return Found(poses, sampled, every, pool, stopping)
 
-    def within(self, arm: Arm, zone: InZone, more: Callable[[int], Poses] | None = None, most_poses: int | None = None) -> FoundInZone:
+    def within(
+        self,
+        arm: Arm,
+        zone: InZone,
+        more: Callable[[int], Poses] | None = None,
+        most_poses: int | None = None,
+    ) -> FoundInZone:
         """Return errors and error budget in a zone, of the same robots, over the zone's poses."""
         found = self.over(arm, zone.poses, more, most_poses, zone.name)
         where = f"{zone.name}, {len(found.poses)} pose{'s' if len(found.poses) > 1 else ''}"
-        blame = budget(arm, found.poses.q, where, approach=self.approach, replicates=found.poses.replicates)
-        gains = halving_at(arm, found.poses, self.seed, approach=self.approach, threads=self.threads)
+        blame = budget(
+            arm, found.poses.q, where, approach=self.approach, replicates=found.poses.replicates
+        )
+        gains = halving_at(
+            arm, found.poses, self.seed, approach=self.approach, threads=self.threads
+        )
         repeats: tuple[Repeatability, ...] = ()
         if found.sampled is not None:
-            repeats = both_repeatabilities(arm, found.poses, found.sampled, blame, self.seed, approach=self.approach, threads=self.threads)
-        return FoundInZone(**vars(found), name=zone.name, tried=zone.tried, budget=replace(blame, halving=gains), repeats=repeats)
+            repeats = both_repeatabilities(
+                arm,
+                found.poses,
+                found.sampled,
+                blame,
+                self.seed,
+                approach=self.approach,
+                threads=self.threads,
+            )
+        return FoundInZone(
+            **vars(found),
+            name=zone.name,
+            tried=zone.tried,
+            budget=replace(blame, halving=gains),
+            repeats=repeats,
+        )

@@ -26,28 +26,61 @@ if TYPE_CHECKING:
 
 
 def carry_out(
-    arm: Arm, chosen: Poses, law: PoseLaw | None, route: Route, at: Sequence[Any], zones: Sequence[Any], target: float | None
+    arm: Arm,
+    chosen: Poses,
+    law: PoseLaw | None,
+    route: Route,
+    at: Sequence[Any],
+    zones: Sequence[Any],
+    target: float | None,
 ) -> Study | AnalyticStudy:
-    """Return the study of these poses by this route, with error budgets at the poses `at`, and the same figures in `zones`.
+    """Return the study of these poses by this route, with error budgets at the poses `at`, and the
+    same figures in `zones`.
 
-    `law` chooses more poses where the route continues until figures are precise; None where the poses were given. `target` (m): an error of which the
-    share of positions within it is counted. Raises InputError for a pose that there is not, and a zone that no pose reaches, before anything is
-    computed.
+    `law` chooses more poses where the route continues until figures are precise; None where the
+    poses were given. `target` (m): an error of which the share of positions within it is counted.
+    Raises InputError for a pose that there is not, and a zone that no pose reaches, before anything
+    is computed.
     """
     for pose in at:
         one_pose(chosen.q, pose)
     rooms = [_Room.of(arm, chosen, each, law, route.seed) for each in zones]
-    found = route.over(arm, chosen, None if law is None else lambda count: sample_poses(arm, count, law, route.seed))
+    found = route.over(
+        arm,
+        chosen,
+        None if law is None else lambda count: sample_poses(arm, count, law, route.seed),
+    )
     in_zones = tuple(room.studied(route) for room in rooms)
     study: Study | AnalyticStudy
     if found.sampled is not None:
-        whole = answer(arm, found.poses, found.sampled, route.seed, approach=route.approach, threads=route.threads, progress=route.progress)
-        besides = {"analytic": found.analytic, "pooled": found.pooled, "stopping": found.stopping, "zones": in_zones, "target": target}
+        whole = answer(
+            arm,
+            found.poses,
+            found.sampled,
+            route.seed,
+            approach=route.approach,
+            threads=route.threads,
+            progress=route.progress,
+        )
+        besides = {
+            "analytic": found.analytic,
+            "pooled": found.pooled,
+            "stopping": found.stopping,
+            "zones": in_zones,
+            "target": target,
+        }
         kept = {name: getattr(whole, name) for name in Answer.__dataclass_fields__}
         study = Study(**kept | besides | {"classes": class_figures(arm, route.seed)})
     elif found.analytic is not None and found.pooled is not None:
         poses, many = found.poses, many_poses(arm, found.poses)
-        every = budget(arm, poses.q, f"over {several(len(poses), 'pose')}", approach=route.approach, replicates=poses.replicates, many=many)
+        every = budget(
+            arm,
+            poses.q,
+            f"over {several(len(poses), 'pose')}",
+            approach=route.approach,
+            replicates=poses.replicates,
+            many=many,
+        )
         study = AnalyticStudy(
             arm,
             poses,
@@ -69,7 +102,9 @@ def carry_out(
 
 @dataclass(frozen=True)
 class _Room:
-    """A zone to study: its first poses, and where poses are chosen by a law, how more of them are found."""
+    """A zone to study: its first poses, and where poses are chosen by a law, how more of them are
+    found.
+    """
 
     arm: Arm
     zone: InZone
@@ -77,7 +112,9 @@ class _Room:
 
     @classmethod
     def of(cls, arm: Arm, chosen: Poses, zone: Any, law: PoseLaw | None, seed: int) -> _Room:  # noqa: ANN401 - a mask, or ends by axis
-        """Find the poses in a zone: by the law where there is one and the zone has ends, else those among the study's own."""
+        """Find the poses in a zone: by the law where there is one and the zone has ends, else those
+        among the study's own.
+        """
         if law is None or not isinstance(zone, dict):
             return cls(arm, among(chosen, tool_points(arm, chosen.q), zone))
 
@@ -91,4 +128,6 @@ class _Room:
         if self.more is None or route.tolerance is None:
             return route.within(self.arm, self.zone)
         more = self.more
-        return route.within(self.arm, self.zone, lambda count: more(count).poses, len(more(MOST_POSES).poses))
+        return route.within(
+            self.arm, self.zone, lambda count: more(count).poses, len(more(MOST_POSES).poses)
+        )

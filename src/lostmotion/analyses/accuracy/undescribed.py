@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Undescribed(Result):
-    """The results for an arm without any error source: `summary()`, `report("out/")`, `result()`."""
+    """The results for an arm without any error source: `summary()`, `report("out/")`,
+    `result()`.
+    """
 
     arm: Arm
     poses: Poses
@@ -40,15 +42,30 @@ class Undescribed(Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.accuracy.tables.undescribed import undescribed_sheet, with_first_answer
+        from lostmotion.analyses.accuracy.tables.undescribed import (
+            undescribed_sheet,
+            with_first_answer,
+        )
 
-        return with_first_answer(undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines), self.classes)
+        return with_first_answer(
+            undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines),
+            self.classes,
+        )
 
 
-def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file: Path | None = None, sidecar: Path | None = None) -> Undescribed:
-    """Return workspace and holding torques of an arm, with the lines that would describe it where it was read from a file.
+def undescribed(
+    arm: Arm,
+    poses: int | Poses,
+    pose_law: PoseLaw,
+    seed: int,
+    file: Path | None = None,
+    sidecar: Path | None = None,
+) -> Undescribed:
+    """Return workspace and holding torques of an arm, with the lines that would describe it where
+    it was read from a file.
 
-    The figures by class of drive stand for the accuracy that the file cannot state: for drives by effort limits, else static loads, else the reach.
+    The figures by class of drive stand for the accuracy that the file cannot state: for drives by
+    effort limits, else static loads, else the reach.
     """
     from lostmotion.analyses.accuracy.drive_classes import first_figures
     from lostmotion.analyses.accuracy.workspace import workspace
@@ -64,10 +81,18 @@ def undescribed(arm: Arm, poses: int | Poses, pose_law: PoseLaw, seed: int, file
     drives = drive_loads(arm, efforts)
     lines = None
     if file is not None:
-        begun = sidecar is not None or file.suffix.lower() == ".toml" or sidecar_place(file).exists()
-        found = skeleton(arm, file, drives, sidecar) if begun else Skeleton(sidecar_place(file).name, first_sidecar(file))
+        begun = (
+            sidecar is not None or file.suffix.lower() == ".toml" or sidecar_place(file).exists()
+        )
+        found = (
+            skeleton(arm, file, drives, sidecar)
+            if begun
+            else Skeleton(sidecar_place(file).name, first_sidecar(file))
+        )
         begin = "" if begun else f"; `lostmotion new --from {file}` writes them"
         lines = Lines(f"Lines for {found.file}, to start from{begin}:", found.text)
     visited = chosen_poses(arm, poses, pose_law, seed)
     classes = first_figures(arm, drives.of, drives.loads, seed)
-    return Undescribed(arm, visited, workspace(arm, seed=seed), holding_torques(arm, visited.q)[1], lines, classes)
+    return Undescribed(
+        arm, visited, workspace(arm, seed=seed), holding_torques(arm, visited.q)[1], lines, classes
+    )

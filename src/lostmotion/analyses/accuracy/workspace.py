@@ -28,11 +28,13 @@ _DIMENSIONS: Final = 3
 class Workspace:
     """What the sampled tool positions (pose, 3) say, in m and m^3, base frame.
 
-    reach             largest distance from the base's origin, and the same seen from above (horizontal)
+    reach             largest distance from the base's origin, and the same seen from above
+                      (horizontal)
     nearest           smallest distance from the base's origin
     low, high         (3,) extent along x, y, z
-    volume            half way between volume_low (cells with all 26 neighbours visited) and volume_high (all visited); cell is the edge used.
-                      Zero where the workspace is no body: fewer than three motions, flat, or a surface
+    volume            half way between volume_low (cells with all 26 neighbours visited) and
+                      volume_high (all visited); cell is the edge used. Zero where the workspace is
+                      no body: fewer than three motions, flat, or a surface
     Extremes of a sample: the true reach is not smaller, the true nearest not larger.
     """
 
@@ -49,16 +51,21 @@ class Workspace:
     cell: float
 
 
-def workspace(arm: Arm, law: PoseLaw = "sobol", samples: int | None = None, seed: int = 1) -> Workspace:
+def workspace(
+    arm: Arm, law: PoseLaw = "sobol", samples: int | None = None, seed: int = 1
+) -> Workspace:
     """Return the workspace of the tool point within the joint limits.
 
-    No obstacle, floor or self-collision is considered. `samples` by default half a million, fewer with more than eight joints.
+    No obstacle, floor or self-collision is considered. `samples` by default half a million, fewer
+    with more than eight joints.
     """
     count = samples or min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.moving)).bit_length() - 1)
     points = tool_points(arm, sample_poses(arm, count, law, seed).q)
     distance = np.linalg.norm(points, axis=1)
     low, high = points.min(axis=0), points.max(axis=0)
-    inner, outer, cell = _volume(points, low, high) if len(arm.moving) >= _DIMENSIONS else (0.0, 0.0, 0.0)
+    inner, outer, cell = (
+        _volume(points, low, high) if len(arm.moving) >= _DIMENSIONS else (0.0, 0.0, 0.0)
+    )
     return Workspace(
         points,
         law,
@@ -75,9 +82,11 @@ def workspace(arm: Arm, law: PoseLaw = "sobol", samples: int | None = None, seed
 
 
 def _volume(points: Floats, low: Floats, high: Floats) -> tuple[float, float, float]:
-    """Count cells of the finest grid that the sample fills: those with all 26 neighbours visited, and all visited (single holes closed).
+    """Count cells of the finest grid that the sample fills: those with all 26 neighbours visited,
+    and all visited (single holes closed).
 
-    For a smooth boundary the first falls short by about as much as the second exceeds, so the volume lies between and near the middle.
+    For a smooth boundary the first falls short by about as much as the second exceeds, so the
+    volume lies between and near the middle.
     """
     from scipy.ndimage import binary_closing, binary_erosion
 
@@ -97,4 +106,8 @@ def _volume(points: Floats, low: Floats, high: Floats) -> tuple[float, float, fl
     inside = binary_erosion(closed, cube)
     if not inside.any():
         return 0.0, 0.0, 0.0  # nowhere thicker than the grid: a surface
-    return float(np.count_nonzero(inside)) * edge**3, float(np.count_nonzero(closed)) * edge**3, edge
+    return (
+        float(np.count_nonzero(inside)) * edge**3,
+        float(np.count_nonzero(closed)) * edge**3,
+        edge,
+    )

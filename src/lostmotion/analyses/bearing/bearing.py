@@ -1,4 +1,6 @@
-"""One bearing, or a pair, under one load: the clearance it works with, what each element carries, how far the shaft gives and how stiff it is."""
+"""One bearing, or a pair, under one load: the clearance it works with, what each element carries,
+how far the shaft gives and how stiff it is.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ _FREE: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class BearingLoad:
-    """Load of the shaft midway between its bearings: radial and axial force (N), and a moment in the plane of both (N m)."""
+    """Load of the shaft midway between its bearings: radial and axial force (N), and a moment in
+    the plane of both (N m).
+    """
 
     radial: float = 0.0
     axial: float = 0.0
@@ -32,13 +36,17 @@ class BearingLoad:
 
     @property
     def row(self) -> Floats:
-        """Return the load vector (5,) of `shaft_equilibrium`: the radial force along x; a positive moment lifts the outboard end along x."""
+        """Return the load vector (5,) of `shaft_equilibrium`: the radial force along x; a positive
+        moment lifts the outboard end along x.
+        """
         return np.array([self.radial, 0.0, self.axial, 0.0, self.moment])
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Shift of the shaft (clearance, load; m) under increasing loads (load,; N), at the lowest, mean and highest working clearance."""
+    """Shift of the shaft (clearance, load; m) under increasing loads (load,; N), at the lowest,
+    mean and highest working clearance.
+    """
 
     loads: Floats
     shifts: Floats
@@ -50,8 +58,9 @@ class Examined:
 
     clearances  (3,) m: the lowest, mean and highest working clearance
     settled     the shaft under the load at each of them
-    stiffness   (5,) N/m across, across, along, N m/rad about both: in one direction with the others unconstrained; 0 where unsupported
-    pressure    (3,) Pa, of the most heavily loaded element
+    stiffness   (5,) N/m across, across, along, N m/rad about both: in one direction with the others
+                unconstrained; 0 where unsupported pressure    (3,) Pa, of the most heavily loaded
+                element
     """
 
     bearing: DrawnBearing
@@ -68,15 +77,22 @@ class Examined:
 
 
 def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: int = 1) -> Examined:
-    """Return the behaviour of this bearing under this load. `count` bearings are simulated for its clearance, the same for the same seed.
+    """Return the behaviour of this bearing under this load. `count` bearings are simulated for its
+    clearance, the same for the same seed.
 
-    Raises InputError for a count out of range, and for an axial load on bearings that carry none; DidNotConvergeError as `shaft_equilibrium`'s flag.
+    Raises InputError for a count out of range, and for an axial load on bearings that carry none;
+    DidNotConvergeError as `shaft_equilibrium`'s flag.
     """
     if not 1 <= count <= MOST_SAMPLES:
         raise refuse_argument("built", count, f"from 1 to {MOST_SAMPLES}", built=1000)
     pair = bearing.rows
     if load.axial and not pair.axial:
-        raise refuse_argument("force_axial", f"{load.axial:g} N", "none: cylindrical rollers carry no axial load", force_axial="0 N")
+        raise refuse_argument(
+            "force_axial",
+            f"{load.axial:g} N",
+            "none: cylindrical rollers carry no axial load",
+            force_axial="0 N",
+        )
     if not np.isfinite(load.row).all():
         raise refuse_argument("load", load, "finite forces and moment", force_radial="2 kN")
     spread = bearing.spreads["working"]
@@ -100,7 +116,9 @@ def examine(bearing: DrawnBearing, load: BearingLoad, count: int = 1000, seed: i
 
 
 def _held(slope: Floats) -> Floats:
-    """Return the stiffness (5,) in each direction with the others unconstrained, from the slope of the load (5, 5); NaN where there is none."""
+    """Return the stiffness (5,) in each direction with the others unconstrained, from the slope of
+    the load (5, 5); NaN where there is none.
+    """
     if not np.isfinite(slope).all():
         return np.full(5, np.nan)
     size = np.sqrt(np.abs(np.diag(slope)))
@@ -116,9 +134,13 @@ def _held(slope: Floats) -> Floats:
 
 
 def _curve(bearing: DrawnBearing, clearances: Floats, way: int, top: float) -> Curve:
-    """Return the shift in one direction under increasing load in it, with more points at light loads."""
+    """Return the shift in one direction under increasing load in it, with more points at light
+    loads.
+    """
     loads = top * np.linspace(0, 1, _POINTS) ** 2
     cases = np.zeros((3, _POINTS, 5))
     cases[:, :, way] = np.maximum(loads, 1e-6 * top)
-    found = shaft_equilibrium(bearing.rows.seats, cases.reshape(-1, 5), np.repeat(clearances, _POINTS))
+    found = shaft_equilibrium(
+        bearing.rows.seats, cases.reshape(-1, 5), np.repeat(clearances, _POINTS)
+    )
     return Curve(loads, found.displacement[:, way].reshape(3, _POINTS))

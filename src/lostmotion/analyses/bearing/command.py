@@ -32,22 +32,42 @@ def _bearing_of(name: str, value: Any, given: Mapping[str, Any]) -> OnePart[Bear
 
 @question(folder="bearing")
 def bearing(
-    part: Annotated["Bearing | str | Path", Argument("TOML with [bearing], or an arm file with `joint`.", _bearing_of, metavar="FILE")],
+    part: Annotated[
+        "Bearing | str | Path",
+        Argument("TOML with [bearing], or an arm file with `joint`.", _bearing_of, metavar="FILE"),
+    ],
     joint: JointArgument = None,
     *,
     force_radial: Annotated[
         Amount | None,
-        Argument("Load across the axis, '2 kN'. Default: 1 kN where no load is stated.", Quantity("N", "2 kN", low=-_MOST, high=_MOST)),
+        Argument(
+            "Load across the axis, '2 kN'. Default: 1 kN where no load is stated.",
+            Quantity("N", "2 kN", low=-_MOST, high=_MOST),
+        ),
     ] = None,
     force_axial: Annotated[
-        Amount | None, Argument("Load along the axis, '500 N'; below zero the other way.", Quantity("N", "500 N", low=-_MOST, high=_MOST))
+        Amount | None,
+        Argument(
+            "Load along the axis, '500 N'; below zero the other way.",
+            Quantity("N", "500 N", low=-_MOST, high=_MOST),
+        ),
     ] = None,
-    moment: Annotated[Amount | None, Argument("Moment in the plane of both, '30 N m'.", Quantity("N m", "30 N m", low=-_MOST, high=_MOST))] = None,
-    bearings: Annotated[int, Argument("How many manufactured bearings are simulated.", least=1, aliases=("--built",))] = 1000,
+    moment: Annotated[
+        Amount | None,
+        Argument(
+            "Moment in the plane of both, '30 N m'.",
+            Quantity("N m", "30 N m", low=-_MOST, high=_MOST),
+        ),
+    ] = None,
+    bearings: Annotated[
+        int,
+        Argument("How many manufactured bearings are simulated.", least=1, aliases=("--built",)),
+    ] = 1000,
     seed: SeedArgument = 1,
     ready: ReadyArgument = None,
 ) -> BearingStudy:
-    """Study one bearing: its clearance from delivery to work, the load on each element, the displacement of the shaft, its stiffness.
+    """Study one bearing: its clearance from delivery to work, the load on each element, the
+    displacement of the shaft, its stiffness.
 
     Raises
     ------
@@ -66,5 +86,7 @@ def bearing(
     assumed = all(each is None for each in stated)
     load = BearingLoad(1000.0) if assumed else BearingLoad(*(each or 0.0 for each in stated))
     notes = (*one.notes, "no load was stated: 1 kN across is assumed") if assumed else one.notes
-    examined = examine(one.part, load, asked.bearings, asked.seed) if is_drawn_bearing(one.part) else None
+    examined = (
+        examine(one.part, load, asked.bearings, asked.seed) if is_drawn_bearing(one.part) else None
+    )
     return BearingStudy(one.name, one.part, load, examined, notes)

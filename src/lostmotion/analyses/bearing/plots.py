@@ -1,4 +1,6 @@
-"""The plots of a bearing: how clearances come out, what each element carries, how far the shaft gives."""
+"""The plots of a bearing: how clearances come out, what each element carries, how far the shaft
+gives.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,16 @@ import numpy as np
 
 from lostmotion.analyses.bearing.tables import row_names
 from lostmotion.propagation.montecarlo.histogram import binned
-from lostmotion.reporting.chart import axes, figure, grid, histogram, label_axes, legend, mark_at, one
+from lostmotion.reporting.chart import (
+    axes,
+    figure,
+    grid,
+    histogram,
+    label_axes,
+    legend,
+    mark_at,
+    one,
+)
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Figure as Number
@@ -19,60 +30,113 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.bearing.bearing import Curve, Examined
 
-_CASES = (("lowest clearance", LIGHT["visit"]), ("mean", LIGHT["robot"]), ("highest", LIGHT["design"]))
+_CASES = (
+    ("lowest clearance", LIGHT["visit"]),
+    ("mean", LIGHT["robot"]),
+    ("highest", LIGHT["design"]),
+)
 
 
 def bearing_plots(found: Examined) -> list[Plot]:
     """Return the plots of a bearing from its drawing. In reading order."""
     drawn = [
         Plot(
-            "clearance-histogram", "built", clearance_histogram(found), "Histogram of the working clearance of simulated bearings, with its limits."
+            "clearance-histogram",
+            "built",
+            clearance_histogram(found),
+            "Histogram of the working clearance of simulated bearings, with its limits.",
         ),
-        Plot("radial-curve", "shift", radial_curve(found), "Shift across over the radial load, at three working clearances."),
+        Plot(
+            "radial-curve",
+            "shift",
+            radial_curve(found),
+            "Shift across over the radial load, at three working clearances.",
+        ),
     ]
     if found.axial is not None:
-        drawn.append(Plot("axial-curve", "shift", axial_curve(found), "Shift along the axis over the axial load, at three working clearances."))
-    drawn.append(Plot("element-loads", "elements", element_loads(found), "Polar bars of the load on each rolling element at the mean clearance."))
+        drawn.append(
+            Plot(
+                "axial-curve",
+                "shift",
+                axial_curve(found),
+                "Shift along the axis over the axial load, at three working clearances.",
+            )
+        )
+    drawn.append(
+        Plot(
+            "element-loads",
+            "elements",
+            element_loads(found),
+            "Polar bars of the load on each rolling element at the mean clearance.",
+        )
+    )
     return drawn
 
 
 def clearance_histogram(found: Examined) -> Figure:
-    """Draw the working clearance of simulated bearings. All of them are counted, between the limits of their dimensions."""
+    """Draw the working clearance of simulated bearings. All of them are counted, between the limits
+    of their dimensions.
+    """
     working = found.samples["working"] * 1e6
     spread = found.bearing.spreads["working"]
     # A clearance whose dimensions have no tolerance is the same in every bearing.
-    edges, counts = binned(working, about=30) if np.ptp(working) > 1e-6 else (working[0] + np.array([-0.5, 0.5]), np.array([len(working)]))  # noqa: PLR2004 - µm
+    edges, counts = (
+        binned(working, about=30)
+        if np.ptp(working) > 1e-6  # noqa: PLR2004
+        else (working[0] + np.array([-0.5, 0.5]), np.array([len(working)]))
+    )
     made, on = one(f"Working clearance of {found.count} simulated bearings", 80)
     histogram(on, edges, counts)
     for row, (value, name) in enumerate(((spread.lowest, "lowest"), (spread.highest, "highest"))):
         mark_at(on, value * 1e6, f"{name} {Number(value * 1e6, 'µm')}", row=row)
-    label_axes(on, "working clearance [µm], below zero preload", f"bearings per {float(edges[1] - edges[0]):.3g} µm [1]")
+    label_axes(
+        on,
+        "working clearance [µm], below zero preload",
+        f"bearings per {float(edges[1] - edges[0]):.3g} µm [1]",
+    )
     return made
 
 
 def radial_curve(found: Examined) -> Figure:
-    """Draw the displacement under a radial load alone, through the play and then against the elements."""
+    """Draw the displacement under a radial load alone, through the play and then against the
+    elements.
+    """
     return _curve(found.radial, "Shift under a radial load alone", "radial load", "shift across")
 
 
 def axial_curve(found: Examined) -> Figure:
-    """Draw the displacement under an axial load alone. Raises ValueError for bearings that carry none."""
+    """Draw the displacement under an axial load alone. Raises ValueError for bearings that carry
+    none.
+    """
     if found.axial is None:
         raise ValueError("cylindrical rollers carry no axial load")
     return _curve(found.axial, "Shift under an axial load alone", "axial load", "shift along")
 
 
 def element_loads(found: Examined) -> Figure:
-    """Draw the load of each rolling element at the mean clearance. By its angle from the radial load, 0° on its side."""
+    """Draw the load of each rolling element at the mean clearance. By its angle from the radial
+    load, 0° on its side.
+    """
     from matplotlib.ticker import MaxNLocator
 
     names, rows = row_names(found), found.settled.loads
     largest = max(float(np.nanmax(each[1])) for each in rows) or 1.0
     made = figure(84)
-    panels = axes(made, "Load of each element [N] by its angle from the radial load", columns=len(rows), subplot_kw={"projection": "polar"})[0]
+    panels = axes(
+        made,
+        "Load of each element [N] by its angle from the radial load",
+        columns=len(rows),
+        subplot_kw={"projection": "polar"},
+    )[0]
     for on, name, loads in zip(panels, names, rows, strict=True):
         count = loads.shape[1]
-        on.bar(np.arange(count) * 2 * math.pi / count, np.nan_to_num(loads[1]), width=0.7 * 2 * math.pi / count, color=LIGHT["robot"], linewidth=0)
+        on.bar(
+            np.arange(count) * 2 * math.pi / count,
+            np.nan_to_num(loads[1]),
+            width=0.7 * 2 * math.pi / count,
+            color=LIGHT["robot"],
+            linewidth=0,
+        )
         on.set_theta_zero_location("S")
         on.set_ylim(0, 1.05 * largest)
         on.set_thetagrids(range(0, 360, 45), [f"{angle}°" for angle in range(0, 360, 45)])
@@ -89,7 +153,13 @@ def _curve(curve: Curve, title: str, load: str, shift: str) -> Figure:
     made, on = one(title, 78)
     grid(on, "both")
     for (name, colour), shifts in zip(_CASES, curve.shifts, strict=True):
-        on.plot(curve.loads * factor, np.where(np.isfinite(shifts), shifts, math.nan) * 1e6, color=colour, linewidth=1.6, label=name)
+        on.plot(
+            curve.loads * factor,
+            np.where(np.isfinite(shifts), shifts, math.nan) * 1e6,
+            color=colour,
+            linewidth=1.6,
+            label=name,
+        )
     on.set_xlim(left=0)
     on.set_ylim(bottom=min(0.0, on.get_ylim()[0]))
     label_axes(on, f"{load} [{unit}]", f"{shift} [µm]")

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class BearingStudy(Result):
-    """One bearing under a load: `examined` has every number where it is described by its drawing, and is None where by stated values."""
+    """One bearing under a load: `examined` has every number where it is described by its drawing,
+    and is None where by stated values.
+    """
 
     name: str
     part: Bearing

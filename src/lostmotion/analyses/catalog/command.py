@@ -20,28 +20,57 @@ if TYPE_CHECKING:
 @question(folder="")
 def catalog(
     name: Annotated[
-        str | None, Argument("One entry as a whole: a reducer with or without its ratio, a material, table of bearings, or preset.")
+        str | None,
+        Argument(
+            "One entry as a whole: a reducer with or without its ratio, a material, table of "
+            "bearings, or preset."
+        ),
     ] = None,
     *,
-    kind: Annotated[Literal["gearbox", "bearing", "material", "preset"] | None, Argument("Entries of this kind alone.")] = None,
+    kind: Annotated[
+        Literal["gearbox", "bearing", "material", "preset"] | None,
+        Argument("Entries of this kind alone."),
+    ] = None,
     maker: Annotated[str, Argument("Part of the maker's name.")] = "",
-    ratio: Annotated[Amount | None, Argument("Ratio for which the figures are valid.", Quantity("", "100", above=0))] = None,
-    min_torque: Annotated[Amount | None, Argument("Least rated torque, '300 N m'.", Quantity("N m", "300 N m", above=0))] = None,
-    max_lost_motion: Annotated[Amount | None, Argument("Largest lost motion as printed, '1 arcmin'.", Quantity("rad", "1 arcmin", above=0))] = None,
+    ratio: Annotated[
+        Amount | None,
+        Argument("Ratio for which the figures are valid.", Quantity("", "100", above=0)),
+    ] = None,
+    min_torque: Annotated[
+        Amount | None,
+        Argument("Least rated torque, '300 N m'.", Quantity("N m", "300 N m", above=0)),
+    ] = None,
+    max_lost_motion: Annotated[
+        Amount | None,
+        Argument(
+            "Largest lost motion as printed, '1 arcmin'.", Quantity("rad", "1 arcmin", above=0)
+        ),
+    ] = None,
     min_stiffness: Annotated[
-        Amount | None, Argument("Least stiffness, of the softest zone, '50 N m/arcmin'.", Quantity("N m/rad", "50 N m/arcmin", above=0))
+        Amount | None,
+        Argument(
+            "Least stiffness, of the softest zone, '50 N m/arcmin'.",
+            Quantity("N m/rad", "50 N m/arcmin", above=0),
+        ),
     ] = None,
     reducers: Annotated[
         "str | Path | Sequence[GearboxRow]",
-        Argument("TOML with [[reducers]] of your own, searched as well.", reducers_of, metavar="REDUCERS", aliases=("--file",)),
+        Argument(
+            "TOML with [[reducers]] of your own, searched as well.",
+            reducers_of,
+            metavar="REDUCERS",
+            aliases=("--file",),
+        ),
     ] = (),
 ) -> Catalog:
-    """Search the catalogue of reducers, bearings, materials and presets; every figure with its source and its confidence.
+    """Search the catalogue of reducers, bearings, materials and presets; every figure with its
+    source and its confidence.
 
     Raises
     ------
     InputError
-        With every mistake in the arguments and the file, for a name that is not in the catalogue, and for a maker without entries.
+        With every mistake in the arguments and the file, for a name that is not in the catalogue,
+        and for a maker without entries.
 
     """
     asked = read_arguments(catalog, locals())
@@ -49,5 +78,7 @@ def catalog(
     from lostmotion.analyses.catalog.tables import catalogue_sheet
     from lostmotion.catalogue.search import Criteria
 
-    wanted = Criteria(maker, asked.ratio, asked.min_torque, asked.max_lost_motion, asked.min_stiffness)
+    wanted = Criteria(
+        maker, asked.ratio, asked.min_torque, asked.max_lost_motion, asked.min_stiffness
+    )
     return Catalog(catalogue_sheet(wanted, kind, name, asked.reducers))

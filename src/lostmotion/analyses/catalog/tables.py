@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from lostmotion.band import limits_of
 from lostmotion.catalogue import data_file, materials
 from lostmotion.catalogue.clearances import tables
-from lostmotion.catalogue.gearboxes import by_model, find_gearbox, find_rows, gearbox_models, gearboxes, mark_of, source_in_words
+from lostmotion.catalogue.gearboxes import (
+    by_model,
+    find_gearbox,
+    find_rows,
+    gearbox_models,
+    gearboxes,
+    mark_of,
+    source_in_words,
+)
 from lostmotion.catalogue.presets import PARTS, PresetRow, presets
 from lostmotion.catalogue.search import Criteria, SearchResult, search, searchable_figures
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
@@ -25,19 +33,41 @@ if TYPE_CHECKING:
 
 Kind = Literal["gearbox", "bearing", "material", "preset"]
 
-_UNITS: Final = {"rated torque": ("N m", 1.0), "stiffness": ("N m/arcmin", ARCMIN), "lost motion": ("arcmin", 1 / ARCMIN), "mass": ("kg", 1.0)}
-_TABLES: Final[dict[Literal["clearances", "fits"], str]] = {"clearances": "radial clearance by bore", "fits": "deviation by diameter"}
+_UNITS: Final = {
+    "rated torque": ("N m", 1.0),
+    "stiffness": ("N m/arcmin", ARCMIN),
+    "lost motion": ("arcmin", 1 / ARCMIN),
+    "mass": ("kg", 1.0),
+}
+_TABLES: Final[dict[Literal["clearances", "fits"], str]] = {
+    "clearances": "radial clearance by bore",
+    "fits": "deviation by diameter",
+}
 
 
-def catalogue_sheet(wanted: Criteria, kind: Kind | None = None, name: str | None = None, own: Sequence[GearboxRow] = ()) -> Sheet:
-    """Return the rows of the catalogue that match, or the one of this name. `own` are a user's rows, which stand before those of the package.
+def catalogue_sheet(
+    wanted: Criteria,
+    kind: Kind | None = None,
+    name: str | None = None,
+    own: Sequence[GearboxRow] = (),
+) -> Sheet:
+    """Return the rows of the catalogue that match, or the one of this name. `own` are a user's
+    rows, which stand before those of the package.
 
-    Raises InputError for a name that is not there, a maker without rows, and for figures of gearboxes asked of another kind.
+    Raises InputError for a name that is not there, a maker without rows, and for figures of
+    gearboxes asked of another kind.
     """
     if kind not in (None, "gearbox") and not wanted.empty:
-        raise refuse_argument("kind", kind, "gearbox: torque, lost motion, stiffness, ratio and maker are figures of gearboxes", kind="gearbox")
+        raise refuse_argument(
+            "kind",
+            kind,
+            "gearbox: torque, lost motion, stiffness, ratio and maker are figures of gearboxes",
+            kind="gearbox",
+        )
     if name is not None and not replace(wanted, ratio=None).empty:
-        raise refuse_argument("name", name, "a name, or figures to search by, not both", min_torque="300 N m")
+        raise refuse_argument(
+            "name", name, "a name, or figures to search by, not both", min_torque="300 N m"
+        )
     if name is not None:
         return _one(name, wanted.ratio, kind, own)
     with_gearboxes = kind in (None, "gearbox")
@@ -64,7 +94,10 @@ def catalogue_sheet(wanted: Criteria, kind: Kind | None = None, name: str | None
         source="",
         counts=_count(found.rows) if with_gearboxes else "",
         notes=(
-            *(f"{len(rows)} more {_rows(len(rows))} not state {figure}: {_names(rows)}" for figure, rows in found.not_stated.items()),
+            *(
+                f"{len(rows)} more {_rows(len(rows))} not state {figure}: {_names(rows)}"
+                for figure, rows in found.not_stated.items()
+            ),
             *_unweighed(found.rows),
         ),
         facts=facts,
@@ -79,11 +112,17 @@ def _unweighed(rows: Sequence[GearboxRow]) -> list[str]:
     for row in rows:
         if row.mass_source:
             of_source.setdefault(row.mass_source, []).append(row)
-    return notes + [f"mass of {_names(each)}: {source_in_words(source)}" for source, each in of_source.items()]
+    return notes + [
+        f"mass of {_names(each)}: {source_in_words(source)}" for source, each in of_source.items()
+    ]
 
 
 def _count(rows: Sequence[GearboxRow]) -> str:
-    return f"{len(rows)} {'reducer' if len(rows) == 1 else 'reducers'}" if rows else "no reducer is known to be like that"
+    return (
+        f"{len(rows)} {'reducer' if len(rows) == 1 else 'reducers'}"
+        if rows
+        else "no reducer is known to be like that"
+    )
 
 
 def _rows(count: int) -> str:
@@ -95,7 +134,9 @@ def _names(rows: Sequence[GearboxRow]) -> str:
 
 
 def _label(row: GearboxRow, names: int | None = None) -> str:
-    return ", ".join(row.models[:names]) + ("" if row.typical_ratio is None else f" ratio {row.ratios}")
+    return ", ".join(row.models[:names]) + (
+        "" if row.typical_ratio is None else f" ratio {row.ratios}"
+    )
 
 
 def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
@@ -103,20 +144,40 @@ def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
     out = []
     for (maker, source), each in itertools.groupby(rows, lambda row: (row.maker, row.source)):
         group = list(each)
-        shared = [limit for limit in group[0].upper_limits if all(limit in row.upper_limits for row in group)]
+        shared = [
+            limit
+            for limit in group[0].upper_limits
+            if all(limit in row.upper_limits for row in group)
+        ]
         lines = tuple(
-            Row(_label(row), _figures(row), _backlash(row) or _limits("also only a limit", [x for x in row.upper_limits if x not in shared]))
+            Row(
+                _label(row),
+                _figures(row),
+                _backlash(row)
+                or _limits("also only a limit", [x for x in row.upper_limits if x not in shared]),
+            )
             for row in group
         )
         note = f"Source: {source_in_words(source)}." + _limits(" Only upper limits", shared, ".")
-        title = ", ".join([maker, *source.split(", ")[1:2]])  # several series of one maker, each from a source of its own
-        out.append(Section("gearboxes", title, ("rated torque", "stiffness, softest zone", "lost motion", "mass"), lines, note))
+        # several series of one maker, each from a source of its own
+        title = ", ".join([maker, *source.split(", ")[1:2]])
+        out.append(
+            Section(
+                "gearboxes",
+                title,
+                ("rated torque", "stiffness, softest zone", "lost motion", "mass"),
+                lines,
+                note,
+            )
+        )
     return out
 
 
 def _figures(row: GearboxRow) -> tuple[Figure, ...]:
     return tuple(
-        Figure(value, "") if math.isnan(value) else Figure(value * _UNITS[name][1], _UNITS[name][0], stated=True)
+        Figure(value, "")
+        if math.isnan(value)
+        else Figure(value * _UNITS[name][1], _UNITS[name][0], stated=True)
         for name, value in searchable_figures(row).items()
     )
 
@@ -124,9 +185,16 @@ def _figures(row: GearboxRow) -> tuple[Figure, ...]:
 def _backlash(row: GearboxRow) -> str:
     """Return the backlash of a row that states it and no lost motion."""
     figures = row.figures
-    if figures.part.backlash is None or figures.part.lost_motion is not None or figures.lost_motion is not None:
+    if (
+        figures.part.backlash is None
+        or figures.part.lost_motion is not None
+        or figures.lost_motion is not None
+    ):
         return ""
-    return f"backlash {'up to ' if 'backlash' in row.upper_limits else ''}{Figure(figures.part.backlash.nominal / ARCMIN, 'arcmin', stated=True)}"
+    return (
+        "backlash "
+        f"{'up to ' if 'backlash' in row.upper_limits else ''}{Figure(figures.part.backlash.nominal / ARCMIN, 'arcmin', stated=True)}"  # noqa: E501
+    )
 
 
 def _limits(what: str, names: Sequence[str], end: str = "") -> str:
@@ -143,7 +211,10 @@ def _table_sections() -> list[Section]:
                 Row(
                     name,
                     (),
-                    f"over {_mm(table.rows[0].over)} to {_mm(table.rows[-1].to)} mm; {', '.join(table.rows[0].limits)}; "
+                    (
+                        f"over {_mm(table.rows[0].over)} to {_mm(table.rows[-1].to)} mm; "
+                        f"{', '.join(table.rows[0].limits)}; "
+                    )
                     + source_in_words(table.source),
                 )
                 for name, table in tables(file).items()
@@ -158,15 +229,33 @@ def _mm(size: float) -> str:
 
 
 def _material_section() -> Section:
-    lines = tuple(Row(name, _of_material(material), source_in_words(material.source)) for name, material in materials().items())
-    return Section("materials", "Materials", ("Young", "shear", "Poisson", "density", "scatter ±", "expansion"), lines)
+    lines = tuple(
+        Row(name, _of_material(material), source_in_words(material.source))
+        for name, material in materials().items()
+    )
+    return Section(
+        "materials",
+        "Materials",
+        ("Young", "shear", "Poisson", "density", "scatter ±", "expansion"),
+        lines,
+    )
 
 
 def _preset_section() -> Section:
     rows = (row for of_part in presets().values() for row in of_part.values())
-    lines = tuple(Row(row.name, (), f"{row.type} {row.part}".strip() + f"; {source_in_words(row.source)}") for row in rows)
+    lines = tuple(
+        Row(row.name, (), f"{row.type} {row.part}".strip() + f"; {source_in_words(row.source)}")
+        for row in rows
+    )
     return Section(
-        "presets", "Presets", (), lines, 'typical values of a class of parts, all of them assumed: preset = "NAME" in the table of that part'
+        "presets",
+        "Presets",
+        (),
+        lines,
+        (
+            'typical values of a class of parts, all of them assumed: preset = "NAME" in the '
+            "table of that part"
+        ),
     )
 
 
@@ -177,44 +266,112 @@ def _of_material(material: Material) -> tuple[Figure, ...]:
         _of_range(material.poisson, 1.0, ""),
         _of_range(math.nan if material.density is None else material.density, 1.0, "kg/m^3"),
         Figure(material.scatter * 100, "%", stated=True),
-        Figure(math.nan if material.expansion is None else material.expansion * 1e6, "µm/m/K", stated=True),
+        Figure(
+            math.nan if material.expansion is None else material.expansion * 1e6,
+            "µm/m/K",
+            stated=True,
+        ),
     )
 
 
 def _of_range(value: float, factor: float, unit: str) -> Figure:
     """Return a value as stated, or as the range in which it lies."""
     low, high = (as_stated(end * factor) for end in limits_of(value))
-    return Figure(value * factor, unit, stated=True, words="" if low == high else f"{low} .. {high} {unit}".strip())
+    return Figure(
+        value * factor,
+        unit,
+        stated=True,
+        words="" if low == high else f"{low} .. {high} {unit}".strip(),
+    )
 
 
 def _one(name: str, ratio: float | None, kind: Kind | None, own: Sequence[GearboxRow]) -> Sheet:
     """Return one entry with all that is known of it."""
     if kind in (None, "material") and name in materials():
-        lines = tuple(Row(key, (), source_in_words(str(value))) for key, value in data_file("materials.toml")[name].items())
-        return _sheet(name, [Section("materials", "Material", (), lines)], [{"name": name, **data_file("materials.toml")[name]}])
-    rows_of_presets = [row for of_part in presets().values() for row in of_part.values() if row.name == name]
+        lines = tuple(
+            Row(key, (), source_in_words(str(value)))
+            for key, value in data_file("materials.toml")[name].items()
+        )
+        return _sheet(
+            name,
+            [Section("materials", "Material", (), lines)],
+            [{"name": name, **data_file("materials.toml")[name]}],
+        )
+    rows_of_presets = [
+        row for of_part in presets().values() for row in of_part.values() if row.name == name
+    ]
     if kind in (None, "preset") and rows_of_presets:
-        sections = [Section("presets", f"Preset of a {row.part}", (), tuple(_lines_of(row))) for row in rows_of_presets]
-        return _sheet(name, sections, [{"name": name, "part": row.part, **row.values, "source": row.source} for row in rows_of_presets])
+        sections = [
+            Section("presets", f"Preset of a {row.part}", (), tuple(_lines_of(row)))
+            for row in rows_of_presets
+        ]
+        return _sheet(
+            name,
+            sections,
+            [
+                {"name": name, "part": row.part, **row.values, "source": row.source}
+                for row in rows_of_presets
+            ],
+        )
     for file, what in _TABLES.items():
         if kind in (None, "bearing") and name in tables(file):
             table = tables(file)[name]
             lines = tuple(Row(str(row), (), _bands(row)) for row in table.rows)
-            section = Section("bearings", f"{what.capitalize()}, µm from … to", (), lines, f"Source: {source_in_words(table.source)}.")
+            section = Section(
+                "bearings",
+                f"{what.capitalize()}, µm from … to",
+                (),
+                lines,
+                f"Source: {source_in_words(table.source)}.",
+            )
             known_rows = [{"over": row.over, "to": row.to, **row.limits} for row in table.rows]
-            return _sheet(name, [section], [{"name": name, **data_file(f"{file}.toml").get(name, {"source": table.source, "rows": known_rows})}])
+            return _sheet(
+                name,
+                [section],
+                [
+                    {
+                        "name": name,
+                        **data_file(f"{file}.toml").get(
+                            name, {"source": table.source, "rows": known_rows}
+                        ),
+                    }
+                ],
+            )
     if kind in (None, "gearbox"):
         rows = _named(name, ratio, own, alone=kind is not None)
         if rows:
-            sections = [Section("gearboxes", _label(row), (), tuple(_whole(row, name))) for row in rows]
+            sections = [
+                Section("gearboxes", _label(row), (), tuple(_whole(row, name))) for row in rows
+            ]
             return _sheet(name, sections, [_plain(row) for row in rows])
     known = [*materials()] if kind in (None, "material") else []
-    known += [entry for file in _TABLES for entry in tables(file)] if kind in (None, "bearing") else []
-    known += [each for of_part in presets().values() for each in of_part] if kind in (None, "preset") else []
-    models = [*itertools.chain.from_iterable(row.models for row in own), *gearbox_models()] if kind is None else []
+    known += (
+        [entry for file in _TABLES for entry in tables(file)] if kind in (None, "bearing") else []
+    )
+    known += (
+        [each for of_part in presets().values() for each in of_part]
+        if kind in (None, "preset")
+        else []
+    )
+    models = (
+        [*itertools.chain.from_iterable(row.models for row in own), *gearbox_models()]
+        if kind is None
+        else []
+    )
     near = nearest(name, [*known, *models])
     expected = "a name of the catalogue: " + ", ".join(known) + (", or a reducer" if models else "")
-    raise InputError([Problem("the catalogue", "NAME", shown(name), expected, f'lostmotion catalog "{near or known[0]}"', near)])
+    raise InputError(
+        [
+            Problem(
+                "the catalogue",
+                "NAME",
+                shown(name),
+                expected,
+                f'lostmotion catalog "{near or known[0]}"',
+                near,
+            )
+        ]
+    )
 
 
 def _lines_of(row: PresetRow) -> list[Row]:
@@ -232,15 +389,21 @@ def _text(value: Any) -> str:  # noqa: ANN401 - a value of a TOML
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def _named(name: str, ratio: float | None, own: Sequence[GearboxRow], *, alone: bool) -> Sequence[GearboxRow]:
-    """Find the rows of a reducer's name; none where it is unknown and may be the name of something else."""
+def _named(
+    name: str, ratio: float | None, own: Sequence[GearboxRow], *, alone: bool
+) -> Sequence[GearboxRow]:
+    """Find the rows of a reducer's name; none where it is unknown and may be the name of something
+    else.
+    """
     try:
         rows, _, behind = find_rows(name, by_model(own))
     except InputError:
         if alone:
             raise
         return ()
-    return rows if ratio is None and behind is None else [find_gearbox(name, ratio, by_model(own))[0]]
+    return (
+        rows if ratio is None and behind is None else [find_gearbox(name, ratio, by_model(own))[0]]
+    )
 
 
 def _sheet(name: str, sections: Sequence[Section], entries: Sequence[dict[str, Any]]) -> Sheet:
@@ -256,7 +419,9 @@ def _sheet(name: str, sections: Sequence[Section], entries: Sequence[dict[str, A
 
 
 def _bands(row: Range) -> str:
-    return ";  ".join(f"{group} {low * 1e6:g} … {high * 1e6:g}" for group, (low, high) in row.limits.items())
+    return ";  ".join(
+        f"{group} {low * 1e6:g} … {high * 1e6:g}" for group, (low, high) in row.limits.items()
+    )
 
 
 def _whole(row: GearboxRow, name: str) -> list[Row]:
@@ -264,7 +429,9 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
     lines = [("maker", row.maker), ("ratio", row.ratios)]
     for key, value in row.part.items():
         text = ", ".join(str(each) for each in value) if isinstance(value, list) else str(value)
-        lines.append((key, text + (" (the maker's upper limit)" if key in row.upper_limits else "")))
+        lines.append(
+            (key, text + (" (the maker's upper limit)" if key in row.upper_limits else ""))
+        )
     facts = row.figures
     for key, value, unit in (
         ("lost_motion as printed", facts.lost_motion and facts.lost_motion / ARCMIN, "arcmin"),
@@ -276,13 +443,36 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
             lines.append((key, str(Figure(value, unit, stated=True))))
     for key, value in row.typical.items():
         if key != "source":
-            lines.append((f"typical {key}", f'{value}, where a file asks for values = "typical" ({source_in_words(str(row.typical["source"]))})'))
+            lines.append(
+                (
+                    f"typical {key}",
+                    (
+                        f'{value}, where a file asks for values = "typical" '
+                        f"({source_in_words(str(row.typical['source']))})"
+                    ),
+                )
+            )
     if row.inertia_by_ratio:
-        lines.append(("inertia by ratio", ", ".join(f"{ratio}: {value * 1e4:.3g}" for ratio, value in row.inertia_by_ratio.items()) + " kg cm^2"))
+        lines.append(
+            (
+                "inertia by ratio",
+                ", ".join(
+                    f"{ratio}: {value * 1e4:.3g}" for ratio, value in row.inertia_by_ratio.items()
+                )
+                + " kg cm^2",
+            )
+        )
     if row.torques_by_ratio:
-        by_ratio = ", ".join(f"{ratio}: {' / '.join(f'{each:.4g}' for each in torques)}" for ratio, torques in row.torques_by_ratio.items())
+        by_ratio = ", ".join(
+            f"{ratio}: {' / '.join(f'{each:.4g}' for each in torques)}"
+            for ratio, torques in row.torques_by_ratio.items()
+        )
         lines.append(("rated, repeated peak and momentary peak torque by ratio", f"{by_ratio} N m"))
-    sources = {"torques from": row.torque_source, "mass from": row.mass_source, "inertia from": row.inertia_source}
+    sources = {
+        "torques from": row.torque_source,
+        "mass from": row.mass_source,
+        "inertia from": row.inertia_source,
+    }
     lines += [(name, source_in_words(text)) for name, text in sources.items() if text]
     lines += [("mass", "not stated: counted as zero")] if facts.part.mass is None else []
     lines += [("printed", row.printed)] if row.printed else []
@@ -293,8 +483,14 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
 
 
 def _plain(row: GearboxRow) -> dict[str, Any]:
-    """Return a row as data: what it says as text with units, and the figures that are searched for."""
-    stated = {name: figure for name, figure in zip(_UNITS, _figures(row), strict=True) if not math.isnan(figure.value)}
+    """Return a row as data: what it says as text with units, and the figures that are searched
+    for.
+    """
+    stated = {
+        name: figure
+        for name, figure in zip(_UNITS, _figures(row), strict=True)
+        if not math.isnan(figure.value)
+    }
     return {
         "models": row.models,
         "maker": row.maker,
@@ -304,7 +500,9 @@ def _plain(row: GearboxRow) -> dict[str, Any]:
         "part": row.part,
         "upper_limits": list(row.upper_limits),
         "printed": row.printed,
-        "figures": {name: {"value": figure.value, "unit": figure.unit} for name, figure in stated.items()},
+        "figures": {
+            name: {"value": figure.value, "unit": figure.unit} for name, figure in stated.items()
+        },
         "source": row.source,
         "confidence": mark_of(row.source),
     }

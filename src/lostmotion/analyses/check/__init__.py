@@ -1,1 +1,3 @@
-"""Check of a file: what it describes, what is assumed and what is missing, with a picture of the arm."""
+"""Check of a file: what it describes, what is assumed and what is missing, with a picture of the
+arm.
+"""

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Check(Result):
-    """What a file describes: `summary()`, `result()`, and `picture`, an SVG text that is empty for a part by itself."""
+    """What a file describes: `summary()`, `result()`, and `picture`, an SVG text that is empty for
+    a part by itself.
+    """
 
     file: Path
     figures: Sheet
@@ -44,10 +46,12 @@ class Check(Result):
         figures: FigureKind | None = None,  # noqa: ARG002 - of a report with plots
         tables: TableKind | None = None,  # noqa: ARG002 - the same
     ) -> Path:
-        """Write the picture as an SVG file and return its path; nothing is written for a part by itself. It is the only file of a check.
+        """Write the picture as an SVG file and return its path; nothing is written for a part by
+        itself. It is the only file of a check.
 
-        Default: the path that the check was given, or NAME.svg in the current folder. An earlier picture of this kind is replaced, any other file
-        only with `force`. Raises OutputExistsError, and LostmotionError where the file cannot be written.
+        Default: the path that the check was given, or NAME.svg in the current folder. An earlier
+        picture of this kind is replaced, any other file only with `force`. Raises
+        OutputExistsError, and LostmotionError where the file cannot be written.
         """
         from lostmotion.reporting.arm_picture import write_picture
 

@@ -1,4 +1,6 @@
-"""Sheets of a check: the joints with the static loads of their drives, and what is stated, assumed and ideal."""
+"""Sheets of a check: the joints with the static loads of their drives, and what is stated, assumed
+and ideal.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,12 @@ from lostmotion.io.repairs import REPAIRED
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.serial import frames, joint_torques, tool_points
 from lostmotion.reporting.arm_summary import about_arm
-from lostmotion.reporting.provenance import caveats, provenance_facts, provenance_sections, with_inputs
+from lostmotion.reporting.provenance import (
+    caveats,
+    provenance_facts,
+    provenance_sections,
+    with_inputs,
+)
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, in_words, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
@@ -26,7 +33,9 @@ if TYPE_CHECKING:
 
 
 def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
-    """Return what is known of an arm, with the largest static load of each drive spread evenly over the joint ranges."""
+    """Return what is known of an arm, with the largest static load of each drive spread evenly over
+    the joint ranges.
+    """
     known = states(arm)
     q = even_poses(arm)
     held = np.abs(joint_torques(arm, q)).max(axis=0)
@@ -40,7 +49,9 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
         cards=(
             Card("moving joints", str(len(arm.moving))),
             Card("mass", str(Figure(arm.mass, "kg"))),
-            Card("reach from the base", str(length(reach)), f"largest of {several(len(q), 'pose')}"),
+            Card(
+                "reach from the base", str(length(reach)), f"largest of {several(len(q), 'pose')}"
+            ),
             Card("assumed values", str(known.assumed_count)),
         ),
         sections=(_joints(arm, held, len(q)), *_centres(arm), *provenance_sections(known)),
@@ -48,7 +59,12 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
         warnings=(*arm.warnings, *overload_warnings(overloaded(arm, held, len(q)))),
         notes=arm.remarks,
         source=f"static loads at {_evenly(len(q))}",
-        facts={"arm": arm.name, "file": file, "warnings": list(arm.warnings), **provenance_facts(known)},
+        facts={
+            "arm": arm.name,
+            "file": file,
+            "warnings": list(arm.warnings),
+            **provenance_facts(known),
+        },
     )
 
 
@@ -60,9 +76,18 @@ def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
     sheet = Sheet(
         name=read.name,
         subject="check of the description",
-        verdict="No mistake was found in the file." + (f" Nothing describes its {', '.join(ideal)}, taken as perfect." if ideal else ""),
+        verdict="No mistake was found in the file."
+        + (f" Nothing describes its {', '.join(ideal)}, taken as perfect." if ideal else ""),
         cards=(),
-        sections=(Section("states", "What is known", tuple(found), rows, "ideal: nothing is described, taken as perfect"),),
+        sections=(
+            Section(
+                "states",
+                "What is known",
+                tuple(found),
+                rows,
+                "ideal: nothing is described, taken as perfect",
+            ),
+        ),
         notes=read.notes,
         source="",
         facts={kind: read.name, "known": dict(found)},
@@ -73,45 +98,96 @@ def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
 def _verdict(known: States, file: str) -> str:
     if not known.described:
         return (
-            f"No mistake was found in the file, and {NOT_DESCRIBED}. What is missing: gearboxes, bearings, encoders, sections or tolerances. "
+            f"No mistake was found in the file, and {NOT_DESCRIBED}. What is missing: "
+            "gearboxes, bearings, encoders, sections or tolerances. "
             f"`lostmotion study {file}` prints lines to start from."
         )
-    return " ".join(["No mistake was found in the file.", *caveats(known), f"`lostmotion study {file}` predicts the accuracy."])
+    return " ".join(
+        [
+            "No mistake was found in the file.",
+            *caveats(known),
+            f"`lostmotion study {file}` predicts the accuracy.",
+        ]
+    )
 
 
 def _evenly(poses: int) -> str:
-    return f"{several(poses, 'pose')} spread evenly over the joint ranges, with all combinations of their ends"
+    return (
+        f"{several(poses, 'pose')} spread evenly over the joint ranges, with all combinations of "
+        "their ends"
+    )
 
 
 def _joints(arm: Arm, held: Floats, poses: int) -> Section:
     load = dict(zip((joint.name for joint in arm.moving), held, strict=True))
     rows = tuple(_row(joint, load.get(joint.name)) for joint in arm.joints)
-    note = f"range of motion; mass of joint and link; static load: largest of {_evenly(poses)}; base level as stated"
-    return Section("joints", "Joints", ("range", "link", "mass", "static load", "rated"), rows, note)
+    note = (
+        f"range of motion; mass of joint and link; static load: largest of {_evenly(poses)}; base "
+        "level as stated"
+    )
+    return Section(
+        "joints", "Joints", ("range", "link", "mass", "static load", "rated"), rows, note
+    )
 
 
 def _brief(arm: Arm) -> tuple[tuple[str, str], ...]:
     """Return where the masses of tool and payload lie, and what a sidecar repaired."""
-    lines = [(name, f"{mass} at {flange} from the flange, {tool} from the tool point{stated}.") for name, mass, stated, flange, tool in _masses(arm)]
+    lines = [
+        (name, f"{mass} at {flange} from the flange, {tool} from the tool point{stated}.")
+        for name, mass, stated, flange, tool in _masses(arm)
+    ]
     return (*lines, *(("repaired", f"{note}.") for note in arm.notes if REPAIRED in note))
 
 
 def _centres(arm: Arm) -> tuple[Section, ...]:
-    """Return the table of the centres of mass of tool and payload; nothing where neither has a mass."""
-    rows = tuple(Row(f"{name}, {mass}{stated}", (in_words(flange), in_words(tool))) for name, mass, stated, flange, tool in _masses(arm))
+    """Return the table of the centres of mass of tool and payload; nothing where neither has a
+    mass.
+    """
+    rows = tuple(
+        Row(f"{name}, {mass}{stated}", (in_words(flange), in_words(tool)))
+        for name, mass, stated, flange, tool in _masses(arm)
+    )
     place = arm.tool.after or f"{arm.joints[-1].name}.tip"
-    note = f"x, y, z; from the flange ({place}) in its axes, and from the tool point in the axes of the tool frame"
-    return (Section("centres", "Centres of mass of tool and payload", ("from the flange", "from the tool point"), rows, note),) if rows else ()
+    note = (
+        f"x, y, z; from the flange ({place}) in its axes, and from the tool point in the axes of "
+        "the tool frame"
+    )
+    return (
+        (
+            Section(
+                "centres",
+                "Centres of mass of tool and payload",
+                ("from the flange", "from the tool point"),
+                rows,
+                note,
+            ),
+        )
+        if rows
+        else ()
+    )
 
 
 def _masses(arm: Arm) -> list[tuple[str, str, str, str, str]]:
-    """Return name, mass, a remark, and the centre of mass from the flange and from the tool point, each in its own axes."""
+    """Return name, mass, a remark, and the centre of mass from the flange and from the tool point,
+    each in its own axes.
+    """
     tool, payload = arm.tool, arm.payload
     pose = tool.frame.pose
-    unstated = "" if tool.centre_of_mass is not None else " (centre not stated: taken at the tool point)"
-    named = (("tool", tool.mass, unstated, tool.mass_centre), ("payload", payload.mass, "", np.array(payload.centre_of_mass)))
+    unstated = (
+        "" if tool.centre_of_mass is not None else " (centre not stated: taken at the tool point)"
+    )
+    named = (
+        ("tool", tool.mass, unstated, tool.mass_centre),
+        ("payload", payload.mass, "", np.array(payload.centre_of_mass)),
+    )
     return [
-        (name, str(Figure(mass, "kg")), stated, _point(pose[:3, :3] @ centre + pose[:3, 3]), _point(centre))
+        (
+            name,
+            str(Figure(mass, "kg")),
+            stated,
+            _point(pose[:3, :3] @ centre + pose[:3, 3]),
+            _point(centre),
+        )
         for name, mass, stated, centre in named
         if mass
     ]
@@ -130,4 +206,13 @@ def _row(joint: Joint, load: float | None) -> Row:
     scale, unit = (180 / math.pi, "°") if joint.type == "revolute" else (1e3, " mm")
     rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
     limit = in_words("-") if rated is None else Figure(float(rated), joint.load_unit, stated=True)
-    return Row(joint.name, (in_words(f"{scale * low:.4g} … {scale * high:.4g}{unit}"), link, mass, Figure(load, joint.load_unit), limit))
+    return Row(
+        joint.name,
+        (
+            in_words(f"{scale * low:.4g} … {scale * high:.4g}{unit}"),
+            link,
+            mass,
+            Figure(load, joint.load_unit),
+            limit,
+        ),
+    )

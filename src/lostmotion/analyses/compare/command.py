@@ -42,31 +42,54 @@ def _arms_of(name: str, value: Any, given: Mapping[str, Any]) -> list[tuple[str,
     """Return the arms with their labels. Raises InputError with every mistake in all files."""
     if not _FEWEST <= len(value) <= _MOST:
         raise refuse_argument(
-            name, "no arm" if not value else "one arm" if len(value) == 1 else f"{len(value)} arms", f"{_FEWEST} to {_MOST} arms", **{name: _EXAMPLE}
+            name,
+            "no arm" if not value else "one arm" if len(value) == 1 else f"{len(value)} arms",
+            f"{_FEWEST} to {_MOST} arms",
+            **{name: _EXAMPLE},
         )
     sidecars = _sidecars(value, given.get("sidecar"))
     with Mistakes() as mistakes:
-        arms = [mistakes.of(arm_of, name, each, {"sidecar": sidecar}) for each, sidecar in zip(value, sidecars, strict=True)]
+        arms = [
+            mistakes.of(arm_of, name, each, {"sidecar": sidecar})
+            for each, sidecar in zip(value, sidecars, strict=True)
+        ]
     return list(zip(_labels(value, arms, sidecars), arms, strict=True))
 
 
 def _sidecars(arms: Sequence[Any], stated: Any) -> list[Path | None]:  # noqa: ANN401 - whatever a user passes
-    """Return the sidecar of each arm: one that is stated serves every URDF, several serve the URDFs in their order."""
+    """Return the sidecar of each arm: one that is stated serves every URDF, several serve the URDFs
+    in their order.
+    """
     if stated is None:
         return [None] * len(arms)
     files = paths_of("sidecar", stated)
-    takes = [isinstance(each, str | os.PathLike) and Path(each).suffix.lower() != ".toml" for each in arms]
+    takes = [
+        isinstance(each, str | os.PathLike) and Path(each).suffix.lower() != ".toml"
+        for each in arms
+    ]
     if len(files) not in {1, sum(takes)}:
-        found, expected = f"{len(files)} sidecars for {sum(takes)} robot descriptions", "one for all of them, or one for each in their order"
+        found, expected = (
+            f"{len(files)} sidecars for {sum(takes)} robot descriptions",
+            "one for all of them, or one for each in their order",
+        )
         raise refuse_argument("sidecar", found, expected, sidecar="arm.toml")
     if not any(takes):
-        raise refuse_argument("sidecar", str(files[0]), "a sidecar beside a URDF only; a TOML arm says everything itself", arms="arm.urdf other.urdf")
+        raise refuse_argument(
+            "sidecar",
+            str(files[0]),
+            "a sidecar beside a URDF only; a TOML arm says everything itself",
+            arms="arm.urdf other.urdf",
+        )
     left = iter(files if len(files) > 1 else files * sum(takes))
     return [next(left) if taken else None for taken in takes]
 
 
-def _labels(values: Sequence[Any], arms: Sequence[Arm], sidecars: Sequence[Path | None]) -> list[str]:
-    """Return a name for each arm: that of its file; where names are equal with its folder or its sidecar, or else a number."""
+def _labels(
+    values: Sequence[Any], arms: Sequence[Arm], sidecars: Sequence[Path | None]
+) -> list[str]:
+    """Return a name for each arm: that of its file; where names are equal with its folder or its
+    sidecar, or else a number.
+    """
     named = [
         [arm.name] if not isinstance(each, str | os.PathLike) else _names(Path(each), sidecar)
         for each, arm, sidecar in zip(values, arms, sidecars, strict=True)
@@ -82,11 +105,17 @@ def _labels(values: Sequence[Any], arms: Sequence[Arm], sidecars: Sequence[Path 
 
 def _names(path: Path, sidecar: Path | None) -> list[str]:
     """Return the names of a file, the shortest first."""
-    return [path.stem, *([sidecar.stem] if sidecar is not None else []), f"{path.absolute().parent.name}/{path.stem}"]
+    return [
+        path.stem,
+        *([sidecar.stem] if sidecar is not None else []),
+        f"{path.absolute().parent.name}/{path.stem}",
+    ]
 
 
 def _poses_of(name: str, value: Any, given: Mapping[str, Any]) -> list[int | Poses]:  # noqa: ANN401 - whatever a user passes
-    """Return how many poses are wanted of each arm, or those given. Raises InputError with every mistake in the file."""
+    """Return how many poses are wanted of each arm, or those given. Raises InputError with every
+    mistake in the file.
+    """
     arms = [arm for _, arm in given["arms"]] if isinstance(given["arms"], list) else [None]
     with Mistakes() as mistakes:
         return [mistakes.of(poses_of, name, value, {"arm": arm}) for arm in arms]
@@ -97,7 +126,10 @@ def compare(
     *arms: Annotated[
         "Arm | str | Path",
         Argument(
-            "Two arms or more, each native TOML or URDF with its sidecar TOML; all are compared with the first.",
+            (
+                "Two arms or more, each native TOML or URDF with its sidecar TOML; all are "
+                "compared with the first."
+            ),
             _arms_of,
             metavar="FILE",
             repeats=True,
@@ -106,8 +138,10 @@ def compare(
     poses: Annotated[
         "int | str | Path | Floats | Poses",
         Argument(
-            "How many poses each arm visits, rounded up to 8 x a power of two for sobol, to a multiple of 8 for uniform and normal; or a CSV file of "
-            "poses, one column per joint with a header like 'A [deg]'. In Python also joint values (pose, joint) in rad and m.",
+            "How many poses each arm visits, rounded up to 8 x a power of two for sobol, to a "
+            "multiple of 8 for uniform and normal; or a CSV file of "
+            "poses, one column per joint with a header like 'A [deg]'. In Python also joint "
+            "values (pose, joint) in rad and m.",
             _poses_of,
             metavar="COUNT|CSV",
             aliases=("--poses-file",),
@@ -121,7 +155,10 @@ def compare(
     sidecar: Annotated[
         "str | Path | Sequence[str | Path] | None",
         Argument(
-            "Sidecar TOML of the URDFs: one for all of them, or one for each in their order; in Python a list. Default: those beside them.",
+            (
+                "Sidecar TOML of the URDFs: one for all of them, or one for each in their order; "
+                "in Python a list. Default: those beside them."
+            ),
             metavar="SIDECAR",
             repeats=True,
         ),
@@ -130,9 +167,11 @@ def compare(
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Compare:
-    """Report what differs between arms, and what it does to accuracy, repeatability, sag, mass and loads of the drives, part by part.
+    """Report what differs between arms, and what it does to accuracy, repeatability, sag, mass and
+    loads of the drives, part by part.
 
-    All arms have the same draws, so differences are more precise than the figures themselves; each has its own paired interval.
+    All arms have the same draws, so differences are more precise than the figures themselves; each
+    has its own paired interval.
 
     Raises
     ------
@@ -173,6 +212,9 @@ def _refuse_undescribed(arms: Sequence[tuple[str, Arm]]) -> None:
         try:
             refuse_undescribed(arm)
         except InputError as error:
-            problems += [Problem(label, each.key, each.found, each.expected, each.example) for each in error.problems]
+            problems += [
+                Problem(label, each.key, each.found, each.expected, each.example)
+                for each in error.problems
+            ]
     if problems:
         raise InputError(problems)

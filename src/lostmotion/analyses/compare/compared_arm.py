@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 _CHUNK: Final = 4096
 Grouping: TypeAlias = Literal["parts", "members", "causes"]
-# Labels by which error terms are grouped: whole parts, the members that some parts consist of, and kinds of error.
+# Labels by which error terms are grouped: whole parts, the members that some parts consist of, and
+# kinds of error.
 GROUPINGS: Final[dict[Grouping, Callable[[Column], str]]] = {
     "parts": lambda column: column.of.whole_part,
     "members": label_of("part"),
@@ -45,7 +46,8 @@ class ComparedArm:
 
     label    its name in tables: that of its file where there is one
     tallies  exact error budget of each independent set of poses, for each of `GROUPINGS`
-    many     exact error budget of each set of many poses, to check whether these are too few; empty where they are not checked
+    many     exact error budget of each set of many poses, to check whether these are too few; empty
+             where they are not checked
     held     (joint,) largest static load of each drive over the poses, N m or N
     """
 
@@ -62,22 +64,33 @@ class ComparedArm:
 
     @functools.cached_property
     def squares(self) -> Floats:
-        """Return the mean squares of the error by design, by robot and by visit over each set of poses (set, 3), m^2."""
+        """Return the mean squares of the error by design, by robot and by visit over each set of
+        poses (set, 3), m^2.
+        """
         return np.array([each[0].levels / each[0].poses for each in self.tallies])
 
     @functools.cached_property
     def squares_of_many(self) -> Floats:
-        """Return the mean squares by design, by robot and by visit over each set of many poses (set, 3), m^2; no sets where nothing is checked."""
+        """Return the mean squares by design, by robot and by visit over each set of many poses
+        (set, 3), m^2; no sets where nothing is checked.
+        """
         return np.array([each.levels / each.poses for each in self.many]).reshape(-1, 3)
 
     def beside_many(self, weights: Sequence[float]) -> tuple[Estimate, Estimate]:
-        """Return the root mean square (m) of the levels with these weights over the poses and over the many. Valid where there are any."""
-        visited, many = (root_mean_square(squares @ np.array(weights)) for squares in (self.squares, self.squares_of_many))
+        """Return the root mean square (m) of the levels with these weights over the poses and over
+        the many. Valid where there are any.
+        """
+        visited, many = (
+            root_mean_square(squares @ np.array(weights))
+            for squares in (self.squares, self.squares_of_many)
+        )
         return visited, many
 
     @functools.cached_property
     def sag(self) -> Floats:
-        """Return the mean displacement of the tool along gravity that all robots share, over each set of poses (set,), m; zero without gravity."""
+        """Return the mean displacement of the tool along gravity that all robots share, over each
+        set of poses (set,), m; zero without gravity.
+        """
         down = self.arm.gravity_in_base
         size = float(np.linalg.norm(down))
         along = self.sampled.bias[:, 3:] @ (down / size) if size else np.zeros(len(self.poses))
@@ -85,22 +98,36 @@ class ComparedArm:
 
     @property
     def load(self) -> float:
-        """Return the largest static load of a drive over the poses as a share of its rated one; NaN where none is rated."""
+        """Return the largest static load of a drive over the poses as a share of its rated one; NaN
+        where none is rated.
+        """
         shares = self.held / rated_torques(self.arm)
         return float(np.nanmax(shares)) if np.isfinite(shares).any() else math.nan
 
     @functools.cached_property
     def contributions(self) -> dict[Grouping, dict[str, Floats]]:
-        """Return by grouping, for each entry, its contribution to the mean square and its own mean square over each set of poses (set, 2), m^2."""
+        """Return by grouping, for each entry, its contribution to the mean square and its own mean
+        square over each set of poses (set, 2), m^2.
+        """
         out: dict[Grouping, dict[str, Floats]] = {}
         for k, grouping in enumerate(GROUPINGS):
-            of_sets = [{cost.part: (cost.share * each[k].total / each[k].poses, cost.alone**2) for cost in costs(each[k])} for each in self.tallies]
-            out[grouping] = {name: np.array([found[name] for found in of_sets]) for name in of_sets[0]}
+            of_sets = [
+                {
+                    cost.part: (cost.share * each[k].total / each[k].poses, cost.alone**2)
+                    for cost in costs(each[k])
+                }
+                for each in self.tallies
+            ]
+            out[grouping] = {
+                name: np.array([found[name] for found in of_sets]) for name in of_sets[0]
+            }
         return out
 
     @functools.cached_property
     def largest_contributor(self) -> tuple[str, float] | None:
-        """Return the part with the largest share of the mean square, and that share; None where nothing errs."""
+        """Return the part with the largest share of the mean square, and that share; None where
+        nothing errs.
+        """
         total, of_parts = float(self.squares.sum()), self.contributions["parts"]
         if not total > 0:
             return None
@@ -121,11 +148,32 @@ def compared_arm(  # noqa: PLR0913 - a study is these numbers
     progress: Callable[[str, int, int], None] | None = None,
 ) -> ComparedArm:
     """Return what is compared of one arm; arguments and errors as for `montecarlo.run`."""
-    named = None if progress is None else lambda what, done, of: progress(f"{label}: {what}", done, of)
-    sampled = run(arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=named)
-    found = tuple(tallies(arm, q, tuple(GROUPINGS.values()), approach) for q in np.split(poses.q, poses.replicates))
+    named = (
+        None if progress is None else lambda what, done, of: progress(f"{label}: {what}", done, of)
+    )
+    sampled = run(
+        arm, poses, robots, visits, seed, approach=approach, threads=threads, progress=named
+    )
+    found = tuple(
+        tallies(arm, q, tuple(GROUPINGS.values()), approach)
+        for q in np.split(poses.q, poses.replicates)
+    )
     several = many_poses(arm, poses)
-    many = () if several is None else tuple(tally(arm, q, approach=approach) for q in np.split(several.q, several.replicates))
-    held = np.max([np.abs(joint_torques(arm, poses.q[k : k + _CHUNK])).max(axis=0) for k in range(0, len(poses), _CHUNK)], axis=0)
+    many = (
+        ()
+        if several is None
+        else tuple(
+            tally(arm, q, approach=approach) for q in np.split(several.q, several.replicates)
+        )
+    )
+    held = np.max(
+        [
+            np.abs(joint_torques(arm, poses.q[k : k + _CHUNK])).max(axis=0)
+            for k in range(0, len(poses), _CHUNK)
+        ],
+        axis=0,
+    )
     known = with_limits(states(arm), arm, poses.q, approach)
-    return ComparedArm(label, arm, poses, sampled, found, many, held, known, overloads(arm, poses), approach)
+    return ComparedArm(
+        label, arm, poses, sampled, found, many, held, known, overloads(arm, poses), approach
+    )

@@ -9,11 +9,20 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.compare.compared_arm import GROUPINGS
-from lostmotion.analyses.compare.description import Difference, StateChange, state_changes, value_differences
+from lostmotion.analyses.compare.description import (
+    Difference,
+    StateChange,
+    state_changes,
+    value_differences,
+)
 from lostmotion.analyses.compare.measures import Measure, measures
 from lostmotion.analyses.compare.tool_points import tool_distance
 from lostmotion.error_model.budget import NOTHING, budget_changes
-from lostmotion.error_model.differences import ZERO, root_mean_square_difference, share_of_difference
+from lostmotion.error_model.differences import (
+    ZERO,
+    root_mean_square_difference,
+    share_of_difference,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +32,8 @@ if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate
 
 
-# Share of the largest one below which a change by part is none of its own: a part that is the same is turned by the other parts' errors.
+# Share of the largest one below which a change by part is none of its own: a part that is the same
+# is turned by the other parts' errors.
 _LEAST: Final = 1e-4
 
 
@@ -48,9 +58,11 @@ class Change:
     """What is different in one arm from the first one.
 
     figures  difference of every figure by the key of its `Measure`, after minus before
-    by       differences by grouping, the largest share of the difference first: "parts", "members" (of parts that consist of several), "causes"
-    same     whether every robot of both has the same errors, to the last bit
-    apart    distance between the tool points that both command at the same joint values; None where they stand at different ones
+    by       differences by grouping, the largest share of the difference first: "parts", "members"
+             (of parts that consist of several), "causes" same     whether every robot of both has
+             the same errors, to the last bit
+    apart    distance between the tool points that both command at the same joint values; None where
+             they stand at different ones
     """
 
     arm: ComparedArm
@@ -60,7 +72,9 @@ class Change:
     apart: ToolDistance | None = None
 
     def moving(self, grouping: Grouping) -> list[PartChange]:
-        """Return the entries with a share that a table shows, the largest first: one far below the others is what couples it to them."""
+        """Return the entries with a share that a table shows, the largest first: one far below the
+        others is what couples it to them.
+        """
         largest = max((abs(each.share.value) for each in self.by[grouping]), default=0.0)
         return [each for each in self.by[grouping] if abs(each.share.value) > _LEAST * largest]
 
@@ -74,7 +88,8 @@ class Change:
 class Comparison:
     """Arms compared with the first of them.
 
-    values   values that are not the same in all arms; states: kinds of error that are not equally well known
+    values   values that are not the same in all arms; states: kinds of error that are not equally
+             well known
     paired   whether all arms stand at the same joint values
     """
 
@@ -106,25 +121,48 @@ def comparison(arms: Sequence[ComparedArm], seed: int, approach: float) -> Compa
 
 def _change(before: ComparedArm, after: ComparedArm, figures: Sequence[Measure]) -> Change:
     same = same_errors(before, after)
-    found = {each.key: ZERO if same and not each.exact else each.change(before, after) for each in figures}
+    found = {
+        each.key: ZERO if same and not each.exact else each.change(before, after)
+        for each in figures
+    }
     contributions = _contributions(before, after)
-    by = {grouping: _part_changes(before, after, grouping, contributions[grouping], same=same) for grouping in GROUPINGS}
-    apart = tool_distance(before.arm, after.arm, before.poses) if _stand_at_the_same(before, after) else None
+    by = {
+        grouping: _part_changes(before, after, grouping, contributions[grouping], same=same)
+        for grouping in GROUPINGS
+    }
+    apart = (
+        tool_distance(before.arm, after.arm, before.poses)
+        if _stand_at_the_same(before, after)
+        else None
+    )
     return Change(after, found, by, same, apart)
 
 
 def same_errors(before: ComparedArm, after: ComparedArm) -> bool:
-    """Return whether every robot of both arms has the same errors, to the last bit, by their mean squares also at the poses of the check."""
+    """Return whether every robot of both arms has the same errors, to the last bit, by their mean
+    squares also at the poses of the check.
+    """
     one, other = before.sampled, after.sampled
     return all(
-        np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True) for name in ("robot_means", "group_hist", "per_pose", "bias")
-    ) and all(np.array_equal(getattr(before, name), getattr(after, name)) for name in ("squares", "squares_of_many"))
+        np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
+        for name in ("robot_means", "group_hist", "per_pose", "bias")
+    ) and all(
+        np.array_equal(getattr(before, name), getattr(after, name))
+        for name in ("squares", "squares_of_many")
+    )
 
 
 def _part_changes(
-    before: ComparedArm, after: ComparedArm, grouping: Grouping, changes: list[dict[str, float]], *, same: bool
+    before: ComparedArm,
+    after: ComparedArm,
+    grouping: Grouping,
+    changes: list[dict[str, float]],
+    *,
+    same: bool,
 ) -> tuple[PartChange, ...]:
-    """Return the changes of one grouping, the largest share of the difference first; `changes` of the mean square over each set of poses, m^2."""
+    """Return the changes of one grouping, the largest share of the difference first; `changes` of
+    the mean square over each set of poses, m^2.
+    """
     found = [each.contributions[grouping] for each in (before, after)]
     totals = [each.squares.sum(axis=1) for each in (before, after)]
     nothing = NOTHING * float(sum(total.mean() for total in totals))
@@ -132,29 +170,51 @@ def _part_changes(
     out = []
     for part in dict.fromkeys((*found[0], *found[1])):
         own = [each[part][:, 1] if part in each else without for each in found]
-        one, other = (math.sqrt(float(alone.mean())) if part in each else None for alone, each in zip(own, found, strict=True))
+        one, other = (
+            math.sqrt(float(alone.mean())) if part in each else None
+            for alone, each in zip(own, found, strict=True)
+        )
         of_sets = np.array([each.get(part, 0.0) for each in changes])
         moved = np.abs(of_sets).max() > nothing and not same
         alone = ZERO if same else root_mean_square_difference(own[0], own[1])
-        out.append(PartChange(part, one, other, alone, share_of_difference(of_sets, *totals) if moved else ZERO))
+        out.append(
+            PartChange(
+                part, one, other, alone, share_of_difference(of_sets, *totals) if moved else ZERO
+            )
+        )
     return tuple(sorted(out, key=lambda each: -abs(each.share.value)))
 
 
-def _contributions(before: ComparedArm, after: ComparedArm) -> dict[Grouping, list[dict[str, float]]]:
-    """Return the contributions to the change of the mean square over each set of poses, by grouping.
+def _contributions(
+    before: ComparedArm, after: ComparedArm
+) -> dict[Grouping, list[dict[str, float]]]:
+    """Return the contributions to the change of the mean square over each set of poses, by
+    grouping.
 
-    At the same joint values errors are compared pose by pose; else the contribution that a part has in one arm is taken from that in the other.
+    At the same joint values errors are compared pose by pose; else the contribution that a part has
+    in one arm is taken from that in the other.
     """
     if _stand_at_the_same(before, after):
         of_sets = np.split(before.poses.q, before.poses.replicates)
-        found = [budget_changes(before.arm, after.arm, q, tuple(GROUPINGS.values()), approach=before.approach) for q in of_sets]
+        found = [
+            budget_changes(
+                before.arm, after.arm, q, tuple(GROUPINGS.values()), approach=before.approach
+            )
+            for q in of_sets
+        ]
         return {grouping: [each[k] for each in found] for k, grouping in enumerate(GROUPINGS)}
     out: dict[Grouping, list[dict[str, float]]] = {}
     for grouping in GROUPINGS:
         one, other = before.contributions[grouping], after.contributions[grouping]
         nothing = np.zeros((len(before.tallies), 2))
-        changes = {name: other.get(name, nothing)[:, 0] - one.get(name, nothing)[:, 0] for name in dict.fromkeys((*one, *other))}
-        out[grouping] = [{name: float(change[k]) for name, change in changes.items()} for k in range(len(before.tallies))]
+        changes = {
+            name: other.get(name, nothing)[:, 0] - one.get(name, nothing)[:, 0]
+            for name in dict.fromkeys((*one, *other))
+        }
+        out[grouping] = [
+            {name: float(change[k]) for name, change in changes.items()}
+            for k in range(len(before.tallies))
+        ]
     return out
 
 

@@ -1,4 +1,6 @@
-"""Figures by which arms are compared: the value of each for one arm, and its paired difference between two."""
+"""Figures by which arms are compared: the value of each for one arm, and its paired difference
+between two.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,13 @@ from lostmotion.error_model.differences import (
     sets_difference,
 )
 from lostmotion.error_model.few_poses import ERROR, RP, ap_weights, known_ends
-from lostmotion.error_model.intervals import Estimate, pooled_mean, pooled_quantile, pooled_robots_quantile, root_mean_square
+from lostmotion.error_model.intervals import (
+    Estimate,
+    pooled_mean,
+    pooled_quantile,
+    pooled_robots_quantile,
+    root_mean_square,
+)
 from lostmotion.propagation.montecarlo import kernel
 
 if TYPE_CHECKING:
@@ -42,7 +50,8 @@ class Measure:
     change  its difference, after minus before, with its paired interval
     group   of the table that it stands in
     exact   whether it follows from the description alone, without an interval
-    weights of the mean squares by design, by robot and by visit in it; None for a figure of another kind
+    weights of the mean squares by design, by robot and by visit in it; None for a figure of another
+    kind
     """
 
     key: str
@@ -64,7 +73,9 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
             "mean position error",
             "m",
             lambda each: pooled_mean(each.sampled.robot_means[:, :, 0], each.sampled.of_poses(0)),
-            lambda one, other: mean_difference(one.sampled.robot_means[:, :, 0], other.sampled.robot_means[:, :, 0]),
+            lambda one, other: mean_difference(
+                one.sampled.robot_means[:, :, 0], other.sampled.robot_means[:, :, 0]
+            ),
             weights=ERROR,
         )
     )
@@ -101,14 +112,25 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
         _exact("mass", "mass of the arm", "kg", lambda each: each.arm.mass),
     ]
     if any(each.arm.price is not None for each in arms):
-        out.append(_exact("price", "price of the arm", "price", lambda each: math.nan if each.arm.price is None else each.arm.price))
+        out.append(
+            _exact(
+                "price",
+                "price of the arm",
+                "price",
+                lambda each: math.nan if each.arm.price is None else each.arm.price,
+            )
+        )
     if any(math.isfinite(each.load) for each in arms):
-        out.append(_exact("load", "most loaded drive, of its rated load", "1", lambda each: each.load))
+        out.append(
+            _exact("load", "most loaded drive, of its rated load", "1", lambda each: each.load)
+        )
     return tuple(_checked(each) for each in out) if all(each.many for each in arms) else tuple(out)
 
 
 def _checked(measure: Measure) -> Measure:
-    """Return a figure whose ends are unknown where the poses are too few for it, or for its difference (`known_ends`)."""
+    """Return a figure whose ends are unknown where the poses are too few for it, or for its
+    difference (`known_ends`).
+    """
     if measure.weights is None:
         return measure
     of_levels, weights = measure.weights, np.array(measure.weights)
@@ -118,7 +140,9 @@ def _checked(measure: Measure) -> Measure:
 
     def changed(one: ComparedArm, other: ComparedArm) -> Estimate:
         visited = root_mean_square_difference(one.squares @ weights, other.squares @ weights)
-        many = root_mean_square_difference(one.squares_of_many @ weights, other.squares_of_many @ weights)
+        many = root_mean_square_difference(
+            one.squares_of_many @ weights, other.squares_of_many @ weights
+        )
         size = max(each.beside_many(of_levels)[1].value for each in (one, other))
         return known_ends(measure.change(one, other), visited, many, size)
 
@@ -132,19 +156,34 @@ def _quantile(level: float) -> Measure:
 
     def changed(before: ComparedArm, after: ComparedArm) -> Estimate:
         hists = [(each.sampled.group_hist, each.sampled.replicate_hist) for each in (before, after)]
-        return quantile_difference(hists[0], hists[1], level, (value(before).value, value(after).value))
+        return quantile_difference(
+            hists[0], hists[1], level, (value(before).value, value(after).value)
+        )
 
-    return Measure(f"p{100 * level:.0f}", f"{100 * level:.0f} % of positions within", "m", value, changed, weights=ERROR)
+    return Measure(
+        f"p{100 * level:.0f}",
+        f"{100 * level:.0f} % of positions within",
+        "m",
+        value,
+        changed,
+        weights=ERROR,
+    )
 
 
 def _of_robots(key: str, column: int, weights: tuple[float, float, float], name: str) -> Measure:
-    """Return the 95th percentile over robots of AP or RP, which is in this column of the robots' means."""
+    """Return the 95th percentile over robots of AP or RP, which is in this column of the robots'
+    means.
+    """
     return Measure(
         f"{key}_p95",
         f"{name}, 95 % of robots within",
         "m",
-        lambda each: pooled_robots_quantile(each.sampled.robot_means[:, :, column], of_poses=each.sampled.of_poses(column)),
-        lambda one, other: robots_quantile_difference(one.sampled.robot_means[:, :, column], other.sampled.robot_means[:, :, column]),
+        lambda each: pooled_robots_quantile(
+            each.sampled.robot_means[:, :, column], of_poses=each.sampled.of_poses(column)
+        ),
+        lambda one, other: robots_quantile_difference(
+            one.sampled.robot_means[:, :, column], other.sampled.robot_means[:, :, column]
+        ),
         weights=weights,
     )
 

@@ -13,7 +13,18 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.poses import reachable_points
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.serial import vertical_axis
-from lostmotion.reporting.chart import PER_UNIT, grid, grouped, label, label_axes, legend, named_rows, one, stacked, zero_line
+from lostmotion.reporting.chart import (
+    PER_UNIT,
+    grid,
+    grouped,
+    label,
+    label_axes,
+    legend,
+    named_rows,
+    one,
+    stacked,
+    zero_line,
+)
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.section import SECTION_TEXT, PoseValues, sections
@@ -24,7 +35,9 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.compare.comparison import Change, Comparison
 
-_COLOURS: Final = tuple(LIGHT[name] for name in ("robot", "design", "visit", "warn", "other", "quiet"))
+_COLOURS: Final = tuple(
+    LIGHT[name] for name in ("robot", "design", "visit", "warn", "other", "quiet")
+)
 _PARTS: Final = 12
 _CURVE: Final = 200
 _APART: Final = 0.22
@@ -35,15 +48,34 @@ def compare_plots(found: Comparison) -> list[Plot]:
     several = len(found.changes) > 1
     out = []
     if any(_relative(found, change) for change in found.changes):
-        words = "Points with intervals: relative change of each figure against the first arm; a line at zero."
+        words = (
+            "Points with intervals: relative change of each figure against the first arm; a line "
+            "at zero."
+        )
         out.append(Plot("changes", "changes", relative_changes(found), words))
     for k, change in enumerate(found.changes, 2):
         end = f"-{k}" if several else ""
-        of_parts, of_shares = (f"{section}{f'_{k}' if several else ''}" for section in ("parts", "parts_shares"))
+        of_parts, of_shares = (
+            f"{section}{f'_{k}' if several else ''}" for section in ("parts", "parts_shares")
+        )
         if any(each.alone.value or each.before for each in change.parts):
-            out.append(Plot(f"parts{end}", of_parts, budgets(found, change), "Bars of the r.m.s. error of each part by itself in both arms."))
+            out.append(
+                Plot(
+                    f"parts{end}",
+                    of_parts,
+                    budgets(found, change),
+                    "Bars of the r.m.s. error of each part by itself in both arms.",
+                )
+            )
         if change.moving("parts"):
-            out.append(Plot(f"shares{end}", of_shares, shares(change), "Bars of the share of each part in the change of the r.m.s. error."))
+            out.append(
+                Plot(
+                    f"shares{end}",
+                    of_shares,
+                    shares(change),
+                    "Bars of the share of each part in the change of the r.m.s. error.",
+                )
+            )
     for k, change in enumerate(found.changes, 2):
         out += _apart(found, change, f"-{k}" if several else "")
     words = "Share of all positions whose error is below each value, a curve for each arm."
@@ -51,7 +83,9 @@ def compare_plots(found: Comparison) -> list[Plot]:
 
 
 def _apart(found: Comparison, change: Change, end: str) -> list[Plot]:
-    """Return the sections through the workspace of the first arm with the distance of the commanded tool points; none where it is zero."""
+    """Return the sections through the workspace of the first arm with the distance of the commanded
+    tool points; none where it is zero.
+    """
     apart, first = change.apart, found.arms[0].arm
     if apart is None or apart.is_zero:
         return []
@@ -59,8 +93,21 @@ def _apart(found: Comparison, change: Change, end: str) -> list[Plot]:
     turns = axes[0] is not None and axes[0] == axes[1]
     what = f"distance of the commanded tool points, {label(change.arm.label)}"
     values = apart.distances * PER_UNIT[unit]
-    shown = PoseValues(first, apart.tool, values, what, unit, apart.largest_at, "largest distance", reachable_points(first), turns=turns)
-    return [Plot(f"tool-points-{name}{end}", "tool_points", drawn, SECTION_TEXT[name]) for name, drawn in sections(shown)]
+    shown = PoseValues(
+        first,
+        apart.tool,
+        values,
+        what,
+        unit,
+        apart.largest_at,
+        "largest distance",
+        reachable_points(first),
+        turns=turns,
+    )
+    return [
+        Plot(f"tool-points-{name}{end}", "tool_points", drawn, SECTION_TEXT[name])
+        for name, drawn in sections(shown)
+    ]
 
 
 def _relative(found: Comparison, change: Change) -> list[tuple[str, Estimate]]:
@@ -69,21 +116,40 @@ def _relative(found: Comparison, change: Change) -> list[tuple[str, Estimate]]:
     for measure in found.measures:
         before, size = measure.value(found.arms[0]).value, change.figures[measure.key]
         if measure.group == "accuracy" and before and math.isfinite(size.value):
-            out.append((measure.name, Estimate(*(100 * end / before for end in (size.value, size.low, size.high)))))
+            out.append(
+                (
+                    measure.name,
+                    Estimate(*(100 * end / before for end in (size.value, size.low, size.high))),
+                )
+            )
     return out
 
 
 def relative_changes(found: Comparison) -> Figure:
-    """Draw the relative change of each figure of accuracy against the first arm, with its interval, and a line at zero."""
+    """Draw the relative change of each figure of accuracy against the first arm, with its interval,
+    and a line at zero.
+    """
     drawn = [(change.arm.label, _relative(found, change)) for change in found.changes]
     names = [name for name, _ in drawn[0][1]]
-    figure, on = one(f"Change against {label(found.arms[0].label)}", 30 + (5 + 3 * len(drawn)) * len(names))
+    figure, on = one(
+        f"Change against {label(found.arms[0].label)}", 30 + (5 + 3 * len(drawn)) * len(names)
+    )
     for k, (name, changes) in enumerate(drawn):
         colour, lift = _COLOURS[k + 1], (k - (len(drawn) - 1) / 2) * _APART
         values = np.array([size.value for _, size in changes])
-        ends = np.nan_to_num(np.array([[size.value - size.low, size.high - size.value] for _, size in changes]).T)
+        ends = np.nan_to_num(
+            np.array([[size.value - size.low, size.high - size.value] for _, size in changes]).T
+        )
         on.errorbar(
-            values, np.arange(len(values)) + lift, xerr=ends, color=colour, label=label(name), fmt="o", markersize=4, linewidth=1.3, capsize=3
+            values,
+            np.arange(len(values)) + lift,
+            xerr=ends,
+            color=colour,
+            label=label(name),
+            fmt="o",
+            markersize=4,
+            linewidth=1.3,
+            capsize=3,
         )
     zero_line(on)
     grid(on, "x")
@@ -94,7 +160,9 @@ def relative_changes(found: Comparison) -> Figure:
 
 
 def distribution(found: Comparison) -> Figure:
-    """Draw the share of all positions whose error is below each value, a curve for each arm, with its 95th percentile."""
+    """Draw the share of all positions whose error is below each value, a curve for each arm, with
+    its 95th percentile.
+    """
     figure, on = one("Distribution of the position error", 80)
     grid(on, "both")
     within = measure_of(found, "p95")
@@ -106,24 +174,46 @@ def distribution(found: Comparison) -> Figure:
         occupied = np.flatnonzero(counts)
         edges = bin_edges()
         first, last = int(occupied[0]), int(occupied[-1]) + 1
-        at = np.unique(np.searchsorted(edges, np.linspace(edges[first], edges[min(last, len(edges) - 1)], _CURVE)).clip(first, last))
-        on.plot(edges[at] * PER_UNIT[unit], 100 * below[at] / below[-1], color=colour, label=label(each.label))
+        at = np.unique(
+            np.searchsorted(
+                edges, np.linspace(edges[first], edges[min(last, len(edges) - 1)], _CURVE)
+            ).clip(first, last)
+        )
+        on.plot(
+            edges[at] * PER_UNIT[unit],
+            100 * below[at] / below[-1],
+            color=colour,
+            label=label(each.label),
+        )
         on.axvline(level * PER_UNIT[unit], color=colour, linewidth=0.8, linestyle=(0, (2, 2)))
     on.set_ylim(0, 102)
     on.set_xlim(left=0)
-    label_axes(on, f"position error [{unit}]; dotted: 95 % of positions", "share of positions below [%]")
+    label_axes(
+        on, f"position error [{unit}]; dotted: 95 % of positions", "share of positions below [%]"
+    )
     legend(figure)
     return figure
 
 
 def budgets(found: Comparison, change: Change) -> Figure:
     """Draw the r.m.s. error of each part by itself in both arms, side by side."""
-    shown = sorted(change.parts, key=lambda each: -max(each.before or 0.0, each.after or 0.0))[:_PARTS]
-    values = [np.array([each.before or 0.0 for each in shown]), np.array([each.after or 0.0 for each in shown])]
+    shown = sorted(change.parts, key=lambda each: -max(each.before or 0.0, each.after or 0.0))[
+        :_PARTS
+    ]
+    values = [
+        np.array([each.before or 0.0 for each in shown]),
+        np.array([each.after or 0.0 for each in shown]),
+    ]
     unit = length(float(max(values[0].max(), values[1].max()))).unit
     figure, on = one("R.m.s. error of each part by itself", 30 + 8 * len(shown))
     labels = (found.arms[0].label, change.arm.label)
-    grouped(on, [(label(name), colour, own * PER_UNIT[unit]) for name, colour, own in zip(labels, _COLOURS, values, strict=False)])
+    grouped(
+        on,
+        [
+            (label(name), colour, own * PER_UNIT[unit])
+            for name, colour, own in zip(labels, _COLOURS, values, strict=False)
+        ],
+    )
     named_rows(on, [short_name(each.part) for each in shown])
     label_axes(on, f"r.m.s. error [{unit}]")
     legend(figure)
@@ -137,7 +227,14 @@ def shares(change: Change) -> Figure:
     unit = length(float(np.abs(values).max())).unit
     figure, on = one("Change of the r.m.s. error by part", 24 + 5.2 * len(shown))
     sizes = values * PER_UNIT[unit]
-    stacked(on, [("less error", LIGHT["visit"], np.minimum(sizes, 0.0)), ("more error", LIGHT["warn"], np.maximum(sizes, 0.0))], height=0.7)
+    stacked(
+        on,
+        [
+            ("less error", LIGHT["visit"], np.minimum(sizes, 0.0)),
+            ("more error", LIGHT["warn"], np.maximum(sizes, 0.0)),
+        ],
+        height=0.7,
+    )
     zero_line(on)
     named_rows(on, [short_name(each.part) for each in shown])
     label_axes(on, f"change of the r.m.s. error [{unit}]")

@@ -1,4 +1,6 @@
-"""Distance between the commanded tool points of two arms at the same joint values: nominal geometry, without any error."""
+"""Distance between the commanded tool points of two arms at the same joint values: nominal
+geometry, without any error.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ class ToolDistance:
     tool       (pose, 3) tool points of the first arm in the base's frame, m
     vectors    (pose, 3) from these to the tool points of the other arm, m
     distances  (pose,) their lengths, m
-    mean, p95  mean and 95th percentile over the poses, m; the intervals are due to the choice of poses
+    mean, p95  mean and 95th percentile over the poses, m; the intervals are due to the choice of
+               poses
     """
 
     tool: Floats
@@ -53,11 +56,16 @@ class ToolDistance:
 
 
 def tool_distance(before: Arm, after: Arm, poses: Poses) -> ToolDistance:
-    """Return the distance between the commanded tool points of two arms at the same poses. Valid for arms with as many driven joints."""
+    """Return the distance between the commanded tool points of two arms at the same poses. Valid
+    for arms with as many driven joints.
+    """
     tool = tool_points(before, poses.q)
     vectors = tool_points(after, poses.q) - tool
     distances = np.linalg.norm(vectors, axis=1)
     of_sets = distances.reshape(poses.replicates, -1)
     nothing = np.zeros(poses.replicates)
-    mean, p95 = (sets_difference(nothing, each) for each in (of_sets.mean(axis=1), np.quantile(of_sets, 0.95, axis=1)))
+    mean, p95 = (
+        sets_difference(nothing, each)
+        for each in (of_sets.mean(axis=1), np.quantile(of_sets, 0.95, axis=1))
+    )
     return ToolDistance(tool, vectors, distances, mean, p95)

@@ -5,7 +5,13 @@ from __future__ import annotations
 import pkgutil
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.controller_model.c_source import bytes_of, sizes_of, table_source, tested_poses, vector_source
+from lostmotion.controller_model.c_source import (
+    bytes_of,
+    sizes_of,
+    table_source,
+    tested_poses,
+    vector_source,
+)
 from lostmotion.controller_model.remainder import remainder
 from lostmotion.controller_model.unrolled import evaluated, unrolled_source
 from lostmotion.error_model.provenance import states
@@ -36,11 +42,13 @@ _FIXED: Final = {
 }
 # How the README describes the two forms of the prediction.
 _LOOPED: Final = (
-    "The prediction runs over tables, in the same code for every arm. `lostmotion export c --unroll` writes it out for this arm instead: two to "
+    "The prediction runs over tables, in the same code for every arm. `lostmotion export c "
+    "--unroll` writes it out for this arm instead: two to "
     "three times as fast, with three times as much code."
 )
 _UNROLLED: Final = (
-    "The prediction is written out for this arm in `src/lm_unrolled.h`. `-DLM_LOOPED` evaluates the tables in loops instead: slower, with less code."
+    "The prediction is written out for this arm in `src/lm_unrolled.h`. `-DLM_LOOPED` evaluates "
+    "the tables in loops instead: slower, with less code."
 )
 _MARKS: Final = frozenset("\\`*[]<>|~!&#$")
 # Poses of the self test, and those at which the effect of compensation is measured.
@@ -51,17 +59,42 @@ _LEAST_SHARE: Final = 1e-5
 
 
 def remarks_on(arm: Arm, calibration: Calibration | None) -> list[str]:
-    """Return what a user must know: for which robot it is, overloaded drives, doubtful data, joints taken as perfect, assumed values."""
+    """Return what a user must know: for which robot it is, overloaded drives, doubtful data, joints
+    taken as perfect, assumed values.
+    """
     known = states(arm)
     missing, count = missing_clause(known), known.assumed_count
-    assumed = f"this rests on {several(count, 'assumed value')}; `lostmotion study` lists them" if count else ""
+    assumed = (
+        f"this rests on {several(count, 'assumed value')}; `lostmotion study` lists them"
+        if count
+        else ""
+    )
     estimates = 0 if calibration is None else len(calibration.streams)
-    own = f"this is the model of one calibrated robot, with {several(estimates, 'estimate')} of its errors: not for another one" if estimates else ""
-    return [each for each in (own, *arm_warnings(arm), f"{missing}: errors are at least these" if missing else "", assumed) if each]
+    own = (
+        (
+            f"this is the model of one calibrated robot, with {several(estimates, 'estimate')} of "
+            "its errors: not for another one"
+        )
+        if estimates
+        else ""
+    )
+    return [
+        each
+        for each in (
+            own,
+            *arm_warnings(arm),
+            f"{missing}: errors are at least these" if missing else "",
+            assumed,
+        )
+        if each
+    ]
 
 
-def c_files(model: Controller, remarks: Sequence[str], sha256: str, *, single: bool, unroll: bool = False) -> dict[str, str]:
-    """Return the texts of all files by their path within the folder; with `single` for numbers of single precision.
+def c_files(
+    model: Controller, remarks: Sequence[str], sha256: str, *, single: bool, unroll: bool = False
+) -> dict[str, str]:
+    """Return the texts of all files by their path within the folder; with `single` for numbers of
+    single precision.
 
     README.md lists the remarks; sha256 is the hash of the input.
     """
@@ -72,9 +105,12 @@ def c_files(model: Controller, remarks: Sequence[str], sha256: str, *, single: b
     if unroll:
         out["src/lm_unrolled.h"] = unrolled_source(model.tables, __version__)
     out["src/lm_model.c"] = (
-        f'{head}\n#include "lm_tables.h"\n\n#define R(x) ((lm_real)(x))\n\n{_joint_names(model)}\n\n{tables}\n\n{vector_source(model, _VECTORS)}\n'
+        f'{head}\n#include "lm_tables.h"\n\n#define R(x) ((lm_real)(x))\n\n'
+        f"{_joint_names(model)}\n\n{tables}\n\n{vector_source(model, _VECTORS)}\n"
     )
-    out["library.properties"] = packaged("library.properties").format(version=__version__, name=_plain(model.tables.name))
+    out["library.properties"] = packaged("library.properties").format(
+        version=__version__, name=_plain(model.tables.name)
+    )
     out["README.md"] = _readme(model, tables, remarks, sha256, single=single, unroll=unroll)
     return out
 
@@ -86,15 +122,24 @@ def packaged(name: str) -> str:
 
 def _plain(text: str) -> str:
     """Return a text in ASCII that neither begins nor ends a comment."""
-    return "".join(each if each.isascii() and each.isprintable() else "_" for each in text).replace("*/", "* /").replace("/*", "/ *")
+    return (
+        "".join(each if each.isascii() and each.isprintable() else "_" for each in text)
+        .replace("*/", "* /")
+        .replace("/*", "/ *")
+    )
 
 
 def _markdown(text: str, but: str = "") -> str:
-    """Return a text that Markdown shows as it stands on one line: no link, picture, HTML or cell of a table begins in it; `but` keeps its meaning."""
+    """Return a text that Markdown shows as it stands on one line: no link, picture, HTML or cell of
+    a table begins in it; `but` keeps its meaning.
+    """
     line = " ".join(legible(text).split())
     shown = "".join(f"\\{each}" if each in _MARKS and each not in but else each for each in line)
     # A colon before slashes makes an address; an underscore has no meaning within a word.
-    return "".join(f"\\{each}" if each == "_" and not _within_word(shown, k) else each for k, each in enumerate(shown)).replace("://", "\\://")
+    return "".join(
+        f"\\{each}" if each == "_" and not _within_word(shown, k) else each
+        for k, each in enumerate(shown)
+    ).replace("://", "\\://")
 
 
 def _within_word(text: str, at: int) -> bool:
@@ -104,23 +149,45 @@ def _within_word(text: str, at: int) -> bool:
 def _head(model: Controller, sha256: str) -> str:
     valid = model.tables.valid
     lines = [
-        f"Error model of the arm '{_plain(model.tables.name)}', generated by lostmotion {__version__}; do not edit.",
+        (
+            f"Error model of the arm '{_plain(model.tables.name)}', generated by lostmotion "
+            f"{__version__}; do not edit."
+        ),
         f"SHA-256 of the input: {sha256}",
         "",
-        "Units: rad, m, N, N m, kg, m/s^2. Pose, screws, covariance and gravity are in the axes of the base; the load is in those of the tool.",
+        (
+            "Units: rad, m, N, N m, kg, m/s^2. Pose, screws, covariance and gravity are in the "
+            "axes of the base; the load is in those of the tool."
+        ),
         f"Joints: {', '.join(_plain(name) for name in model.tables.joints)}",
-        f"Valid for a payload up to {valid.payload:.4g} kg with its centre within {valid.reach:.4g} m of the tool point along each axis, a process",
-        f"force up to {valid.force:.4g} N and moment up to {valid.moment:.4g} N m, and an acceleration up to {valid.gravity:.4g} m/s^2, each along",
+        (
+            f"Valid for a payload up to {valid.payload:.4g} kg with its centre within "
+            f"{valid.reach:.4g} m of the tool point along each axis, a process"
+        ),
+        (
+            f"force up to {valid.force:.4g} N and moment up to {valid.moment:.4g} N m, and an "
+            f"acceleration up to {valid.gravity:.4g} m/s^2, each along"
+        ),
         "every axis.",
-        "Error of the tables against the study: rounding. Error of the 95th percentile: 1.5 % of it, for normal errors.",
+        (
+            "Error of the tables against the study: rounding. Error of the 95th percentile: 1.5 % "
+            "of it, for normal errors."
+        ),
     ]
     return "/* " + "\n * ".join(lines) + "\n */"
 
 
 def _joint_names(model: Controller) -> str:
-    """Return the names of the joints as C text: other characters than letters, digits and blanks as octal numbers of their UTF-8 bytes."""
+    """Return the names of the joints as C text: other characters than letters, digits and blanks as
+    octal numbers of their UTF-8 bytes.
+    """
     texts = [
-        '"' + "".join(each if each.isascii() and (each.isalnum() or each in " _.-") else _octal(each) for each in name) + '"'
+        '"'
+        + "".join(
+            each if each.isascii() and (each.isalnum() or each in " _.-") else _octal(each)
+            for each in name
+        )
+        + '"'
         for name in model.tables.joints
     ]
     return f"const char *const lm_joint_names[LM_JOINTS] = {{{', '.join(texts)}}};"
@@ -142,19 +209,59 @@ def _header(model: Controller, head: str, *, single: bool, unroll: bool) -> str:
         "DRAWS": sizes.draws,
         "VECTORS": _VECTORS,
     }
-    choice = ["", "#ifndef LM_LOOPED", "#define LM_UNROLLED /* the prediction of lm_unrolled.h; -DLM_LOOPED for that of lm_core.c */", "#endif"]
-    choice += ["#ifdef LM_UNROLLED", f"#define LM_EVALUATED {len(evaluated(model.tables))}", "#else", "#define LM_EVALUATED LM_PLACES", "#endif"]
+    choice = [
+        "",
+        "#ifndef LM_LOOPED",
+        (
+            "#define LM_UNROLLED /* the prediction of lm_unrolled.h; -DLM_LOOPED for that of "
+            "lm_core.c */"
+        ),
+        "#endif",
+    ]
+    choice += [
+        "#ifdef LM_UNROLLED",
+        f"#define LM_EVALUATED {len(evaluated(model.tables))}",
+        "#else",
+        "#define LM_EVALUATED LM_PLACES",
+        "#endif",
+    ]
     choice = choice if unroll else ["#define LM_EVALUATED LM_PLACES"]
     lines = [f"#define LM_{name} {value}" for name, value in defines.items()]
     precision = (
-        ["", "#if !defined(LM_DOUBLE) && !defined(LM_FLOAT)", "#define LM_FLOAT /* single precision; -DLM_DOUBLE for double */", "#endif"]
+        [
+            "",
+            "#if !defined(LM_DOUBLE) && !defined(LM_FLOAT)",
+            "#define LM_FLOAT /* single precision; -DLM_DOUBLE for double */",
+            "#endif",
+        ]
         if single
         else []
     )
-    return "\n".join([head, "#ifndef LM_MODEL_H", "#define LM_MODEL_H", "", *lines, *choice, *precision, "", "#endif", ""])
+    return "\n".join(
+        [
+            head,
+            "#ifndef LM_MODEL_H",
+            "#define LM_MODEL_H",
+            "",
+            *lines,
+            *choice,
+            *precision,
+            "",
+            "#endif",
+            "",
+        ]
+    )
 
 
-def _readme(model: Controller, tables: str, remarks: Sequence[str], sha256: str, *, single: bool, unroll: bool) -> str:
+def _readme(
+    model: Controller,
+    tables: str,
+    remarks: Sequence[str],
+    sha256: str,
+    *,
+    single: bool,
+    unroll: bool,
+) -> str:
     """Return the README of this model."""
     valid, limits = model.tables.valid, model.tables.limits
     rows = [
@@ -179,7 +286,9 @@ def _readme(model: Controller, tables: str, remarks: Sequence[str], sha256: str,
         gravity=f"{valid.gravity:.4g}",
         poses=_POSES,
         regular=found[0].poses,
-        left="\n".join(f"| {passes} | {_left(each)} |" for passes, each in enumerate(found, start=1)),
+        left="\n".join(
+            f"| {passes} | {_left(each)} |" for passes, each in enumerate(found, start=1)
+        ),
         vectors=_VECTORS,
         agrees="1e-4" if single else "1e-9",
         table_bytes=f"{size * tables.count('R('):,}".replace(",", " "),
@@ -194,5 +303,9 @@ def _left(found: Remainder) -> str:
     """Return the shares that remain as cells of a table."""
     shares = (found.median, found.percentile95, found.worst)
     return (
-        " | ".join(f"{100 * share:.2g} %" if share >= _LEAST_SHARE else "below 0.001 %" for share in shares) if found.poses else "none | none | none"
+        " | ".join(
+            f"{100 * share:.2g} %" if share >= _LEAST_SHARE else "below 0.001 %" for share in shares
+        )
+        if found.poses
+        else "none | none | none"
     )

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 
 def calibration_of(name: str, value: Any, given: Mapping[str, Any]) -> Calibration:  # noqa: ANN401 - whatever a user passes
-    """Return the estimates of one robot's errors, read from their file where a path is given. Raises InputError with every mistake in the file."""
+    """Return the estimates of one robot's errors, read from their file where a path is given.
+    Raises InputError with every mistake in the file.
+    """
     arm = given["arm"]
     if isinstance(value, str | os.PathLike):
         if not hasattr(arm, "terms"):  # the arm's own mistakes are reported already
@@ -26,5 +28,7 @@ def calibration_of(name: str, value: Any, given: Mapping[str, Any]) -> Calibrati
     from lostmotion.controller_model.calibration import Calibration
 
     if not isinstance(value, Calibration):
-        raise refuse_argument(name, value, "a calibration, or the path of its file", **{name: "robot-17.toml"})
+        raise refuse_argument(
+            name, value, "a calibration, or the path of its file", **{name: "robot-17.toml"}
+        )
     return value

@@ -18,13 +18,21 @@ if TYPE_CHECKING:
     from lostmotion.controller_model.calibration import Calibration
 
 _LargestPayload: TypeAlias = Annotated[
-    Amount | None, Argument("Largest payload for which the model answers. Default: twice that of the file.", Quantity("kg", "10 kg", above=0))
+    Amount | None,
+    Argument(
+        "Largest payload for which the model answers. Default: twice that of the file.",
+        Quantity("kg", "10 kg", above=0),
+    ),
 ]
 
 
 _CalibrationArgument: TypeAlias = Annotated[
     "Calibration | str | Path | None",
-    Argument("File with estimates of the errors of one robot, in TOML. Default: none.", calibration_of, metavar="FILE"),
+    Argument(
+        "File with estimates of the errors of one robot, in TOML. Default: none.",
+        calibration_of,
+        metavar="FILE",
+    ),
 ]
 
 
@@ -33,7 +41,10 @@ def _c_in_words(found: dict[str, Any]) -> str:
     folder = found["folder"]
     return "\n".join(
         [
-            f"C source of a model with {several(len(found['joints']), 'joint')}, {several(len(found['files']), 'file')}.",
+            (
+                f"C source of a model with {several(len(found['joints']), 'joint')}, "
+                f"{several(len(found['files']), 'file')}."
+            ),
             f"SHA-256 of the input: {found['sha256'][:16]}…",
             *(f"note: {each}" for each in found["remarks"]),
             "Build and test:",
@@ -60,15 +71,29 @@ def _fmu_in_words(found: dict[str, Any]) -> str:
 def export_c(
     arm: ArmArgument,
     *,
-    out: Annotated["str | Path", Argument("Folder for the sources.", partial(path_of, example="model"), metavar="FOLDER", aliases=("-o",))],
+    out: Annotated[
+        "str | Path",
+        Argument(
+            "Folder for the sources.",
+            partial(path_of, example="model"),
+            metavar="FOLDER",
+            aliases=("-o",),
+        ),
+    ],
     sidecar: SidecarArgument = None,
-    precision: Annotated[Literal["double", "float"], Argument("Type of all numbers in C.")] = "double",
-    unroll: Annotated[bool, Argument("Write the prediction out for this arm, without loops: faster, with more code.")] = False,
+    precision: Annotated[
+        Literal["double", "float"], Argument("Type of all numbers in C.")
+    ] = "double",
+    unroll: Annotated[
+        bool,
+        Argument("Write the prediction out for this arm, without loops: faster, with more code."),
+    ] = False,
     largest_payload: _LargestPayload = None,
     calibration: _CalibrationArgument = None,
     force: Annotated[bool, Argument("Replace files of an earlier export.")] = False,
 ) -> dict[str, Any]:
-    """Write the error model of an arm as C source that predicts and compensates in fixed time, without allocation.
+    """Write the error model of an arm as C source that predicts and compensates in fixed time,
+    without allocation.
 
     Raises
     ------
@@ -84,25 +109,45 @@ def export_c(
     from lostmotion.analyses.export.folder import write_files
     from lostmotion.analyses.export.input_hash import input_hash
 
-    model = controller(asked.arm, largest_payload=asked.largest_payload, calibration=asked.calibration)
-    remarks, sha256 = remarks_on(asked.arm, asked.calibration), input_hash(asked.arm, asked.calibration)
+    model = controller(
+        asked.arm, largest_payload=asked.largest_payload, calibration=asked.calibration
+    )
+    remarks, sha256 = (
+        remarks_on(asked.arm, asked.calibration),
+        input_hash(asked.arm, asked.calibration),
+    )
     files = c_files(model, remarks, sha256, single=asked.precision == "float", unroll=asked.unroll)
     folder = write_files(files, asked.out, force=asked.force)
-    return {"folder": str(folder), "files": sorted(files), "sha256": sha256, "joints": list(model.tables.joints), "remarks": remarks}
+    return {
+        "folder": str(folder),
+        "files": sorted(files),
+        "sha256": sha256,
+        "joints": list(model.tables.joints),
+        "remarks": remarks,
+    }
 
 
 @question(folder=None, in_words=_fmu_in_words)
 def export_fmu(
     arm: ArmArgument,
     *,
-    out: Annotated["str | Path", Argument("The FMU to write.", partial(path_of, example="arm.fmu"), metavar="FILE.fmu", aliases=("-o",))],
+    out: Annotated[
+        "str | Path",
+        Argument(
+            "The FMU to write.",
+            partial(path_of, example="arm.fmu"),
+            metavar="FILE.fmu",
+            aliases=("-o",),
+        ),
+    ],
     sidecar: SidecarArgument = None,
     version: Annotated[Literal["3.0", "2.0"], Argument("Version of the FMI standard.")] = "3.0",
     largest_payload: _LargestPayload = None,
     calibration: _CalibrationArgument = None,
     force: Annotated[bool, Argument("Replace an earlier export.")] = False,
 ) -> dict[str, Any]:
-    """Write the error model of an arm as an FMU for co-simulation: C sources, and a library for this platform where it has a C compiler.
+    """Write the error model of an arm as an FMU for co-simulation: C sources, and a library for
+    this platform where it has a C compiler.
 
     Raises
     ------
@@ -119,8 +164,13 @@ def export_fmu(
     from lostmotion.analyses.export.folder import write_fmu
     from lostmotion.analyses.export.input_hash import input_hash
 
-    model = controller(asked.arm, largest_payload=asked.largest_payload, calibration=asked.calibration)
-    remarks, sha256 = remarks_on(asked.arm, asked.calibration), input_hash(asked.arm, asked.calibration)
+    model = controller(
+        asked.arm, largest_payload=asked.largest_payload, calibration=asked.calibration
+    )
+    remarks, sha256 = (
+        remarks_on(asked.arm, asked.calibration),
+        input_hash(asked.arm, asked.calibration),
+    )
     content, folder = fmu(model, c_files(model, remarks, sha256, single=False), asked.version)
     path = write_fmu(asked.out, content, force=asked.force)
     return {

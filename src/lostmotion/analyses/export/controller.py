@@ -28,31 +28,41 @@ def controller(
     calibration: Calibration | str | Path | None = None,
     accurate_length: bool = False,
 ) -> Controller:
-    """Return the controller of an arm: `predict` and `compensate` on tables, with the formulas of the C sources.
+    """Return the controller of an arm: `predict` and `compensate` on tables, with the formulas of
+    the C sources.
 
     Parameters
     ----------
     arm
         An arm, or its file.
     largest_payload
-        Largest payload, in kg or as text with a unit, for which it answers. Default: twice the payload of the file, or the mass of the arm where
-        none is stated.
+        Largest payload, in kg or as text with a unit, for which it answers. Default: twice the
+        payload of the file, or the mass of the arm where none is stated.
     calibration
         Estimates of the errors of one robot, or their file. Default: none.
     accurate_length
-        Whether the 95th percentile of the length is computed within 0.2 % instead of 1.5 %, which takes longer.
+        Whether the 95th percentile of the length is computed within 0.2 % instead of 1.5 %, which
+        takes longer.
 
     Raises
     ------
     InputError
-        With every mistake in the files, for a payload that is not positive, for an arm without any error source, and for a calibration of draws that
-        the arm does not have.
+        With every mistake in the files, for a payload that is not positive, for an arm without any
+        error source, and for a calibration of draws that the arm does not have.
 
     """
     described = arm_of("arm", arm, {})
     refuse_undescribed(described)
-    payload = None if largest_payload is None else amount("largest_payload", largest_payload, Quantity("kg", "10 kg", above=0))
-    terms = None if calibration is None else calibration_of("calibration", calibration, {"arm": described}).terms(described.terms)
+    payload = (
+        None
+        if largest_payload is None
+        else amount("largest_payload", largest_payload, Quantity("kg", "10 kg", above=0))
+    )
+    terms = (
+        None
+        if calibration is None
+        else calibration_of("calibration", calibration, {"arm": described}).terms(described.terms)
+    )
     with one_blas_thread():
         tables = tables_of(described, validity_of(described, payload), terms)
     return Controller(tables, accurate_length=accurate_length)

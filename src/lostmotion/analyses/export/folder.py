@@ -18,13 +18,19 @@ _MARK: Final = "src/lm_model.h"
 def write_files(files: Mapping[str, str | bytes], out: Path, *, force: bool) -> Path:
     """Write files, by their path within the folder `out`, and return the folder.
 
-    Raises OutputExistsError where the folder has files and `force` is not set or they are no earlier export, LostmotionError where it cannot be
-    written. With `force` files of other names stay.
+    Raises OutputExistsError where the folder has files and `force` is not set or they are no
+    earlier export, LostmotionError where it cannot be written. With `force` files of other names
+    stay.
     """
     if not force and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise OutputExistsError(f"'{out}' exists\n  replace its files with --force (force=True in Python), or name another folder with --out")
+        raise OutputExistsError(
+            f"'{out}' exists\n  replace its files with --force (force=True in Python), or name "
+            "another folder with --out"
+        )
     if out.is_dir() and any(out.iterdir()) and not (out / _MARK).exists():
-        raise OutputExistsError(f"'{out}' has files that are no export\n  name another folder with --out")
+        raise OutputExistsError(
+            f"'{out}' has files that are no export\n  name another folder with --out"
+        )
     for name, content in files.items():
         _write(out / name, content.encode() if isinstance(content, str) else content)
     return Path(out)
@@ -33,12 +39,16 @@ def write_files(files: Mapping[str, str | bytes], out: Path, *, force: bool) -> 
 def write_fmu(out: Path, content: bytes, *, force: bool) -> Path:
     """Write an FMU and return its path.
 
-    Raises InputError for a name without .fmu, OutputExistsError where it exists and `force` is not set, LostmotionError as `write_files`.
+    Raises InputError for a name without .fmu, OutputExistsError where it exists and `force` is not
+    set, LostmotionError as `write_files`.
     """
     if out.suffix.lower() != ".fmu":
         raise refuse_argument("out", str(out), "a file that ends in .fmu", out="arm.fmu")
     if out.exists() and not force:
-        raise OutputExistsError(f"'{out}' exists\n  replace it with --force (force=True in Python), or name another file with --out")
+        raise OutputExistsError(
+            f"'{out}' exists\n  replace it with --force (force=True in Python), or name "
+            "another file with --out"
+        )
     _write(out, content)
     return Path(out)
 
@@ -48,4 +58,7 @@ def _write(path: Path, content: bytes) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
     except OSError as error:
-        raise LostmotionError(f"'{path}' could not be written: {error.strerror or error}\n  name a place that can be written with --out") from error
+        raise LostmotionError(
+            f"'{path}' could not be written: {error.strerror or error}\n  name a place that "
+            "can be written with --out"
+        ) from error

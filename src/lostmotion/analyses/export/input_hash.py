@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 
 
 def input_hash(arm: Arm, calibration: Calibration | None) -> str:
-    """Return the SHA-256 hash of everything that describes the arm, without the way in which a file spells it, and of the estimates of its errors."""
+    """Return the SHA-256 hash of everything that describes the arm, without the way in which a file
+    spells it, and of the estimates of its errors.
+    """
     found = hashlib.sha256(repr(arm.model_dump()).encode())
     if calibration is not None:
         found.update(repr(calibration.streams).encode())

@@ -1,7 +1,9 @@
-"""Bands of a gearbox: how far its figures depend on the values that are only known to lie in a range.
+"""Bands of a gearbox: how far its figures depend on the values that are only known to lie in a
+range.
 
-The ranges are drawn together (`parts.bands`), and each draw is computed as the nominal gearbox. Its difference from the nominal gearbox with the
-middle of each range is added to the mean of the manufactured samples. So a band has no part of the scatter between gearboxes.
+The ranges are drawn together (`parts.bands`), and each draw is computed as the nominal gearbox. Its
+difference from the nominal gearbox with the middle of each range is added to the mean of the
+manufactured samples. So a band has no part of the scatter between gearboxes.
 """
 
 from __future__ import annotations
@@ -15,7 +17,12 @@ import numpy as np
 from lostmotion.analyses.gearbox.readings import Definitions, SampledCurve, StatedCurve, readings
 from lostmotion.laws.cycloid.friction import DriveFriction
 from lostmotion.parts.bands import DRAWS, draws, latin_hypercube, unknown_values, varies
-from lostmotion.parts.gearbox.cycloidal.model import distribute_wind_up, gearboxes, wind_up, wind_up_without_scatter
+from lostmotion.parts.gearbox.cycloidal.model import (
+    distribute_wind_up,
+    gearboxes,
+    wind_up,
+    wind_up_without_scatter,
+)
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.readings import Readings
@@ -24,7 +31,8 @@ if TYPE_CHECKING:
     from lostmotion.parts.gearbox.kinds import StatedGearbox
     from lostmotion.spatial import Floats
 
-# Share of the compliance in members that depend on a range, above which a stiffness is printed as its band.
+# Share of the compliance in members that depend on a range, above which a stiffness is printed as
+# its band.
 LARGE: Final = 0.2
 # Simulated gearboxes, at a few crank angles, for the change of the play: the same in every draw.
 _GEARBOXES: Final = 64
@@ -37,7 +45,8 @@ class GearBands:
 
     unknown  the ranges; shares (draw, value): where in its range each value is taken
     read     the readings, one per draw
-    members  wind-up (draw,), rad, of each member at the torque; of a gearbox by stated figures empty
+    members  wind-up (draw,), rad, of each member at the torque; of a gearbox by stated figures
+             empty
     middle   wind-up (rad) of each member with the middle of every range
     """
 
@@ -49,10 +58,14 @@ class GearBands:
 
     @property
     def unknown_share(self) -> float:
-        """Return the share of the wind-up in members that depend on a range; of a gearbox by stated figures all or nothing."""
+        """Return the share of the wind-up in members that depend on a range; of a gearbox by stated
+        figures all or nothing.
+        """
         if not self.members:
             return float(varies(self.read.wind_up))
-        return sum(self.middle.get(name, 0.0) for name, each in self.members.items() if varies(each)) / sum(self.middle.values())
+        return sum(
+            self.middle.get(name, 0.0) for name, each in self.members.items() if varies(each)
+        ) / sum(self.middle.values())
 
     @property
     def member_shares(self) -> dict[str, Floats]:
@@ -63,9 +76,11 @@ class GearBands:
 
 @dataclass(frozen=True, slots=True)
 class Middle:
-    """A drawn gearbox with the middle of every range: its curve (level, sample) and play (sample,) over manufactured samples, averaged for the bands.
+    """A drawn gearbox with the middle of every range: its curve (level, sample) and play (sample,)
+    over manufactured samples, averaged for the bands.
 
-    torque (level,) N m of `as_drawn`, the nominal wind-up by member, and `found`, the mean wind-up of the members with scatter, rad
+    torque (level,) N m of `as_drawn`, the nominal wind-up by member, and `found`, the mean wind-up
+    of the members with scatter, rad
     """
 
     asked: Definitions
@@ -79,7 +94,8 @@ class Middle:
 def bands_of_drawing(gearbox: CycloidalGearbox, middle: Middle, seed: int) -> GearBands | None:
     """Return the bands of a drawn gearbox; None for a drawing without ranges.
 
-    Raises InputError where the ranges allow an impossible drawing, DidNotConvergeError where contacts cannot carry a load.
+    Raises InputError where the ranges allow an impossible drawing, DidNotConvergeError where
+    contacts cannot carry a load.
     """
     unknown = unknown_values(gearbox)
     if not unknown:
@@ -98,22 +114,38 @@ def bands_of_drawing(gearbox: CycloidalGearbox, middle: Middle, seed: int) -> Ge
     for k, known in enumerate([*draws(gearbox, unknown, shares)]):
         drawn = wind_up(known, levels)
         more = _own(drawn) - own
-        # flanks that interfere wind up less than as drawn, in proportion; others as drawn and a little more
-        found = np.where(middle.found[at] < own, middle.found[at] * (1 + more / np.where(own > 0, own, 1.0)), middle.found[at] + more)
-        shift[:, k] = found - middle.found[at] + wind_up_without_scatter(drawn) - wind_up_without_scatter(as_drawn)
+        # flanks that interfere wind up less than as drawn, in proportion; others as drawn and a
+        # little more
+        found = np.where(
+            middle.found[at] < own,
+            middle.found[at] * (1 + more / np.where(own > 0, own, 1.0)),
+            middle.found[at] + more,
+        )
+        shift[:, k] = (
+            found
+            - middle.found[at]
+            + wind_up_without_scatter(drawn)
+            - wind_up_without_scatter(as_drawn)
+        )
         play[k] = middle.play + _play(known) - before
         for name, each in distribute_wind_up(drawn, found).items():
             members.setdefault(name, []).append(float(each[last]))
     mean = middle.curve.angle.mean(axis=1)
     steps = np.concatenate([np.zeros((1, len(shares))), shift])
-    every = np.stack([np.interp(middle.curve.torque, np.concatenate([[0.0], levels]), each) for each in steps.T], axis=1)
+    every = np.stack(
+        [np.interp(middle.curve.torque, np.concatenate([[0.0], levels]), each) for each in steps.T],
+        axis=1,
+    )
     curve = replace(middle.curve, angle=mean[:, None] + every)
     return GearBands(
         unknown=unknown,
         shares=shares,
         read=readings(curve, np.maximum(play, 0.0), asked),
         members={name: np.array(each) for name, each in members.items() if any(each)},
-        middle={name: float(each[last]) for name, each in distribute_wind_up(as_drawn, middle.found[at]).items()},
+        middle={
+            name: float(each[last])
+            for name, each in distribute_wind_up(as_drawn, middle.found[at]).items()
+        },
     )
 
 

@@ -1,4 +1,6 @@
-"""Figures of a cycloidal gearbox from its drawing: lobe loads, the spread of manufactured samples, compliance by member, transmission error."""
+"""Figures of a cycloidal gearbox from its drawing: lobe loads, the spread of manufactured samples,
+compliance by member, transmission error.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,12 @@ import numpy as np
 from lostmotion.analyses.gearbox.bands import GearBands, Middle, bands_of_drawing
 from lostmotion.analyses.gearbox.envelope import both_branches
 from lostmotion.analyses.gearbox.readings import Definitions, Readings, SampledCurve, readings
-from lostmotion.laws.cycloid.drive import crank_angles_of_pitch, crank_force, loaded_disc, nominal_gaps
+from lostmotion.laws.cycloid.drive import (
+    crank_angles_of_pitch,
+    crank_force,
+    loaded_disc,
+    nominal_gaps,
+)
 from lostmotion.laws.cycloid.geometry import pin_angles, pressure_angles
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.laws.cycloid.tolerances import sample as sample_within
@@ -39,7 +46,8 @@ if TYPE_CHECKING:
 CUSTOMARY_SHARE: Final = 0.55
 # Crank angles over which a simulated gearbox is averaged, as for its behaviour in an arm.
 _ANGLES: Final = 4
-# Largest number of samples with a transmission error, and crank angles per pin (even): two periods per pin are resolved.
+# Largest number of samples with a transmission error, and crank angles per pin (even): two periods
+# per pin are resolved.
 MOST_SPECTRA: Final = 64
 _PER_PIN: Final = 4
 SHOWN: Final = 4
@@ -52,8 +60,9 @@ FRICTION_LOADS: Final = (0.1, 0.3, 0.6, 1.0)
 class Lobes:
     """Nominal loads of one disc's lobes, when it carries this share of the torque.
 
-    theta, pressure_angle (N,) rad; force (N,) N and peak (N,) Pa at crank angle zero, where a pin is on the line of centres. Over a pitch of
-    the crank: carrying, fewest and most lobes in contact; largest_force and largest_peak; bearing, mean force (N) on each eccentric bearing.
+    theta, pressure_angle (N,) rad; force (N,) N and peak (N,) Pa at crank angle zero, where a pin
+    is on the line of centres. Over a pitch of the crank: carrying, fewest and most lobes in
+    contact; largest_force and largest_peak; bearing, mean force (N) on each eccentric bearing.
     """
 
     share: float
@@ -69,10 +78,11 @@ class Lobes:
 
 @dataclass(frozen=True)
 class Transmission:
-    """Transmission error: lead of the output over the nominal ratio, rad, under loads (load,), N m: a tenth of the torque and the full torque.
+    """Transmission error: lead of the output over the nominal ratio, rad, under loads (load,), N m:
+    a tenth of the torque and the full torque.
 
-    crank (angle,) rad, one turn; errors (load, angle, gearbox); cycles (order,) per turn of the output, power (load, order, gearbox) the squared
-    amplitude of each harmonic, rad^2.
+    crank (angle,) rad, one turn; errors (load, angle, gearbox); cycles (order,) per turn of the
+    output, power (load, order, gearbox) the squared amplitude of each harmonic, rad^2.
     """
 
     loads: Floats
@@ -101,9 +111,11 @@ class Transmission:
 class Drawn:
     """Results from the drawing.
 
-    lobes for each share of the torque on a disc; play (gearbox,) rad; curve and read, with the scatter of the materials; jammed: number of jammed
-    gearboxes; members: the mean wind-up (rad) by name, largest first; bands: the figures over draws of what the drawing leaves open, None where it
-    has no ranges; branches, before: contacts of both branches of the stage at the output and of a first stage, None without envelope lobes.
+    lobes for each share of the torque on a disc; play (gearbox,) rad; curve and read, with the
+    scatter of the materials; jammed: number of jammed gearboxes; members: the mean wind-up (rad) by
+    name, largest first; bands: the figures over draws of what the drawing leaves open, None where
+    it has no ranges; branches, before: contacts of both branches of the stage at the output and of
+    a first stage, None without envelope lobes.
     """
 
     lobes: tuple[Lobes, ...]
@@ -131,10 +143,14 @@ class Drawn:
 
 
 def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) -> Drawn:
-    """Return the results of manufactured samples of a drawing at these torques. Raises DidNotConvergeError where the contacts cannot carry one."""
+    """Return the results of manufactured samples of a drawing at these torques. Raises
+    DidNotConvergeError where the contacts cannot carry one.
+    """
     torque, rated = asked.torque, gearbox.rated_torque
     needed = [LIGHT * torque, *asked.levels]
-    levels = np.unique([*needed, *(level * rated for level in LEVELS if level * rated < max(needed))])
+    levels = np.unique(
+        [*needed, *(level * rated for level in LEVELS if level * rated < max(needed))]
+    )
     made = gearboxes(gearbox, np.concatenate([-levels[::-1], levels]), _ANGLES, count, seed)
     # the curve of a sample is the mean of both directions, as in a measured loop
     flanks = (made.wind_up[len(levels) :] - made.wind_up[: len(levels)][::-1]) / 2
@@ -154,7 +170,11 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
     members = {name: float(each[at]) for name, each in found.items() if each.any()}
     shares = (0.5, CUSTOMARY_SHARE) if gearbox.discs == 2 else (1 / gearbox.discs,)  # noqa: PLR2004 - of a pair
     first = gearbox.first_stage
-    before = None if first is None or first.kind != "cycloidal" else both_branches(first, torque / abs(gearbox.steps) / first.discs)
+    before = (
+        None
+        if first is None or first.kind != "cycloidal"
+        else both_branches(first, torque / abs(gearbox.steps) / first.discs)
+    )
     return Drawn(
         lobes=tuple(_lobes(gearbox, torque, share) for share in shares),
         play=made.play,
@@ -162,18 +182,28 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         read=readings(curve, made.play, asked),
         jammed=round(made.jammed * count),
         members=dict(sorted(members.items(), key=lambda member: -member[1])),
-        transmission=_transmission(gearbox, torque * np.array([LIGHT, 1.0]), min(MOST_SPECTRA, max(count, SHOWN)), seed),
-        bands=bands_of_drawing(gearbox, Middle(asked, levels, as_drawn, own, curve, float(made.play.mean())), seed),
+        transmission=_transmission(
+            gearbox, torque * np.array([LIGHT, 1.0]), min(MOST_SPECTRA, max(count, SHOWN)), seed
+        ),
+        bands=bands_of_drawing(
+            gearbox, Middle(asked, levels, as_drawn, own, curve, float(made.play.mean())), seed
+        ),
         branches=both_branches(gearbox, shares[0] * disc_torque(gearbox, torque)),
         before=before,
     )
 
 
-def _of_materials(gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count: int, seed: int) -> Floats:
-    """Return the scatter of the wind-up (level, gearbox), rad, due to the moduli: normal distributions with three sigma at the stated scatter."""
+def _of_materials(
+    gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count: int, seed: int
+) -> Floats:
+    """Return the scatter of the wind-up (level, gearbox), rad, due to the moduli: normal
+    distributions with three sigma at the stated scatter.
+    """
     out = np.zeros((len(next(iter(as_drawn.values()))), count))
     for each in material_shares(gearbox):
-        off = 1 / (1 + sample_within(each.material.scatter, Normal(), each.name, seed, (count,))) - 1
+        off = (
+            1 / (1 + sample_within(each.material.scatter, Normal(), each.name, seed, (count,))) - 1
+        )
         for name, share in each.shares.items():
             if name in as_drawn:
                 out += share * as_drawn[name][:, None] * off
@@ -181,7 +211,9 @@ def _of_materials(gearbox: CycloidalGearbox, as_drawn: dict[str, Floats], count:
 
 
 def disc_torque(gearbox: CycloidalGearbox, torque: float) -> float:
-    """Return the torque (N m) on all discs together, with the ring held, for a torque at the output."""
+    """Return the torque (N m) on all discs together, with the ring held, for a torque at the
+    output.
+    """
     return torque * abs(ratio_of(gearbox.stage) / gearbox.steps)
 
 
@@ -206,7 +238,9 @@ def _lobes(gearbox: CycloidalGearbox, torque: float, share: float) -> Lobes:
 
 
 def _transmission(gearbox: CycloidalGearbox, loads: Floats, count: int, seed: int) -> Transmission:
-    """Return the transmission error of the output stage, and of a cycloidal first stage, over a turn of the output stage's crank."""
+    """Return the transmission error of the output stage, and of a cycloidal first stage, over a
+    turn of the output stage's crank.
+    """
     steps, share = abs(gearbox.steps), disc_torque(gearbox, 1.0)
     main = share * _errors(gearbox, share * loads, count, seed)
     found = _powers(main, steps)
@@ -217,14 +251,20 @@ def _transmission(gearbox: CycloidalGearbox, loads: Floats, count: int, seed: in
         angles = math.lcm(angles, times * before.shape[1])
         main = _finer(main, angles) + np.tile(_finer(before, angles // times), (1, times, 1))
         both = _powers(main, steps)
-        found = {cycles: both[cycles] for cycles in sorted({*found, *_powers(before, steps * times)})}
+        found = {
+            cycles: both[cycles] for cycles in sorted({*found, *_powers(before, steps * times)})
+        }
     crank = 2 * math.pi * np.arange(angles + 1) / angles
     errors = np.concatenate([main, main[:, :1]], axis=1)
-    return Transmission(loads, crank, errors, np.array(list(found)), np.stack(list(found.values()), axis=1))
+    return Transmission(
+        loads, crank, errors, np.array(list(found)), np.stack(list(found.values()), axis=1)
+    )
 
 
 def _errors(stage: CycloidalStage, loads: Floats, count: int, seed: int) -> Floats:
-    """Return the transmission error of the stage (load, angle, gearbox), rad, over a turn of its crank, without its mean and the highest harmonic."""
+    """Return the transmission error of the stage (load, angle, gearbox), rad, over a turn of its
+    crank, without its mean and the highest harmonic.
+    """
     angles = _PER_PIN * stage.pins
     rotation = simulated(stage, loads, angles, count, seed).rotation
     harmonics = np.fft.rfft(-rotation, axis=1)
@@ -233,11 +273,17 @@ def _errors(stage: CycloidalStage, loads: Floats, count: int, seed: int) -> Floa
 
 
 def _powers(errors: Floats, steps: float) -> dict[float, Floats]:
-    """Return the squared amplitude (load, gearbox) of each harmonic, by its cycles per turn of the output."""
+    """Return the squared amplitude (load, gearbox) of each harmonic, by its cycles per turn of the
+    output.
+    """
     power = (2 * np.abs(np.fft.rfft(errors, axis=1)[:, 1:-1]) / errors.shape[1]) ** 2
     return {float((k + 1) * steps): power[:, k] for k in range(power.shape[1])}
 
 
 def _finer(errors: Floats, count: int) -> Floats:
-    """Return errors (load, angle, gearbox) of one turn interpolated to `count` angles, no fewer than before, with the same harmonics."""
-    return np.asarray(np.fft.irfft(np.fft.rfft(errors, axis=1), count, axis=1) * (count / errors.shape[1]))
+    """Return errors (load, angle, gearbox) of one turn interpolated to `count` angles, no fewer
+    than before, with the same harmonics.
+    """
+    return np.asarray(
+        np.fft.irfft(np.fft.rfft(errors, axis=1), count, axis=1) * (count / errors.shape[1])
+    )

@@ -1,4 +1,6 @@
-"""Contacts of both branches of an envelope ring of a drawing: their number, their effect, and the pressure along the whole flank."""
+"""Contacts of both branches of an envelope ring of a drawing: their number, their effect, and the
+pressure along the whole flank.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +31,12 @@ class BothBranches:
 
     mean, fewest, most  number of contacts of both branches over a turn of the crank
     effect              stiffening of the contacts with a rigid disc and ring, and its method
-    elastic             whether disc or ring is elastic, so that the contacts of both branches are solved together on them
-    theta, arm, gap     (contact,) rad, m and m of the second contacts at crank zero that turn the disc as its first ones do
-    solved              equilibrium along the whole flank, each (crank,) over a pitch; None with the rule
+    elastic             whether disc or ring is elastic, so that the contacts of both branches are
+                        solved together on them
+    theta, arm, gap     (contact,) rad, m and m of the second contacts at crank zero that turn the
+                        disc as its first ones do
+    solved              equilibrium along the whole flank, each (crank,) over a pitch; None with the
+                        rule
     """
 
     mean: float
@@ -46,7 +51,8 @@ class BothBranches:
 
 
 def both_branches(part: CycloidalStage, torque: float) -> BothBranches | None:
-    """Return the contacts of both branches of a stage under a torque (N m) on one disc; None without a second branch.
+    """Return the contacts of both branches of a stage under a torque (N m) on one disc; None
+    without a second branch.
 
     Raises DidNotConvergeError where the contacts cannot carry the torque.
     """
@@ -55,13 +61,17 @@ def both_branches(part: CycloidalStage, torque: float) -> BothBranches | None:
     if effect is None:
         return None
     first = int(mean_contacts(stage)[0])
-    found = np.isfinite(second_contacts(stage, 2 * math.pi / stage.pins * np.arange(_TURN) / _TURN)).sum(axis=1)
+    found = np.isfinite(
+        second_contacts(stage, 2 * math.pi / stage.pins * np.arange(_TURN) / _TURN)
+    ).sum(axis=1)
     theta = -stage.lobes * second_contacts(stage, [0.0])[0]
     theta -= 2 * math.pi * np.round(theta / (2 * math.pi))
     driving = np.sort(theta[np.isfinite(theta) & (arms(stage, theta) > 0)])
     solved = None
     if effect.method == "exact":
-        solved = envelope_contact(stage, drive.flanks, torque, crank_angles_of_pitch(drive), drive.relief)
+        solved = envelope_contact(
+            stage, drive.flanks, torque, crank_angles_of_pitch(drive), drive.relief
+        )
     return BothBranches(
         mean=sum(mean_contacts(stage)),
         fewest=first + int(found.min()),

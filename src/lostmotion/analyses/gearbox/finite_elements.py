@@ -1,4 +1,6 @@
-"""One disc of each stage of a cycloidal gearbox by finite elements: rotation, loads and stresses over the torque."""
+"""One disc of each stage of a cycloidal gearbox by finite elements: rotation, loads and stresses
+over the torque.
+"""
 
 from __future__ import annotations
 
@@ -33,13 +35,16 @@ BODIES: Final = ("disc", "ring")
 _LEVELS: Final = (0.1, 0.25, 0.5, 1.0)
 # Intervals of a contact on the coarser mesh without refinement.
 _INTERVALS: Final = 5
-# Terms of the displacements over the width in three dimensions: a second one changes the rotation by 0.4 % and takes four times as long.
+# Terms of the displacements over the width in three dimensions: a second one changes the rotation
+# by 0.4 % and takes four times as long.
 _TERMS: Final = 1
 
 
 @dataclass(frozen=True, slots=True)
 class Largest:
-    """Where a field is largest: the value, the place (complex, m, in the plane of the stage), and the body, "disc" or "ring"."""
+    """Where a field is largest: the value, the place (complex, m, in the plane of the stage), and
+    the body, "disc" or "ring".
+    """
 
     value: float
     place: complex
@@ -48,20 +53,25 @@ class Largest:
 
 @dataclass(frozen=True)
 class FiniteElements:
-    """A stage by finite elements, its crank at zero, each disc with the same share of the torque; torques and angles at the output of the gearbox.
+    """A stage by finite elements, its crank at zero, each disc with the same share of the torque;
+    torques and angles at the output of the gearbox.
 
     name      "output stage" or "first stage"
     torque    (torque,) N m at the output
     rotation  (2, torque) rad, beyond the play: in plane strain and in plane stress
-    rotation_3d  (torque,) rad, the same in three dimensions; None unless asked for. error_3d: (torque,) rad, difference between two meshes
-    unknowns  of both wheels, in three dimensions if asked for
+    rotation_3d  (torque,) rad, the same in three dimensions; None unless asked for. error_3d:
+                 (torque,) rad, difference between two meshes unknowns  of both wheels, in three
+                 dimensions if asked for
     error     (torque,) rad, difference between two meshes
     stiffness (torque,) N m/rad, derivative of the torque by the rotation, plane strain
-    stress    (torque,) largest von Mises stress, Pa; strain (torque,) largest equivalent strain: von Mises stress over 3 G. Plane strain
-    loaded    the disc under its share of the torque, plane strain; stage as meshed
-    fields    displacement and stress of the wheels under the largest torque; turn: rotation of the disc there, rad
+    stress    (torque,) largest von Mises stress, Pa; strain (torque,) largest equivalent strain:
+              von Mises stress over 3 G. Plane strain loaded    the disc under its share of the
+              torque, plane strain; stage as meshed
+    fields    displacement and stress of the wheels under the largest torque; turn: rotation of the
+              disc there, rad
     not_meshed  another stage of the gearbox that is not meshed, and why; empty without such a stage
-    most_stressed, most_strained  the largest von Mises stress (Pa) and equivalent strain under the largest torque, at the integration points
+    most_stressed, most_strained  the largest von Mises stress (Pa) and equivalent strain under the
+                                  largest torque, at the integration points
     """
 
     name: str
@@ -84,15 +94,25 @@ class FiniteElements:
 
 
 def check_fem(gearbox: object) -> CycloidalGearbox:
-    """Return a gearbox whose drawing can be meshed. Raises InputError for another, LostmotionError without NGSolve."""
+    """Return a gearbox whose drawing can be meshed. Raises InputError for another, LostmotionError
+    without NGSolve.
+    """
     if not is_drawn(gearbox):
         found = f"a gearbox of kind '{getattr(gearbox, 'kind', type(gearbox).__name__)}'"
         raise refuse_argument("fem", found, "a gearbox with a drawing, of kind 'cycloidal'")
     drawn: Any = gearbox
     if drawn.disc_bore_radius is None:
-        raise refuse_argument("fem", "a drawing without disc_bore_radius", 'the inner radius of the disc, such as disc_bore_radius = "20 mm"')
+        raise refuse_argument(
+            "fem",
+            "a drawing without disc_bore_radius",
+            'the inner radius of the disc, such as disc_bore_radius = "20 mm"',
+        )
     if drawn.eccentric.cranks > 1:
-        raise refuse_argument("fem", "discs on several cranks", "discs on one central eccentric; others are not meshed")
+        raise refuse_argument(
+            "fem",
+            "discs on several cranks",
+            "discs on one central eccentric; others are not meshed",
+        )
     check_installed()
     return drawn  # type: ignore[no-any-return]
 
@@ -102,18 +122,30 @@ def _unmeshed_stage(gearbox: CycloidalGearbox) -> str:
     first = gearbox.first_stage
     if first is None or _meshed_first_stage(gearbox) is not None:
         return ""
-    return "planetary first stage" if first.kind == "planetary" else "first stage, because its drawing has no disc_bore_radius"
+    return (
+        "planetary first stage"
+        if first.kind == "planetary"
+        else "first stage, because its drawing has no disc_bore_radius"
+    )
 
 
 def _meshed_first_stage(gearbox: CycloidalGearbox) -> CycloidalStage | None:
-    """Return the first stage of a gearbox if it is cycloidal and states the inner radius of its disc."""
+    """Return the first stage of a gearbox if it is cycloidal and states the inner radius of its
+    disc.
+    """
     first = gearbox.first_stage
-    return None if first is None or first.kind == "planetary" or first.disc_bore_radius is None else first
+    return (
+        None
+        if first is None or first.kind == "planetary" or first.disc_bore_radius is None
+        else first
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """Finite elements: their order, how many times smaller than usual they are, and whether to solve disc and ring over their width as well."""
+    """Finite elements: their order, how many times smaller than usual they are, and whether to
+    solve disc and ring over their width as well.
+    """
 
     order: int = 2
     refinement: int = 1
@@ -126,14 +158,21 @@ class Mesh:
 
 
 def finite_elements(
-    gearbox: CycloidalGearbox, torque: float, mesh: Mesh | None = None, progress: Callable[[str, int, int], None] | None = None
+    gearbox: CycloidalGearbox,
+    torque: float,
+    mesh: Mesh | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
 ) -> tuple[FiniteElements, ...]:
-    """Return the stage at the output, and a cycloidal first stage, under torques up to `torque` (N m at the output) by finite elements.
+    """Return the stage at the output, and a cycloidal first stage, under torques up to `torque` (N
+    m at the output) by finite elements.
 
-    Raises InputError for a drawing that cannot be meshed, DidNotConvergeError where the contacts outgrow their lobes.
+    Raises InputError for a drawing that cannot be meshed, DidNotConvergeError where the contacts
+    outgrow their lobes.
     """
     mesh = mesh or Mesh()
-    stages: list[tuple[str, CycloidalStage, float]] = [("output stage", check_fem(gearbox), disc_torque(gearbox, 1.0))]
+    stages: list[tuple[str, CycloidalStage, float]] = [
+        ("output stage", check_fem(gearbox), disc_torque(gearbox, 1.0))
+    ]
     first = _meshed_first_stage(gearbox)
     if first is not None:
         stages.append(("first stage", first, 1 / abs(gearbox.steps)))
@@ -150,14 +189,21 @@ def finite_elements(
 
 
 def _by_elements(
-    named: tuple[str, CycloidalStage, float], torque: float, progress: Callable[[str, int, int, int], None], before: int, mesh: Mesh
+    named: tuple[str, CycloidalStage, float],
+    torque: float,
+    progress: Callable[[str, int, int, int], None],
+    before: int,
+    mesh: Mesh,
 ) -> FiniteElements:
-    """Return one stage; with its name and the torque on all its discs per torque at the output. `before` counts the solves before it."""
+    """Return one stage; with its name and the torque on all its discs per torque at the output.
+    `before` counts the solves before it.
+    """
     name, part, per_output = named
     drive = part.drive
     stage, body = drive.stage, drive.disc_body
     if body is None:
-        raise ValueError("a rigid disc")  # a stage without the inner radius of its disc, which is not meshed
+        # a stage without the inner radius of its disc, which is not meshed
+        raise ValueError("a rigid disc")
     torques = torque * np.array(_LEVELS)
     play = _first_contact(stage, drive.relief)
     found: list[Loaded] = []
@@ -186,7 +232,9 @@ def _by_elements(
                 )
             )
         except ValueError as error:
-            raise refuse_argument("fem", f"a drawing whose {name} cannot be meshed", f"another drawing: {error}") from error
+            raise refuse_argument(
+                "fem", f"a drawing whose {name} cannot be meshed", f"another drawing: {error}"
+            ) from error
     loaded = found[0]
     largest = np.array([loaded.largest(k) for k in range(len(torques))])
     rotations = np.array([per_output * (each.rotation - play) for each in found])
@@ -212,7 +260,9 @@ def _by_elements(
 
 
 def _largest(loaded: Loaded, field: int) -> Largest:
-    """Return where the von Mises stress (0) or the equivalent strain (1) of both wheels is largest under the largest torque."""
+    """Return where the von Mises stress (0) or the equivalent strain (1) of both wheels is largest
+    under the largest torque.
+    """
     pressure = loaded.pressures[-1]
     of_wheels = [wheel.largest(pressure)[field] for wheel in loaded.wheels]
     k = int(np.argmax(of_wheels))
@@ -220,7 +270,9 @@ def _largest(loaded: Loaded, field: int) -> Largest:
 
 
 def _first_contact(stage: Stage, relief: Modification) -> float:
-    """Return the free rotation (rad) of a disc from its position without gaps to its first contact, of either branch of an envelope ring."""
+    """Return the free rotation (rad) of a disc from its position without gaps to its first contact,
+    of either branch of an envelope ring.
+    """
     theta = pin_angles(stage, np.zeros(1))[0]
     if stage.kind == "lobe envelope":
         second = second_contacts(stage, [0.0])[0]

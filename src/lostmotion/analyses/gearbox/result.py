@@ -1,4 +1,6 @@
-"""One gearbox: play, stiffness, lost motion, transmission error, with its tables, plots and drawing."""
+"""One gearbox: play, stiffness, lost motion, transmission error, with its tables, plots and
+drawing.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Gear(GearStudy, Result):
-    """One gearbox: every attribute of `GearStudy`; `dxf` is an additional file for the profiles, `fem` its stages by finite elements."""
+    """One gearbox: every attribute of `GearStudy`; `dxf` is an additional file for the profiles,
+    `fem` its stages by finite elements.
+    """
 
     name: str = "gearbox"
     notes: tuple[str, ...] = ()
@@ -36,7 +40,9 @@ class Gear(GearStudy, Result):
         from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
 
         sheet = gearbox_sheet(self.name, self, self.notes, self.fem)
-        return replace(sheet, drawing="the profiles of disc and ring in mm") if self._drawn else sheet
+        return (
+            replace(sheet, drawing="the profiles of disc and ring in mm") if self._drawn else sheet
+        )
 
     @property
     def plots(self) -> Sequence[Plot]:
@@ -59,19 +65,34 @@ class Gear(GearStudy, Result):
             yield from zip((f"{first}planet.vtu", f"{first}ring.vtu"), found.fields, strict=False)
 
     def files(self) -> dict[str, bytes]:
-        """Return the profile of a cycloidal gearbox as profile.dxf where ezdxf is installed, and the fields of the finite elements as VTU files."""
+        """Return the profile of a cycloidal gearbox as profile.dxf where ezdxf is installed, and
+        the fields of the finite elements as VTU files.
+        """
         from lostmotion.io.vtu import vtu
 
         out = {"profile.dxf": self.drawing()} if self._drawn else {}
         for name, each in self._fields():
-            fields = {"displacement_m": each.displacement, "von_mises_Pa": each.von_mises, "equivalent_strain": each.strain}
+            fields = {
+                "displacement_m": each.displacement,
+                "von_mises_Pa": each.von_mises,
+                "equivalent_strain": each.strain,
+            }
             out[name] = vtu(each.points, each.triangles, fields)
         return out
 
-    def report(self, out: str | Path, *, force: bool = False, figures: FigureKind | None = None, tables: TableKind | None = None) -> Path:
-        """Write report.html, result.json and, for a cycloidal gearbox with ezdxf installed, profile.dxf into the folder `out`.
+    def report(
+        self,
+        out: str | Path,
+        *,
+        force: bool = False,
+        figures: FigureKind | None = None,
+        tables: TableKind | None = None,
+    ) -> Path:
+        """Write report.html, result.json and, for a cycloidal gearbox with ezdxf installed,
+        profile.dxf into the folder `out`.
 
-        Errors as `Result.report`, and OutputExistsError where the file `dxf` exists and `force` is not set.
+        Errors as `Result.report`, and OutputExistsError where the file `dxf` exists and `force` is
+        not set.
         """
         from lostmotion.analyses.gearbox.drawing import refuse_existing_file, write_drawing
 
@@ -88,14 +109,19 @@ class Gear(GearStudy, Result):
         from lostmotion.io.dxf import CHORD_ERROR
 
         if self._drawn:
-            yield f"Drawing: {self.dxf or folder / 'profile.dxf'} (mm, chords within {CHORD_ERROR * 1e6:g} µm of the profile)"
+            yield (
+                f"Drawing: {self.dxf or folder / 'profile.dxf'} (mm, chords within "
+                f"{CHORD_ERROR * 1e6:g} µm of the profile)"
+            )
         elif self.drawn is not None:
             yield "Drawing: none, ezdxf is not installed: pip install 'lostmotion[dxf]'"
         for name, _ in self._fields():
             yield f"Finite elements: {folder / name} (for ParaView; lengths in m, stresses in Pa)"
 
     def drawing(self) -> bytes:
-        """Return the profiles as a DXF drawing; raises InputError for a gearbox by stated figures, LostmotionError where ezdxf is not installed."""
+        """Return the profiles as a DXF drawing; raises InputError for a gearbox by stated figures,
+        LostmotionError where ezdxf is not installed.
+        """
         from lostmotion.io.dxf import profile_dxf
 
         refuse_drawing(self.gearbox)
@@ -108,4 +134,6 @@ def refuse_drawing(gearbox: object) -> None:
 
     if not is_drawn(gearbox):
         found = f"a gearbox of kind '{getattr(gearbox, 'kind', type(gearbox).__name__)}'"
-        raise refuse_argument("dxf", found, "a gearbox with a drawing, of kind 'cycloidal', or no DXF file")
+        raise refuse_argument(
+            "dxf", found, "a gearbox with a drawing, of kind 'cycloidal', or no DXF file"
+        )

@@ -1,7 +1,9 @@
-"""Positioning of one axis approached from two sides, by ISO 230-2:2014: accuracy, repeatability and reversal value along a line of poses.
+"""Positioning of one axis approached from two sides, by ISO 230-2:2014: accuracy, repeatability and
+reversal value along a line of poses.
 
-The standard asks for at least five target positions along the axis and five approaches to each from either side, and for machine tools; the
-definitions hold for any motion along a line of the base frame.
+The standard asks for at least five target positions along the axis and five approaches to each from
+either side, and for machine tools; the definitions hold for any motion along a line of the base
+frame.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.visits import Visits
     from lostmotion.spatial import Floats
 
-# Target positions and approaches that the standard asks for; fewest with which the figures are defined.
+# Target positions and approaches that the standard asks for; fewest with which the figures are
+# defined.
 POSITIONS: Final = 5
 APPROACHES: Final = 5
 _FEWEST_POSITIONS: Final = 3
@@ -32,7 +35,8 @@ class AxisPositioning:
     """Figures of one axis by ISO 230-2:2014, clause 3, m.
 
     axis, at             "x", "y" or "z", and the line's other two coordinates by axis, m
-    sides                the two sides from which the positions were approached, as the file names them
+    sides                the two sides from which the positions were approached, as the file names
+                         them
     positions            target positions along the axis (position,), m, ascending
     approaches           fewest approaches to a position from a side
     mean, deviation      mean deviation and standard deviation (side, position)
@@ -48,12 +52,16 @@ class AxisPositioning:
 
     @property
     def reversal(self) -> Floats:
-        """Return the reversal value at each position B_i (position,): mean deviation from the first side less that from the second."""
+        """Return the reversal value at each position B_i (position,): mean deviation from the first
+        side less that from the second.
+        """
         return np.asarray(self.mean[0] - self.mean[1])
 
     @property
     def figures(self) -> dict[str, float]:
-        """Return the figures by their symbols: A, R, B, E and M; with "1" and "2" those of one direction, from the first and the second side."""
+        """Return the figures by their symbols: A, R, B, E and M; with "1" and "2" those of one
+        direction, from the first and the second side.
+        """
         mean, spread = self.mean, 2 * self.deviation
         both = spread.sum(axis=0) + np.abs(self.reversal)
         centre = mean.mean(axis=0)
@@ -75,27 +83,40 @@ class AxisPositioning:
 
 
 def axis_positionings(visits: Visits) -> tuple[AxisPositioning, ...]:
-    """Return the figures of each line of poses along an axis of the base frame, every pose of which was approached from the same two sides.
+    """Return the figures of each line of poses along an axis of the base frame, every pose of which
+    was approached from the same two sides.
 
     visits  visits to poses under one load, with sides and commands
-    A line needs three positions and two approaches to each from either side; what has fewer is no line.
+    A line needs three positions and two approaches to each from either side; what has fewer is no
+    line.
     """
     rows: dict[str, dict[str, list[int]]] = {}
     for k, (name, side) in enumerate(zip(visits.pose, visits.side, strict=True)):
         if side and np.isfinite(visits.command[k]).all():
             rows.setdefault(name, {}).setdefault(side, []).append(k)
-    rows = {name: sides for name, sides in rows.items() if len(sides) == _SIDES and min(map(len, sides.values())) >= _FEWEST_APPROACHES}
+    rows = {
+        name: sides
+        for name, sides in rows.items()
+        if len(sides) == _SIDES and min(map(len, sides.values())) >= _FEWEST_APPROACHES
+    }
     command = {name: visits.command[next(iter(sides.values()))[0]] for name, sides in rows.items()}
     out = []
     for axis, names in _lines(command):
         sides = [side for side in dict.fromkeys(visits.side) if side in rows[names[0]]]
         if any(set(rows[name]) != set(sides) for name in names):
             continue
-        errors = [[visits.attained[rows[name][side], axis] - command[name][axis] for name in names] for side in sides]
+        errors = [
+            [visits.attained[rows[name][side], axis] - command[name][axis] for name in names]
+            for side in sides
+        ]
         out.append(
             AxisPositioning(
                 axis="xyz"[axis],
-                at={letter: float(command[names[0]][k]) for k, letter in enumerate("xyz") if k != axis},
+                at={
+                    letter: float(command[names[0]][k])
+                    for k, letter in enumerate("xyz")
+                    if k != axis
+                },
                 sides=(sides[0], sides[1]),
                 positions=np.array([command[name][axis] for name in names]),
                 approaches=min(len(each) for of_side in errors for each in of_side),
@@ -107,7 +128,9 @@ def axis_positionings(visits: Visits) -> tuple[AxisPositioning, ...]:
 
 
 def _lines(command: dict[str, Floats]) -> Iterator[tuple[int, list[str]]]:
-    """Yield the axis of each line of poses along an axis, and the names of its poses in ascending order."""
+    """Yield the axis of each line of poses along an axis, and the names of its poses in ascending
+    order.
+    """
     for axis in range(3):
         lines: dict[tuple[int, ...], list[str]] = {}
         for name, point in command.items():

@@ -37,7 +37,11 @@ _FLOOR: Final = Quantity("m", "0 mm", low=-_MOST, high=_MOST)
 
 
 def _floor_of(name: str, value: Any, _given: object) -> float | None:  # noqa: ANN401 - whatever a user passes
-    return None if value is None or (isinstance(value, str) and value.strip().lower() == "none") else amount(name, value, _FLOOR)
+    return (
+        None
+        if value is None or (isinstance(value, str) and value.strip().lower() == "none")
+        else amount(name, value, _FLOOR)
+    )
 
 
 def _loads_of(name: str, value: Any, _given: object) -> tuple[float, ...]:  # noqa: ANN401 - whatever a user passes
@@ -49,33 +53,66 @@ def _loads_of(name: str, value: Any, _given: object) -> tuple[float, ...]:  # no
 
 
 def _path_of(name: str, value: Any, _given: object) -> tuple[str, str]:  # noqa: ANN401 - whatever a user passes
-    ends = tuple(value.replace(",", " ").replace("-", " ").upper().split()) if isinstance(value, str) else tuple(value)
+    ends = (
+        tuple(value.replace(",", " ").replace("-", " ").upper().split())
+        if isinstance(value, str)
+        else tuple(value)
+    )
     if len(ends) != 2 or not set(ends) <= set(_CORNERS) or ends[0] == ends[1]:  # noqa: PLR2004 - from one to another
-        raise refuse_argument(name, value, "two different ones of " + ", ".join(_CORNERS), **{name: "P2 P4"})
+        raise refuse_argument(
+            name, value, "two different ones of " + ", ".join(_CORNERS), **{name: "P2 P4"}
+        )
     return ends[0], ends[1]
 
 
-def _refuse_together(arm: object, measured: object, load: object, cube: object, centre: object) -> None:
-    """Raise InputError where nothing is asked about, and for arguments that lack the one that they belong to."""
+def _refuse_together(
+    arm: object, measured: object, load: object, cube: object, centre: object
+) -> None:
+    """Raise InputError where nothing is asked about, and for arguments that lack the one that they
+    belong to.
+    """
     if arm is None and measured is None:
-        raise refuse_argument("arm, measured", "neither", "an arm, a CSV of measured visits, or both", measured="visits.csv")
+        raise refuse_argument(
+            "arm, measured",
+            "neither",
+            "an arm, a CSV of measured visits, or both",
+            measured="visits.csv",
+        )
     if load != () and measured is None:
         stated = ", ".join(map(str, several(load)))
-        raise refuse_argument("load", stated, "a measured file that it belongs to", measured="visits.csv", load="10 %")
+        raise refuse_argument(
+            "load", stated, "a measured file that it belongs to", measured="visits.csv", load="10 %"
+        )
     if (cube is None) != (centre is None):
-        raise refuse_argument("cube, centre", "one without the other", "both, or neither", cube="400 mm", centre="600 mm, 0 mm, 400 mm")
+        raise refuse_argument(
+            "cube, centre",
+            "one without the other",
+            "both, or neither",
+            cube="400 mm",
+            centre="600 mm, 0 mm, 400 mm",
+        )
 
 
 @question(folder="iso9283")
 def iso9283(
     arm: Annotated[
         "Arm | str | Path | None",
-        Argument("Arm: native TOML, or URDF with its sidecar TOML. Default: none, the measured robot alone.", arm_of, metavar="FILE"),
+        Argument(
+            (
+                "Arm: native TOML, or URDF with its sidecar TOML. Default: none, the measured "
+                "robot alone."
+            ),
+            arm_of,
+            metavar="FILE",
+        ),
     ] = None,
     measured: Annotated[
         "str | Path | Sequence[str | Path] | None",
         Argument(
-            "CSV of a measured robot: pose, path, cycle, load [%], x [mm], y [mm], z [mm], xc [mm], ... Repeatable, in Python a list.",
+            (
+                "CSV of a measured robot: pose, path, cycle, load [%], x [mm], y [mm], z [mm], xc "
+                "[mm], ... Repeatable, in Python a list."
+            ),
             paths_of,
             metavar="CSV",
             repeats=True,
@@ -85,7 +122,10 @@ def iso9283(
     load: Annotated[
         "Amount | Sequence[Amount]",
         Argument(
-            "Share of the payload, '10 %', that a CSV without such a column was measured under; one for each. Default: the full payload.",
+            (
+                "Share of the payload, '10 %', that a CSV without such a column was measured "
+                "under; one for each. Default: the full payload."
+            ),
             _loads_of,
             metavar="SHARE",
             repeats=True,
@@ -93,53 +133,115 @@ def iso9283(
     ] = (),
     mapping: Annotated[
         "Sequence[str]",
-        Argument("What a column of that CSV is, 'xc = x_t [mm], dx = -x_dif [mm]'. Repeatable.", metavar="COLUMNS", repeats=True, aliases=("--map",)),
+        Argument(
+            "What a column of that CSV is, 'xc = x_t [mm], dx = -x_dif [mm]'. Repeatable.",
+            metavar="COLUMNS",
+            repeats=True,
+            aliases=("--map",),
+        ),
     ] = (),
-    commands: Annotated["str | Path | None", Argument("CSV of the commanded poses: pose, x [mm], y [mm], z [mm].", path_of, metavar="CSV")] = None,
+    commands: Annotated[
+        "str | Path | None",
+        Argument(
+            "CSV of the commanded poses: pose, x [mm], y [mm], z [mm].", path_of, metavar="CSV"
+        ),
+    ] = None,
     instrument: Annotated[
-        Amount, Argument("Standard deviation of one reading of a coordinate, '10 µm'.", Quantity("m", "10 µm", low=0, high=1))
+        Amount,
+        Argument(
+            "Standard deviation of one reading of a coordinate, '10 µm'.",
+            Quantity("m", "10 µm", low=0, high=1),
+        ),
     ] = 0.0,
-    visits: Annotated[int, Argument("How often each robot visits each of the five poses.", least=2, aliases=("--cycles",))] = DEFAULT_VISITS,
-    robots: Annotated[int, Argument("How many manufactured robots are simulated.", least=2)] = DEFAULT_ROBOTS,
+    visits: Annotated[
+        int,
+        Argument(
+            "How often each robot visits each of the five poses.", least=2, aliases=("--cycles",)
+        ),
+    ] = DEFAULT_VISITS,
+    robots: Annotated[
+        int, Argument("How many manufactured robots are simulated.", least=2)
+    ] = DEFAULT_ROBOTS,
     cube: Annotated[
         Amount | None,
         Argument(
-            "Side of the test cube, '400 mm', with `centre`. Default: as measured, else the largest found.",
+            (
+                "Side of the test cube, '400 mm', with `centre`. Default: as measured, else the "
+                "largest found."
+            ),
             Quantity("m", "400 mm", above=0, high=_MOST),
         ),
     ] = None,
     centre: Annotated[
-        "str | Sequence[str | float] | None", Argument("Centre of the cube in the base frame, '600 mm, 0 mm, 400 mm'.", _CENTRE, metavar="POINT")
+        "str | Sequence[str | float] | None",
+        Argument(
+            "Centre of the cube in the base frame, '600 mm, 0 mm, 400 mm'.",
+            _CENTRE,
+            metavar="POINT",
+        ),
     ] = None,
     tool_rpy: Annotated[
         "str | Sequence[str | float] | None",
         Argument(
-            "Orientation of the tool about the fixed x, y, z, '180 deg, 0 deg, 0 deg'. Default: what allows the largest cube.", _RPY, metavar="RPY"
+            (
+                "Orientation of the tool about the fixed x, y, z, '180 deg, 0 deg, 0 deg'. "
+                "Default: what allows the largest cube."
+            ),
+            _RPY,
+            metavar="RPY",
         ),
     ] = None,
-    floor: Annotated[Amount | None, Argument("Height that the cube stays above, '0 mm'; 'none' for no floor.", _floor_of, metavar="LENGTH")] = "0 mm",
+    floor: Annotated[
+        Amount | None,
+        Argument(
+            "Height that the cube stays above, '0 mm'; 'none' for no floor.",
+            _floor_of,
+            metavar="LENGTH",
+        ),
+    ] = "0 mm",
     path: Annotated[
         "str | tuple[str, str] | None",
         Argument(
-            "Two poses whose joining line is followed, for AT and RT, 'P2 P4'. Default: the one measured, else that.", _path_of, metavar="POSES"
+            (
+                "Two poses whose joining line is followed, for AT and RT, 'P2 P4'. Default: the "
+                "one measured, else that."
+            ),
+            _path_of,
+            metavar="POSES",
         ),
     ] = None,
     warm_up: Annotated[
         Amount | None,
-        Argument("Temperature rise of the links, '25 K', for the drift. Default: no drift.", Quantity("K", "25 K", low=-1000, high=1000)),
+        Argument(
+            "Temperature rise of the links, '25 K', for the drift. Default: no drift.",
+            Quantity("K", "25 K", low=-1000, high=1000),
+        ),
     ] = None,
-    warm_up_time: Annotated[Amount, Argument("Time within which 63 % of the rise is reached.", Quantity("s", "1 h", above=0, high=1e9))] = "1 h",
+    warm_up_time: Annotated[
+        Amount,
+        Argument(
+            "Time within which 63 % of the rise is reached.",
+            Quantity("s", "1 h", above=0, high=1e9),
+        ),
+    ] = "1 h",
     expansion: Annotated[
-        Amount, Argument("Thermal expansion of the links, per kelvin.", Quantity("", "23e-6", low=0, high=1), metavar="NUMBER")
+        Amount,
+        Argument(
+            "Thermal expansion of the links, per kelvin.",
+            Quantity("", "23e-6", low=0, high=1),
+            metavar="NUMBER",
+        ),
     ] = 23e-6,
     seed: SeedArgument = 1,
     sidecar: SidecarArgument = None,
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Iso9283:
-    """Predict the ISO 9283 sheet of an arm before it is built, evaluate a measured one, and compare the two.
+    """Predict the ISO 9283 sheet of an arm before it is built, evaluate a measured one, and compare
+    the two.
 
-    In the CSV, each row is a visit to a pose, or, with a path such as P2-P4 instead of a pose, one reading along it, in the order read.
+    In the CSV, each row is a visit to a pose, or, with a path such as P2-P4 instead of a pose, one
+    reading along it, in the order read.
 
     Raises
     ------
@@ -158,11 +260,39 @@ def iso9283(
 
     if arm is not None:
         refuse_undescribed(asked.arm)
-    visited = None if measured is None else read_measured(asked.measured, asked.mapping, asked.commands, asked.instrument, asked.load)
+    visited = (
+        None
+        if measured is None
+        else read_measured(
+            asked.measured, asked.mapping, asked.commands, asked.instrument, asked.load
+        )
+    )
     if visited is not None:
-        visited = commanded(visited, asked.cube, asked.centre, asked.tool_rpy, predicted=arm is not None)
+        visited = commanded(
+            visited, asked.cube, asked.centre, asked.tool_rpy, predicted=arm is not None
+        )
     evaluated = None if visited is None else evaluate(visited)
     asked.ready()
-    rise = None if asked.warm_up is None else WarmUp(asked.warm_up, asked.warm_up_time, asked.expansion)
-    chosen = None if arm is None else cube_of(asked.arm, asked.cube, asked.centre, asked.tool_rpy, asked.floor, visited, progress)
-    return sheet_of(asked.arm, chosen, evaluated, asked.visits, asked.robots, asked.seed, ends_of(asked.path, evaluated), rise, progress)
+    rise = (
+        None
+        if asked.warm_up is None
+        else WarmUp(asked.warm_up, asked.warm_up_time, asked.expansion)
+    )
+    chosen = (
+        None
+        if arm is None
+        else cube_of(
+            asked.arm, asked.cube, asked.centre, asked.tool_rpy, asked.floor, visited, progress
+        )
+    )
+    return sheet_of(
+        asked.arm,
+        chosen,
+        evaluated,
+        asked.visits,
+        asked.robots,
+        asked.seed,
+        ends_of(asked.path, evaluated),
+        rise,
+        progress,
+    )

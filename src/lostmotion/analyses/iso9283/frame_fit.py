@@ -25,10 +25,12 @@ class Fit:
     """Least-squares frames: attained = base (command + rotation tool).
 
     base (4, 4)         pose of the actual base frame in the commanded one, m
-    tool (3,)           offset of the tool point in tool axes, m; zero where no orientations were given
+    tool (3,)           offset of the tool point in tool axes, m; zero where no orientations were
+                        given
     residual (pose, 3)  residuals along the axes of the commanded base frame, m
     with_tool           whether a tool offset was fitted
-    rank                number of the 6 or 9 frame parameters that the poses determine; the others are zero
+    rank                number of the 6 or 9 frame parameters that the poses determine; the others
+                        are zero
     """
 
     base: Floats
@@ -39,12 +41,14 @@ class Fit:
 
 
 def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) -> Fit:
-    """Return the base and tool frames that fit attained positions (pose, 3) to commanded ones (pose, 3), m, by least squares.
+    """Return the base and tool frames that fit attained positions (pose, 3) to commanded ones
+    (pose, 3), m, by least squares.
 
-    `rotation` (pose, 3, 3) is the commanded orientation of the tool; None: only the base frame is fitted. Gauss-Newton steps from the closed form for
-    the base frame alone (K. Arun, T. Huang, S. Blostein, IEEE PAMI 9 (1987) 698). Parameters that the poses do not determine get the smallest norm:
-    with a single orientation a tool offset is indistinguishable from a base shift. Raises ValueError for fewer than three poses, DidNotConvergeError
-    where the steps do not converge.
+    `rotation` (pose, 3, 3) is the commanded orientation of the tool; None: only the base frame is
+    fitted. Gauss-Newton steps from the closed form for the base frame alone (K. Arun, T. Huang, S.
+    Blostein, IEEE PAMI 9 (1987) 698). Parameters that the poses do not determine get the smallest
+    norm: with a single orientation a tool offset is indistinguishable from a base shift. Raises
+    ValueError for fewer than three poses, DidNotConvergeError where the steps do not converge.
     """
     attained, command = np.asarray(attained, dtype=float), np.asarray(command, dtype=float)
     if len(attained) < _MIN_POSES:
@@ -54,7 +58,9 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
     for _ in range(_STEPS):
         stands = command if rotation is None else command + rotation @ tool
         moved = stands @ base[:3, :3].T + base[:3, 3]
-        matrix = _jacobian(moved, moved.mean(axis=0), None if rotation is None else base[:3, :3] @ rotation, size)
+        matrix = _jacobian(
+            moved, moved.mean(axis=0), None if rotation is None else base[:3, :3] @ rotation, size
+        )
         step = _pseudo_inverse(matrix) @ (attained - moved).ravel()
         turn = exp(np.concatenate([step[:3] / size, np.zeros(3)]))
         about = moved.mean(axis=0)
@@ -65,12 +71,22 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
         if np.abs(step).max() < _TOLERANCE * max(size, 1.0) * 100:
             stands = command if rotation is None else command + rotation @ tool
             residual = attained - (stands @ base[:3, :3].T + base[:3, 3])
-            return Fit(base, tool, residual, rotation is not None, int(np.linalg.matrix_rank(matrix.T @ matrix, rtol=_SINGULAR, hermitian=True)))
-    raise DidNotConvergeError("the frame fit did not converge: are attained and commanded positions in the same order and unit?")
+            return Fit(
+                base,
+                tool,
+                residual,
+                rotation is not None,
+                int(np.linalg.matrix_rank(matrix.T @ matrix, rtol=_SINGULAR, hermitian=True)),
+            )
+    raise DidNotConvergeError(
+        "the frame fit did not converge: are attained and commanded positions in the same "
+        "order and unit?"
+    )
 
 
 def residual_after_fit(errors: Floats, command: Floats, rotation: Floats | None = None) -> Floats:
-    """Return the residuals of small errors (pose, ..., 3) at commanded positions (pose, 3), m, after the best fit of base and tool frame.
+    """Return the residuals of small errors (pose, ..., 3) at commanded positions (pose, 3), m,
+    after the best fit of base and tool frame.
 
     First order, for many robots at once; `best_fit` is exact. Arguments as there.
     """
@@ -83,7 +99,9 @@ def residual_after_fit(errors: Floats, command: Floats, rotation: Floats | None 
 
 
 def _pseudo_inverse(matrix: Floats) -> Floats:
-    """Return the least-squares inverse of a tall matrix from its normal equations; repeated steps compensate for the squared condition number."""
+    """Return the least-squares inverse of a tall matrix from its normal equations; repeated steps
+    compensate for the squared condition number.
+    """
     return np.asarray(np.linalg.pinv(matrix.T @ matrix, rcond=_SINGULAR, hermitian=True) @ matrix.T)
 
 
@@ -98,7 +116,9 @@ def _closed_form(attained: Floats, command: Floats) -> Floats:
 
 
 def _jacobian(points: Floats, about: Floats, rotation: Floats | None, size: float) -> Floats:
-    """Return the derivatives of the points (3 pose, 6 or 9) by rotations about a centre (times `size`), shifts, and tool offsets."""
+    """Return the derivatives of the points (3 pose, 6 or 9) by rotations about a centre (times
+    `size`), shifts, and tool offsets.
+    """
     blocks = [-skew(points - about) / size, np.broadcast_to(np.eye(3), (len(points), 3, 3))]
     if rotation is not None:
         blocks.append(rotation)

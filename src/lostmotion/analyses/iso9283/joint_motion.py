@@ -1,4 +1,6 @@
-"""Motion of the joints in the tests of ISO 9283: approach directions, and joint values along a straight path."""
+"""Motion of the joints in the tests of ISO 9283: approach directions, and joint values along a
+straight path.
+"""
 
 from __future__ import annotations
 
@@ -22,10 +24,11 @@ _STILL: Final = 1e-7
 
 
 def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
-    """Return the sign of each joint's motion on arrival at P1 to P5 (5, joint) in the cycle P5, P4, P3, P2, P1, and which joints never move (joint,).
+    """Return the sign of each joint's motion on arrival at P1 to P5 (5, joint) in the cycle P5, P4,
+    P3, P2, P1, and which joints never move (joint,).
 
-    A joint at rest between two poses keeps the sign of its previous motion; one that never moves counts as +1. Joints move monotonically from pose to
-    pose.
+    A joint at rest between two poses keeps the sign of its previous motion; one that never moves
+    counts as +1. Joints move monotonically from pose to pose.
     """
     before = np.roll(q, -1, axis=0)
     signs = np.where(np.abs(q - before) < _STILL, 0.0, np.sign(q - before))
@@ -36,18 +39,26 @@ def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
 
 
 def side_approach(arm: Arm, cube: Cube, pose: int, otherwise: Floats) -> Floats:
-    """Return the sign of each joint's motion (3, joint) on arrival at one of the five poses along the base's x, y and z.
+    """Return the sign of each joint's motion (3, joint) on arrival at one of the five poses along
+    the base's x, y and z.
 
-    The approach starts a tenth of the cube's side away, towards the cube's centre, so that it is within reach; at the centre itself it follows the
-    axes' directions. Joints that do not move keep the sign of the cycle, `otherwise` (joint,).
+    The approach starts a tenth of the cube's side away, towards the cube's centre, so that it is
+    within reach; at the centre itself it follows the axes' directions. Joints that do not move keep
+    the sign of the cycle, `otherwise` (joint,).
     """
     here = cube.poses[pose]
     inward = np.sign(cube.centre - here[:3, 3])
     before = np.tile(here, (3, 1, 1))
-    before[:, :3, 3] += np.diag(np.where(np.abs(cube.centre - here[:3, 3]) < _STILL, -1.0, inward)) * (_APPROACH * cube.side)
-    q, reached = inverse_kinematics(arm, before, np.tile(cube.q[pose], (3, 1)), with_orientation=cube.rotation is not None)
+    before[:, :3, 3] += np.diag(
+        np.where(np.abs(cube.centre - here[:3, 3]) < _STILL, -1.0, inward)
+    ) * (_APPROACH * cube.side)
+    q, reached = inverse_kinematics(
+        arm, before, np.tile(cube.q[pose], (3, 1)), with_orientation=cube.rotation is not None
+    )
     if not reached.all():
-        raise refuse_argument("cube", f"no way to {NAMES[pose]} along the base's axes", "a smaller cube, within reach")
+        raise refuse_argument(
+            "cube", f"no way to {NAMES[pose]} along the base's axes", "a smaller cube, within reach"
+        )
     moved = cube.q[pose] - q
     return np.asarray(np.where(np.abs(moved) < _STILL, otherwise, np.sign(moved)))
 
@@ -59,16 +70,25 @@ def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floa
     """
     a, b = ends
     if a == b or not {a, b} <= set(range(len(NAMES))):
-        raise refuse_argument("path", ends, "two different ones of " + ", ".join(NAMES), path="P2 P4")
+        raise refuse_argument(
+            "path", ends, "two different ones of " + ", ".join(NAMES), path="P2 P4"
+        )
     share = np.linspace(0.0, 1.0, points)[:, None]
     wanted = np.tile(cube.poses[a], (points, 1, 1))
     wanted[:, :3, 3] = (1 - share) * cube.poses[a, :3, 3] + share * cube.poses[b, :3, 3]
     q = np.empty((points, cube.q.shape[1]))
     here = cube.q[a]
     for k in range(points):
-        found, reached = inverse_kinematics(arm, wanted[k : k + 1], here[None], with_orientation=cube.rotation is not None)
+        found, reached = inverse_kinematics(
+            arm, wanted[k : k + 1], here[None], with_orientation=cube.rotation is not None
+        )
         if not reached[0]:
-            raise refuse_argument("path", f"{NAMES[a]} {NAMES[b]}", "a line that the arm can follow without a change of configuration", path="P3 P5")
+            raise refuse_argument(
+                "path",
+                f"{NAMES[a]} {NAMES[b]}",
+                "a line that the arm can follow without a change of configuration",
+                path="P3 P5",
+            )
         q[k] = here = found[0]
     return q
 

@@ -1,18 +1,23 @@
-"""CSV files of measured visits and paths: one row per reading, a header that names each column with its unit.
+"""CSV files of measured visits and paths: one row per reading, a header that names each column with
+its unit.
 
-    pose, path,  cycle, load [%], x [mm], y [mm], z [mm], a [deg], b [deg], c [deg], xc [mm], yc [mm], zc [mm], ac [deg], bc [deg], cc [deg]
-    P1,   ,      1,     100,      600.02, 0.01,  399.95, ...
+    pose, path,  cycle, load [%], x [mm], y [mm], z [mm], a [deg], b [deg], c [deg], xc [mm], yc
+                 [mm], zc [mm], ac [deg], bc [deg], cc [deg] P1,   ,      1,     100,      600.02,
+                 0.01,  399.95, ...
     ,     P2-P4, 1,     100,      452.11, ...
 
-x, y, z are attained positions of the tool point in the base frame, xc, yc, zc commanded ones; dx, dy, dz may replace the attained ones and are
-attained less commanded. a, b, c and ac, bc, cc are rotations about the fixed x, y, z axes, in that order. `side` names the side from which a pose was
-approached, for vAP; it is empty in the standard's cycle. `load` is a share of the payload; default: that of the whole file, else the full payload.
-Only positions are required. Without `pose`, rows with the same commanded position are one pose. A cycle visits a pose once. Lines that begin with #
-are comments. Cells are separated by commas or semicolons; numbers have decimal points throughout, or decimal commas throughout. Columns with other
-names are mapped: "xc = x_t [mm]", or "dx = -x_dif [mm]" where the file has commanded less attained.
+x, y, z are attained positions of the tool point in the base frame, xc, yc, zc commanded ones; dx,
+dy, dz may replace the attained ones and are attained less commanded. a, b, c and ac, bc, cc are
+rotations about the fixed x, y, z axes, in that order. `side` names the side from which a pose was
+approached, for vAP; it is empty in the standard's cycle. `load` is a share of the payload; default:
+that of the whole file, else the full payload. Only positions are required. Without `pose`, rows
+with the same commanded position are one pose. A cycle visits a pose once. Lines that begin with #
+are comments. Cells are separated by commas or semicolons; numbers have decimal points throughout,
+or decimal commas throughout. Columns with other names are mapped: "xc = x_t [mm]", or "dx = -x_dif
+[mm]" where the file has commanded less attained.
 
-A row with `path`, the names of the poses that a straight line joins, is a reading along it, in the order read, cycle by cycle; `pose` is then empty,
-commands and rotations may be.
+A row with `path`, the names of the poses that a straight line joins, is a reading along it, in the
+order read, cycle by cycle; `pose` is then empty, commands and rotations may be.
 """
 
 from __future__ import annotations
@@ -36,7 +41,13 @@ from lostmotion.analyses.iso9283.measured_columns import (
     find_columns,
     read_table,
 )
-from lostmotion.analyses.iso9283.measured_rows import LOAD_DECIMALS, payload_shares, role_values, without_lost, without_repeats
+from lostmotion.analyses.iso9283.measured_rows import (
+    LOAD_DECIMALS,
+    payload_shares,
+    role_values,
+    without_lost,
+    without_repeats,
+)
 from lostmotion.analyses.iso9283.predicted import MOST_LOAD
 from lostmotion.analyses.iso9283.visits import ARRAYS, TUPLES, Visits
 from lostmotion.errors import InputError, Problem, refuse_argument
@@ -61,24 +72,39 @@ def read_measured(
     instrument: float = 0.0,
     loads: Sequence[float] = (),
 ) -> Visits:
-    """Return the visits and readings of these CSV files, without rows that repeat another one in every column that is read.
+    """Return the visits and readings of these CSV files, without rows that repeat another one in
+    every column that is read.
 
     path        one file, or several of one robot
-    mapping     "role = column [unit]", several in one text separated by commas, or several texts; roles as listed at the top of this file
-    commands    CSV with the names of poses and their commanded positions (and rotations) in x, y, z (a, b, c), where the files state none
-    instrument  standard deviation of one reading of a coordinate, m
+    mapping     "role = column [unit]", several in one text separated by commas, or several texts;
+                roles as listed at the top of this file commands    CSV with the names of poses and
+                their commanded positions (and rotations) in x, y, z (a, b, c), where the files
+                state none instrument  standard deviation of one reading of a coordinate, m
     loads       share of the payload for each file without a `load` column
     Raises InputError with the first 20 mistakes and their lines.
     """
     files = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
     if not 1 <= len(files) <= _MOST_FILES:
-        raise refuse_argument("measured", f"{len(files)} files", f"1 to {_MOST_FILES}", measured="visits.csv")
+        raise refuse_argument(
+            "measured", f"{len(files)} files", f"1 to {_MOST_FILES}", measured="visits.csv"
+        )
     if len(loads) not in {0, len(files)}:
-        raise refuse_argument("load", f"{len(loads)} for {len(files)} measured files", "one for each file, in their order", load="100 %")
+        raise refuse_argument(
+            "load",
+            f"{len(loads)} for {len(files)} measured files",
+            "one for each file, in their order",
+            load="100 %",
+        )
     if not all(0 <= load <= MOST_LOAD for load in loads):
-        raise refuse_argument("load", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", load="10 %")
+        raise refuse_argument(
+            "load", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", load="10 %"
+        )
     tables = [read_table(each) for each in files]
-    names = {name for header, _, _ in tables for name in column_names(header)} if len(files) > 1 else set()
+    names = (
+        {name for header, _, _ in tables for name in column_names(header)}
+        if len(files) > 1
+        else set()
+    )
     named: Sequence[float | None] = loads or [None] * len(files)
     parts: list[Visits] = []
     mistakes: list[Problem] = []
@@ -91,9 +117,19 @@ def read_measured(
         refuse_all(mistakes, MOST_MISTAKES)
     found = parts[0] if len(parts) == 1 else combined(parts)
     if len(kinds := dict.fromkeys(found.load.tolist())) > MOST_LOADS:
-        refuse(str(files[0]), "load", f"{len(kinds)} loads", f"at most {MOST_LOADS}", "10 % and 100 % of the payload")
+        refuse(
+            str(files[0]),
+            "load",
+            f"{len(kinds)} loads",
+            f"at most {MOST_LOADS}",
+            "10 % and 100 % of the payload",
+        )
     _refuse_two_commands(found)
-    stated = {name: k for k, name in reversed(list(enumerate(found.pose))) if name and np.isfinite(found.command[k]).all()}
+    stated = {
+        name: k
+        for k, name in reversed(list(enumerate(found.pose)))
+        if name and np.isfinite(found.command[k]).all()
+    }
     known = {name: found.commanded_pose(k) for name, k in stated.items()}
     if commands is not None:
         known = _commands(Path(commands)) | known
@@ -103,14 +139,24 @@ def read_measured(
 
 
 def _rows_of(
-    file: str, table: tuple[list[str], list[list[str]], list[int]], mapping: Sequence[str], elsewhere: set[str], load: float | None
+    file: str,
+    table: tuple[list[str], list[list[str]], list[int]],
+    mapping: Sequence[str],
+    elsewhere: set[str],
+    load: float | None,
 ) -> Visits:
     """Return the rows of one file."""
     header, rows, lines = table
     columns = find_columns(file, header, mapping, elsewhere)
     rows, lines, lost = without_lost(header, rows, lines, columns[0])
     if not rows:
-        refuse(file, f"line {lost[0]}", "no reading in any row", "attained positions, at least two visits to a pose", HEADER)
+        refuse(
+            file,
+            f"line {lost[0]}",
+            "no reading in any row",
+            "attained positions, at least two visits to a pose",
+            HEADER,
+        )
     cells, duplicates, lines, unread = without_repeats(header, rows, lines, columns[0])
     used = {column.index for column in columns[0].values()}
     words, values = role_values(file, header, cells, lines, columns)
@@ -123,10 +169,14 @@ def _rows_of(
     return Visits(
         pose=tuple(pose),
         path=tuple(path),
-        cycle=np.array([float(word) for word in words["cycle"]]) if "cycle" in words else np.full(count, math.nan),
+        cycle=np.array([float(word) for word in words["cycle"]])
+        if "cycle" in words
+        else np.full(count, math.nan),
         side=tuple(words.get("side", [""] * count)),
         load=np.round(shares, LOAD_DECIMALS),
-        attained=command + _stacked(values, DEVIATION, nothing) if DEVIATION[0] in values else _stacked(values, ATTAINED, nothing),
+        attained=command + _stacked(values, DEVIATION, nothing)
+        if DEVIATION[0] in values
+        else _stacked(values, ATTAINED, nothing),
         command=command,
         orientation=_rotations(_stacked(values, ORIENTATION, nothing)),
         rotation=_rotations(_stacked(values, COMMANDED_ORIENTATION, nothing)),
@@ -137,17 +187,27 @@ def _rows_of(
         source=Path(file).name,
         known={},
         load_stated=load is not None or "load" in values,
-        unused=tuple(name for at, name in enumerate(column_names(header)) if at not in used and name),
+        unused=tuple(
+            name for at, name in enumerate(column_names(header)) if at not in used and name
+        ),
         lost=tuple((file, line) for line in lost),
     )
 
 
 def combined(parts: Sequence[Visits]) -> Visits:
     """Return the rows of several files of one robot; the instrument is that of the first."""
-    rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS}
+    rows: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in ARRAYS
+    }
     rows |= {name: tuple(each for part in parts for each in getattr(part, name)) for name in TUPLES}
-    totals: dict[str, Any] = {"duplicates": sum(part.duplicates for part in parts), "source": ", ".join(part.source for part in parts)}
-    totals |= {name: tuple(dict.fromkeys(each for part in parts for each in getattr(part, name))) for name in ("unread", "unused", "lost")}
+    totals: dict[str, Any] = {
+        "duplicates": sum(part.duplicates for part in parts),
+        "source": ", ".join(part.source for part in parts),
+    }
+    totals |= {
+        name: tuple(dict.fromkeys(each for part in parts for each in getattr(part, name)))
+        for name in ("unread", "unused", "lost")
+    }
     return replace(parts[0], load_stated=all(part.load_stated for part in parts), **rows, **totals)
 
 
@@ -174,8 +234,19 @@ def _refuse_two_commands(visits: Visits) -> None:
         at = first.setdefault(name, k)
         if np.abs(visits.command[k] - visits.command[at]).max() > _ROUNDING:
             (file, line), (other, before) = visits.where[k], visits.where[at]
-            found = f"another commanded position of pose {name} than in {'' if file == other else other + ', '}line {before}"
-            mistakes.append(Problem(file, f"line {line}", found, "one command per pose", "P1b as the name of the second"))
+            found = (
+                f"another commanded position of pose {name} than in "
+                f"{'' if file == other else other + ', '}line {before}"
+            )
+            mistakes.append(
+                Problem(
+                    file,
+                    f"line {line}",
+                    found,
+                    "one command per pose",
+                    "P1b as the name of the second",
+                )
+            )
             if len(mistakes) > MOST_MISTAKES:
                 break
     if mistakes:
@@ -183,18 +254,27 @@ def _refuse_two_commands(visits: Visits) -> None:
 
 
 def _refuse_other_unit(visits: Visits) -> None:
-    """Raise InputError where the attained positions are the commanded ones times a ratio of units: one of the two headings is wrong."""
+    """Raise InputError where the attained positions are the commanded ones times a ratio of units:
+    one of the two headings is wrong.
+    """
     known = np.isfinite(visits.command).all(axis=1) & np.isfinite(visits.attained).all(axis=1)
     command, attained = visits.command[known], visits.attained[known]
     if not (square := float((command**2).sum())):
         return
     ratio = float((attained * command).sum()) / square
     unit = next((each for each in _UNIT_RATIOS if abs(ratio / each - 1) < _UNIT_SAME), None)
-    if unit is None or np.linalg.norm(attained - ratio * command) > _UNIT_SAME * np.linalg.norm(attained):
+    if unit is None or np.linalg.norm(attained - ratio * command) > _UNIT_SAME * np.linalg.norm(
+        attained
+    ):
         return
     k = int(np.flatnonzero(known)[0])
-    (file, line), apart = visits.where[k], (f"{each * 1e3:.6g} mm" for each in map(np.linalg.norm, (attained[0], command[0])))
-    found = "attained positions {} from the origin where {} is commanded: {:g} times as far in all rows".format(*apart, unit)
+    (file, line), apart = (
+        visits.where[k],
+        (f"{each * 1e3:.6g} mm" for each in map(np.linalg.norm, (attained[0], command[0]))),
+    )
+    found = (
+        "attained positions {} from the origin where {} is commanded: {:g} times as far in all rows"
+    ).format(*apart, unit)
     refuse(
         file,
         f"line {line}, x, y, z",
@@ -204,7 +284,8 @@ def _refuse_other_unit(visits: Visits) -> None:
     )
 
 
-# Ratios of the units in which lengths are written, and how closely positions follow one, as a share of their distance from the origin.
+# Ratios of the units in which lengths are written, and how closely positions follow one, as a share
+# of their distance from the origin.
 _UNIT_RATIOS: Final = (1e-6, 1e-3, 1e-2, 0.1, 1 / 25.4, 25.4, 10.0, 1e2, 1e3, 1e6)
 _UNIT_SAME: Final = 0.02
 # Rounding of commanded positions of one pose in the file, m.
@@ -217,21 +298,38 @@ def _commands(path: Path) -> dict[str, Floats]:
     found = find_columns(str(path), header, ())
     for role in ("pose", "x"):
         if role not in found[0]:
-            refuse(str(path), "line 1", f"no column {role}", "the commanded poses: pose, x [mm], y [mm], z [mm]", "pose, x [mm], y [mm], z [mm]")
+            refuse(
+                str(path),
+                "line 1",
+                f"no column {role}",
+                "the commanded poses: pose, x [mm], y [mm], z [mm]",
+                "pose, x [mm], y [mm], z [mm]",
+            )
     words, values = role_values(str(path), header, rows, lines, found)
     nothing = np.full((len(rows), 3), math.nan)
-    at, rotation = _stacked(values, ATTAINED, nothing), _rotations(_stacked(values, ORIENTATION, nothing))
+    at, rotation = (
+        _stacked(values, ATTAINED, nothing),
+        _rotations(_stacked(values, ORIENTATION, nothing)),
+    )
     out: dict[str, Floats] = {}
     for k, name in enumerate(words["pose"]):
         if name in out:
-            refuse(str(path), f"line {lines[k]}", f"pose {name} a second time", "each pose once", "P1, 600, 0, 400")
+            refuse(
+                str(path),
+                f"line {lines[k]}",
+                f"pose {name} a second time",
+                "each pose once",
+                "P1, 600, 0, 400",
+            )
         out[name] = pose_of(at[k])
         out[name][:3, :3] = rotation[k]  # NaN where the file states no rotations
     return out
 
 
 def _rotations(turns: Floats) -> Floats:
-    """Return rotation matrices (row, 3, 3) from rotations (row, 3) about the fixed axes; NaN where there are none."""
+    """Return rotation matrices (row, 3, 3) from rotations (row, 3) about the fixed axes; NaN where
+    there are none.
+    """
     from scipy.spatial.transform import Rotation
 
     out = np.full((len(turns), 3, 3), math.nan)

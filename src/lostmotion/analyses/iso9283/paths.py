@@ -1,7 +1,9 @@
-"""Path accuracy AT and path repeatability RT of ISO 9283:1998, 8.2 and 8.3, for predicted and measured robots.
+"""Path accuracy AT and path repeatability RT of ISO 9283:1998, 8.2 and 8.3, for predicted and
+measured robots.
 
-The standard cuts the attained paths by planes normal to the commanded path and evaluates each plane. Errors (..., cycle, 6) at a plane are the
-rotation vector from the commanded orientation, rad, and the displacement from the commanded point, in one unit; base axes.
+The standard cuts the attained paths by planes normal to the commanded path and evaluates each
+plane. Errors (..., cycle, 6) at a plane are the rotation vector from the commanded orientation,
+rad, and the displacement from the commanded point, in one unit; base axes.
 """
 
 from __future__ import annotations
@@ -35,22 +37,29 @@ def across_path(errors: Floats, along: Floats) -> Floats:
 
 
 def path_figures(errors: Floats, along: Floats) -> Floats:
-    """Return `PATH_FIGURES` (8, ...), all unsigned, of the cycles' errors (..., cycle, 6) at one plane normal to the direction `along` (3,).
+    """Return `PATH_FIGURES` (8, ...), all unsigned, of the cycles' errors (..., cycle, 6) at one
+    plane normal to the direction `along` (3,).
 
-    AT_p: length of the mean across the path; RT_p: mean + 3 s of the distances from it; AT_a, b, c: absolute mean rotation; RT_a, b, c: 3 s. s uses
-    the n - 1 denominator; the standard asks for n = 10. Raises ValueError for fewer than two cycles.
+    AT_p: length of the mean across the path; RT_p: mean + 3 s of the distances from it; AT_a, b, c:
+    absolute mean rotation; RT_a, b, c: 3 s. s uses the n - 1 denominator; the standard asks for n =
+    10. Raises ValueError for fewer than two cycles.
     """
     across, turn = across_path(errors[..., 3:], along), errors[..., :3]
     lengths = iso.pose_accuracy(across, np.zeros(3)), iso.pose_repeatability(across)
     turns = np.abs(iso.axis_accuracy(turn)), iso.axis_repeatability(turn)
-    return np.stack([*lengths, *(np.moveaxis(each, -1, 0)[k] for each in turns for k in range(_DIRECTION))])
+    return np.stack(
+        [*lengths, *(np.moveaxis(each, -1, 0)[k] for each in turns for k in range(_DIRECTION))]
+    )
 
 
 def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
-    """Return the indices (place,) of each cycle's readings at places that all cycles share, in path order; None where they share too few.
+    """Return the indices (place,) of each cycle's readings at places that all cycles share, in path
+    order; None where they share too few.
 
-    `ways` holds the positions (reading,) of each cycle's readings along the commanded path, m. A place is shared where every cycle has a reading
-    within a tenth of the mean reading distance. At least five places, and nine tenths of those of the cycle with the fewest readings, must be shared.
+    `ways` holds the positions (reading,) of each cycle's readings along the commanded path, m. A
+    place is shared where every cycle has a reading within a tenth of the mean reading distance. At
+    least five places, and nine tenths of those of the cycle with the fewest readings, must be
+    shared.
     """
     fewest = np.sort(min(ways, key=len))
     if len(fewest) < MIN_READINGS:
@@ -62,18 +71,23 @@ def shared_places(ways: Sequence[Floats]) -> list[np.ndarray] | None:
             kept.append(place)
     places = np.array(kept)
     nearest = [np.abs(way[:, None] - places).argmin(axis=0) for way in ways]
-    everywhere = np.all([np.abs(way[at] - places) <= near for way, at in zip(ways, nearest, strict=True)], axis=0)
+    everywhere = np.all(
+        [np.abs(way[at] - places) <= near for way, at in zip(ways, nearest, strict=True)], axis=0
+    )
     if everywhere.sum() < max(MIN_READINGS, _SHARED * len(places)):
         return None
     return [at[everywhere] for at in nearest]
 
 
 def moved_to_planes(ways: Sequence[Floats], errors: Sequence[Floats], places: Floats) -> Floats:
-    """Return errors (plane, cycle, k) at `places` (plane,) that all cycles cover, from two cycles or more that were read at different places.
+    """Return errors (plane, cycle, k) at `places` (plane,) that all cycles cover, from two cycles
+    or more that were read at different places.
 
-    Each cycle's nearest reading is moved to the plane by the mean change of the other cycles over the same distance, interpolated linearly. The
-    reading keeps its full noise: a point interpolated between two readings has about two thirds of its variance, and RT from such points is 18 % low
-    where neighbouring readings are independent. A cycle without a reading between the outer planes is interpolated.
+    Each cycle's nearest reading is moved to the plane by the mean change of the other cycles over
+    the same distance, interpolated linearly. The reading keeps its full noise: a point interpolated
+    between two readings has about two thirds of its variance, and RT from such points is 18 % low
+    where neighbouring readings are independent. A cycle without a reading between the outer planes
+    is interpolated.
 
     ways    (reading,) of each cycle: position along the commanded path, m
     errors  (reading, k) of each cycle
@@ -92,16 +106,22 @@ def moved_to_planes(ways: Sequence[Floats], errors: Sequence[Floats], places: Fl
 
 
 def _nearest(way: Floats, places: Floats) -> np.ndarray | None:
-    """Return the index of the reading between the outer planes that is nearest to each plane; None without any."""
+    """Return the index of the reading between the outer planes that is nearest to each plane; None
+    without any.
+    """
     inside = np.flatnonzero((way >= places[0]) & (way <= places[-1]))
     return inside[np.abs(way[inside, None] - places).argmin(axis=0)] if inside.size else None
 
 
 def crossings(way: Floats, readings: Floats, places: Floats) -> Floats:
-    """Return the readings (plane, k) of one attained path, interpolated linearly to `places` (plane,) along the commanded path.
+    """Return the readings (plane, k) of one attained path, interpolated linearly to `places`
+    (plane,) along the commanded path.
 
-    way       (reading,) position along the commanded path; where noise makes it decrease, readings are sorted by it
+    way       (reading,) position along the commanded path; where noise makes it decrease, readings
+              are sorted by it
     readings  (reading, k)
     """
     order = np.argsort(way, kind="stable")
-    return np.stack([np.interp(places, way[order], column[order]) for column in readings.T], axis=-1)
+    return np.stack(
+        [np.interp(places, way[order], column[order]) for column in readings.T], axis=-1
+    )

@@ -1,7 +1,8 @@
 """Predicted ISO 9283 characteristics of robots simulated from one design.
 
-Each robot is drawn once, follows the standard's cycles, and is evaluated by the standard's definitions. Motion is quasi-static: no overshoot,
-settling or speed. The direction of each joint's last motion decides the side of its backlash.
+Each robot is drawn once, follows the standard's cycles, and is evaluated by the standard's
+definitions. Motion is quasi-static: no overshoot, settling or speed. The direction of each joint's
+last motion decides the side of its backlash.
 """
 
 from __future__ import annotations
@@ -15,7 +16,12 @@ from lostmotion.analyses.iso9283 import characteristics as iso
 from lostmotion.analyses.iso9283.commanded_poses import MOST_POSES
 from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.frame_fit import residual_after_fit
-from lostmotion.analyses.iso9283.joint_motion import cycle_approach, path_approach, path_poses, side_approach
+from lostmotion.analyses.iso9283.joint_motion import (
+    cycle_approach,
+    path_approach,
+    path_poses,
+    side_approach,
+)
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES, path_figures
 from lostmotion.error_model.draws import key
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
@@ -59,12 +65,15 @@ class LoadSheet:
     """Characteristics under one load, robot by robot, m and rad.
 
     load                  share of the payload
-    barycentre, turn      (pose, robot, 3) mean error and rotation of a robot's visits: AP_x, AP_y, AP_z and AP_a, AP_b, AP_c
+    barycentre, turn      (pose, robot, 3) mean error and rotation of a robot's visits: AP_x, AP_y,
+                          AP_z and AP_a, AP_b, AP_c
     repeatability         (pose, robot) RP_l
     scatter               (pose, robot, 6) 3 s about and along the axes: RP_a, RP_b, RP_c first
-    fitted                (pose, robot) AP_p after the best fit of each robot's base frame over the five poses
-    expected, deviation   (pose,) expected value and standard deviation of RP_l for normal scatter of the same covariance, without sampling
-    limit                 (pose,) its limit for many visits
+    fitted                (pose, robot) AP_p after the best fit of each robot's base frame over the
+                          five poses
+    expected, deviation   (pose,) expected value and standard deviation of RP_l for normal scatter
+                          of the same covariance, without sampling limit                 (pose,) its
+                          limit for many visits
     random_approach       (pose, robot) RP_l if every joint arrives from either side at random
     shown                 (robot, pose, visit, 3) errors of the first robots, for a plot
     multi_directional     (3, robot) vAP_p at P1, P2 and P4
@@ -104,7 +113,8 @@ class PredictedRobots:
     loads                     characteristics under each load, in the order given
     path_ends                 the poses that the path joins
     path_points, path_cycles  number of points of the path, and of its cycles
-    check                     difference of the first-order sum to the exact composition, on a sample at the five poses
+    check                     difference of the first-order sum to the exact composition, on a
+                              sample at the five poses
     """
 
     arm: Arm
@@ -139,8 +149,8 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
 
     cycles      visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
     robots      number of simulated robots
-    path        the poses that the line for AT and RT joins, 0 for P1; followed `path_cycles` times (the standard's 10), evaluated at `path_points`
-    loads       shares of the payload
+    path        the poses that the line for AT and RT joins, 0 for P1; followed `path_cycles` times
+                (the standard's 10), evaluated at `path_points` loads       shares of the payload
     instrument  standard deviation of the readings of positions that is added, m
     Raises InputError for numbers out of range, and for a path that the arm cannot follow.
     """
@@ -154,7 +164,9 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         if not least <= value <= most:
             raise refuse_argument(name, value, f"from {least} to {most}", **{name: 30})
     if not all(0 <= load <= MOST_LOAD for load in loads):
-        raise refuse_argument("loads", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", loads=LOADS)
+        raise refuse_argument(
+            "loads", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", loads=LOADS
+        )
     report = progress or (lambda _stage, _done, _total: None)
     steps = 3 * len(loads)
     approach, still = cycle_approach(cube.q)
@@ -162,14 +174,29 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     for number, load in enumerate(loads):
         loaded = with_payload_share(arm, load)
         report("visiting the five poses", 3 * number, steps)
-        at_poses = _at_poses(loaded, cube, approach, seed, _NUMBERS["cycle"] + len(NAMES) * number, robots, cycles, instrument)
+        at_poses = _at_poses(
+            loaded,
+            cube,
+            approach,
+            seed,
+            _NUMBERS["cycle"] + len(NAMES) * number,
+            robots,
+            cycles,
+            instrument,
+        )
         report("arriving from three sides", 3 * number + 1, steps)
         first = _NUMBERS["sides"] + 3 * len(FROM_THREE_SIDES) * number
         sides = _from_sides(loaded, cube, approach, seed, first, robots, cycles, instrument)
         report("following the path", 3 * number + 2, steps)
         first = _NUMBERS["path"] + MOST_PATH_POINTS * number
-        profile, along = _along_path(loaded, cube, approach, path, path_points, seed, first, robots, path_cycles, instrument)
-        sheets.append(LoadSheet(load=load, multi_directional=sides, path=along, path_profile=profile, **at_poses))
+        profile, along = _along_path(
+            loaded, cube, approach, path, path_points, seed, first, robots, path_cycles, instrument
+        )
+        sheets.append(
+            LoadSheet(
+                load=load, multi_directional=sides, path=along, path_profile=profile, **at_poses
+            )
+        )
     return PredictedRobots(
         arm,
         cube,
@@ -182,29 +209,57 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         path,
         path_points,
         path_cycles,
-        exact.check(screws(arm, cube.q, approach=approach), 0, np.arange(len(NAMES)), seed, min(robots, _CHECKED), min(cycles, _CHECKED)),
+        exact.check(
+            screws(arm, cube.q, approach=approach),
+            0,
+            np.arange(len(NAMES)),
+            seed,
+            min(robots, _CHECKED),
+            min(cycles, _CHECKED),
+        ),
     )
 
 
 def predict_at(
-    arm: Arm, at: CommandedPoses, *, cycles: int, robots: int, seed: int, loads: Sequence[float], instrument: float = 0.0
+    arm: Arm,
+    at: CommandedPoses,
+    *,
+    cycles: int,
+    robots: int,
+    seed: int,
+    loads: Sequence[float],
+    instrument: float = 0.0,
 ) -> tuple[LoadSheet, ...]:
-    """Return the characteristics of simulated robots at commanded poses, visited in their order cycle by cycle, under each load.
+    """Return the characteristics of simulated robots at commanded poses, visited in their order
+    cycle by cycle, under each load.
 
-    Arguments as for `predict_robots`. What needs a cube (vAP over three sides, paths) is NaN; AD_p and RD need poses of the names P2 and P4.
+    Arguments as for `predict_robots`. What needs a cube (vAP over three sides, paths) is NaN; AD_p
+    and RD need poses of the names P2 and P4.
     """
     approach = cycle_approach(at.q[::-1])[0][::-1]
     sheets = []
     for number, load in enumerate(loads):
         first = _NUMBERS["commanded"] + MOST_POSES * number
-        found = _at_poses(with_payload_share(arm, load), at, approach, seed, first, robots, cycles, instrument)
+        found = _at_poses(
+            with_payload_share(arm, load), at, approach, seed, first, robots, cycles, instrument
+        )
         unknown = np.full((len(PATH_FIGURES), robots), np.nan)
-        sheets.append(LoadSheet(load=load, multi_directional=unknown[:3], path=unknown, path_profile=unknown[:, :0, None], **found))
+        sheets.append(
+            LoadSheet(
+                load=load,
+                multi_directional=unknown[:3],
+                path=unknown,
+                path_profile=unknown[:, :0, None],
+                **found,
+            )
+        )
     return tuple(sheets)
 
 
 def with_payload_share(arm: Arm, share: float) -> Arm:
-    """Return the arm with a share of its payload: mass, process force and moment. Drives and their friction do not change."""
+    """Return the arm with a share of its payload: mass, process force and moment. Drives and their
+    friction do not change.
+    """
     payload = arm.payload
     lighter = payload.model_copy(
         update={
@@ -216,32 +271,64 @@ def with_payload_share(arm: Arm, share: float) -> Arm:
     return arm if share == 1 else arm.with_payload(lighter)
 
 
-def _errors(matrix: PoseMatrix, row: int, number: int, seed: int, robots: int, visits: int, instrument: float) -> Floats:
-    """Return the tool's error (robot, visit, 6) at one pose, rad and m, with the study's draws for pose `number` and the noise of the readings."""
+def _errors(
+    matrix: PoseMatrix,
+    row: int,
+    number: int,
+    seed: int,
+    robots: int,
+    visits: int,
+    instrument: float,
+) -> Floats:
+    """Return the tool's error (robot, visit, 6) at one pose, rad and m, with the study's draws for
+    pose `number` and the noise of the readings.
+    """
     out = np.empty((robots, visits, 6))
     for first in range(0, robots, _AT_ONCE):
         last = min(first + _AT_ONCE, robots)
-        robot, visit = (axis.ravel() for axis in np.meshgrid(np.arange(first, last), np.arange(visits), indexing="ij"))
+        robot, visit = (
+            axis.ravel()
+            for axis in np.meshgrid(np.arange(first, last), np.arange(visits), indexing="ij")
+        )
         draws = exact.draws_of(matrix, row, seed, number, robot, visit)
         out[first:last] = (matrix.tool[row] @ draws).T.reshape(last - first, visits, 6)
     if instrument:
-        readings = np.random.Generator(np.random.Philox(key=key(seed, f"iso9283.readings.{number}")))
+        readings = np.random.Generator(
+            np.random.Philox(key=key(seed, f"iso9283.readings.{number}"))
+        )
         out[..., 3:] += instrument * readings.standard_normal((robots, visits, 3))
     return out
 
 
 def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm, cube: Cube | CommandedPoses, approach: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
+    arm: Arm,
+    cube: Cube | CommandedPoses,
+    approach: Floats,
+    seed: int,
+    first: int,
+    robots: int,
+    cycles: int,
+    instrument: float,
 ) -> dict[str, Floats]:
     """Return the fields of a `LoadSheet` that belong to the poses."""
     matrix, loose = screws(arm, cube.q, approach=approach), screws(arm, cube.q)
-    errors = np.stack([_errors(matrix, k, first + k, seed, robots, cycles, instrument) for k in range(len(cube.names))])
+    errors = np.stack(
+        [
+            _errors(matrix, k, first + k, seed, robots, cycles, instrument)
+            for k in range(len(cube.names))
+        ]
+    )
     shift, turn = errors[..., 3:], errors[..., :3]
     barycentre = iso.axis_accuracy(shift)
     command = cube.poses[:, :3, 3]
     covariance = visit_covariance(matrix) + instrument**2 * np.eye(3)
     expected, deviation = expected_repeatability(covariance, cycles)
-    either = np.stack([_errors(loose, k, first + k, seed, robots, cycles, instrument)[..., 3:] for k in range(len(cube.names))])
+    either = np.stack(
+        [
+            _errors(loose, k, first + k, seed, robots, cycles, instrument)[..., 3:]
+            for k in range(len(cube.names))
+        ]
+    )
     return {
         "barycentre": barycentre,
         "turn": iso.axis_accuracy(turn),
@@ -259,15 +346,28 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
 
 def _distance(cube: Cube | CommandedPoses, command: Floats, shift: Floats) -> Floats:
     """Return AD_p and RD (2, robot) between P2 and P4; NaN where these are not among the poses."""
-    a, b = (cube.names.index(name) if name in cube.names else -1 for name in (NAMES[k] for k in DISTANCE))
+    a, b = (
+        cube.names.index(name) if name in cube.names else -1
+        for name in (NAMES[k] for k in DISTANCE)
+    )
     if min(a, b) < 0:
         return np.full((2, shift.shape[1]), np.nan)
-    ends, far = (command[a] + shift[a], command[b] + shift[b]), float(np.linalg.norm(command[b] - command[a]))
+    ends, far = (
+        (command[a] + shift[a], command[b] + shift[b]),
+        float(np.linalg.norm(command[b] - command[a])),
+    )
     return np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)])
 
 
 def _from_sides(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm, cube: Cube, approach: Floats, seed: int, first: int, robots: int, cycles: int, instrument: float
+    arm: Arm,
+    cube: Cube,
+    approach: Floats,
+    seed: int,
+    first: int,
+    robots: int,
+    cycles: int,
+    instrument: float,
 ) -> Floats:
     """Return vAP (pose, robot), with each pose approached along the base's x, y and z."""
     out = np.empty((len(FROM_THREE_SIDES), robots))
@@ -275,7 +375,13 @@ def _from_sides(  # noqa: PLR0913, PLR0917 - one experiment's numbers
         q = np.tile(cube.q[pose], (3, 1))
         matrix = screws(arm, q, approach=side_approach(arm, cube, pose, approach[pose]))
         number = first + 3 * row
-        shift = np.stack([_errors(matrix, k, number + k, seed, robots, cycles, instrument)[..., 3:] for k in range(3)], axis=1)
+        shift = np.stack(
+            [
+                _errors(matrix, k, number + k, seed, robots, cycles, instrument)[..., 3:]
+                for k in range(3)
+            ],
+            axis=1,
+        )
         out[row] = iso.multi_directional_accuracy(shift)
     return out
 
@@ -292,12 +398,16 @@ def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     cycles: int,
     instrument: float,
 ) -> tuple[Floats, Floats]:
-    """Return `PATH_FIGURES` at each point (8, point, 2), mean and 95th percentile over robots, and of the whole path (8, robot)."""
+    """Return `PATH_FIGURES` at each point (8, point, 2), mean and 95th percentile over robots, and
+    of the whole path (8, robot).
+    """
     q = path_poses(arm, cube, ends, points)
     matrix = screws(arm, q, approach=path_approach(q, approach[ends[0]]))
     along = cube.poses[ends[1], :3, 3] - cube.poses[ends[0], :3, 3]
     found = np.empty((len(PATH_FIGURES), points, robots))
     for k in range(points):
-        found[:, k] = path_figures(_errors(matrix, k, first + k, seed, robots, cycles, instrument), along)
+        found[:, k] = path_figures(
+            _errors(matrix, k, first + k, seed, robots, cycles, instrument), along
+        )
     profile = np.stack([found.mean(axis=-1), np.quantile(found, 0.95, axis=-1)], axis=-1)
     return profile, found.max(axis=1)

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Iso9283(Result):
-    """An ISO 9283 sheet: `predicted`, `drift`, `measured` and `compared`; None, or empty, where there is none.
+    """An ISO 9283 sheet: `predicted`, `drift`, `measured` and `compared`; None, or empty, where
+    there is none.
 
-    commanded  the poses of the measured file at which robots were predicted for the comparison; None where they are those of the cube
+    commanded  the poses of the measured file at which robots were predicted for the comparison;
+               None where they are those of the cube
     """
 
     predicted: PredictedRobots | None
@@ -35,7 +37,9 @@ class Iso9283(Result):
 
     @property
     def states(self) -> States | None:
-        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values; None without a prediction."""
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values;
+        None without a prediction.
+        """
         return None if self.predicted is None else states(self.predicted.arm)
 
     @property
@@ -45,8 +49,15 @@ class Iso9283(Result):
 
         notes: tuple[str, ...] = ()
         if self.predicted is not None and self.measured is not None and not self.compared:
-            notes = ("not compared: no pose of the measured file has a commanded position under a load that was predicted",)
-        return iso_sheet(self.predicted, self.drift, self.measured, list(self.compared), notes, self.commanded)
+            notes = (
+                (
+                    "not compared: no pose of the measured file has a commanded position under a "
+                    "load that was predicted"
+                ),
+            )
+        return iso_sheet(
+            self.predicted, self.drift, self.measured, list(self.compared), notes, self.commanded
+        )
 
     @property
     def plots(self) -> Sequence[Plot]:

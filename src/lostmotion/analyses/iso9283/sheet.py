@@ -18,7 +18,14 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-def commanded(visits: Visits, side: float | None, centre: Sequence[float] | None, tool_rpy: Sequence[float] | None, *, predicted: bool) -> Visits:
+def commanded(
+    visits: Visits,
+    side: float | None,
+    centre: Sequence[float] | None,
+    tool_rpy: Sequence[float] | None,
+    *,
+    predicted: bool,
+) -> Visits:
     """Return the visits with the commands of the stated cube where their files state none.
 
     Raises InputError for missing commands where predicted robots are compared with them.
@@ -37,14 +44,18 @@ def commanded(visits: Visits, side: float | None, centre: Sequence[float] | None
 
 
 def ends_of(path: tuple[str, str] | None, measured: MeasuredRobot | None) -> tuple[int, int]:
-    """Return the two of P1 to P5 that the line joins: those requested, else of the first measured line, else P2 and P4."""
+    """Return the two of P1 to P5 that the line joins: those requested, else of the first measured
+    line, else P2 and P4.
+    """
     from lostmotion.analyses.iso9283.cube import NAMES
     from lostmotion.analyses.iso9283.measured_paths import path_ends
     from lostmotion.analyses.iso9283.predicted import DISTANCE
 
     if path is not None:
         return NAMES.index(path[0]), NAMES.index(path[1])
-    for line in (each for load in measured.loads for each in load.paths) if measured is not None else ():
+    for line in (
+        (each for load in measured.loads for each in load.paths) if measured is not None else ()
+    ):
         if (ends := path_ends(line.name, NAMES)) is not None:
             return NAMES.index(ends[0]), NAMES.index(ends[1])
     return DISTANCE
@@ -59,7 +70,9 @@ def cube_of(
     visits: Visits | None,
     progress: Callable[[str, int, int], None] | None,
 ) -> Cube:
-    """Return the test cube: the stated one, else that of the measured commands, else the largest found."""
+    """Return the test cube: the stated one, else that of the measured commands, else the largest
+    found.
+    """
     import numpy as np
 
     from lostmotion.analyses.iso9283.comparison import commanded_cube, unreachable_command
@@ -71,7 +84,11 @@ def cube_of(
     if side is not None and centre is not None:
         return cube_from_arguments(arm, np.asarray(centre, dtype=float), side, orientation)
     if visits is not None and (stated := commanded_cube(visits)) is not None:
-        rotation = orientation if orientation is not None or len(arm.tree.tool_joints) < _FULL else stated[2]
+        rotation = (
+            orientation
+            if orientation is not None or len(arm.tree.tool_joints) < _FULL
+            else stated[2]
+        )
         cube = cube_in_reach(arm, stated[0], stated[1], rotation)
         if cube is None:
             raise unreachable_command(arm, visits, stated[0], stated[1], rotation)
@@ -97,33 +114,65 @@ def sheet_of(  # noqa: PLR0913, PLR0917 - an ISO sheet is these numbers
     """Return the sheet of an arm, of a measured robot, or of both."""
     from lostmotion.analyses.iso9283.commanded_poses import commanded_poses
     from lostmotion.analyses.iso9283.comparison import compare, compare_at
-    from lostmotion.analyses.iso9283.predicted import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS, predict_at, predict_robots
+    from lostmotion.analyses.iso9283.predicted import (
+        LOADS,
+        MOST_CYCLES,
+        PATH_CYCLES,
+        PATH_POINTS,
+        predict_at,
+        predict_robots,
+    )
     from lostmotion.analyses.iso9283.warm_up import drift
 
     predicted = drifted = at = None
     both: list[ComparedFigure] = []
     if arm is not None and cube is not None:
-        predicted = predict_robots(arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, progress=progress)
+        predicted = predict_robots(
+            arm, cube, cycles=cycles, robots=robots, seed=seed, path=ends, progress=progress
+        )
         if warm_up is not None:
             drifted = drift(arm, cube.q[0], predicted.loads[0].barycentre[0], warm_up)
         if measured is not None:
             seen = predicted
             # Simulated robots have the measured number of visits, instrument and loads.
             arguments = _as_measured(measured, cycles, ends)
-            if arguments != {"cycles": cycles, "path_cycles": PATH_CYCLES, "path_points": PATH_POINTS, "loads": LOADS, "instrument": 0.0}:
-                seen = predict_robots(arm, cube, robots=robots, seed=seed, path=ends, progress=progress, **arguments)
+            if arguments != {
+                "cycles": cycles,
+                "path_cycles": PATH_CYCLES,
+                "path_points": PATH_POINTS,
+                "loads": LOADS,
+                "instrument": 0.0,
+            }:
+                seen = predict_robots(
+                    arm, cube, robots=robots, seed=seed, path=ends, progress=progress, **arguments
+                )
             both = compare(seen, measured)
             if not both and (at := commanded_poses(arm, measured.visits)) is not None:
-                visited = [pose.visits for load in measured.loads for pose in load.poses if pose.name in at.names]
+                visited = [
+                    pose.visits
+                    for load in measured.loads
+                    for pose in load.poses
+                    if pose.name in at.names
+                ]
                 loads = tuple(dict.fromkeys(load.load for load in measured.loads))
                 cycles = min(max(min(visited), 2), MOST_CYCLES)
-                sheets = predict_at(arm, at, cycles=cycles, robots=robots, seed=seed, loads=loads, instrument=measured.visits.instrument)
+                sheets = predict_at(
+                    arm,
+                    at,
+                    cycles=cycles,
+                    robots=robots,
+                    seed=seed,
+                    loads=loads,
+                    instrument=measured.visits.instrument,
+                )
                 both = compare_at(at, sheets, measured)
     return Iso9283(predicted, drifted, measured, tuple(both), at)
 
 
 def _as_measured(measured: MeasuredRobot, cycles: int, ends: tuple[int, int]) -> dict[str, Any]:
-    """Return the arguments that predict robots as the measured one was measured: fewest visits and cycles, its loads and its instrument."""
+    """Return the arguments that predict robots as the measured one was measured: fewest visits and
+    cycles, its loads and its instrument.
+    """
     from lostmotion.analyses.iso9283.cube import NAMES
     from lostmotion.analyses.iso9283.measured_paths import MOST_PLANES
     from lostmotion.analyses.iso9283.predicted import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS
@@ -134,7 +183,9 @@ def _as_measured(measured: MeasuredRobot, cycles: int, ends: tuple[int, int]) ->
     return {
         "cycles": min(max(min(visited, default=cycles), 2), MOST_CYCLES),
         "path_cycles": min((path.cycles for path in paths), default=PATH_CYCLES),
-        "path_points": min((min(len(path.places), MOST_PLANES) for path in paths), default=PATH_POINTS),
+        "path_points": min(
+            (min(len(path.places), MOST_PLANES) for path in paths), default=PATH_POINTS
+        ),
         "loads": (*LOADS, *(load.load for load in measured.loads if load.load not in LOADS)),
         "instrument": measured.visits.instrument,
     }

@@ -19,7 +19,8 @@ TUPLES: Final = ("pose", "path", "side", "where")
 
 @dataclass(frozen=True)
 class Visits:
-    """Measured rows; m and rad, base frame. NaN where a value was not measured, not commanded, or is unknown.
+    """Measured rows; m and rad, base frame. NaN where a value was not measured, not commanded, or
+    is unknown.
 
     pose (row,)            label of the pose; empty for a reading along a path
     path (row,)            label of the path, its two ends ("P2-P4"); empty for a visit to a pose
@@ -30,12 +31,15 @@ class Visits:
     command (row, 3)       commanded positions
     orientation, rotation (row, 3, 3)  attained and commanded orientation of the tool
     where (row,)           file and line of each row
-    duplicates             number of dropped rows that repeat another one in every column that was read
-    unread                 columns that were not read and differ between a dropped row and its duplicate
+    duplicates             number of dropped rows that repeat another one in every column that was
+                           read
+    unread                 columns that were not read and differ between a dropped row and its
+                           duplicate
     instrument             standard deviation of one reading of a coordinate, m; 0 where not stated
     source                 names of the files
-    known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths may join; rotation NaN where unknown
-    load_stated            False: no load was stated, and the full payload is assumed
+    known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths
+                           may join; rotation NaN where unknown load_stated            False: no
+                           load was stated, and the full payload is assumed
     unused                 columns of the files that no role is mapped to
     lost                   file and line of each row without a reading, which is excluded
     """
@@ -61,11 +65,16 @@ class Visits:
 
     @property
     def turn(self) -> Floats:
-        """Return the rotation vector (row, 3) from commanded to attained orientation, base axes; NaN where one of them is unknown."""
+        """Return the rotation vector (row, 3) from commanded to attained orientation, base axes;
+        NaN where one of them is unknown.
+        """
         from scipy.spatial.transform import Rotation
 
         out = np.full((len(self.pose), 3), np.nan)
-        if (known := np.isfinite(self.orientation).all(axis=(1, 2)) & np.isfinite(self.rotation).all(axis=(1, 2))).any():
+        if (
+            known := np.isfinite(self.orientation).all(axis=(1, 2))
+            & np.isfinite(self.rotation).all(axis=(1, 2))
+        ).any():
             between = self.orientation[known] @ np.swapaxes(self.rotation[known], 1, 2)
             out[known] = Rotation.from_matrix(between).as_rotvec()
         return out
@@ -84,7 +93,9 @@ class Visits:
         return out
 
     def commanded(self, known: Mapping[str, Floats]) -> Visits:
-        """Return the rows with commanded poses (4, 4) by name, m, where neither they nor the file state a commanded position."""
+        """Return the rows with commanded poses (4, 4) by name, m, where neither they nor the file
+        state a commanded position.
+        """
         known = {**known, **self.known}
         command, rotation = self.command.copy(), self.rotation.copy()
         for k, name in enumerate(self.pose):

@@ -1,7 +1,8 @@
 """Drift of pose accuracy during warm-up (ISO 9283:1998, 7.6) by thermal expansion of the links.
 
-Assumed: all links share the temperature rise dT(t) = dT (1 - exp(-t / T)) and expand freely with one coefficient, in place of those of their
-materials; the error terms are those of a stated temperature. Neglected: the structure between base and first joint, drives, bearings, and
+Assumed: all links share the temperature rise dT(t) = dT (1 - exp(-t / T)) and expand freely with
+one coefficient, in place of those of their materials; the error terms are those of a stated
+temperature. Neglected: the structure between base and first joint, drives, bearings, and
 compensation by the controller. The standard observes for eight hours, or until drift settles.
 """
 
@@ -33,7 +34,8 @@ _READINGS: Final = 49
 
 @dataclass(frozen=True)
 class WarmUp:
-    """Temperature rise of the links (K), its time constant (s), and their coefficient of thermal expansion (1/K).
+    """Temperature rise of the links (K), its time constant (s), and their coefficient of thermal
+    expansion (1/K).
 
     Raises InputError for values that are not finite, and a time constant that is not above zero.
     """
@@ -44,7 +46,11 @@ class WarmUp:
 
     def __post_init__(self) -> None:
         """Refuse values that are not finite, and a time constant that is not above zero."""
-        for name, value in (("rise", self.rise), ("time_constant", self.time_constant), ("expansion", self.expansion)):
+        for name, value in (
+            ("rise", self.rise),
+            ("time_constant", self.time_constant),
+            ("expansion", self.expansion),
+        ):
             if not math.isfinite(value) or (name == "time_constant" and value <= 0):
                 expected = "seconds, above zero" if name == "time_constant" else "a finite number"
                 raise refuse_argument(f"warm_up.{name}", value, expected, warm_up="25 K")
@@ -68,7 +74,9 @@ class Drift:
 
 
 def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
-    """Return the displacement of the tool (3,), m, at one pose q (joint,) by the full temperature rise of all links, to first order."""
+    """Return the displacement of the tool (3,), m, at one pose q (joint,) by the full temperature
+    rise of all links, to first order.
+    """
     warm = _warmed(arm, warm_up)
     at = frames(warm, q[None])
     conditions, shift = Conditions(warm, q[None], at), np.zeros(3)
@@ -83,21 +91,29 @@ def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
 def _warmed(arm: Arm, warm_up: WarmUp) -> Arm:
     """Return the arm at its full temperature rise, all links with one expansion."""
     joints = [
-        joint.model_copy(update={"link": joint.link.model_copy(update={"expansion": warm_up.expansion})} | _without_gearbox(joint))
+        joint.model_copy(
+            update={"link": joint.link.model_copy(update={"expansion": warm_up.expansion})}
+            | _without_gearbox(joint)
+        )
         for joint in arm.joints
     ]
-    # Built without its checks: a temperature rise may be larger than any temperature at which an arm works.
+    # Built without its checks: a temperature rise may be larger than any temperature at which an
+    # arm works.
     environment = Environment.model_construct(temperature=Toleranced(DRAWING + warm_up.rise))
     return arm.model_copy(update={"joints": tuple(joints), "environment": environment})
 
 
 def _without_gearbox(joint: Joint) -> dict[str, None]:
-    """Return the change that removes the gearbox of a joint, whose clearances at the full rise are not needed."""
+    """Return the change that removes the gearbox of a joint, whose clearances at the full rise are
+    not needed.
+    """
     return {} if joint.type == "fixed" else {"gearbox": None}
 
 
 def drift(arm: Arm, q: Floats, barycentre: Floats, warm_up: WarmUp) -> Drift:
-    """Return the drift of AP_p at one pose q (joint,) over eight hours, for robots with these initial mean errors (robot, 3), m."""
+    """Return the drift of AP_p at one pose q (joint,) over eight hours, for robots with these
+    initial mean errors (robot, 3), m.
+    """
     time = np.linspace(0.0, OBSERVATION, _READINGS)
     share = -np.expm1(-time / warm_up.time_constant)
     shift = share[:, None] * growth(arm, q, warm_up)

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class New(Result):
-    """A file to begin with: `text`, and `path`, which `report()` writes; None for the list of templates."""
+    """A file to begin with: `text`, and `path`, which `report()` writes; None for the list of
+    templates.
+    """
 
     text: str
     path: Path | None
@@ -49,13 +51,25 @@ class New(Result):
         folder = results_folder(self.urdf or self.path, "accuracy")
         if Path(folder).exists():
             study, again = f"{study} --force", f"It replaces the result in {folder}."
-        verdict = f"Next: `lostmotion check {file}` shows what is assumed, `{study}` predicts the accuracy. {again}"
-        return Sheet(name=self.path.stem, subject="new file", verdict=verdict, cards=(), sections=(), source="", facts={"file": str(self.path)})
+        verdict = (
+            f"Next: `lostmotion check {file}` shows what is assumed, `{study}` predicts the "
+            f"accuracy. {again}"
+        )
+        return Sheet(
+            name=self.path.stem,
+            subject="new file",
+            verdict=verdict,
+            cards=(),
+            sections=(),
+            source="",
+            facts={"file": str(self.path)},
+        )
 
     def report(self, out: str | Path | None = None, *, force: bool = False, **_: object) -> Path:
         """Write the file and return its path; nothing for the list of templates.
 
-        Raises OutputExistsError where the file exists and `force` is not set, LostmotionError where it cannot be written.
+        Raises OutputExistsError where the file exists and `force` is not set, LostmotionError where
+        it cannot be written.
         """
         target = self.path if out is None else Path(out)
         if target is None or self.path is None:
@@ -65,10 +79,14 @@ class New(Result):
                 stream.write(self.text)
         except FileExistsError as error:
             raise OutputExistsError(
-                f"'{target}' exists\n  replace it with --force (force=True in Python), or name another file with --out"
+                f"'{target}' exists\n  replace it with --force (force=True in Python), or name "
+                "another file with --out"
             ) from error
         except OSError as error:
-            raise LostmotionError(f"'{target}' could not be written: {error.strerror or error}\n  name another file with --out") from error
+            raise LostmotionError(
+                f"'{target}' could not be written: {error.strerror or error}\n  name another "
+                "file with --out"
+            ) from error
         return target
 
     def outcome(self, written: Path) -> str:

@@ -15,12 +15,24 @@ if TYPE_CHECKING:
 
 @question(folder="")
 def replay(
-    run: Annotated["str | Path", Argument("Folder of a run, as `sweep` wrote it; nothing in it is changed.", path_of, metavar="FOLDER")],
-    design: Annotated[int | None, Argument("Number of the design, from 0. Default: all of them.", least=0)] = None,
-    worst: Annotated[int, Argument("How many of the largest errors, each of another pose.", least=1)] = 1,
+    run: Annotated[
+        "str | Path",
+        Argument(
+            "Folder of a run, as `sweep` wrote it; nothing in it is changed.",
+            path_of,
+            metavar="FOLDER",
+        ),
+    ],
+    design: Annotated[
+        int | None, Argument("Number of the design, from 0. Default: all of them.", least=0)
+    ] = None,
+    worst: Annotated[
+        int, Argument("How many of the largest errors, each of another pose.", least=1)
+    ] = 1,
     progress: ProgressArgument = None,
 ) -> list[Replayed]:
-    """Show how the largest errors of a run arise: pose, every draw and what it contributes, the largest first.
+    """Show how the largest errors of a run arise: pose, every draw and what it contributes, the
+    largest first.
 
     On the command line the exit code is 1 where an error is not reproduced.
 

@@ -32,9 +32,15 @@ class Replayed(Replay, Result):
         """Return that the error is not reproduced, where it is not."""
         if self.reproduced:
             return ""
-        return "an error is not reproduced: the store holds other figures than its job makes\n  run the same `lostmotion sweep` in another folder"
+        return (
+            "an error is not reproduced: the store holds other figures than its job makes\n  run "
+            "the same `lostmotion sweep` in another folder"
+        )
 
     def __repr__(self) -> str:
         """Return what was replayed, in a line."""
         at = self.found
-        return f"<Replay of design {at.design}, pose {at.pose}, robot {at.robot}, visit {at.visit}: {at.error:.6g} m>"
+        return (
+            f"<Replay of design {at.design}, pose {at.pose}, robot {at.robot}, visit {at.visit}: "
+            f"{at.error:.6g} m>"
+        )

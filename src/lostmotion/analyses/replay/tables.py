@@ -19,26 +19,57 @@ _MOST_TERMS: Final = 400
 _LEAST_TERM: Final = 1e-3
 # Terms that the headline names.
 _NAMED: Final = 3
-_NOT_REPRODUCED: Final = "The stored figure is not reproduced: the store is damaged or was made by other code."
+_NOT_REPRODUCED: Final = (
+    "The stored figure is not reproduced: the store is damaged or was made by other code."
+)
 
 
 def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
     """Return the sheet of a replayed error."""
     at = found.found
-    where = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (f", {design_name(order.axes, at.design)}" if order.axes else "")
-    same = "identical" if found.kernel == at.error else f"differs by {abs(found.kernel - at.error):.1e} m"
-    notes = (f"the store was made with other versions, the last bits may differ: {', '.join(found.others)}",) if found.others else ()
+    where = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (
+        f", {design_name(order.axes, at.design)}" if order.axes else ""
+    )
+    same = (
+        "identical"
+        if found.kernel == at.error
+        else f"differs by {abs(found.kernel - at.error):.1e} m"
+    )
+    notes = (
+        (
+            (
+                "the store was made with other versions, the last bits may differ: "
+                f"{', '.join(found.others)}"
+            ),
+        )
+        if found.others
+        else ()
+    )
     pose = tuple(
-        Row(joint, (Figure(math.degrees(value), "°", stated=True) if kind == "revolute" else Figure(value * 1e3, "mm", stated=True),))
+        Row(
+            joint,
+            (
+                Figure(math.degrees(value), "°", stated=True)
+                if kind == "revolute"
+                else Figure(value * 1e3, "mm", stated=True),
+            ),
+        )
         for (joint, kind), value in zip(found.joints, at.q, strict=True)
     )
-    tool = tuple(Row(axis, (length(float(found.tool[k, 3]), stated=True), length(float(found.error[k])))) for k, axis in enumerate("XYZ"))
+    tool = tuple(
+        Row(axis, (length(float(found.tool[k, 3]), stated=True), length(float(found.error[k]))))
+        for k, axis in enumerate("XYZ")
+    )
     composed = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
     lengths = (
         Row("stored", (length(at.error),), "from the run"),
         Row("block recomputed", (length(found.kernel),), same),
         Row("sum over terms", (length(found.length),), f"relative difference {found.apart:.1e}"),
-        Row("exact composition", (length(composed),), "with finite rotations; the study is of first order"),
+        Row(
+            "exact composition",
+            (length(composed),),
+            "with finite rotations; the study is of first order",
+        ),
     )
     return Sheet(
         name=name,
@@ -48,7 +79,9 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
         sections=(
             Section("length", "Magnitude of the error", ("value",), lengths),
             Section("pose", "Joint values", ("value",), pose),
-            Section("tool", "Tool position, base frame", ("nominal", "error"), tool, _attitude(found)),
+            Section(
+                "tool", "Tool position, base frame", ("nominal", "error"), tool, _attitude(found)
+            ),
             *_terms(found),
         ),
         counts=where,
@@ -69,15 +102,26 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
 
 def _verdict(found: Replay, where: str) -> str:
     error = at_least(length(found.found.error), found.known)
-    return " ".join([f"An error of {error}: {where}.{_largest(found)}", *missing_sentences(found.known)])
+    return " ".join(
+        [f"An error of {error}: {where}.{_largest(found)}", *missing_sentences(found.known)]
+    )
 
 
 def _largest(found: Replay) -> str:
-    """Return the sentence, after a space, that names the terms with the largest component along the error, which are the first ones."""
-    named = [f"{short_name(term.name)} {length(term.along)}" for term in found.terms[:_NAMED] if abs(term.along) >= _LEAST_TERM * found.length]
+    """Return the sentence, after a space, that names the terms with the largest component along the
+    error, which are the first ones.
+    """
+    named = [
+        f"{short_name(term.name)} {length(term.along)}"
+        for term in found.terms[:_NAMED]
+        if abs(term.along) >= _LEAST_TERM * found.length
+    ]
     if not named:
         return ""
-    return f" Largest along it, of {several(len(found.terms), 'term')}: {', '.join(named)}; all with --full."
+    return (
+        f" Largest along it, of {several(len(found.terms), 'term')}: {', '.join(named)}; all with "
+        "--full."
+    )
 
 
 def _attitude(found: Replay) -> str:
@@ -87,29 +131,61 @@ def _attitude(found: Replay) -> str:
         math.atan2(-turn[2, 0], math.hypot(turn[2, 1], turn[2, 2])),
         math.atan2(turn[2, 1], turn[2, 2]),
     )
-    return f"orientation: roll {math.degrees(roll):.2f}°, pitch {math.degrees(pitch):.2f}°, yaw {math.degrees(yaw):.2f}°"
+    return (
+        f"orientation: roll {math.degrees(roll):.2f}°, pitch {math.degrees(pitch):.2f}°, yaw "
+        f"{math.degrees(yaw):.2f}°"
+    )
 
 
 def _terms(found: Replay) -> list[Section]:
-    """Return the largest terms by level: draw and contribution to the magnitude; then the displacement of the tool by each."""
-    shown = [term for term in found.terms[:_MOST_TERMS] if abs(term.along) >= _LEAST_TERM * found.length]
+    """Return the largest terms by level: draw and contribution to the magnitude; then the
+    displacement of the tool by each.
+    """
+    shown = [
+        term for term in found.terms[:_MOST_TERMS] if abs(term.along) >= _LEAST_TERM * found.length
+    ]
     out, moves = [], []
     for key, (title, levels) in _LEVELS.items():
         rows = []
         for term in (term for term in shown if term.level in levels):
             name = short_name(term.name)
-            rows.append(Row(name, (Figure(term.draw, "1"), Figure(term.along * 1e6, "µm"), Figure(_share(term.along, found), "%"))))
+            rows.append(
+                Row(
+                    name,
+                    (
+                        Figure(term.draw, "1"),
+                        Figure(term.along * 1e6, "µm"),
+                        Figure(_share(term.along, found), "%"),
+                    ),
+                )
+            )
             moves.append(Row(name, tuple(Figure(float(value) * 1e6, "µm") for value in term.shift)))
         if rows:
             whole = sum(term.along for term in found.terms if term.level in levels)
-            note = f"together {digits(whole * 1e6)} µm, {Figure(_share(whole, found), '%')} of the magnitude"
-            out.append(Section(f"terms_{key}", title, ("draw", "along", "share"), tuple(rows), note))
-    note = "along, above: component along the total error, so that all terms add up to its magnitude; draws have mean 0 and variance 1"
+            note = (
+                f"together {digits(whole * 1e6)} µm, {Figure(_share(whole, found), '%')} of the "
+                "magnitude"
+            )
+            out.append(
+                Section(f"terms_{key}", title, ("draw", "along", "share"), tuple(rows), note)
+            )
+    note = (
+        "along, above: component along the total error, so that all terms add up to its "
+        "magnitude; draws have mean 0 and variance 1"
+    )
     rest = found.terms[len(shown) :]
     if rest:
         together = digits(sum(term.along for term in rest) * 1e6)
-        note += f". {several(len(rest), 'more term')}, each below {100 * _LEAST_TERM:g} % of the magnitude, add {together} µm"
-    return [*out, Section("moves", "Tool displacement by each term, base frame", tuple("XYZ"), tuple(moves), note)]
+        note += (
+            f". {several(len(rest), 'more term')}, each below {100 * _LEAST_TERM:g} % of the "
+            f"magnitude, add {together} µm"
+        )
+    return [
+        *out,
+        Section(
+            "moves", "Tool displacement by each term, base frame", tuple("XYZ"), tuple(moves), note
+        ),
+    ]
 
 
 def _share(along: float, found: Replay) -> float:

@@ -8,7 +8,11 @@ from lostmotion.analyses.signature import Argument, question, read_arguments
 
 
 @question(folder=None)
-def schema(of: Annotated[Literal["arm", "result"], Argument("An arm file (native TOML), or result.json.")] = "arm") -> dict[str, Any]:
+def schema(
+    of: Annotated[
+        Literal["arm", "result"], Argument("An arm file (native TOML), or result.json.")
+    ] = "arm",
+) -> dict[str, Any]:
     """Return the JSON Schema of the native TOML, for editors, or of result.json.
 
     Raises

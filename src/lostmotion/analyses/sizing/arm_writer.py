@@ -1,4 +1,6 @@
-"""Writing of the sized arm: the user's own file with new sections, reducers and clearances, comments preserved."""
+"""Writing of the sized arm: the user's own file with new sections, reducers and clearances,
+comments preserved.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,9 @@ _REPLACED: Final = ("compliance", "measured", "rigid")
 _MM: Final = {"m": (1e3, "mm")}
 
 
-def sized_text(source: str | Path, sidecar: str | Path | None, result: Sizing | PartSelection) -> str:
+def sized_text(
+    source: str | Path, sidecar: str | Path | None, result: Sizing | PartSelection
+) -> str:
     """Return the text of the sized arm, which replaces the arm's file or the URDF's sidecar."""
     path = Path(source)
     if path.suffix.lower() != ".toml":
@@ -41,9 +45,10 @@ def sized_text(source: str | Path, sidecar: str | Path | None, result: Sizing | 
 def sized_toml(source: Path | None, result: Sizing | PartSelection) -> str:
     """Return `source` with the parts of the sized arm.
 
-    `source` is the arm's TOML, or the sidecar of a URDF (None: a new sidecar is written). Every sized link states its section in its own table, and a
-    joint names its reducer. A shared bearing gets the new clearance where all its joints have the same; else joints that differ share a new bearing.
-    Shared parts that are no longer named are removed.
+    `source` is the arm's TOML, or the sidecar of a URDF (None: a new sidecar is written). Every
+    sized link states its section in its own table, and a joint names its reducer. A shared bearing
+    gets the new clearance where all its joints have the same; else joints that differ share a new
+    bearing. Shared parts that are no longer named are removed.
     """
     import tomlkit
 
@@ -63,7 +68,9 @@ def sized_toml(source: Path | None, result: Sizing | PartSelection) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """New parts at one joint: section of its link, and the file's values of its gearbox and of its bearing clearance."""
+    """New parts at one joint: section of its link, and the file's values of its gearbox and of its
+    bearing clearance.
+    """
 
     joint: str
     section: Plain | None = None
@@ -77,7 +84,14 @@ def _changes(result: Sizing | PartSelection) -> list[_Change]:
         return [_Change(link.joint, link.section) for link in result.links]  # type: ignore[union-attr]
     keys = {"link": "section", "gearbox": "gearbox", "bearing": "clearance"}
     return [
-        _Change(each.slot.joint, **{keys[each.slot.kind]: each.selected.part if each.slot.kind == "link" else each.selected.file_value})
+        _Change(
+            each.slot.joint,
+            **{
+                keys[each.slot.kind]: each.selected.part
+                if each.slot.kind == "link"
+                else each.selected.file_value
+            },
+        )
         for each in parts
         if each.selected.part is not None
     ]
@@ -102,16 +116,30 @@ def _write_changes(tree: Any, result: Sizing | PartSelection, *, plain: bool) ->
             if after.link.mass is not None:
                 _set(link, "mass", f"{after.link.mass:.12g} kg")
         if each.gearbox is not None:
-            replaced["gearboxes"] |= {str(joint["gearbox"])} if isinstance(joint.get("gearbox"), str) else set()
-            _set(joint, "gearbox", _table(each.gearbox, plain=plain) if isinstance(each.gearbox, dict) else each.gearbox)
+            replaced["gearboxes"] |= (
+                {str(joint["gearbox"])} if isinstance(joint.get("gearbox"), str) else set()
+            )
+            _set(
+                joint,
+                "gearbox",
+                _table(each.gearbox, plain=plain)
+                if isinstance(each.gearbox, dict)
+                else each.gearbox,
+            )
             if after.mass is not None and after.mass != before.mass:
                 _set(joint, "mass", f"{after.mass:.12g} kg")
-    replaced["bearings"] = _write_clearances(tree, {each.joint: each.clearance for each in changes if each.clearance is not None}, plain=plain)
+    replaced["bearings"] = _write_clearances(
+        tree,
+        {each.joint: each.clearance for each in changes if each.clearance is not None},
+        plain=plain,
+    )
     _remove_unused(tree, {"sections": set(tree.get("sections", {})), **replaced})
 
 
 def _write_clearances(tree: Any, clearances: dict[str, str], *, plain: bool) -> set[str]:  # noqa: ANN401 - a tree of dicts, or tomlkit's own
-    """Write clearances into the bearings of these joints, and return the shared bearings that some of them no longer use."""
+    """Write clearances into the bearings of these joints, and return the shared bearings that some
+    of them no longer use.
+    """
     joints = tree.get("joints", {})
     named = {joint["name"]: joint for joint in joints} if isinstance(joints, list) else joints
     replaced = set()
@@ -121,16 +149,24 @@ def _write_clearances(tree: Any, clearances: dict[str, str], *, plain: bool) -> 
             _set(joint["bearing"], "clearance", clearance)
             continue
         shared = str(joint["bearing"])
-        common = {clearances.get(other) for other, each in named.items() if each.get("bearing") == shared}
+        common = {
+            clearances.get(other) for other, each in named.items() if each.get("bearing") == shared
+        }
         if common == {clearance}:
             _set(tree["bearings"][shared], "clearance", clearance)
             continue
         replaced.add(shared)
         own = copy.deepcopy(_plain(tree["bearings"][shared]))
         _set(own, "clearance", clearance)
-        known = next((other for other, part in tree["bearings"].items() if _plain(part) == own), None)
+        known = next(
+            (other for other, part in tree["bearings"].items() if _plain(part) == own), None
+        )
         if known is None:
-            known = next(each for k in range(2, len(named) + 3) if (each := f"{shared}-{k}") not in tree["bearings"])
+            known = next(
+                each
+                for k in range(2, len(named) + 3)
+                if (each := f"{shared}-{k}") not in tree["bearings"]
+            )
             tree["bearings"][known] = own if plain else _section(own)
         joint["bearing"] = str(known)
     return replaced
@@ -193,11 +229,15 @@ def _table(values: dict[str, Any], *, plain: bool) -> Any:  # noqa: ANN401 - a d
 
 
 def stated_by(part: Part) -> dict[str, Any]:
-    """Return the part as a file states it: fields by name, quantities with their unit, lengths in mm."""
+    """Return the part as a file states it: fields by name, quantities with their unit, lengths in
+    mm.
+    """
     out: dict[str, Any] = {}
     for name in type(part).model_fields:
         value = getattr(part, name)
-        quantity = next((mark for mark in inside([type(part)], name) if isinstance(mark, Quantity)), None)
+        quantity = next(
+            (mark for mark in inside([type(part)], name) if isinstance(mark, Quantity)), None
+        )
         if name != "kind" and (value is None or name not in part.model_fields_set):
             continue
         if quantity is not None and quantity.si and isinstance(value, float):
@@ -209,16 +249,21 @@ def stated_by(part: Part) -> dict[str, Any]:
 
 
 def reads_back(source: Path, written: Path, result: Sizing | PartSelection) -> str:
-    """Return how the written file differs from the sized arm when it is read again; empty where it does not.
+    """Return how the written file differs from the sized arm when it is read again; empty where it
+    does not.
 
-    Files that an arm names (reducers, compliance tables) are in the arm's folder and not found from another one.
+    Files that an arm names (reducers, compliance tables) are in the arm's folder and not found from
+    another one.
     """
     from lostmotion.io import read
 
     try:
         again = read(written) if source.suffix.lower() == ".toml" else read(source, written)
     except InputError as error:
-        return f"it cannot be read from its folder; move it beside {source.name} ({error.problems[0].key}: {error.problems[0].found})"
+        return (
+            f"it cannot be read from its folder; move it beside {source.name} "
+            f"({error.problems[0].key}: {error.problems[0].found})"
+        )
     pairs = zip(again.joints, result.sized.joints, strict=True)
     differs = [one.name for one, other in pairs if not _same(one, other)]
     return f"it is read with other parts at {', '.join(differs)}" if differs else ""
@@ -227,6 +272,11 @@ def reads_back(source: Path, written: Path, result: Sizing | PartSelection) -> s
 def _same(one: Joint, other: Joint) -> bool:
     """Return whether two joints have the same masses, gearbox and bearing."""
     masses = ((one.link.total_mass, other.link.total_mass), (one.total_mass, other.total_mass))
-    parts = [(getattr(one, name, None), getattr(other, name, None)) for name in ("gearbox", "bearing")]
-    same = all(a is b is None or (a is not None and b is not None and a.model_dump() == b.model_dump()) for a, b in parts)
+    parts = [
+        (getattr(one, name, None), getattr(other, name, None)) for name in ("gearbox", "bearing")
+    ]
+    same = all(
+        a is b is None or (a is not None and b is not None and a.model_dump() == b.model_dump())
+        for a, b in parts
+    )
     return same and all(math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12) for a, b in masses)

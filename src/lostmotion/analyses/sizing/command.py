@@ -1,4 +1,6 @@
-"""Ask for the sections of an arm's links by limits, or for all its parts by a target on the tool."""
+"""Ask for the sections of an arm's links by limits, or for all its parts by a target on the
+tool.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,10 @@ def size(
     by: Annotated[
         "str | Path | Mapping[str, Any] | None",
         Argument(
-            "TOML with [sizing]: limits, and what each link may be made of; in Python also the keys of that table. Default: sections like its own.",
+            (
+                "TOML with [sizing]: limits, and what each link may be made of; in Python also "
+                "the keys of that table. Default: sections like its own."
+            ),
             _request_of,
             metavar="SIZING",
         ),
@@ -54,36 +59,91 @@ def size(
     *,
     target: Annotated[
         Amount | None,
-        Argument("Largest 95 % error of the tool over the workspace, '0.5 mm', for which links, and what `by` offers, are chosen.", metavar="LENGTH"),
+        Argument(
+            (
+                "Largest 95 % error of the tool over the workspace, '0.5 mm', for which links, "
+                "and what `by` offers, are chosen."
+            ),
+            metavar="LENGTH",
+        ),
     ] = None,
     target_of: Annotated[
         Literal["error", "rp_iso", "rp_any"] | None,
-        Argument("What the target limits: the 95 % error; rp_iso, RP of 95 % of robots in the ISO cycle; rp_any, of any approach. Default: error."),
+        Argument(
+            "What the target limits: the 95 % error; rp_iso, RP of 95 % of robots in the ISO "
+            "cycle; rp_any, of any approach. Default: error."
+        ),
     ] = None,
     minimise: Annotated[
-        str | None, Argument("What is minimised with a target: 'mass', 'price', 'price + 20 * mass'. Default: mass.", metavar="COST")
+        str | None,
+        Argument(
+            "What is minimised with a target: 'mass', 'price', 'price + 20 * mass'. Default: mass.",
+            metavar="COST",
+        ),
     ] = None,
-    slope: Annotated[Amount | None, Argument("Largest slope of a link's tip, '0.5 arcmin'. Default: that, as in the paper.", metavar="ANGLE")] = None,
+    slope: Annotated[
+        Amount | None,
+        Argument(
+            "Largest slope of a link's tip, '0.5 arcmin'. Default: that, as in the paper.",
+            metavar="ANGLE",
+        ),
+    ] = None,
     deflection: Annotated[
         Amount | None,
-        Argument("Largest deflection of a link's tip: its length over this, '2500'. Default: that, as in the paper.", metavar="NUMBER"),
+        Argument(
+            (
+                "Largest deflection of a link's tip: its length over this, '2500'. Default: that, "
+                "as in the paper."
+            ),
+            metavar="NUMBER",
+        ),
     ] = None,
-    family: Annotated[Literal["tube"] | None, Argument("Kind of section of every link, with `outer` and `wall`; other kinds in `by`.")] = None,
-    outer: Annotated[Amount | None, Argument("Outside diameter of the tubes, '30 mm .. 200 mm'.", metavar="RANGE")] = None,
-    wall: Annotated[Amount | None, Argument("Wall of the tubes, '3 mm', '2 mm .. 6 mm' or '5 %' of the outside diameter.", metavar="RANGE")] = None,
-    tilt: Annotated[Amount | None, Argument("Tilt of the base from level, towards any side, '10 deg'.", metavar="ANGLE")] = None,
+    family: Annotated[
+        Literal["tube"] | None,
+        Argument("Kind of section of every link, with `outer` and `wall`; other kinds in `by`."),
+    ] = None,
+    outer: Annotated[
+        Amount | None,
+        Argument("Outside diameter of the tubes, '30 mm .. 200 mm'.", metavar="RANGE"),
+    ] = None,
+    wall: Annotated[
+        Amount | None,
+        Argument(
+            "Wall of the tubes, '3 mm', '2 mm .. 6 mm' or '5 %' of the outside diameter.",
+            metavar="RANGE",
+        ),
+    ] = None,
+    tilt: Annotated[
+        Amount | None,
+        Argument("Tilt of the base from level, towards any side, '10 deg'.", metavar="ANGLE"),
+    ] = None,
     step: Annotated[
         Amount | None,
-        Argument("Step of free sizes, '0.1 mm', or '0 mm' for exact ones. Default: usual sizes of tubes, bars and profiles.", metavar="LENGTH"),
+        Argument(
+            (
+                "Step of free sizes, '0.1 mm', or '0 mm' for exact ones. Default: usual sizes of "
+                "tubes, bars and profiles."
+            ),
+            metavar="LENGTH",
+        ),
     ] = None,
     poses: Annotated[
         int | None,
-        Argument("How many poses to check, rounded up to 8 x a power of two. Default: 1024, or 128 in a search for a target.", least=1),
+        Argument(
+            (
+                "How many poses to check, rounded up to 8 x a power of two. Default: 1024, or 128 "
+                "in a search for a target."
+            ),
+            least=1,
+        ),
     ] = None,
     also: Annotated[
         "str | Path | Floats | None",
         Argument(
-            "CSV file of poses to check as well: one column per joint, header like 'A [deg]'. In Python also joint values in rad and m.",
+            (
+                "CSV file of poses to check as well: one column per joint, header like 'A [deg]'. "
+                "In Python also joint values in rad and m."
+            ),
             poses_of,
             metavar="CSV",
             aliases=("--poses-file",),
@@ -96,10 +156,11 @@ def size(
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Size | Selection:
-    """Choose the lightest sections that keep an arm's links within slope and deflection, or the cheapest parts within a target on the tool.
+    """Choose the lightest sections that keep an arm's links within slope and deflection, or the
+    cheapest parts within a target on the tool.
 
-    Corners of the joints' ranges are checked besides. The answer to a target is verified by a full study. An arm given by its path is written with
-    the selected parts as sized.toml.
+    Corners of the joints' ranges are checked besides. The answer to a target is verified by a full
+    study. An arm given by its path is written with the selected parts as sized.toml.
 
     Raises
     ------
@@ -114,13 +175,24 @@ def size(
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.propagation.first_order import refuse_large_errors
 
-    keys = {"target": target, "target_of": target_of, "minimise": minimise, "slope": slope, "deflection": deflection, "tilt": tilt, "step": step}
+    keys = {
+        "target": target,
+        "target_of": target_of,
+        "minimise": minimise,
+        "slope": slope,
+        "deflection": deflection,
+        "tilt": tilt,
+        "step": step,
+    }
     tube = {"kind": family, "outer": outer, "wall": wall}
     stated = {key: value for key, value in keys.items() if value is not None}
     if any(value is not None for value in tube.values()):
-        stated["family"] = {key: value for key, value in {**tube, "kind": "tube"}.items() if value is not None}  # type: ignore[assignment]
+        stated["family"] = {
+            key: value for key, value in {**tube, "kind": "tube"}.items() if value is not None
+        }  # type: ignore[assignment]
     if target is not None:
-        refuse_undescribed(asked.arm)  # before what the links lack: without errors there is no target to meet
+        # before what the links lack: without errors there is no target to meet
+        refuse_undescribed(asked.arm)
         refuse_large_errors(asked.arm)
     request = read_request(asked.by, stated, asked.arm, reducers_beside(arm, asked.reducers))
     asked.ready()
@@ -131,10 +203,21 @@ def size(
         sampled = sample_poses(asked.arm, asked.poses or _LIMIT_POSES, seed=asked.seed)
         given = None if also is None else asked.also.q
         plan = request.plan
-        sized = size_links(asked.arm, request.link_options, plan.limits, sampled, tilt=plan.tilt, step=plan.step, also=given, progress=progress)
+        sized = size_links(
+            asked.arm,
+            request.link_options,
+            plan.limits,
+            sampled,
+            tilt=plan.tilt,
+            step=plan.step,
+            also=given,
+            progress=progress,
+        )
         return Size(**vars(sized), source=source, sidecar=asked.sidecar)
     if also is not None:
-        raise refuse_argument("also", "poses given", "no poses with a target, which is over the workspace")
+        raise refuse_argument(
+            "also", "poses given", "no poses with a target, which is over the workspace"
+        )
     from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 
     refuse_undescribed(asked.arm)
@@ -147,7 +230,9 @@ def size(
         sample_poses(asked.arm, asked.poses or _SEARCH_POSES, seed=asked.seed),
         sample_poses(asked.arm, DEFAULT_POSES, seed=asked.seed),
         constraints=request.constraints,
-        study_size=StudySize(DEFAULT_ROBOTS, DEFAULT_VISITS, asked.seed, asked.threads or os.cpu_count() or 1),
+        study_size=StudySize(
+            DEFAULT_ROBOTS, DEFAULT_VISITS, asked.seed, asked.threads or os.cpu_count() or 1
+        ),
         of=request.plan.target_of,
         progress=progress,
     )

@@ -1,7 +1,9 @@
-"""Mean and covariance of the tool's error at fixed poses, summed over independent parts, with a cache for arms that differ in some parts only.
+"""Mean and covariance of the tool's error at fixed poses, summed over independent parts, with a
+cache for arms that differ in some parts only.
 
-A part under a load for which its contribution is cached is not evaluated again, so an arm with one part exchanged costs its loads and a sum. A part
-whose load changes with the mass outboard of it is evaluated again. The sums are exact.
+A part under a load for which its contribution is cached is not evaluated again, so an arm with one
+part exchanged costs its loads and a sum. A part whose load changes with the mass outboard of it is
+evaluated again. The sums are exact.
 """
 
 from __future__ import annotations
@@ -43,14 +45,20 @@ class ErrorCache:
     """Contributions of parts to the error of arms with one geometry at some poses."""
 
     def __init__(self, arm: Arm, q: Floats, of: TargetOf = "error") -> None:
-        """Compute the frames, which do not depend on the parts. `of`: for a repeatability only what differs between visits counts."""
+        """Compute the frames, which do not depend on the parts. `of`: for a repeatability only what
+        differs between visits counts.
+        """
         self.q, self._of = q, of
         self._at = frames(arm, q)
         self._tree = arm.tree
-        self._known: OrderedDict[tuple[Hashable, ...], tuple[ErrorSource, Floats, dict[Draw, Floats]]] = OrderedDict()
+        self._known: OrderedDict[
+            tuple[Hashable, ...], tuple[ErrorSource, Floats, dict[Draw, Floats]]
+        ] = OrderedDict()
 
     def of(self, arm: Arm) -> Floats:
-        """Return bias and covariance (ROWS, pose), m and m^2, of an arm with the geometry of the first one."""
+        """Return bias and covariance (ROWS, pose), m and m^2, of an arm with the geometry of the
+        first one.
+        """
         out, felt = np.zeros((ROWS, len(self.q))), Conditions(arm, self.q, self._at)
         shared: dict[tuple[int | str | None, Draw], Floats] = {}
         for part in arm.parts:
@@ -63,10 +71,16 @@ class ErrorCache:
             _add_square(out, drawn)
         return out
 
-    def _contribution(self, part: PlacedPart, felt: Condition) -> tuple[ErrorSource, Floats, dict[Draw, Floats]]:
-        """Return a part, its bias and covariance (ROWS, pose), and what moves the tool (3, pose) per unit of each draw that parts share."""
-        # The source is stored with its contribution, so that its id is not reused. One part may be at several joints.
-        # Assumed friction depends on the holding torques at other poses, which are not part of the wrench here.
+    def _contribution(
+        self, part: PlacedPart, felt: Condition
+    ) -> tuple[ErrorSource, Floats, dict[Draw, Floats]]:
+        """Return a part, its bias and covariance (ROWS, pose), and what moves the tool (3, pose)
+        per unit of each draw that parts share.
+        """
+        # The source is stored with its contribution, so that its id is not reused. One part may be
+        # at several joints.
+        # Assumed friction depends on the holding torques at other poses, which are not part of the
+        # wrench here.
         friction = part.source.play_friction(part.motion.holding)
         surroundings = felt.temperature_rise, part.motion.rise, part.motion.varies
         key = part.place, id(part.source), friction, surroundings, felt.wrench.tobytes()
@@ -101,25 +115,38 @@ class ErrorCache:
         if self._of == "error":
             out[BIAS] = bias
         else:
-            groups = {draws: moved for draws, moved in groups.items() if self._differs_between_visits(draws[1])}
-        # The sign of the last motion is one draw for all parts of a joint, the temperature and a batch of material for all of the arm: what depends
-        # on such a draw alone adds up over the parts before it is squared.
+            groups = {
+                draws: moved
+                for draws, moved in groups.items()
+                if self._differs_between_visits(draws[1])
+            }
+        # The sign of the last motion is one draw for all parts of a joint, the temperature and a
+        # batch of material for all of the arm: what depends on such a draw alone adds up over the
+        # parts before it is squared.
         common: dict[Draw, Floats] = {}
         for (robot, visit, closing), drawn in groups.items():
             draw = robot or visit
-            if draw is not None and (robot, visit, closing).count(None) > 1 and (draw.shared or draw == LAST_MOTION):
+            if (
+                draw is not None
+                and (robot, visit, closing).count(None) > 1
+                and (draw.shared or draw == LAST_MOTION)
+            ):
                 common[draw] = common[draw] + drawn if draw in common else drawn
             else:
                 _add_square(out, drawn)
         return out, common
 
     def _differs_between_visits(self, visit: Draw | None) -> bool:
-        """Return whether an error with this draw per visit counts in RP: in the ISO cycle the side of the last motion is the same at every visit."""
+        """Return whether an error with this draw per visit counts in RP: in the ISO cycle the side
+        of the last motion is the same at every visit.
+        """
         return visit is not None and not (visit == LAST_MOTION and self._of == "rp_iso")
 
 
 def _add_square(sums: Floats, drawn: Floats) -> None:
-    """Add the covariance of an error (3, pose), m per unit draw, to the sums: draws have mean zero, variance one, and no correlation."""
+    """Add the covariance of an error (3, pose), m per unit draw, to the sums: draws have mean zero,
+    variance one, and no correlation.
+    """
     for row, (i, j) in enumerate(_PAIRS, COVARIANCE.start):
         sums[row] += drawn[i] * drawn[j]
 
@@ -130,12 +157,15 @@ def mean_square(sums: Floats) -> float:
 
 
 def share_within(sums: Floats, limit: float) -> float:
-    """Return the share of normal errors below a limit (m) over the poses, for bias and covariance (ROWS, pose)."""
+    """Return the share of normal errors below a limit (m) over the poses, for bias and covariance
+    (ROWS, pose).
+    """
     return _share_below(_rays(sums), limit)
 
 
 def error_at(sums: Floats, level: float) -> float:
-    """Return the quantile (m) of normal errors over the poses, for bias and covariance (ROWS, pose); infinite where there is none.
+    """Return the quantile (m) of normal errors over the poses, for bias and covariance (ROWS,
+    pose); infinite where there is none.
 
     The root of `share_within`, with a relative tolerance of 1e-5.
     """

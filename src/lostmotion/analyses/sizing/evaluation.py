@@ -1,4 +1,5 @@
-"""Cost, error and constraints of one selection of parts. Every selection is the real arm at the real poses, with its own masses and loads.
+"""Cost, error and constraints of one selection of parts. Every selection is the real arm at the
+real poses, with its own masses and loads.
 
 Results are cached, so that a selection is evaluated once.
 """
@@ -38,9 +39,11 @@ _MOST_CORNERS: Final = 256
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """Cost, mass (kg) and price of the selected parts, r.m.s. error (m), and the violation of the constraints.
+    """Cost, mass (kg) and price of the selected parts, r.m.s. error (m), and the violation of the
+    constraints.
 
-    `violation` is the sum of the logarithms of load over rating and of deflection over limit, 0 where none is exceeded.
+    `violation` is the sum of the logarithms of load over rating and of deflection over limit, 0
+    where none is exceeded.
     """
 
     cost: float
@@ -52,14 +55,18 @@ class Evaluation:
 
 @dataclass(frozen=True, slots=True)
 class Constraints:
-    """Constraints besides the target: limits on each selected link (None: none), and the largest tilt of the base (rad; None: as stated)."""
+    """Constraints besides the target: limits on each selected link (None: none), and the largest
+    tilt of the base (rad; None: as stated).
+    """
 
     limits: Limits | None = None
     tilt: float | None = None
 
 
 class Evaluator:
-    """Evaluations of selections of one arm at some poses; `evaluations` has every selection that was evaluated."""
+    """Evaluations of selections of one arm at some poses; `evaluations` has every selection that
+    was evaluated.
+    """
 
     def __init__(
         self,
@@ -71,8 +78,16 @@ class Evaluator:
         on_evaluation: Callable[[], None] = lambda: None,
         of: TargetOf = "error",
     ) -> None:
-        """Begin without evaluations; `slots` may be extended by candidates later. `on_evaluation` is called at every new evaluation."""
-        self.arm, self.slots, self.objective, self.constraints, self.on_evaluation = arm, slots, objective, constraints, on_evaluation
+        """Begin without evaluations; `slots` may be extended by candidates later. `on_evaluation`
+        is called at every new evaluation.
+        """
+        self.arm, self.slots, self.objective, self.constraints, self.on_evaluation = (
+            arm,
+            slots,
+            objective,
+            constraints,
+            on_evaluation,
+        )
         self.cache = ErrorCache(arm, q, of)
         self.load_q = np.vstack([q, corners(arm, _MOST_CORNERS)])
         self.evaluations: dict[Choice, Evaluation] = {}
@@ -86,10 +101,14 @@ class Evaluator:
         return tuple(slot.candidates[k] for slot, k in zip(self.slots, choice, strict=True))
 
     def arm_with(self, choice: Choice) -> Arm:
-        """Return the arm with these parts. A joint with the same parts is the same object, so that its errors are cached."""
+        """Return the arm with these parts. A joint with the same parts is the same object, so that
+        its errors are cached.
+        """
         joints = []
         for joint in self.arm.joints:
-            own = tuple((k, choice[k]) for k, slot in enumerate(self.slots) if slot.joint == joint.name)
+            own = tuple(
+                (k, choice[k]) for k, slot in enumerate(self.slots) if slot.joint == joint.name
+            )
             if own and own not in self._joints:
                 changed = joint
                 for k, index in own:
@@ -99,7 +118,9 @@ class Evaluator:
         return self.arm.model_copy(update={"joints": tuple(joints)})
 
     def evaluate(self, choice: Choice) -> Evaluation:
-        """Return the evaluation of a selection; error and violation are infinite where a part has no solution under its load."""
+        """Return the evaluation of a selection; error and violation are infinite where a part has
+        no solution under its load.
+        """
         known = self.evaluations.get(choice)
         if known is None:
             parts = self.parts(choice)
@@ -110,15 +131,23 @@ class Evaluator:
                 violation = self._violation(arm, choice)
             except LostmotionError:
                 rms = violation = math.inf
-            known = self.evaluations[choice] = Evaluation(sum(map(self.cost_of_part, parts)), mass, price, rms, violation)
+            known = self.evaluations[choice] = Evaluation(
+                sum(map(self.cost_of_part, parts)), mass, price, rms, violation
+            )
             self.on_evaluation()
         return known
 
     def error(self, choice: Choice) -> float:
-        """Return the 95 % error (m) of a selection, for a target on a repeatability that of its scatter between visits."""
+        """Return the 95 % error (m) of a selection, for a target on a repeatability that of its
+        scatter between visits.
+        """
         if choice not in self._errors:
             rms = self.evaluate(choice).rms
-            self._errors[choice] = error_at(self.cache.of(self.arm_with(choice)), LEVEL) if math.isfinite(rms) else math.inf
+            self._errors[choice] = (
+                error_at(self.cache.of(self.arm_with(choice)), LEVEL)
+                if math.isfinite(rms)
+                else math.inf
+            )
         return self._errors[choice]
 
     def meets(self, choice: Choice, target: float) -> bool:
@@ -134,7 +163,9 @@ class Evaluator:
         return self.objective.cost(candidate.mass, candidate.price)
 
     def torques(self, arm: Arm) -> Floats:
-        """Return the largest holding torque of each moving joint (joint,), N m or N, over the poses and the corners of the joint ranges."""
+        """Return the largest holding torque of each moving joint (joint,), N m or N, over the poses
+        and the corners of the joint ranges.
+        """
         key = _masses(arm)
         if key not in self._torques:
             if self.constraints.tilt is None:
@@ -145,12 +176,18 @@ class Evaluator:
         return self._torques[key]
 
     def _violation(self, arm: Arm, choice: Choice) -> float:
-        return self._torque_violation(arm) + (0.0 if self.constraints.limits is None else self._limit_violation(arm, choice, self.constraints.limits))
+        return self._torque_violation(arm) + (
+            0.0
+            if self.constraints.limits is None
+            else self._limit_violation(arm, choice, self.constraints.limits)
+        )
 
     def _torque_violation(self, arm: Arm) -> float:
         selected = {slot.joint for slot in self.slots if slot.kind == "gearbox"}
         out = 0.0
-        for joint, torque in zip(arm.moving, self.torques(arm) if selected else (), strict=bool(selected)):
+        for joint, torque in zip(
+            arm.moving, self.torques(arm) if selected else (), strict=bool(selected)
+        ):
             rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
             if joint.name in selected and rated is not None and torque > rated * (1 + EQUAL):
                 out += math.log(torque / rated) if rated > 0 else math.inf
@@ -163,16 +200,33 @@ class Evaluator:
             if slot.kind == "link":
                 at = next(n for n, joint in enumerate(arm.joints) if joint.name == slot.joint)
                 outboard = arm.tree.outboard(arm.tree.joints[at].tip)
-                carried = tuple(mass for mass, places in zip(masses, arm.tree.joints, strict=True) if places.seat in outboard)
+                carried = tuple(
+                    mass
+                    for mass, places in zip(masses, arm.tree.joints, strict=True)
+                    if places.seat in outboard
+                )
                 key = (k, choice[k], carried)
                 if key not in self._deflections:
                     joint = arm.joints[at]
-                    task = LinkTask(joint, LinkLoads.of(arm, at, self.load_q, self.constraints.tilt), limits)
-                    self._deflections[key] = 0.0 if joint.link.is_rigid else float(task.utilisation(joint.elastic_link, task.loads).max())
-                out += math.log(self._deflections[key]) if self._deflections[key] > 1 + EQUAL else 0.0
+                    task = LinkTask(
+                        joint, LinkLoads.of(arm, at, self.load_q, self.constraints.tilt), limits
+                    )
+                    self._deflections[key] = (
+                        0.0
+                        if joint.link.is_rigid
+                        else float(task.utilisation(joint.elastic_link, task.loads).max())
+                    )
+                out += (
+                    math.log(self._deflections[key]) if self._deflections[key] > 1 + EQUAL else 0.0
+                )
         return out
 
 
 def _masses(arm: Arm) -> tuple[tuple[float, ...], ...]:
-    """Return the masses of each joint that a selection may change: of the joint, of its link, and the link's centre of mass."""
-    return tuple((joint.total_mass, joint.link.total_mass, *(float(x) for x in joint.link.mass_centre)) for joint in arm.joints)
+    """Return the masses of each joint that a selection may change: of the joint, of its link, and
+    the link's centre of mass.
+    """
+    return tuple(
+        (joint.total_mass, joint.link.total_mass, *(float(x) for x in joint.link.mass_centre))
+        for joint in arm.joints
+    )

@@ -1,4 +1,6 @@
-"""Lazy greedy selection of the best exchange (M. Minoux, Lecture Notes in Control and Information Sciences 7 (1978) 234)."""
+"""Lazy greedy selection of the best exchange (M. Minoux, Lecture Notes in Control and Information
+Sciences 7 (1978) 234).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ Swap = tuple[int, int]
 
 
 class LazyGreedy:
-    """Ranks of swaps from earlier steps: only swaps whose last known rank exceeds the best new rank are ranked again."""
+    """Ranks of swaps from earlier steps: only swaps whose last known rank exceeds the best new rank
+    are ranked again.
+    """
 
     def __init__(self) -> None:
         """Begin without ranks."""

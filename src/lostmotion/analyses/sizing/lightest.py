@@ -1,4 +1,6 @@
-"""Lightest section of one link, from a family or a list, that meets limits of slope and deflection under given loads."""
+"""Lightest section of one link, from a family or a list, that meets limits of slope and deflection
+under given loads.
+"""
 
 from __future__ import annotations
 
@@ -32,13 +34,16 @@ _GRID: Final = {2: 8, 3: 5, 4: 4}
 _STARTS: Final = 3
 _IMPOSSIBLE: Final = 20.0
 _LEAST: Final = 1e-300
-# Allowed values on each side of the continuous optimum that are tried; more where none of them is within the limits.
+# Allowed values on each side of the continuous optimum that are tried; more where none of them is
+# within the limits.
 _AROUND: Final = (2, 4)
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of a link's tip: slope (rad), and deflection as the length over this number; 0.5' and 2500 in the paper's condition (4)."""
+    """Limits of a link's tip: slope (rad), and deflection as the length over this number; 0.5' and
+    2500 in the paper's condition (4).
+    """
 
     slope: float
     deflection: float
@@ -50,7 +55,9 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class SizedSection:
-    """A section and its utilisation: the larger of slope and deflection over their limits. Above 1, no section of the choice is within them."""
+    """A section and its utilisation: the larger of slope and deflection over their limits. Above 1,
+    no section of the choice is within them.
+    """
 
     section: Plain
     utilisation: float
@@ -64,10 +71,15 @@ class SizedSection:
 def with_section(joint: Joint, section: Plain, material: Material | None = None) -> Joint:
     """Return the joint with another uniform section of its link.
 
-    A stated mass of the link above that of its section remains as additional mass; for a link without a section, all of the stated mass remains.
+    A stated mass of the link above that of its section remains as additional mass; for a link
+    without a section, all of the stated mass remains.
     """
     link = joint.link
-    changed: dict[str, object] = {"section": section, "material": material or link.material, "mass": None}
+    changed: dict[str, object] = {
+        "section": section,
+        "material": material or link.material,
+        "mass": None,
+    }
     changed |= {"compliance": None, "measured": None, "rigid": False}
     out = link.model_copy(update=changed)
     if link.mass is not None:
@@ -103,19 +115,24 @@ class LinkTask:
         return np.asarray(loads.deflections(link) / limits)
 
 
-def lightest(task: LinkTask, choice: Family | tuple[Plain, ...], step: float | None = 0.0) -> SizedSection:
-    """Return the lightest section of a family or list that meets the limits, else the one of least utilisation.
+def lightest(
+    task: LinkTask, choice: Family | tuple[Plain, ...], step: float | None = 0.0
+) -> SizedSection:
+    """Return the lightest section of a family or list that meets the limits, else the one of least
+    utilisation.
 
-    Free sizes are multiples of `step` (m), 0: continuous, None: usual sizes of tubes and bars; of those near the continuous optimum the lightest that
-    meets the limits. One free size is solved by bracketing and Brent's method, several by SLSQP from
-    several starts in the logarithms of the sizes, in which mass and deflection of thin sections are convex. The search uses the worst poses only, and
-    adds poses at which the result exceeds the limits until it is valid for all of them.
+    Free sizes are multiples of `step` (m), 0: continuous, None: usual sizes of tubes and bars; of
+    those near the continuous optimum the lightest that meets the limits. One free size is solved by
+    bracketing and Brent's method, several by SLSQP from
+    several starts in the logarithms of the sizes, in which mass and deflection of thin sections are
+    convex. The search uses the worst poses only, and adds poses at which the result exceeds the
+    limits until it is valid for all of them.
     """
     if isinstance(choice, tuple):
         return _of_list(task, choice)
-    seed = choice.section(tuple(math.sqrt(span.low * span.high) for span in choice.spans)) or choice.section(
-        tuple(span.high for span in choice.spans)
-    )
+    seed = choice.section(
+        tuple(math.sqrt(span.low * span.high) for span in choice.spans)
+    ) or choice.section(tuple(span.high for span in choice.spans))
     if seed is None:
         raise ValueError("a family of no section")
     active = _worst_poses(task.section_utilisation(seed))
@@ -167,11 +184,17 @@ class _FamilySearch:
         return self.family.section(self._values(free))
 
     def allowed(self, free: tuple[float, ...]) -> Sized | None:
-        """Return the section with these sizes, in which those that follow the leading one are allowed too."""
+        """Return the section with these sizes, in which those that follow the leading one are
+        allowed too.
+        """
         return self.steps.section(self.family, self._values(free))
 
-    def _evaluate(self, free: tuple[float, ...], *, in_steps: bool = False) -> tuple[float, float, float]:
-        """Return mass, and the utilisation of slope and deflection; infinite where there is no such section."""
+    def _evaluate(
+        self, free: tuple[float, ...], *, in_steps: bool = False
+    ) -> tuple[float, float, float]:
+        """Return mass, and the utilisation of slope and deflection; infinite where there is no such
+        section.
+        """
         section = self.allowed(free) if in_steps else self.section(free)
         if section is None:
             return math.inf, math.inf, math.inf
@@ -192,22 +215,34 @@ class _FamilySearch:
         section = self.allowed(chosen) or self.section(chosen)
         if section is None:
             raise ValueError("a family of no section")
-        return SizedSection(section, float(self.task.utilisation(self.task.link(section), self.loads).max()))
+        return SizedSection(
+            section, float(self.task.utilisation(self.task.link(section), self.loads).max())
+        )
 
     def _of_one(self) -> tuple[float, ...]:
-        """Return the smallest size within the limits. Deflection may rise again at large sizes, where the link's own weight dominates."""
+        """Return the smallest size within the limits. Deflection may rise again at large sizes,
+        where the link's own weight dominates.
+        """
         from scipy.optimize import brentq, minimize_scalar
 
         low, high = self.ends[0]
         scan = [float(x) for x in np.geomspace(low, high, _SCAN)]
         scan[0], scan[-1] = low, high
-        over = [math.log(utilisation) if 0 < (utilisation := self.utilisation((x,))) < math.inf else _sign(utilisation) * _IMPOSSIBLE for x in scan]
+        over = [
+            math.log(utilisation)
+            if 0 < (utilisation := self.utilisation((x,))) < math.inf
+            else _sign(utilisation) * _IMPOSSIBLE
+            for x in scan
+        ]
         first = next((k for k, value in enumerate(over) if value <= 0), None)
         if first is None:
             least = int(np.argmin(over))
             ends = scan[max(least - 1, 0)], scan[min(least + 1, len(scan) - 1)]
             best = minimize_scalar(
-                lambda x: min(math.log(self.utilisation((float(x),))), _IMPOSSIBLE), bounds=ends, method="bounded", options={"xatol": 1e-9}
+                lambda x: min(math.log(self.utilisation((float(x),))), _IMPOSSIBLE),
+                bounds=ends,
+                method="bounded",
+                options={"xatol": 1e-9},
             )
             size = float(best.x) if best.fun < over[least] else scan[least]
             if self.utilisation((size,)) > 1:
@@ -215,7 +250,15 @@ class _FamilySearch:
             scan, first = [ends[0], size], 1
         if first == 0:
             return self._in_steps((low,))
-        root = float(brentq(lambda x: _clipped(math.log(self.utilisation((float(x),)))), scan[first - 1], scan[first], xtol=1e-12, rtol=1e-12))
+        root = float(
+            brentq(
+                lambda x: _clipped(math.log(self.utilisation((float(x),)))),
+                scan[first - 1],
+                scan[first],
+                xtol=1e-12,
+                rtol=1e-12,
+            )
+        )
         nudge = 1e-12
         while self.utilisation((root,)) > 1:  # on the other side of the root by rounding
             root = min(root * (1 + nudge), scan[first])
@@ -230,10 +273,15 @@ class _FamilySearch:
 
         grid = [
             tuple(float(x) for x in point)
-            for point in itertools.product(*(np.geomspace(low, high, _GRID[len(self.ends)]) for low, high in self.ends))
+            for point in itertools.product(
+                *(np.geomspace(low, high, _GRID[len(self.ends)]) for low, high in self.ends)
+            )
         ]
         grid = [self._clip(point) for point in grid]
-        within = sorted((point for point in grid if self.utilisation(point) <= 1), key=lambda point: self.evaluate(point)[0])
+        within = sorted(
+            (point for point in grid if self.utilisation(point) <= 1),
+            key=lambda point: self.evaluate(point)[0],
+        )
         bounds = [(math.log(low), math.log(high)) for low, high in self.ends]
         if not within:
             start = min(grid, key=self.utilisation)
@@ -243,7 +291,9 @@ class _FamilySearch:
                 return min([*self._near(least), least], key=self._stepped_utilisation)
             within = [least]
         points = list(within[:1])
-        constraints: Any = [{"type": "ineq", "fun": self._log_margin, "args": (which,)} for which in (1, 2)]
+        constraints: Any = [
+            {"type": "ineq", "fun": self._log_margin, "args": (which,)} for which in (1, 2)
+        ]
         for start in _starts(within):
             best = minimize(
                 self._log_mass,
@@ -269,28 +319,42 @@ class _FamilySearch:
         return self._clip(tuple(float(each) for each in np.exp(x)))
 
     def _clip(self, point: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple(min(max(x, low), high) for x, (low, high) in zip(point, self.ends, strict=True))
+        return tuple(
+            min(max(x, low), high) for x, (low, high) in zip(point, self.ends, strict=True)
+        )
 
-    def _moved_within(self, point: tuple[float, ...], within: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the point nearest to `point`, on the line to a point within the limits, that is within them."""
+    def _moved_within(
+        self, point: tuple[float, ...], within: tuple[float, ...]
+    ) -> tuple[float, ...]:
+        """Return the point nearest to `point`, on the line to a point within the limits, that is
+        within them.
+        """
         if self.utilisation(point) <= 1:
             return point
         near, far = _logs(within), _logs(point)
         good, bad = 0.0, 1.0
         for _ in range(50):
             share = (good + bad) / 2
-            good, bad = (share, bad) if self.utilisation(self._point(near + share * (far - near))) <= 1 else (good, share)
+            good, bad = (
+                (share, bad)
+                if self.utilisation(self._point(near + share * (far - near))) <= 1
+                else (good, share)
+            )
         return self._point(near + good * (far - near))
 
     def _stepped_utilisation(self, free: tuple[float, ...]) -> float:
         return max(self.evaluate(free, in_steps=True)[1:])
 
     def _in_steps(self, point: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the lightest allowed sizes near a point within the limits; the point itself where there are none."""
+        """Return the lightest allowed sizes near a point within the limits; the point itself where
+        there are none.
+        """
         if self.steps.exact:
             return point
         for around in _AROUND:
-            within = [each for each in self._near(point, around) if self._stepped_utilisation(each) <= 1]
+            within = [
+                each for each in self._near(point, around) if self._stepped_utilisation(each) <= 1
+            ]
             if within:
                 return min(within, key=lambda each: self.evaluate(each, in_steps=True)[0])
         return point
@@ -298,7 +362,10 @@ class _FamilySearch:
     def _near(self, point: tuple[float, ...], around: int = _AROUND[0]) -> list[tuple[float, ...]]:
         if self.steps.exact:
             return [point]
-        axes = [self.steps.near(self.family, k, value, around) for k, value in zip(self.free, point, strict=True)]
+        axes = [
+            self.steps.near(self.family, k, value, around)
+            for k, value in zip(self.free, point, strict=True)
+        ]
         return list(itertools.product(*axes))
 
 

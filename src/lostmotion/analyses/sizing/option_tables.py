@@ -1,4 +1,6 @@
-"""Reading of the tables with which a sizing file offers parts: checks of names and lists, and the costs of parts."""
+"""Reading of the tables with which a sizing file offers parts: checks of names and lists, and the
+costs of parts.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +29,13 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
 PRESENT: Final = "present"
-GEARBOX_EXAMPLE: Final = '[sizing.gearboxes] with A = ["present", "RV-20E-121", "RV-40E-121"], A = "catalogue", or A = ["present", "catalogue"]'
-BEARING_EXAMPLE: Final = '[sizing.bearings] with A = ["C2", "CN"], or A = ["10 µm ± 5 µm", "30 µm ± 10 µm"]'
+GEARBOX_EXAMPLE: Final = (
+    '[sizing.gearboxes] with A = ["present", "RV-20E-121", "RV-40E-121"], A = "catalogue", or A = '
+    '["present", "catalogue"]'
+)
+BEARING_EXAMPLE: Final = (
+    '[sizing.bearings] with A = ["C2", "CN"], or A = ["10 µm ± 5 µm", "30 µm ± 10 µm"]'
+)
 COST_EXAMPLE: Final = '[sizing.costs] with "RV-20E*" = { mass = "4.7 kg", price = 900 }'
 _PRESENT_EXAMPLE: Final = '[sizing.present] with {joint} = {{ mass = "4 kg", price = 800 }}'
 _MOST: Final = 100
@@ -47,7 +54,8 @@ class OptionTables:
 
     own, in_file  reducers described in the arm file and in this file
     mistakes      of the file; notes for the report
-    rows          reducers of both files by model; costs by name or pattern; present costs by joint (all set by `read_costs`)
+    rows          reducers of both files by model; costs by name or pattern; present costs by joint
+                  (all set by `read_costs`)
     """
 
     file: str
@@ -89,22 +97,42 @@ class OptionTables:
         joints = [joint.name for joint in self.arm.joints]
         if name in joints:
             return True
-        self.refuse(option_key(table, name), "no such joint", f"one of {listed(joints)}", example, nearest(name, joints))
+        self.refuse(
+            option_key(table, name),
+            "no such joint",
+            f"one of {listed(joints)}",
+            example,
+            nearest(name, joints),
+        )
         return False
 
     def names(self, key: str, stated: Any, example: str) -> list[str]:  # noqa: ANN401 - whatever a file holds
         """Return a list of names without repetitions, empty where it is wrong."""
-        if isinstance(stated, list) and 0 < len(stated) <= _MOST and all(isinstance(each, str) for each in stated):
+        if (
+            isinstance(stated, list)
+            and 0 < len(stated) <= _MOST
+            and all(isinstance(each, str) for each in stated)
+        ):
             return list(dict.fromkeys(stated))
         self.refuse(key, shown(stated), f"a list of 1 to {_MOST} names", example)
         return []
 
     def cost(self, *names: str) -> Cost:
-        """Return the cost stated for the first of these names, or for a pattern that matches one."""
+        """Return the cost stated for the first of these names, or for a pattern that matches
+        one.
+        """
         for name in names:
             if name in self.costs:
                 return self.costs[name]
-        return next((cost for pattern, cost in self.costs.items() for name in names if fnmatchcase(name, pattern)), Cost())
+        return next(
+            (
+                cost
+                for pattern, cost in self.costs.items()
+                for name in names
+                if fnmatchcase(name, pattern)
+            ),
+            Cost(),
+        )
 
     def _costs(self, table: str, example: str) -> dict[str, Cost]:
         out = {}
@@ -113,7 +141,10 @@ class OptionTables:
             if not isinstance(stated, dict):
                 self.refuse(key, shown(stated), "a table with mass, price or both", example)
                 continue
-            text = {what: str(value) if what == "price" and type(value) in {int, float} else value for what, value in stated.items()}
+            text = {
+                what: str(value) if what == "price" and type(value) in {int, float} else value
+                for what, value in stated.items()
+            }
             try:
                 out[name] = Cost.model_validate(text, context={"text": True})
             except ValidationError as error:

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 
 class _Sized(Result):
-    """Base of both results: `source` and `sidecar` are the files of the arm; None where it was given as an object."""
+    """Base of both results: `source` and `sidecar` are the files of the arm; None where it was
+    given as an object.
+    """
 
     source: Path | None
     sidecar: Path | None
@@ -30,11 +32,17 @@ class _Sized(Result):
 
     @property
     def _is_met(self) -> bool:
-        return self._sizing.meets_limits if isinstance(self._sizing, Sizing) else self._sizing.meets_target
+        return (
+            self._sizing.meets_limits
+            if isinstance(self._sizing, Sizing)
+            else self._sizing.meets_target
+        )
 
     @property
     def states(self) -> States:
-        """Return what is known of each joint of the sized arm: stated, assumed, or ideal, and the assumed values."""
+        """Return what is known of each joint of the sized arm: stated, assumed, or ideal, and the
+        assumed values.
+        """
         return states(self._sizing.sized)
 
     @property
@@ -43,7 +51,9 @@ class _Sized(Result):
         return "" if self._is_met else self.sheet.verdict
 
     def files(self) -> dict[str, bytes]:
-        """Return the sized arm as sized.toml: its file with the new parts, where limits or target are met and the file is known."""
+        """Return the sized arm as sized.toml: its file with the new parts, where limits or target
+        are met and the file is known.
+        """
         from lostmotion.analyses.sizing.arm_writer import sized_text
 
         if self.source is None or not self._is_met:
@@ -83,7 +93,9 @@ class Size(Sizing, _Sized):
 
 @dataclass(frozen=True, repr=False)
 class Selection(PartSelection, _Sized):
-    """An arm with parts selected for a target on the tool: `sized` is the arm; every attribute of `PartSelection`."""
+    """An arm with parts selected for a target on the tool: `sized` is the arm; every attribute of
+    `PartSelection`.
+    """
 
     notes: tuple[str, ...] = ()
     source: Path | None = None

@@ -1,4 +1,5 @@
-"""Gearboxes and clearances that a sizing file offers for a target on the tool, with their masses and prices.
+"""Gearboxes and clearances that a sizing file offers for a target on the tool, with their masses
+and prices.
 
     [sizing]
     target = "0.5 mm"                        # the 95 % error over the workspace
@@ -6,21 +7,26 @@
     price_per_kg = 12                        # of links
 
     [sizing.gearboxes]                       # by the name of the joint
-    A = ["present", "RV-20E", "RV-40E-121"]  # the present one, rows of the catalogue, of the arm file, or of this file ([[reducers]])
-    B = "catalogue"                          # all suitable rows; ["present", "catalogue"] offers the present one as well
+    A = ["present", "RV-20E", "RV-40E-121"]  # the present one, rows of the catalogue, of the arm
+                                             file, or of this file ([[reducers]])
+    B = "catalogue"                          # all suitable rows; ["present", "catalogue"] offers
+                                             the present one as well
 
     [sizing.bearings]
     A = ["C2", "CN", "C3"]                   # groups of ISO 5753-1, or lengths: "10 µm ± 10 µm"
 
-    [sizing.costs]                           # by name, model or pattern: prices, and masses that override the catalogue's
+    [sizing.costs]                           # by name, model or pattern: prices, and masses that
+                                             override the catalogue's
     "RV-20E" = { mass = "4.7 kg", price = 900 }
     "RV-*" = { mass = "9 kg", price = 1400 }
     C2 = { price = 60 }
 
-    [sizing.present]                         # of a joint's present gearbox: its part of the joint's mass
+    [sizing.present]                         # of a joint's present gearbox: its part of the joint's
+                                             mass
     A = { mass = "4 kg", price = 800 }
 
-A name without its ratio takes that of the present gearbox, where the manufacturer's figures are valid for it.
+A name without its ratio takes that of the present gearbox, where the manufacturer's figures are
+valid for it.
 """
 
 from __future__ import annotations
@@ -40,11 +46,15 @@ if TYPE_CHECKING:
 
 OPTION_TABLES: Final = ("gearboxes", "bearings", "costs", "present")
 OBJECTIVE_EXAMPLE: Final = 'minimise = "price + 20 * mass"'
-_TERM: Final = re.compile(r"\s*(?:(?P<factor>[0-9]+(?:\.[0-9]*)?(?:e[+-]?[0-9]+)?)\s*\*\s*)?(?P<quantity>mass|price)\s*")
+_TERM: Final = re.compile(
+    r"\s*(?:(?P<factor>[0-9]+(?:\.[0-9]*)?(?:e[+-]?[0-9]+)?)\s*\*\s*)?(?P<quantity>mass|price)\s*"
+)
 
 
 def parse_objective(text: str) -> Objective | None:
-    """Return the objective that a sum states ("mass", "price", "price + 20 * mass"); None where it cannot be read."""
+    """Return the objective that a sum states ("mass", "price", "price + 20 * mass"); None where it
+    cannot be read.
+    """
     factors: dict[str, float] = {}
     for part in text.split("+"):
         term = _TERM.fullmatch(part)
@@ -56,7 +66,9 @@ def parse_objective(text: str) -> Objective | None:
 
 
 def selection_slots(options: OptionTables) -> list[Slot]:
-    """Return the gearboxes and bearings to select, in the order of the arm's joints; mistakes go into `options.mistakes`."""
+    """Return the gearboxes and bearings to select, in the order of the arm's joints; mistakes go
+    into `options.mistakes`.
+    """
     joints = {joint.name: joint for joint in options.arm.joints}
     options.read_costs()
     slots: dict[tuple[str, str], Slot] = {}
@@ -65,6 +77,13 @@ def selection_slots(options: OptionTables) -> list[Slot]:
         ("bearings", "bearing", bearing_slot, BEARING_EXAMPLE),
     ):
         for name, stated in options.table(table, example).items():
-            if options.has_joint(table, name, example) and (slot := slot_of(options, joints[name], stated)):
+            if options.has_joint(table, name, example) and (
+                slot := slot_of(options, joints[name], stated)
+            ):
                 slots[name, kind] = slot
-    return [slots[name, kind] for name in joints for kind in ("gearbox", "bearing") if (name, kind) in slots]
+    return [
+        slots[name, kind]
+        for name in joints
+        for kind in ("gearbox", "bearing")
+        if (name, kind) in slots
+    ]

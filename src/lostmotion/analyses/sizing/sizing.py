@@ -1,9 +1,11 @@
-"""Lightest sections of an arm's links that meet limits of slope and deflection, and the trade-off between mass and tool error.
+"""Lightest sections of an arm's links that meet limits of slope and deflection, and the trade-off
+between mass and tool error.
 
-Condition (4) of S. Strutynskyi, R. Semenchuk 2021: the lightest section of each link with a slope of at most 0.5' and a deflection of at most
-length/2500 under load at the worst pose. A link carries only itself and what is outboard of it, so links sized from the tip inward have their final
-loads, and one pass is exact. A heavier outboard link could make an inboard one lighter only where its weight relieves that link;
-`LinkSize.relieved_by` names such links.
+Condition (4) of S. Strutynskyi, R. Semenchuk 2021: the lightest section of each link with a slope
+of at most 0.5' and a deflection of at most length/2500 under load at the worst pose. A link carries
+only itself and what is outboard of it, so links sized from the tip inward have their final loads,
+and one pass is exact. A heavier outboard link could make an inboard one lighter only where its
+weight relieves that link; `LinkSize.relieved_by` names such links.
 """
 
 from __future__ import annotations
@@ -14,8 +16,20 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sizing.lightest import SLACK, Limits, LinkTask, SizedSection, lightest, with_section
-from lostmotion.analyses.sizing.link_deflection import LinkLoads, WorstDeflection, across, deflection_under
+from lostmotion.analyses.sizing.lightest import (
+    SLACK,
+    Limits,
+    LinkTask,
+    SizedSection,
+    lightest,
+    with_section,
+)
+from lostmotion.analyses.sizing.link_deflection import (
+    LinkLoads,
+    WorstDeflection,
+    across,
+    deflection_under,
+)
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
@@ -46,7 +60,9 @@ _ERROR_POSES: Final = 512
 
 @dataclass(frozen=True, slots=True)
 class LinkOptions:
-    """Options for one link: a family or a list of sections, and its new material (None: its own)."""
+    """Options for one link: a family or a list of sections, and its new material (None: its
+    own).
+    """
 
     choice: Family | tuple[Plain, ...]
     material: Material | None = None
@@ -56,11 +72,14 @@ class LinkOptions:
 class LinkSize:
     """One sized link; SI.
 
-    before, section      section as stated (None: rigid, or by a matrix) and as selected, with mass_before and mass of the link
-    worst, worst_before  largest slope and deflection over poses and tilts, as sized under the new loads, and as stated (None: rigid)
+    before, section      section as stated (None: rigid, or by a matrix) and as selected, with
+                         mass_before and mass of the link
+    worst, worst_before  largest slope and deflection over poses and tilts, as sized under the new
+                         loads, and as stated (None: rigid)
     limits               slope (rad) and deflection (m)
     meets_limits         where not, the section is the one of least utilisation
-    force, moment        across the link on its tip, N and N m, at the worst pose of the governing limit
+    force, moment        across the link on its tip, N and N m, at the worst pose of the governing
+                         limit
     own_weight           N, component across the link there
     relieved_by          joints outboard whose sized links relieve this one there by their weight
     """
@@ -98,7 +117,9 @@ class LinkSize:
 
 @dataclass(frozen=True, slots=True)
 class TradeOffPoint:
-    """One point of the trade-off: factor on both limits, mass of the links (kg), r.m.s. tool error (m), and whether all limits are met."""
+    """One point of the trade-off: factor on both limits, mass of the links (kg), r.m.s. tool error
+    (m), and whether all limits are met.
+    """
 
     scale: float
     mass: float
@@ -111,11 +132,14 @@ class Sizing:
     """An arm with sized links.
 
     arm, sized    as stated, and with the selected sections
-    q             (pose, joint) all poses: sampled, `given`, `corners` of the joint ranges, and worse ones found by local search
+    q             (pose, joint) all poses: sampled, `given`, `corners` of the joint ranges, and
+                  worse ones found by local search
     links         sized links, base to tip; unchanged: joints whose links were not sized
-    rms_error, rms_error_before  r.m.s. tool error over the sampled poses, m, by exact sums over terms
+    rms_error, rms_error_before  r.m.s. tool error over the sampled poses, m, by exact sums over
+                                 terms
     trade_off     from strict to loose limits
-    validation    deflection of each link of the sized arm at `validation_poses` other poses, with the base as stated: `load_causes.bending`
+    validation    deflection of each link of the sized arm at `validation_poses` other poses, with
+                  the base as stated: `load_causes.bending`
     """
 
     arm: Arm
@@ -144,7 +168,13 @@ class Sizing:
         """Return the largest utilisation of a limit at the validation poses."""
         limits = {link.joint: link.limits for link in self.links}
         links = [link for link in self.validation if link.joint in limits]
-        return max((max(link.slope / limits[link.joint][0], link.deflection / limits[link.joint][1]) for link in links), default=0.0)
+        return max(
+            (
+                max(link.slope / limits[link.joint][0], link.deflection / limits[link.joint][1])
+                for link in links
+            ),
+            default=0.0,
+        )
 
 
 def size_links(  # noqa: PLR0913 - a sizing is these numbers
@@ -158,15 +188,18 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
     also: Floats | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Sizing:
-    """Return the arm with the lightest sections that meet the limits, and the trade-off for other limits.
+    """Return the arm with the lightest sections that meet the limits, and the trade-off for other
+    limits.
 
     options  of the links to size, by the name of their joint
-    poses    corners of the joint ranges are added, and worse poses found by local search from the worst ones
+    poses    corners of the joint ranges are added, and worse poses found by local search from the
+             worst ones
     tilt     rad, largest tilt of the base from level, towards any side
     step     m, step of free sizes; 0: continuous, None: usual sizes of tubes and bars
     also     (pose, joint) rad or m, additional poses
 
-    A link for which no section meets the limits gets the one of least utilisation (`LinkSize.meets_limits`).
+    A link for which no section meets the limits gets the one of least utilisation
+    (`LinkSize.meets_limits`).
     """
     report = progress or (lambda *_: None)
     ends = corners(arm)
@@ -181,16 +214,32 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
         if not len(worse):
             break
         q = np.vstack([q, worse])
-    links = tuple(_link_size(arm, sized, name, limits, q, tilt, list(sections)) for name in reversed(list(sections)))
+    links = tuple(
+        _link_size(arm, sized, name, limits, q, tilt, list(sections))
+        for name in reversed(list(sections))
+    )
     few = sample_poses(arm, min(len(poses), _ERROR_POSES)).q if poses.law != "given" else poses.q
     trade_off = []
     for k, scale in enumerate(SCALES):
         report("trade-off of mass and error", k, len(SCALES))
-        other, chosen = (sized, sections) if scale == 1 else _one_pass(arm, options, limits.scaled(scale), q, tilt, step)
-        trade_off.append(TradeOffPoint(scale, _mass(other, options), rms_error(other, few), all(each.meets_limits for each in chosen.values())))
+        other, chosen = (
+            (sized, sections)
+            if scale == 1
+            else _one_pass(arm, options, limits.scaled(scale), q, tilt, step)
+        )
+        trade_off.append(
+            TradeOffPoint(
+                scale,
+                _mass(other, options),
+                rms_error(other, few),
+                all(each.meets_limits for each in chosen.values()),
+            )
+        )
     other_poses = sample_poses(arm, len(poses), seed=2) if poses.law != "given" else poses
     validation = bending(sized, other_poses.q, np.zeros((len(other_poses), 3)), 0.0)
-    unchanged = tuple(joint.name for joint in arm.joints if joint.link.reach and joint.name not in options)
+    unchanged = tuple(
+        joint.name for joint in arm.joints if joint.link.reach and joint.name not in options
+    )
     return Sizing(
         arm,
         sized,
@@ -212,7 +261,9 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
 
 def rms_error(arm: Arm, q: Floats) -> float:
     """Return the r.m.s. tool error over these poses, m, by exact sums over terms."""
-    total = sum(Tally.of(screws(arm, q[start : start + _BLOCK])).total for start in range(0, len(q), _BLOCK))
+    total = sum(
+        Tally.of(screws(arm, q[start : start + _BLOCK])).total for start in range(0, len(q), _BLOCK)
+    )
     return math.sqrt(total / len(q))
 
 
@@ -221,7 +272,9 @@ def _mass(arm: Arm, options: Mapping[str, LinkOptions]) -> float:
 
 
 def corners(arm: Arm, most: int = _MOST_CORNERS) -> Floats:
-    """Return the corners of the joint ranges (pose, joint), rad or m; beyond `most` of them, the last joints are at mid-range."""
+    """Return the corners of the joint ranges (pose, joint), rad or m; beyond `most` of them, the
+    last joints are at mid-range.
+    """
     ends = arm.limits
     moving = min(len(ends), int(math.log2(most)))
     out = np.tile(ends.mean(axis=1), (2**moving, 1))
@@ -231,7 +284,10 @@ def corners(arm: Arm, most: int = _MOST_CORNERS) -> Floats:
 
 
 def _with(arm: Arm, name: str, section: Plain, material: Material | None) -> Arm:
-    joints = tuple(with_section(joint, section, material) if joint.name == name else joint for joint in arm.joints)
+    joints = tuple(
+        with_section(joint, section, material) if joint.name == name else joint
+        for joint in arm.joints
+    )
     return arm.model_copy(update={"joints": joints})
 
 
@@ -240,9 +296,16 @@ def _index(arm: Arm, name: str) -> int:
 
 
 def _one_pass(
-    arm: Arm, options: Mapping[str, LinkOptions], limits: Limits, q: Floats, tilt: float | None, step: float | None
+    arm: Arm,
+    options: Mapping[str, LinkOptions],
+    limits: Limits,
+    q: Floats,
+    tilt: float | None,
+    step: float | None,
 ) -> tuple[Arm, dict[str, SizedSection]]:
-    """Return the arm with every link sized once, from the tip inward, and the sections in that order."""
+    """Return the arm with every link sized once, from the tip inward, and the sections in that
+    order.
+    """
     sized = arm
     sections: dict[str, SizedSection] = {}
     for k, joint in reversed(list(enumerate(arm.joints))):
@@ -254,8 +317,12 @@ def _one_pass(
     return sized, sections
 
 
-def _worse_poses(sized: Arm, options: Mapping[str, LinkOptions], limits: Limits, q: Floats, tilt: float | None) -> Floats:
-    """Return poses (pose, joint) near the worst ones with a larger utilisation above 1; none where there is none."""
+def _worse_poses(
+    sized: Arm, options: Mapping[str, LinkOptions], limits: Limits, q: Floats, tilt: float | None
+) -> Floats:
+    """Return poses (pose, joint) near the worst ones with a larger utilisation above 1; none where
+    there is none.
+    """
     worse = []
     for k, joint in enumerate(sized.joints):
         if joint.name in options:
@@ -271,8 +338,12 @@ def _worse_poses(sized: Arm, options: Mapping[str, LinkOptions], limits: Limits,
     return np.array(worse).reshape(-1, q.shape[1])
 
 
-def _local_maximum(arm: Arm, k: int, start: Floats, limits: Limits, tilt: float | None, measure: int) -> tuple[Floats, float]:
-    """Return the pose of largest utilisation near `start`, within the joint limits, and the utilisation."""
+def _local_maximum(
+    arm: Arm, k: int, start: Floats, limits: Limits, tilt: float | None, measure: int
+) -> tuple[Floats, float]:
+    """Return the pose of largest utilisation near `start`, within the joint limits, and the
+    utilisation.
+    """
     from scipy.optimize import minimize
 
     joint = arm.joints[k]
@@ -281,7 +352,9 @@ def _local_maximum(arm: Arm, k: int, start: Floats, limits: Limits, tilt: float 
     nudge = 1e-6
 
     def share(at: Floats) -> Floats:
-        task = LinkTask(joint, LinkLoads.of(arm, k, np.clip(low + at * width, low, high), tilt), limits)
+        task = LinkTask(
+            joint, LinkLoads.of(arm, k, np.clip(low + at * width, low, high), tilt), limits
+        )
         return np.asarray(task.utilisation(joint.elastic_link, task.loads)[:, measure])
 
     def less(at: Floats) -> tuple[float, Floats]:
@@ -290,24 +363,38 @@ def _local_maximum(arm: Arm, k: int, start: Floats, limits: Limits, tilt: float 
         inside = np.minimum(at + nudge, 1) - np.maximum(at - nudge, 0)
         return -float(values[0]), -(values[1 : 1 + len(at)] - values[1 + len(at) :]) / inside
 
-    best = minimize(less, (start - low) / width, jac=True, bounds=[(0, 1)] * len(low), method="L-BFGS-B", options={"maxiter": 40})
+    best = minimize(
+        less,
+        (start - low) / width,
+        jac=True,
+        bounds=[(0, 1)] * len(low),
+        method="L-BFGS-B",
+        options={"maxiter": 40},
+    )
     return np.clip(low + best.x * width, low, high), -float(best.fun)
 
 
-def _link_size(arm: Arm, sized: Arm, name: str, limits: Limits, q: Floats, tilt: float | None, names: list[str]) -> LinkSize:
+def _link_size(
+    arm: Arm, sized: Arm, name: str, limits: Limits, q: Floats, tilt: float | None, names: list[str]
+) -> LinkSize:
     k = _index(arm, name)
     stated, joint = arm.joints[k], sized.joints[k]
     loads = LinkLoads.of(sized, k, q, tilt)
     link = joint.elastic_link
     worst = loads.worst(link)
-    before = None if stated.link.is_rigid else LinkLoads.of(arm, k, q, tilt).worst(stated.elastic_link)
+    before = (
+        None if stated.link.is_rigid else LinkLoads.of(arm, k, q, tilt).worst(stated.elastic_link)
+    )
     length = joint.link.reach
     allowed = limits.slope, length / limits.deflection
     governing = int(worst.deflection / allowed[1] > worst.slope / allowed[0])
     index = worst.deflection_index if governing else worst.slope_index
     gravity = loads.worst_gravity(link, index, governing)
     load = loads.at_pose(index, gravity)
-    moment, force, own = (float(np.linalg.norm(across(link) @ each)) for each in (load[:3], load[3:6], joint.link.total_mass * load[6:]))
+    moment, force, own = (
+        float(np.linalg.norm(across(link) @ each))
+        for each in (load[:3], load[3:6], joint.link.total_mass * load[6:])
+    )
     return LinkSize(
         joint=name,
         length=length,
@@ -318,7 +405,8 @@ def _link_size(arm: Arm, sized: Arm, name: str, limits: Limits, q: Floats, tilt:
         worst=worst,
         worst_before=before,
         limits=allowed,
-        meets_limits=worst.slope <= allowed[0] * (1 + _EXCESS) and worst.deflection <= allowed[1] * (1 + _EXCESS),
+        meets_limits=worst.slope <= allowed[0] * (1 + _EXCESS)
+        and worst.deflection <= allowed[1] * (1 + _EXCESS),
         force=force,
         moment=moment,
         own_weight=own,
@@ -326,8 +414,12 @@ def _link_size(arm: Arm, sized: Arm, name: str, limits: Limits, q: Floats, tilt:
     )
 
 
-def _relieved(arm: Arm, k: int, q: Floats, gravity: Floats, measure: int, names: list[str]) -> tuple[str, ...]:
-    """Return the sized joints outboard whose links relieve this one by their weight at this pose."""
+def _relieved(
+    arm: Arm, k: int, q: Floats, gravity: Floats, measure: int, names: list[str]
+) -> tuple[str, ...]:
+    """Return the sized joints outboard whose links relieve this one by their weight at this
+    pose.
+    """
     link = arm.joints[k].elastic_link
     carried = arm.tree.outboard(arm.tree.joints[k].tip)
 
@@ -341,8 +433,12 @@ def _relieved(arm: Arm, k: int, q: Floats, gravity: Floats, measure: int, names:
         at = _index(arm, name)
         if arm.tree.joints[at].seat in carried:
             joint = arm.joints[at]
-            weightless = joint.model_copy(update={"link": joint.link.model_copy(update={"mass": 0.0})})
-            without = arm.model_copy(update={"joints": (*arm.joints[:at], weightless, *arm.joints[at + 1 :])})
+            weightless = joint.model_copy(
+                update={"link": joint.link.model_copy(update={"mass": 0.0})}
+            )
+            without = arm.model_copy(
+                update={"joints": (*arm.joints[:at], weightless, *arm.joints[at + 1 :])}
+            )
             part = total - deflection(without)
             if part @ total < -SLACK * (total @ total):
                 out.append(name)

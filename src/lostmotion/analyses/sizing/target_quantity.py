@@ -1,4 +1,6 @@
-"""What a target on the tool limits: the position error, or the repeatability of joints that arrive one way."""
+"""What a target on the tool limits: the position error, or the repeatability of joints that arrive
+one way.
+"""
 
 from __future__ import annotations
 
@@ -15,5 +17,7 @@ TARGETS: Final[dict[TargetOf, str]] = {
 
 
 def approach_for(of: TargetOf) -> float:
-    """Return the sign of the joints' last motion for a quantity: fixed in the ISO cycle, 0 where it is drawn at every visit."""
+    """Return the sign of the joints' last motion for a quantity: fixed in the ISO cycle, 0 where it
+    is drawn at every visit.
+    """
     return 1.0 if of == "rp_iso" else 0.0

@@ -1,8 +1,11 @@
-"""Selection of an arm's parts for a target on the tool: a search at a few poses, verified by a full study.
+"""Selection of an arm's parts for a target on the tool: a search at a few poses, verified by a full
+study.
 
-The search uses mean and covariance of the error under the normal assumption, at fewer poses than the study; for a target on RP, of what differs
-between visits. The ratio of the two results corrects the
-target of the next search, until the upper end of the study's confidence interval is within the target.
+The search uses mean and covariance of the error under the normal assumption, at fewer poses than
+the study; for a target on RP, of what differs between visits. The ratio of the two results corrects
+the
+target of the next search, until the upper end of the study's confidence interval is within the
+target.
 """
 
 from __future__ import annotations
@@ -32,7 +35,8 @@ if TYPE_CHECKING:
 
 # Other targets of the trade-off, relative to the stated one.
 SCALES: Final = (0.8, 0.9, 1.1, 1.25, 1.5)
-# Most full studies; relative rise of the search's target that is worth another search; margin on it.
+# Most full studies; relative rise of the search's target that is worth another search; margin on
+# it.
 _MOST_STUDIES: Final = 5
 _LEAST_RISE: Final = 1.003
 _MARGIN: Final = 0.999
@@ -44,7 +48,9 @@ _VISITS: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class StudySize:
-    """Size of a study: robots, visits of each robot to each pose, seed and threads; `of`: the figure that it computes."""
+    """Size of a study: robots, visits of each robot to each pose, seed and threads; `of`: the
+    figure that it computes.
+    """
 
     robots: int = 1000
     visits: int = 30
@@ -55,7 +61,9 @@ class StudySize:
 
 @dataclass(frozen=True, slots=True)
 class SelectedPart:
-    """One selected part, the cheapest candidate, its saving, and the 95 % error (m) with it in place of the selected one."""
+    """One selected part, the cheapest candidate, its saving, and the 95 % error (m) with it in
+    place of the selected one.
+    """
 
     slot: Slot
     selected: Candidate
@@ -66,7 +74,9 @@ class SelectedPart:
 
 @dataclass(frozen=True, slots=True)
 class TargetPoint:
-    """One point of the trade-off: target (m), cost, mass (kg), price and 95 % error (m) of its selection, and whether the search met it."""
+    """One point of the trade-off: target (m), cost, mass (kg), price and 95 % error (m) of its
+    selection, and whether the search met it.
+    """
 
     target: float
     cost: float
@@ -83,14 +93,19 @@ class PartSelection:
     arm, sized        as stated, and with the selected parts
     poses             of the study; `search_poses` is the number of those of the search
     error_before, error  `quantity` (95 % error, or RP), m, by full studies of both arms
-    search_targets    targets of the successive searches, m, corrected by the ratio of study to search
+    search_targets    targets of the successive searches, m, corrected by the ratio of study to
+                      search
     is_feasible       all constraints are met
-    proven            all cheaper selections were evaluated; else no exchange of one or two parts is cheaper
-    combinations      number of possible selections; `evaluated` of them, and pairs with `predicted` error only
-    trade_off         other targets, strict to loose, and the stated one (the reached one where it is out of reach)
+    proven            all cheaper selections were evaluated; else no exchange of one or two parts is
+                      cheaper
+    combinations      number of possible selections; `evaluated` of them, and pairs with `predicted`
+                      error only
+    trade_off         other targets, strict to loose, and the stated one (the reached one where it
+                      is out of reach)
     halving           effect of halving the errors of each part of the sized arm
-    torques           N m by joint with a gearbox to select, largest holding torque over the poses of the search and the corners of the joint ranges
-    small_study       (poses, robots, visits) of the studies in `trade_off` and `parts`
+    torques           N m by joint with a gearbox to select, largest holding torque over the poses
+                      of the search and the corners of the joint ranges small_study       (poses,
+                      robots, visits) of the studies in `trade_off` and `parts`
     """
 
     arm: Arm
@@ -126,7 +141,9 @@ class PartSelection:
 
     @property
     def meets_target(self) -> bool:
-        """Return whether all constraints are met and the upper end of the error's interval is within the target."""
+        """Return whether all constraints are met and the upper end of the error's interval is
+        within the target.
+        """
         return self.is_feasible and self.error.high <= self.target
 
 
@@ -143,9 +160,11 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
     of: TargetOf = "error",
     progress: Callable[[str, int, int], None] | None = None,
 ) -> PartSelection:
-    """Return the selection of least cost whose 95 % error, or RP, over all `poses`, robots and visits meets the target (m).
+    """Return the selection of least cost whose 95 % error, or RP, over all `poses`, robots and
+    visits meets the target (m).
 
-    `search_poses` are those of the search. Where no selection meets the target, the most accurate one is returned (`PartSelection.meets_target`).
+    `search_poses` are those of the search. Where no selection meets the target, the most accurate
+    one is returned (`PartSelection.meets_target`).
     """
     size, constraints = replace(study_size or StudySize(), of=of), constraints or Constraints()
     stages = _MOST_STUDIES + len(SCALES) + 3
@@ -163,11 +182,25 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
     for turn in range(1, _MOST_STUDIES):
         error = _studied(evaluator.arm_with(choice), poses, size)
         met = search.evaluate(choice).violation <= 0 and error.high <= target
-        if tried and (best is None or (met, -search.evaluate(choice).cost if met else -error.high) > _rank(search, best, target)):
+        if tried and (
+            best is None
+            or (met, -search.evaluate(choice).cost if met else -error.high)
+            > _rank(search, best, target)
+        ):
             best = choice, proven, error
         # Corrected by the ratio of the search's error to that of the study.
-        corrected = _MARGIN * target * (search.error(choice) / error.high if error.high > 0 and search.error(choice) > 0 else 1.0)
-        if tried and ((met and corrected <= inner * _LEAST_RISE) or not search.meets(choice, inner)):
+        corrected = (
+            _MARGIN
+            * target
+            * (
+                search.error(choice) / error.high
+                if error.high > 0 and search.error(choice) > 0
+                else 1.0
+            )
+        )
+        if tried and (
+            (met and corrected <= inner * _LEAST_RISE) or not search.meets(choice, inner)
+        ):
             break
         stage = turn
         inner = corrected if not tried or met else min(corrected, _MARGIN * inner)
@@ -178,8 +211,18 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
     choice, proven, error = best
     stage = _MOST_STUDIES + 1
     # Where the target is out of reach, the trade-off is around the error that was reached.
-    middle = target if search.evaluate(choice).violation <= 0 and error.high <= target else error.high
-    trade_off = _trade_off(search, choice, middle, middle * search.error(choice) / error.high if error.high > 0 else middle, poses, size, report)
+    middle = (
+        target if search.evaluate(choice).violation <= 0 and error.high <= target else error.high
+    )
+    trade_off = _trade_off(
+        search,
+        choice,
+        middle,
+        middle * search.error(choice) / error.high if error.high > 0 else middle,
+        poses,
+        size,
+        report,
+    )
     stage = stages - 1
     report()
     parts = tuple(_selected_part(search, choice, k, poses, size) for k in range(len(search.slots)))
@@ -234,7 +277,15 @@ def _selected(search: Search, inner: float, starts: tuple[Choice, ...]) -> tuple
 
 def _studied(arm: Arm, poses: Poses, size: StudySize) -> Estimate:
     """Return the 95 % error of an arm by a full study, or the RP of 95 % of robots."""
-    sampled = run(arm, poses, size.robots, size.visits, size.seed, approach=approach_for(size.of), threads=size.threads)
+    sampled = run(
+        arm,
+        poses,
+        size.robots,
+        size.visits,
+        size.seed,
+        approach=approach_for(size.of),
+        threads=size.threads,
+    )
     if size.of != "error":
         return pooled_robots_quantile(sampled.robot_means[:, :, 2], LEVEL, sampled.of_poses(2))
     largest = float(sampled.per_pose[:, kernel.LARGEST].max())
@@ -242,7 +293,9 @@ def _studied(arm: Arm, poses: Poses, size: StudySize) -> Estimate:
 
 
 def _few_visits(size: StudySize) -> int:
-    """Return the number of visits of a smaller study; RP of fewer visits would be another figure."""
+    """Return the number of visits of a smaller study; RP of fewer visits would be another
+    figure.
+    """
     return min(size.visits, _VISITS) if size.of == "error" else size.visits
 
 
@@ -253,31 +306,60 @@ def _small_study(search: Search, choice: Choice, poses: Poses, size: StudySize) 
 
 
 def _trade_off(
-    search: Search, choice: Choice, target: float, inner: float, poses: Poses, size: StudySize, report: Callable[[], None]
+    search: Search,
+    choice: Choice,
+    target: float,
+    inner: float,
+    poses: Poses,
+    size: StudySize,
+    report: Callable[[], None],
 ) -> tuple[TargetPoint, ...]:
-    """Return the selections for other targets, each searched from the one for the neighbouring target and from the cheapest."""
+    """Return the selections for other targets, each searched from the one for the neighbouring
+    target and from the cheapest.
+    """
     points: dict[float, Choice] = {1.0: choice}
-    for scales in ([scale for scale in SCALES if scale > 1], [scale for scale in reversed(SCALES) if scale < 1]):
+    for scales in (
+        [scale for scale in SCALES if scale > 1],
+        [scale for scale in reversed(SCALES) if scale < 1],
+    ):
         here = choice
         for scale in scales:
             report()
-            within = [each for start in (here, search.cheapest()) if search.meets(each := search.near(scale * inner, start), scale * inner)]
+            within = [
+                each
+                for start in (here, search.cheapest())
+                if search.meets(each := search.near(scale * inner, start), scale * inner)
+            ]
             # Where both fail, the most accurate selection may still be within the target.
-            here = min(within, key=lambda each: search.evaluate(each).cost) if within else search.solve(scale * inner, (here,), pairs=False)
+            here = (
+                min(within, key=lambda each: search.evaluate(each).cost)
+                if within
+                else search.solve(scale * inner, (here,), pairs=False)
+            )
             points[scale] = here
     out = []
     for scale, each in sorted(points.items()):
         evaluation = search.evaluate(each)
         met = evaluation.violation <= 0 and (scale == 1 or search.meets(each, scale * inner))
         error = _small_study(search, each, poses, size)
-        out.append(TargetPoint(scale * target, evaluation.cost, evaluation.mass, evaluation.price, error, met))
+        out.append(
+            TargetPoint(
+                scale * target, evaluation.cost, evaluation.mass, evaluation.price, error, met
+            )
+        )
     return tuple(out)
 
 
-def _selected_part(search: Search, choice: Choice, k: int, poses: Poses, size: StudySize) -> SelectedPart:
+def _selected_part(
+    search: Search, choice: Choice, k: int, poses: Poses, size: StudySize
+) -> SelectedPart:
     slot = search.slots[k]
     costs = np.array([search.evaluator.cost_of_part(each) for each in slot.candidates])
     least = int(costs.argmin())
     saving = float(costs[choice[k]] - costs[least])
-    error = _small_study(search, (*choice[:k], least, *choice[k + 1 :]), poses, size) if saving > 0 else None
+    error = (
+        _small_study(search, (*choice[:k], least, *choice[k + 1 :]), poses, size)
+        if saving > 0
+        else None
+    )
     return SelectedPart(slot, slot.candidates[choice[k]], slot.candidates[least], saving, error)

@@ -24,30 +24,60 @@ _SOFT: Final = 1e-4
 
 
 def axes_sections(survey: Survey, counted: str) -> tuple[Section, Section]:
-    """Return the stiffness along x, y and z over the poses, and that of each part alone at the worst pose of each axis."""
+    """Return the stiffness along x, y and z over the poses, and that of each part alone at the
+    worst pose of each axis.
+    """
     values = _compliance(survey)
     rows = []
     for k, axis in enumerate(AXES):
         own = values[:, k]
         worst, best = int(own.argmax()), int(own.argmin())
-        figures = tuple(_stiffness(survey, float(each), counted) for each in (own[worst], np.median(own), own[best]))
-        note = f"worst at {_at(survey, worst)}; best at pose {best}" if np.ptp(own) > _RIGID * own.max() else ""
+        figures = tuple(
+            _stiffness(survey, float(each), counted)
+            for each in (own[worst], np.median(own), own[best])
+        )
+        note = (
+            f"worst at {_at(survey, worst)}; best at pose {best}"
+            if np.ptp(own) > _RIGID * own.max()
+            else ""
+        )
         rows.append(Row(f"along {axis}", figures, note))
     note = (
-        "force on the tool point along an axis of the base over its displacement along the same axis, tool free to rotate; linearised at the arm's "
+        "force on the tool point along an axis of the base over its displacement along the "
+        "same axis, tool free to rotate; linearised at the arm's "
         "own load, clearances closed"
     )
     at = [f"pose {index}" for index in survey.axis_worst]
     parts = tuple(
-        Row(short_name(name), tuple(_stiffness(survey, float(each), here) for each, here in zip(own, at, strict=True)))
-        for name, own in zip(survey.parts, _without_rounding(survey, survey.axis_parts).T, strict=True)
+        Row(
+            short_name(name),
+            tuple(
+                _stiffness(survey, float(each), here) for each, here in zip(own, at, strict=True)
+            ),
+        )
+        for name, own in zip(
+            survey.parts, _without_rounding(survey, survey.axis_parts).T, strict=True
+        )
     )
     alone = (
-        "each at the worst pose of its axis; in series they give the stiffness there: compliances, the inverses, add. rigid: below a millionth of it"
+        "each at the worst pose of its axis; in series they give the stiffness there: "
+        "compliances, the inverses, add. rigid: below a millionth of it"
     )
     return (
-        Section("axes", "Stiffness of the tool along x, y, z", ("worst pose", "median pose", "best pose"), tuple(rows), note),
-        Section("axes-parts", "Stiffness along x, y, z by part", tuple(f"along {axis}" for axis in AXES), parts, alone),
+        Section(
+            "axes",
+            "Stiffness of the tool along x, y, z",
+            ("worst pose", "median pose", "best pose"),
+            tuple(rows),
+            note,
+        ),
+        Section(
+            "axes-parts",
+            "Stiffness along x, y, z by part",
+            tuple(f"along {axis}" for axis in AXES),
+            parts,
+            alone,
+        ),
     )
 
 
@@ -55,7 +85,9 @@ def axes_sentence(survey: Survey, known: States) -> str:
     """Return the sentence of the headline on the stiffness along x, y and z at the worst poses."""
     texts = [str(_stiffness(survey, float(each))) for each in _compliance(survey).max(axis=0)]
     most = "at most " if known.lower_bound else ""
-    return f"Along x, y, z the tool's stiffness is {most}{', '.join(texts)}, each at its worst pose."
+    return (
+        f"Along x, y, z the tool's stiffness is {most}{', '.join(texts)}, each at its worst pose."
+    )
 
 
 def axes_cards(survey: Survey, known: States) -> list[Card]:
@@ -73,9 +105,15 @@ def axes_cards(survey: Survey, known: States) -> list[Card]:
 
 
 def _stiffness(survey: Survey, compliance: float, samples: str = "") -> Figure:
-    """Return the stiffness for a compliance in m/N, in N/µm, for a soft arm all in N/mm; infinite for a rigid direction."""
+    """Return the stiffness for a compliance in m/N, in N/µm, for a soft arm all in N/mm; infinite
+    for a rigid direction.
+    """
     unit, size = ("N/mm", 1e-3) if survey.axis_compliance.max() > _SOFT else ("N/µm", 1e-6)
-    return Figure(size / compliance, unit, samples=samples) if compliance else Figure(math.inf, unit, samples=samples, words="rigid")
+    return (
+        Figure(size / compliance, unit, samples=samples)
+        if compliance
+        else Figure(math.inf, unit, samples=samples, words="rigid")
+    )
 
 
 def _compliance(survey: Survey) -> Floats:
@@ -88,4 +126,7 @@ def _without_rounding(survey: Survey, compliance: Floats) -> Floats:
 
 
 def _at(survey: Survey, index: int) -> str:
-    return f"pose {index}: {joint_values(survey.arm, survey.poses.q[index])}, {tool_place(survey.tool_positions[index])}"
+    return (
+        f"pose {index}: {joint_values(survey.arm, survey.poses.q[index])}, "
+        f"{tool_place(survey.tool_positions[index])}"
+    )

@@ -33,25 +33,43 @@ def statics(
     *,
     tilt: Annotated[
         Amount | None,
-        Argument("Tilt of the base from level, towards any side, '10 deg'.", Quantity("rad", "10 deg", low=0, high=math.pi)),
+        Argument(
+            "Tilt of the base from level, towards any side, '10 deg'.",
+            Quantity("rad", "10 deg", low=0, high=math.pi),
+        ),
     ] = None,
     poses: PosesArgument = 4096,
     pose_law: PoseLawArgument = "sobol",
     seed: SeedArgument = 1,
-    max_payload: Annotated[bool, Argument("Also find the largest payload at every pose by the drives' rated torques.")] = False,
+    max_payload: Annotated[
+        bool, Argument("Also find the largest payload at every pose by the drives' rated torques.")
+    ] = False,
     sag_limit: Annotated[
         Amount | None,
-        Argument("As `max_payload`, and by this largest sag of the tool under the weights of arm and payload, '0.5 mm'.", LENGTH),
+        Argument(
+            (
+                "As `max_payload`, and by this largest sag of the tool under the weights of arm "
+                "and payload, '0.5 mm'."
+            ),
+            LENGTH,
+        ),
     ] = None,
     accuracy_limit: Annotated[
         Amount | None,
-        Argument("As `max_payload`, and by this largest error of 95 % of the positions at a pose, '1 mm'.", LENGTH),
+        Argument(
+            (
+                "As `max_payload`, and by this largest error of 95 % of the positions at a pose, "
+                "'1 mm'."
+            ),
+            LENGTH,
+        ),
     ] = None,
     reducers: ReducersArgument = (),
     sidecar: SidecarArgument = None,
     ready: ReadyArgument = None,
 ) -> Statics:
-    """Report what every joint carries, which reducers are rated for it, and how stiff the arm is: where, in which direction, by which part.
+    """Report what every joint carries, which reducers are rated for it, and how stiff the arm is:
+    where, in which direction, by which part.
 
     With `max_payload` also the largest payload: by drives, sag and accuracy.
 
@@ -72,4 +90,8 @@ def statics(
         from lostmotion.analyses.statics.payload import max_payload as largest
 
         payload = largest(asked.arm, visited, asked.tilt, asked.sag_limit, asked.accuracy_limit)
-    return Statics(**vars(survey(asked.arm, visited, asked.tilt)), reducers=reducers_beside(arm, asked.reducers), payload=payload)
+    return Statics(
+        **vars(survey(asked.arm, visited, asked.tilt)),
+        reducers=reducers_beside(arm, asked.reducers),
+        payload=payload,
+    )

@@ -20,22 +20,33 @@ _NO_LIMIT: Final = "no limit"
 
 
 def payload_sentences(arm: Arm, found: MaxPayload | None, known: States) -> list[str]:
-    """Return the sentences of the headline: the largest payload at every pose, what governs it, and what limits nothing for want of data."""
+    """Return the sentences of the headline: the largest payload at every pose, what governs it, and
+    what limits nothing for want of data.
+    """
     if found is None:
         return []
     governing, out = found.governing, []
     if governing is not None and governing.everywhere > 0:
-        out.append(f"The largest payload at every pose is {_bounded(governing, found, known)}; {_cause(arm, governing)} governs.")
+        out.append(
+            f"The largest payload at every pose is {_bounded(governing, found, known)}; "
+            f"{_cause(arm, governing)} governs."
+        )
     elif governing is not None:
         count = int(governing.empty.sum())
         out.append(
-            f"No payload is held at every pose: without any, {_exceeded(arm, governing)} at {count} of {several(len(governing.values), 'pose')}."
+            f"No payload is held at every pose: without any, {_exceeded(arm, governing)} at "
+            f"{count} of {several(len(governing.values), 'pose')}."
         )
     if _nothing_rated(found):
-        out.append("No drive that the payload loads has a rated torque, so the drives set no limit: that is missing data, not strength.")
+        out.append(
+            "No drive that the payload loads has a rated torque, so the drives set no limit: "
+            "that is missing data, not strength."
+        )
     elif found.unrated:
         whose = "its load is" if len(found.unrated) == 1 else "their loads are"
-        out.append(f"No rated torque is stated for {', '.join(found.unrated)}: {whose} not counted.")
+        out.append(
+            f"No rated torque is stated for {', '.join(found.unrated)}: {whose} not counted."
+        )
     elif governing is None:
         out.append("None of these criteria limits the payload.")
     return out
@@ -47,28 +58,54 @@ def payload_cards(arm: Arm, found: MaxPayload | None, known: States) -> list[Car
         return []
     governing = found.governing
     if governing is None:
-        return [Card("largest payload, every pose", "not known" if found.unrated else _NO_LIMIT, _counted_by(found))]
-    return [Card("largest payload, every pose", _bounded(governing, found, known), f"{_cause(arm, governing)} governs, pose {governing.worst}")]
+        return [
+            Card(
+                "largest payload, every pose",
+                "not known" if found.unrated else _NO_LIMIT,
+                _counted_by(found),
+            )
+        ]
+    return [
+        Card(
+            "largest payload, every pose",
+            _bounded(governing, found, known),
+            f"{_cause(arm, governing)} governs, pose {governing.worst}",
+        )
+    ]
 
 
 def payload_section(arm: Arm, found: MaxPayload | None, known: States) -> tuple[Section, ...]:
-    """Return the table of the largest payload by each criterion: at every pose, at the median and at the best pose."""
+    """Return the table of the largest payload by each criterion: at every pose, at the median and
+    at the best pose.
+    """
     if found is None:
         return ()
     rows = tuple(_row(arm, found, each, known) for each in found.limits)
-    base = "as the base stands" if found.tilt is None else f"base tilted by up to {math.degrees(found.tilt):.3g}°"
+    base = (
+        "as the base stands"
+        if found.tilt is None
+        else f"base tilted by up to {math.degrees(found.tilt):.3g}°"
+    )
     note = (
-        f"static, without acceleration; payload with its stated centre of mass; {base} for the drives. Every pose: the smallest of the sampled "
-        "poses, between which an arm may hold a little less. Each criterion by itself. Sag: by the weights of arm and payload, first order, without "
+        f"static, without acceleration; payload with its stated centre of mass; {base} for the "
+        "drives. Every pose: the smallest of the sampled "
+        "poses, between which an arm may hold a little less. Each criterion by itself. Sag: "
+        "by the weights of arm and payload, first order, without "
         "play. Accuracy: error that 95 % of the positions at a pose stay within"
     )
     if found.unrated:
         note += f". Not rated, so not counted: {', '.join(found.unrated)}"
-    return (Section("payload", "Largest payload", ("every pose", "median pose", "best pose"), rows, note),)
+    return (
+        Section(
+            "payload", "Largest payload", ("every pose", "median pose", "best pose"), rows, note
+        ),
+    )
 
 
 def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
-    """Return what result.json holds of the largest payload: kg by criterion, what governs, and where; null without a limit."""
+    """Return what result.json holds of the largest payload: kg by criterion, what governs, and
+    where; null without a limit.
+    """
     if found is None:
         return {}
     governing = found.governing
@@ -83,7 +120,9 @@ def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
                     "median_kg": _plain(float(np.median(each.values))),
                     "best_kg": _plain(float(each.values.max())),
                     "limit_m": each.limit,
-                    "joint": arm.moving[int(each.joints[each.worst])].name if len(each.joints) and math.isfinite(each.everywhere) else None,
+                    "joint": arm.moving[int(each.joints[each.worst])].name
+                    if len(each.joints) and math.isfinite(each.everywhere)
+                    else None,
                     "q": each.q[each.worst].tolist(),
                     "tool_m": each.tool[each.worst].tolist(),
                     "poses": len(each.values),
@@ -99,15 +138,32 @@ def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
     unknown = each.criterion == "drives" and _nothing_rated(found)
     bound = bool(found.unrated if each.criterion == "drives" else known.lower_bound)
     figures = tuple(
-        in_words("not rated" if unknown else _NO_LIMIT) if math.isinf(value) else Figure(value, "kg", samples=counted, bound="upper" if bound else "")
+        in_words("not rated" if unknown else _NO_LIMIT)
+        if math.isinf(value)
+        else Figure(value, "kg", samples=counted, bound="upper" if bound else "")
         for value in (each.everywhere, float(np.median(each.values)), float(each.values.max()))
     )
-    name = "drives, rated torque" if each.limit is None else f"{each.criterion} within {length(each.limit, stated=True)}"
+    name = (
+        "drives, rated torque"
+        if each.limit is None
+        else f"{each.criterion} within {length(each.limit, stated=True)}"
+    )
     if math.isinf(each.everywhere):
         return Row(name, figures, "")
     cause = f"{arm.moving[int(each.joints[each.worst])].name} governs; " if len(each.joints) else ""
-    empty = f"; not met without payload at {int(each.empty.sum())} of {counted}" if each.empty.any() else ""
-    return Row(name, figures, f"{cause}pose {each.worst}: {joint_values(arm, each.q[each.worst])}, {tool_place(each.tool[each.worst])}{empty}")
+    empty = (
+        f"; not met without payload at {int(each.empty.sum())} of {counted}"
+        if each.empty.any()
+        else ""
+    )
+    return Row(
+        name,
+        figures,
+        (
+            f"{cause}pose {each.worst}: {joint_values(arm, each.q[each.worst])}, "
+            f"{tool_place(each.tool[each.worst])}{empty}"
+        ),
+    )
 
 
 def _cause(arm: Arm, each: PayloadLimit) -> str:
@@ -123,18 +179,32 @@ def _exceeded(arm: Arm, each: PayloadLimit) -> str:
 
 
 def _bounded(each: PayloadLimit, found: MaxPayload, known: States) -> str:
-    """Return the payload at every pose as text, as an upper bound where joints are ideal or drives not rated."""
+    """Return the payload at every pose as text, as an upper bound where joints are ideal or drives
+    not rated.
+    """
     text = str(Figure(each.everywhere, "kg"))
-    return f"at most {text}" if found.unrated else share_within_bounded(text, known) if each.criterion != "drives" else text
+    return (
+        f"at most {text}"
+        if found.unrated
+        else share_within_bounded(text, known)
+        if each.criterion != "drives"
+        else text
+    )
 
 
 def _nothing_rated(found: MaxPayload) -> bool:
     """Return whether the drives limit no payload because none that it loads has a rated torque."""
-    return bool(found.unrated) and all(math.isinf(each.everywhere) for each in found.limits if each.criterion == "drives")
+    return bool(found.unrated) and all(
+        math.isinf(each.everywhere) for each in found.limits if each.criterion == "drives"
+    )
 
 
 def _counted_by(found: MaxPayload) -> str:
-    return "no drive that it loads has a rated torque" if _nothing_rated(found) else f"by {', '.join(each.criterion for each in found.limits)}"
+    return (
+        "no drive that it loads has a rated torque"
+        if _nothing_rated(found)
+        else f"by {', '.join(each.criterion for each in found.limits)}"
+    )
 
 
 def _plain(value: float) -> float | None:

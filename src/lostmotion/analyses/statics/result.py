@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 class Statics(Survey, Result):
     """Loads and compliance of an arm: every attribute of `Survey`.
 
-    `reducers` are the user's rows that are searched besides the catalogue, `payload` is the largest payload where it was asked for.
+    `reducers` are the user's rows that are searched besides the catalogue, `payload` is the largest
+    payload where it was asked for.
     """
 
     reducers: Sequence[GearboxRow] = ()

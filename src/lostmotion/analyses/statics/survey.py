@@ -1,4 +1,6 @@
-"""Holding torques, bearing loads and compliance of an arm at rest, over a set of poses. Deterministic: nothing is drawn at random."""
+"""Holding torques, bearing loads and compliance of an arm at rest, over a set of poses.
+Deterministic: nothing is drawn at random.
+"""
 
 from __future__ import annotations
 
@@ -31,13 +33,15 @@ class Survey:
     tool_positions     (pose, 3) m
     max_compliance     (pose,) m/N, along the most compliant direction, tool free to rotate
     mean_compliance    (pose,) m/N, mean over all directions of the force
-    axis_compliance    (pose, axis) m/N, displacement along x, y and z of the base per force along the same axis, tool free to rotate
-    axis_worst         (axis,) index of the pose with the largest of each, and axis_parts (axis, part) m/N what each part adds to it there
-    asymmetry          (pose,) as `Compliances.asymmetry`
+    axis_compliance    (pose, axis) m/N, displacement along x, y and z of the base per force along
+                       the same axis, tool free to rotate axis_worst         (axis,) index of the
+                       pose with the largest of each, and axis_parts (axis, part) m/N what each part
+                       adds to it there asymmetry          (pose,) as `Compliances.asymmetry`
     payload_deflection  (pose,) m, tool deflection due to the payload's weight; None without payload
     parts              names of the compliant parts
     shares             (part,) share of `mean_compliance`, mean over poses
-    softest_pose       index of the pose with the largest `max_compliance`; the remaining fields refer to it
+    softest_pose       index of the pose with the largest `max_compliance`; the remaining fields
+                       refer to it
     compliance         (6, 6), rotation before displacement, moment before force
     softest_shares     (part,) share of `mean_compliance`
     translational      ellipsoid of the tool point under a force, tool free to rotate
@@ -68,7 +72,9 @@ class Survey:
 
 
 def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
-    """Return the static loads and the compliance of an arm over these poses; `tilt` (rad) as for `static_loads`."""
+    """Return the static loads and the compliance of an arm over these poses; `tilt` (rad) as for
+    `static_loads`.
+    """
     q = poses.q
     blocks = [q[start : start + _BLOCK] for start in range(0, len(q), _BLOCK)]
     by_block = [compliances(arm, block) for block in blocks]
@@ -79,7 +85,9 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
         shares = by_part / mean
     softest = int(largest.argmax())
     along = np.concatenate([np.einsum("pii->pi", each.whole[:, 3:, 3:]) for each in by_block])
-    of_axes = np.einsum("tpii->ipt", compliances(arm, q[along.argmax(axis=0)]).by_part[:, :, 3:, 3:])
+    of_axes = np.einsum(
+        "tpii->ipt", compliances(arm, q[along.argmax(axis=0)]).by_part[:, :, 3:, 3:]
+    )
     matrix = compliances(arm, q[[softest]]).whole
     swapped = np.roll(matrix, 3, axis=(1, 2))  # rotation and displacement exchanged
     return Survey(
@@ -94,7 +102,9 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
         along.argmax(axis=0),
         of_axes[np.arange(3), np.arange(3)],
         np.concatenate([each.asymmetry for each in by_block]),
-        np.concatenate([_payload_deflection(arm, block) for block in blocks]) if arm.payload.mass else None,
+        np.concatenate([_payload_deflection(arm, block) for block in blocks])
+        if arm.payload.mass
+        else None,
         by_block[0].parts,
         shares.mean(axis=1),
         softest,
@@ -111,4 +121,8 @@ def _payload_deflection(arm: Arm, q: Floats) -> Floats:
     at = frames(arm, q)[-1]
     weight = np.broadcast_to(arm.payload.mass * arm.gravity_in_base, (len(q), 3))
     lever = at[:, :3, :3] @ np.array(arm.payload.centre_of_mass)
-    return np.asarray(np.linalg.norm(deflection(arm, q, -np.hstack([cross(lever, weight), weight]))[:, 3:], axis=1))
+    return np.asarray(
+        np.linalg.norm(
+            deflection(arm, q, -np.hstack([cross(lever, weight), weight]))[:, 3:], axis=1
+        )
+    )

@@ -1,4 +1,6 @@
-"""Tables of an arm at rest: holding torques and their causes, suitable reducers, bearing loads, compliance."""
+"""Tables of an arm at rest: holding torques and their causes, suitable reducers, bearing loads,
+compliance.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.statics.axes_tables import axes_cards, axes_sections, axes_sentence
-from lostmotion.analyses.statics.payload_tables import payload_cards, payload_facts, payload_section, payload_sentences
+from lostmotion.analyses.statics.payload_tables import (
+    payload_cards,
+    payload_facts,
+    payload_section,
+    payload_sentences,
+)
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, of_compliance, states
@@ -16,7 +23,13 @@ from lostmotion.mechanism.elastostatics import elastic_terms
 from lostmotion.mechanism.load_causes import CAUSES
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import (
+    at_least,
+    bounded_cards,
+    caveats,
+    provenance_facts,
+    provenance_sections,
+)
 from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
@@ -37,31 +50,76 @@ _NOTHING: Final = 1e-9
 # Largest asymmetry of the compliance matrix that is not reported.
 _RECIPROCAL: Final = 0.01
 _WORDS: Final = (
-    ("holding torque", "drive torque against gravity and the process force at rest; a force on a prismatic joint."),
-    ("any tilt", "the worst over every direction of gravity in the base's axes: on a slope, on a wall, under a ceiling."),
-    ("compliance", "displacement of the tool point per newton, linearised at the arm's own load. Play is not included."),
-    ("principal direction", "a force along it moves the tool point along it only. x, y, z are the base's axes."),
-    ("rotation constrained", "for a tool that is guided and cannot rotate; free to rotate: the force also rotates it."),
-    ("share", "part of the compliance along a force, mean over all directions of the force. Shares add to 100 %."),
+    (
+        "holding torque",
+        "drive torque against gravity and the process force at rest; a force on a prismatic joint.",
+    ),
+    (
+        "any tilt",
+        (
+            "the worst over every direction of gravity in the base's axes: on a slope, on a wall, "
+            "under a ceiling."
+        ),
+    ),
+    (
+        "compliance",
+        (
+            "displacement of the tool point per newton, linearised at the arm's own load. Play is "
+            "not included."
+        ),
+    ),
+    (
+        "principal direction",
+        "a force along it moves the tool point along it only. x, y, z are the base's axes.",
+    ),
+    (
+        "rotation constrained",
+        "for a tool that is guided and cannot rotate; free to rotate: the force also rotates it.",
+    ),
+    (
+        "share",
+        (
+            "part of the compliance along a force, mean over all directions of the force. Shares "
+            "add to 100 %."
+        ),
+    ),
 )
 
 
-def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = (), payload: MaxPayload | None = None) -> Sheet:
-    """Return the sheet of an arm at rest; `own` are the user's reducers, which are searched besides the catalogue."""
+def statics_sheet(
+    survey: Survey, own: Sequence[GearboxRow] = (), payload: MaxPayload | None = None
+) -> Sheet:
+    """Return the sheet of an arm at rest; `own` are the user's reducers, which are searched besides
+    the catalogue.
+    """
     counted = f"{several(len(survey.poses), 'pose')}, {survey.poses.law}"
     known = states(survey.arm)
     elastic = of_compliance(known)
-    sections = [*payload_section(survey.arm, payload, known), _torques(survey, counted), _causes(survey, counted)]
+    sections = [
+        *payload_section(survey.arm, payload, known),
+        _torques(survey, counted),
+        _causes(survey, counted),
+    ]
     sections += [_reducers(survey, own), _bearings(survey, counted)]
     if survey.parts:
-        sections += [*axes_sections(survey, counted), _map(survey, counted), _ellipsoid(survey), _shares(survey, counted)]
+        sections += [
+            *axes_sections(survey, counted),
+            _map(survey, counted),
+            _ellipsoid(survey),
+            _shares(survey, counted),
+        ]
     return Sheet(
         name=survey.arm.name,
         subject="statics and compliance",
         verdict=_verdict(survey, payload, known),
-        cards=bounded_cards(_cards(survey, payload, known), elastic, ("largest compliance", "deflection by the payload")),
+        cards=bounded_cards(
+            _cards(survey, payload, known),
+            elastic,
+            ("largest compliance", "deflection by the payload"),
+        ),
         sections=(*sections, *provenance_sections(known)),
-        counts=counted + ("" if survey.tilt is None else f", base tilt up to {_degrees(survey.tilt)}"),
+        counts=counted
+        + ("" if survey.tilt is None else f", base tilt up to {_degrees(survey.tilt)}"),
         warnings=arm_warnings(survey.arm, survey.poses),
         notes=(*survey.arm.remarks, *_rigid(survey), *_reciprocity_notes(survey)),
         words=_WORDS,
@@ -78,12 +136,18 @@ def statics_sheet(survey: Survey, own: Sequence[GearboxRow] = (), payload: MaxPa
 
 
 def _rigid(survey: Survey) -> list[str]:
-    """Return a note that names the parts assumed rigid because the file does not specify their compliance."""
+    """Return a note that names the parts assumed rigid because the file does not specify their
+    compliance.
+    """
     if not survey.parts:
         return ["every part is assumed rigid: there is no compliance to report"]
     arm = survey.arm
     soft = {(of.kind, of.place) for of in elastic_terms(arm)}
-    closed_loop = [joint.name for joint in arm.moving if joint.encoder is not None and joint.encoder.side == "output"]
+    closed_loop = [
+        joint.name
+        for joint in arm.moving
+        if joint.encoder is not None and joint.encoder.side == "output"
+    ]
     unspecified: dict[str, list[str]] = {"gearboxes": [], "bearings": [], "links": []}
     for joint, places in zip(arm.joints, arm.tree.joints, strict=True):
         moves = arm.tree.places[places.moved].joint is not None
@@ -93,21 +157,37 @@ def _rigid(survey: Survey) -> list[str]:
             unspecified["bearings"].append(joint.name)
         if joint.link.reach and not joint.link.rigid and ("link", places.tip) not in soft:
             unspecified["links"].append(joint.name)
-    rigid = ([] if ("base", 0) in soft else ["the base"]) + [f"{kind} of {', '.join(names)}" for kind, names in unspecified.items() if names]
+    rigid = ([] if ("base", 0) in soft else ["the base"]) + [
+        f"{kind} of {', '.join(names)}" for kind, names in unspecified.items() if names
+    ]
     notes = [f"compliance not specified, assumed rigid: {'; '.join(rigid)}"] if rigid else []
     return notes + (
-        [f"gearboxes of {', '.join(closed_loop)} add no compliance: an encoder on the output closes the position loop"] if closed_loop else []
+        [
+            (
+                f"gearboxes of {', '.join(closed_loop)} add no compliance: an encoder on the "
+                "output closes the position loop"
+            )
+        ]
+        if closed_loop
+        else []
     )
 
 
 def _reciprocity_notes(survey: Survey) -> list[str]:
-    """Return a note where tabulated bearing springs make the compliance matrix asymmetric beyond `_RECIPROCAL`."""
+    """Return a note where tabulated bearing springs make the compliance matrix asymmetric beyond
+    `_RECIPROCAL`.
+    """
     worst = float(survey.asymmetry.max()) if survey.parts else 0.0
     if not worst > _RECIPROCAL:
         return []
     middle = float(np.median(survey.asymmetry))
     size = f"{100 * worst:.1f} % (median over poses {100 * middle:.2g} %)"
-    return [f"the compliance matrix is asymmetric by up to {size}: an estimate of the uncertainty of the tabulated bearing stiffness"]
+    return [
+        (
+            f"the compliance matrix is asymmetric by up to {size}: an estimate of the uncertainty "
+            "of the tabulated bearing stiffness"
+        )
+    ]
 
 
 def _degrees(angle: float) -> str:
@@ -121,7 +201,11 @@ def _pose(survey: Survey, index: int) -> str:
 
 def _matrix(survey: Survey) -> dict[str, Any]:
     """Return the compliance matrix at the most compliant pose as plain data."""
-    return {"pose": survey.softest_pose, "order": "rotation x y z, displacement x y z; rad and m per N m and N", "values": survey.compliance.tolist()}
+    return {
+        "pose": survey.softest_pose,
+        "order": "rotation x y z, displacement x y z; rad and m per N m and N",
+        "values": survey.compliance.tolist(),
+    }
 
 
 def _micro_per_newton(value: float, samples: str = "") -> Figure:
@@ -140,12 +224,25 @@ def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     elastic = of_compliance(known)
     sentences = payload_sentences(survey.arm, payload, known)
     if turning:
-        level, tilted = max(turning, key=lambda node: abs(node.nominal.value)), max(turning, key=lambda node: abs(node.required.value))
-        tilt = "at any tilt of the base" if survey.tilt is None else f"with the base tilted by up to {_degrees(survey.tilt)}"
+        level, tilted = (
+            max(turning, key=lambda node: abs(node.nominal.value)),
+            max(turning, key=lambda node: abs(node.required.value)),
+        )
+        tilt = (
+            "at any tilt of the base"
+            if survey.tilt is None
+            else f"with the base tilted by up to {_degrees(survey.tilt)}"
+        )
         at = "" if tilted is level else f"at {tilted.joint} "
-        standing, most = (Figure(abs(load.value), "N m") for load in (level.nominal, tilted.required))
+        standing, most = (
+            Figure(abs(load.value), "N m") for load in (level.nominal, tilted.required)
+        )
         same = str(standing) == str(most)
-        both = f"{standing}, as the base stands and {tilt}" if same else f"{standing} as the base stands, {most} {at}{tilt}"
+        both = (
+            f"{standing}, as the base stands and {tilt}"
+            if same
+            else f"{standing} as the base stands, {most} {at}{tilt}"
+        )
         sentences.append(
             f"Joint {level.joint} has the largest holding torque: {both}."
             if standing.value > _NOTHING
@@ -154,24 +251,42 @@ def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     if survey.parts:
         part = short_name(survey.parts[int(survey.softest_shares.argmax())])
         sentences.append(
-            f"The largest compliance is {at_least(_micro_per_newton(float(survey.max_compliance[survey.softest_pose])), elastic)}; "
-            f"{part} contributes {100 * survey.softest_shares.max():.0f} % at that pose, mean over directions."
+            "The largest compliance is "
+            f"{at_least(_micro_per_newton(float(survey.max_compliance[survey.softest_pose])), elastic)}; "  # noqa: E501
+            f"{part} contributes {100 * survey.softest_shares.max():.0f} % at that pose, mean "
+            "over directions."
         )
     if survey.parts:
         sentences.append(axes_sentence(survey, elastic))
     if survey.payload_deflection is not None and survey.parts:
-        sentences.append(f"The payload's weight deflects the tool by up to {at_least(length(float(survey.payload_deflection.max())), elastic)}.")
+        sentences.append(
+            "The payload's weight deflects the tool by up to "
+            f"{at_least(length(float(survey.payload_deflection.max())), elastic)}."
+        )
     behind = elastic if payload is None else known
-    return " ".join([*sentences, *(caveats(behind, missing=False) if known.described else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."])])
+    return " ".join(
+        [
+            *sentences,
+            *(
+                caveats(behind, missing=False)
+                if known.described
+                else [f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}."]
+            ),
+        ]
+    )
 
 
 def _cards(survey: Survey, payload: MaxPayload | None, known: States) -> list[Card]:
     out = payload_cards(survey.arm, payload, known)
-    for node in sorted(survey.joint_loads, key=lambda node: (node.unit, abs(node.required.value)))[::-1][:2]:
+    for node in sorted(survey.joint_loads, key=lambda node: (node.unit, abs(node.required.value)))[
+        ::-1
+    ][:2]:
         tilt = "any tilt" if survey.tilt is None else f"tilt up to {_degrees(survey.tilt)}"
         out.append(
             Card(
-                f"holding torque {node.joint}" if node.unit == "N m" else f"holding force {node.joint}",
+                f"holding torque {node.joint}"
+                if node.unit == "N m"
+                else f"holding force {node.joint}",
                 str(Figure(abs(node.required.value), node.unit)),
                 tilt,
             )
@@ -179,17 +294,29 @@ def _cards(survey: Survey, payload: MaxPayload | None, known: States) -> list[Ca
     if survey.parts:
         largest = float(survey.max_compliance[survey.softest_pose])
         out += [
-            Card("largest compliance", str(_micro_per_newton(largest)), f"pose {survey.softest_pose}"),
+            Card(
+                "largest compliance", str(_micro_per_newton(largest)), f"pose {survey.softest_pose}"
+            ),
             Card("stiffness there", str(_stiffness(largest)), "tool free to rotate"),
             *axes_cards(survey, of_compliance(known)),
         ]
     if survey.payload_deflection is not None and survey.parts:
-        out.append(Card("deflection by the payload", str(length(float(survey.payload_deflection.max()))), f"largest, {survey.arm.payload.mass:g} kg"))
+        out.append(
+            Card(
+                "deflection by the payload",
+                str(length(float(survey.payload_deflection.max()))),
+                f"largest, {survey.arm.payload.mass:g} kg",
+            )
+        )
     return out
 
 
 def _cases(survey: Survey, node: JointLoad) -> list[tuple[str, DriveLoad]]:
-    tilted = [] if node.within_tilt is None or survey.tilt is None else [(f"tilt up to {_degrees(survey.tilt)}", node.within_tilt)]
+    tilted = (
+        []
+        if node.within_tilt is None or survey.tilt is None
+        else [(f"tilt up to {_degrees(survey.tilt)}", node.within_tilt)]
+    )
     return [("nominal base", node.nominal), *tilted, ("any tilt", node.any_tilt)]
 
 
@@ -197,7 +324,14 @@ def _torques(survey: Survey, counted: str) -> Section:
     rows = [
         Row(
             node.joint,
-            tuple(Figure(load.value if load is node.nominal else abs(load.value), node.unit, samples=counted) for _, load in _cases(survey, node)),
+            tuple(
+                Figure(
+                    load.value if load is node.nominal else abs(load.value),
+                    node.unit,
+                    samples=counted,
+                )
+                for _, load in _cases(survey, node)
+            ),
             _pose(survey, node.required.index) if abs(node.required.value) > _NOTHING else "",
         )
         for node in survey.joint_loads
@@ -205,24 +339,35 @@ def _torques(survey: Survey, counted: str) -> Section:
     columns = tuple(name for name, _ in _cases(survey, survey.joint_loads[0]))
     last = columns[-1] if survey.tilt is None else columns[1]
     note = (
-        f"largest magnitude over the sampled poses, exact over tilts; the pose is that of '{last}'. For the nominal base the sign is that of the "
+        "largest magnitude over the sampled poses, exact over tilts; the pose is that of "
+        f"'{last}'. For the nominal base the sign is that of the "
         "drive torque. Without acceleration"
     )
     return Section("torques", "Static holding torque of each drive", columns, tuple(rows), note)
 
 
 def _causes(survey: Survey, counted: str) -> Section:
-    present = [cause for cause in CAUSES if any(cause in node.nominal.by_cause for node in survey.joint_loads)]
+    present = [
+        cause
+        for cause in CAUSES
+        if any(cause in node.nominal.by_cause for node in survey.joint_loads)
+    ]
     rows = []
     for node in survey.joint_loads:
         for name, load in _cases(survey, node):
             if abs(load.value) <= _NOTHING:
                 continue
             sign = math.copysign(1.0, load.value)
-            figures = [Figure(sign * each, node.unit, samples=counted) for each in (load.value, *(load.by_cause[cause] for cause in present))]
+            figures = [
+                Figure(sign * each, node.unit, samples=counted)
+                for each in (load.value, *(load.by_cause[cause] for cause in present))
+            ]
             tilt = "" if load is node.nominal else f", tilt {_degrees(load.tilt)}"
             rows.append(Row(f"{node.joint}, {name}", tuple(figures), f"pose {load.index}{tilt}"))
-    note = "negative: this weight relieves the drive. Tilt: the smallest tilt of the base with this torque"
+    note = (
+        "negative: this weight relieves the drive. Tilt: the smallest tilt of the base with this "
+        "torque"
+    )
     return Section("causes", "Holding torque by cause", ("total", *present), tuple(rows), note)
 
 
@@ -232,24 +377,47 @@ def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
     for joint, node in zip(survey.arm.moving, survey.joint_loads, strict=True):
         required = abs(node.required.value)
         stated = joint.gearbox.rated_torque if joint.gearbox is not None else None
-        rated = Figure(math.nan, "") if stated is None else Figure(float(stated), node.unit, stated=True)
+        rated = (
+            Figure(math.nan, "")
+            if stated is None
+            else Figure(float(stated), node.unit, stated=True)
+        )
         figures = (Figure(required, node.unit), rated)
         if node.unit != "N m":
-            rows.append(Row(node.joint, figures, "prismatic joint: the catalogue rates reducers by torque"))
+            rows.append(
+                Row(node.joint, figures, "prismatic joint: the catalogue rates reducers by torque")
+            )
             continue
-        ratio = abs(float(joint.gearbox.ratio)) if joint.gearbox is not None and joint.gearbox.states_ratio else None
+        ratio = (
+            abs(float(joint.gearbox.ratio))
+            if joint.gearbox is not None and joint.gearbox.states_ratio
+            else None
+        )
         answer = search(known, Criteria(min_torque=max(required, _NOTHING), ratio=ratio))
         unrated = max(unrated, len(answer.not_stated.get("rated torque", ())))
         suitable = sorted(answer.rows, key=lambda row: searchable_figures(row)["rated torque"])
-        names = ", ".join(f"{_name(row)} ({searchable_figures(row)['rated torque']:.4g} N m)" for row in suitable[:_SHOWN])
+        names = ", ".join(
+            f"{_name(row)} ({searchable_figures(row)['rated torque']:.4g} N m)"
+            for row in suitable[:_SHOWN]
+        )
         of = "" if ratio is None else f" for the ratio {ratio:g}"
-        choice = f"{len(suitable)} in the catalogue{of}; the smallest: {names}" if suitable else f"none in the catalogue{of} is rated for it"
-        weak = "the stated reducer is rated below this; " if stated is not None and stated < required else ""
+        choice = (
+            f"{len(suitable)} in the catalogue{of}; the smallest: {names}"
+            if suitable
+            else f"none in the catalogue{of} is rated for it"
+        )
+        weak = (
+            "the stated reducer is rated below this; "
+            if stated is not None and stated < required
+            else ""
+        )
         rows.append(Row(node.joint, figures, weak + choice))
     tilts = "any tilt" if survey.tilt is None else "the worst tilt within the stated range"
     note = f"static torque at {tilts}, without allowance for acceleration, shock loads and life"
     note += f". {unrated} rows without a rated torque are excluded" if unrated else ""
-    return Section("reducers", "Suitable reducers", ("required", "rated, as stated"), tuple(rows), note)
+    return Section(
+        "reducers", "Suitable reducers", ("required", "rated, as stated"), tuple(rows), note
+    )
 
 
 def _name(row: GearboxRow) -> str:
@@ -271,8 +439,13 @@ def _bearings(survey: Survey, counted: str) -> Section:
         for node in survey.joint_loads
     ]
     process = any(survey.arm.payload.force) or any(survey.arm.payload.moment)
-    note = "tilting moment perpendicular to the joint axis, the whole moment on a prismatic joint; largest of the sampled poses" + (
-        ". At any tilt: upper bound, because the direction of the process force follows the arm" if process else ""
+    note = (
+        "tilting moment perpendicular to the joint axis, the whole moment on a prismatic "
+        "joint; largest of the sampled poses"
+    ) + (
+        ". At any tilt: upper bound, because the direction of the process force follows the arm"
+        if process
+        else ""
     )
     columns = ("moment, nominal base", "moment, any tilt", "force, nominal base")
     return Section("bearings", "Static load on each joint's bearing", columns, tuple(rows), note)
@@ -287,10 +460,26 @@ def _map(survey: Survey, counted: str) -> Section:
     rows = [
         Row(label, (_micro_per_newton(value, counted), _stiffness(value, counted)), note)
         for label, value, note in (
-            ("most compliant direction, worst pose", float(survey.max_compliance[softest]), _pose(survey, softest)),
-            ("most compliant direction, median over poses", float(np.median(survey.max_compliance)), ""),
-            ("most compliant direction, best pose", float(survey.max_compliance[stiffest]), _pose(survey, stiffest)),
-            ("mean over directions, worst pose", float(survey.mean_compliance.max()), _pose(survey, int(survey.mean_compliance.argmax()))),
+            (
+                "most compliant direction, worst pose",
+                float(survey.max_compliance[softest]),
+                _pose(survey, softest),
+            ),
+            (
+                "most compliant direction, median over poses",
+                float(np.median(survey.max_compliance)),
+                "",
+            ),
+            (
+                "most compliant direction, best pose",
+                float(survey.max_compliance[stiffest]),
+                _pose(survey, stiffest),
+            ),
+            (
+                "mean over directions, worst pose",
+                float(survey.mean_compliance.max()),
+                _pose(survey, int(survey.mean_compliance.argmax())),
+            ),
             ("mean over directions and poses", float(survey.mean_compliance.mean()), ""),
         )
     ]
@@ -298,35 +487,66 @@ def _map(survey: Survey, counted: str) -> Section:
     if survey.payload_deflection is not None:
         most = int(survey.payload_deflection.argmax())
         note += (
-            f"; the payload's weight, {survey.arm.payload.mass:g} kg, deflects the tool by {length(float(survey.payload_deflection.max()))} at most "
-            f"(pose {most}), by {length(float(survey.payload_deflection.mean()))} on average over the poses"
+            f"; the payload's weight, {survey.arm.payload.mass:g} kg, deflects the tool by "
+            f"{length(float(survey.payload_deflection.max()))} at most "
+            f"(pose {most}), by {length(float(survey.payload_deflection.mean()))} on average "
+            "over the poses"
         )
-    return Section("map", "Compliance over the poses", ("compliance", "stiffness"), tuple(rows), note)
+    return Section(
+        "map", "Compliance over the poses", ("compliance", "stiffness"), tuple(rows), note
+    )
 
 
 def _ellipsoid(survey: Survey) -> Section:
     counted = f"pose {survey.softest_pose}"
     rows = []
-    for ellipsoid, what in ((survey.translational, "free to rotate"), (survey.guided, "rotation constrained")):
+    for ellipsoid, what in (
+        (survey.translational, "free to rotate"),
+        (survey.guided, "rotation constrained"),
+    ):
         for k, value in enumerate(ellipsoid.values[0]):
             axis = _direction(ellipsoid.directions[0, :, k])
             shown = float(value) if value > _NOTHING * survey.translational.values[0, 0] else 0.0
-            rows.append(Row(f"{what}, {k + 1}", (_micro_per_newton(shown, counted), _stiffness(shown, counted)), f"along {axis}"))
+            rows.append(
+                Row(
+                    f"{what}, {k + 1}",
+                    (_micro_per_newton(shown, counted), _stiffness(shown, counted)),
+                    f"along {axis}",
+                )
+            )
     for k, value in enumerate(survey.rotational.values[0]):
         shown = float(value) if value > _NOTHING * survey.rotational.values[0, 0] else 0.0
         figures = (
             Figure(shown / ARCMIN, "arcmin/(N m)", samples=counted),
             Figure(ARCMIN / shown if shown else math.inf, "N m/arcmin", samples=counted),
         )
-        rows.append(Row(f"rotation under a moment, {k + 1}", figures, f"about {_direction(survey.rotational.directions[0, :, k])}"))
+        rows.append(
+            Row(
+                f"rotation under a moment, {k + 1}",
+                figures,
+                f"about {_direction(survey.rotational.directions[0, :, k])}",
+            )
+        )
     note = f"principal directions at {_pose(survey, survey.softest_pose)}"
-    return Section("ellipsoid", "Compliance ellipsoid at the most compliant pose", ("compliance", "stiffness"), tuple(rows), note)
+    return Section(
+        "ellipsoid",
+        "Compliance ellipsoid at the most compliant pose",
+        ("compliance", "stiffness"),
+        tuple(rows),
+        note,
+    )
 
 
 def _direction(axis: Floats) -> str:
     """Return an axis as text, its sign chosen so that the largest component is positive."""
     signed = axis * np.sign(axis[np.abs(axis).argmax()])
-    return "(" + ", ".join(f"{each:.{_DIRECTION_DIGITS}f}" for each in np.round(signed, _DIRECTION_DIGITS) + 0.0) + ")"
+    return (
+        "("
+        + ", ".join(
+            f"{each:.{_DIRECTION_DIGITS}f}" for each in np.round(signed, _DIRECTION_DIGITS) + 0.0
+        )
+        + ")"
+    )
 
 
 def _shares(survey: Survey, counted: str) -> Section:
@@ -335,7 +555,10 @@ def _shares(survey: Survey, counted: str) -> Section:
     rows = tuple(
         Row(
             short_name(survey.parts[k]),
-            (Figure(100 * float(survey.shares[k]), "%", samples=counted), Figure(100 * float(survey.softest_shares[k]), "%", samples=here)),
+            (
+                Figure(100 * float(survey.shares[k]), "%", samples=counted),
+                Figure(100 * float(survey.softest_shares[k]), "%", samples=here),
+            ),
         )
         for k in order
     )

@@ -30,18 +30,35 @@ if TYPE_CHECKING:
 
 
 def _file_of(name: str, value: object, _given: object) -> Path:
-    """Return the path of the arm's file: a sweep changes keys of the file, which an arm in memory no longer has."""
+    """Return the path of the arm's file: a sweep changes keys of the file, which an arm in memory
+    no longer has.
+    """
     if not isinstance(value, str | os.PathLike):
-        found = "nothing" if value is None else f"an Arm, {value.name}" if hasattr(value, "name") else shown(value)
-        expected = "the path of an arm file: a sweep changes keys of the file, which an arm in memory no longer has"
+        found = (
+            "nothing"
+            if value is None
+            else f"an Arm, {value.name}"
+            if hasattr(value, "name")
+            else shown(value)
+        )
+        expected = (
+            "the path of an arm file: a sweep changes keys of the file, which an arm in memory no "
+            "longer has"
+        )
         raise refuse_argument(name, found, expected, **{name: "arm.toml"})
     return Path(value)
 
 
 def _poses_of(name: str, value: Any, _given: Mapping[str, Any]) -> int | Path:  # noqa: ANN401 - whatever a user passes
-    """Return how many poses each design visits, or the CSV file of them, which the run reads with the arm."""
+    """Return how many poses each design visits, or the CSV file of them, which the run reads with
+    the arm.
+    """
     try:
-        return int(value) if isinstance(value, int | str) and not isinstance(value, bool) else path_of(name, value)
+        return (
+            int(value)
+            if isinstance(value, int | str) and not isinstance(value, bool)
+            else path_of(name, value)
+        )
     except ValueError:
         return path_of(name, value)
 
@@ -50,15 +67,28 @@ def _poses_of(name: str, value: Any, _given: Mapping[str, Any]) -> int | Path:  
 def sweep(
     arm: Annotated[
         "str | Path",
-        Argument("Arm file: native TOML, or URDF with its sidecar TOML; its [sweep] states which keys take which values.", _file_of, metavar="FILE"),
+        Argument(
+            (
+                "Arm file: native TOML, or URDF with its sidecar TOML; its [sweep] states which "
+                "keys take which values."
+            ),
+            _file_of,
+            metavar="FILE",
+        ),
     ],
     by: Annotated[
-        "str | Path | None", Argument("TOML with [sweep], in place of the arm's own. Without either there is one design.", path_of, metavar="SWEEP")
+        "str | Path | None",
+        Argument(
+            "TOML with [sweep], in place of the arm's own. Without either there is one design.",
+            path_of,
+            metavar="SWEEP",
+        ),
     ] = None,
     poses: Annotated[
         "int | str | Path",
         Argument(
-            "How many poses each design visits, any number, rounded up to 8 x a power of two for sobol; or a CSV file of poses, one column per "
+            "How many poses each design visits, any number, rounded up to 8 x a power of two "
+            "for sobol; or a CSV file of poses, one column per "
             "joint with a header like 'A [deg]'.",
             _poses_of,
             metavar="COUNT|CSV",
@@ -74,31 +104,54 @@ def sweep(
     block: Annotated[
         int | None,
         Argument(
-            "Poses computed and stored at a time; part of the job, for sums differ in their last bits. Default: 1024, fewer with many robots.",
+            (
+                "Poses computed and stored at a time; part of the job, for sums differ in their "
+                "last bits. Default: 1024, fewer with many robots."
+            ),
             least=1,
         ),
     ] = None,
     sidecar: SidecarArgument = None,
     out: Annotated[
         "str | Path | None",
-        Argument("Folder of the run; a run that was stopped continues there. Default: NAME-sweep.", path_of, metavar="FOLDER"),
+        Argument(
+            "Folder of the run; a run that was stopped continues there. Default: NAME-sweep.",
+            path_of,
+            metavar="FOLDER",
+        ),
     ] = None,
-    force: Annotated[bool, Argument("Replace an earlier run of another arm, values or counts; the same run is continued.")] = False,
-    workers: Annotated[int | None, Argument("Number of threads; no byte depends on it. Default: one per processor.", least=1)] = None,
+    force: Annotated[
+        bool,
+        Argument(
+            "Replace an earlier run of another arm, values or counts; the same run is continued."
+        ),
+    ] = False,
+    workers: Annotated[
+        int | None,
+        Argument("Number of threads; no byte depends on it. Default: one per processor.", least=1),
+    ] = None,
     dask: Annotated[
         str | None,
-        Argument("Compute on Dask instead: local:N processes, or a scheduler's address. No byte depends on it.", metavar="ADDRESS"),
+        Argument(
+            (
+                "Compute on Dask instead: local:N processes, or a scheduler's address. No byte "
+                "depends on it."
+            ),
+            metavar="ADDRESS",
+        ),
     ] = None,
     progress: ProgressArgument = None,
 ) -> Sweep:
-    """Study an arm at any number of poses, or a grid of designs, block by block; stopped or killed, the same command continues.
+    """Study an arm at any number of poses, or a grid of designs, block by block; stopped or killed,
+    the same command continues.
 
     All designs share poses and draws. Memory does not grow with the number of poses.
 
     Raises
     ------
     InputError
-        With every mistake in the arguments and the files, and where no scheduler answers. Then nothing is written.
+        With every mistake in the arguments and the files, and where no scheduler answers. Then
+        nothing is written.
     OutputExistsError
         Where the folder holds anything but this run; with `force`, anything but a run.
 
@@ -127,11 +180,14 @@ def sweep(
         progress=progress,
     )
     folder = asked.out or Path(f"{asked.arm.stem}-sweep")
-    with nullcontext() if dask is None else cluster(dask) as connected:  # before anything is written
+    # before anything is written
+    with nullcontext() if dask is None else cluster(dask) as connected:
         store = Store.begin(folder, job, force=asked.force)
         try:
             carry_out(store, threads, connected, progress)
         except KeyboardInterrupt as stop:
-            stop.add_note(f"the blocks that are done are stored in '{folder}'; the same command continues")
+            stop.add_note(
+                f"the blocks that are done are stored in '{folder}'; the same command continues"
+            )
             raise
     return Sweep(job.read(0), store, tuple(summarise(store, progress)))

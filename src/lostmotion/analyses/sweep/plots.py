@@ -1,4 +1,6 @@
-"""Plots of a sweep: error, AP and RP over one key, a map over two, main effects over more; error distribution of each design."""
+"""Plots of a sweep: error, AP and RP over one key, a map over two, main effects over more; error
+distribution of each design.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,20 @@ import numpy as np
 
 from lostmotion.analyses.sweep.tables.designs import LEVEL
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.reporting.chart import PER_UNIT, axes, cells, class_legend, class_of, figure, grid, label, label_axes, legend, one, text
+from lostmotion.reporting.chart import (
+    PER_UNIT,
+    axes,
+    cells,
+    class_legend,
+    class_of,
+    figure,
+    grid,
+    label,
+    label_axes,
+    legend,
+    one,
+    text,
+)
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Figure as Number
@@ -29,9 +44,12 @@ if TYPE_CHECKING:
 
     _Curve = tuple[str, str, Callable[[Outcome], Estimate | None]]
 
-_COLOURS: Final = tuple(LIGHT[name] for name in ("robot", "design", "visit", "warn", "ink", "other"))
+_COLOURS: Final = tuple(
+    LIGHT[name] for name in ("robot", "design", "visit", "warn", "ink", "other")
+)
 _DASHES: Final = ("-", "--", ":", "-.", (0, (8, 2)), (0, (8, 2, 2, 2)))
-# Classes from this one on are so far from the paper in lightness that text on them has the paper's colour.
+# Classes from this one on are so far from the paper in lightness that text on them has the paper's
+# colour.
 _DARK_FROM: Final = 3
 _MOST_CURVES: Final = 6
 _MOST_LABELLED: Final = 6
@@ -40,18 +58,35 @@ _PAIRED: Final = "paired differences from the first design are more precise"
 
 def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
     """Return the plots in reading order, over the keys that differ between designs."""
-    order = order.model_copy(update={"axes": tuple(axis for axis in order.axes if len(axis.values) > 1) or order.axes})
+    order = order.model_copy(
+        update={"axes": tuple(axis for axis in order.axes if len(axis.values) > 1) or order.axes}
+    )
     out = []
     if len(order.axes) == 1:
         out.append(
-            Plot("designs", "designs", over_one(order, outcomes), "Curves of the 95th percentile and the mean of the error over the swept key.")
+            Plot(
+                "designs",
+                "designs",
+                over_one(order, outcomes),
+                "Curves of the 95th percentile and the mean of the error over the swept key.",
+            )
         )
         if outcomes[0].ap is not None:
-            out.append(Plot("iso9283", "iso9283", iso_over_one(order, outcomes), "Curves of AP and RP over the swept key."))
+            out.append(
+                Plot(
+                    "iso9283",
+                    "iso9283",
+                    iso_over_one(order, outcomes),
+                    "Curves of AP and RP over the swept key.",
+                )
+            )
     elif len(order.axes) == 2:  # noqa: PLR2004 - a plane
         out.append(
             Plot(
-                "designs", "designs", over_two(order, *_errors(outcomes), _PAIRED), "Map of the 95th percentile of the error over the two swept keys."
+                "designs",
+                "designs",
+                over_two(order, *_errors(outcomes), _PAIRED),
+                "Map of the 95th percentile of the error over the two swept keys.",
             )
         )
         if outcomes[0].rp is not None:
@@ -60,19 +95,36 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
                 Plot(
                     "iso9283",
                     "iso9283",
-                    over_two(order, estimates, f"{rp_name(order.approach)}, 95th percentile of robots"),
+                    over_two(
+                        order, estimates, f"{rp_name(order.approach)}, 95th percentile of robots"
+                    ),
                     "Map of RP over the two swept keys.",
                 )
             )
     elif order.axes:
         out.append(
-            Plot("designs", "designs", effects(order, outcomes), "For each key, the 95th percentile of every design and the mean of each value.")
+            Plot(
+                "designs",
+                "designs",
+                effects(order, outcomes),
+                "For each key, the 95th percentile of every design and the mean of each value.",
+            )
         )
     if len({each.mass for each in outcomes}) > 1 or len({each.price for each in outcomes}) > 1:
-        words = "Points: the 95th percentile of the error and RP of each design over its mass, and over its price where stated."
+        words = (
+            "Points: the 95th percentile of the error and RP of each design over its mass, and "
+            "over its price where stated."
+        )
         out.append(Plot("masses", "masses", against_mass(outcomes), words))
     if len(outcomes) <= _MOST_CURVES:
-        out.append(Plot("spread", "levels" if order.axes else "designs", spread(order, outcomes), "Cumulative distribution of the error."))
+        out.append(
+            Plot(
+                "spread",
+                "levels" if order.axes else "designs",
+                spread(order, outcomes),
+                "Cumulative distribution of the error.",
+            )
+        )
     return out
 
 
@@ -86,7 +138,9 @@ def _unit(largest: float) -> str:
 
 
 def _positions(on: Axes, axis: Axis, name: str) -> Floats:
-    """Return the positions of a key's values on the x axis, and name the axis: quantities to scale, other values as text."""
+    """Return the positions of a key's values on the x axis, and name the axis: quantities to scale,
+    other values as text.
+    """
     if axis.quantities is None:
         at = np.arange(len(axis.labels), dtype=float)
         on.set_xticks(at, [label(text) for text in axis.labels], parse_math=False)
@@ -107,22 +161,48 @@ def _positions(on: Axes, axis: Axis, name: str) -> Floats:
     return np.asarray(numbers, dtype=float)
 
 
-def _curves(order: Order, outcomes: Sequence[Outcome], curves: Sequence[_Curve], title: str) -> Figure:
-    """Plot estimates over one key, with intervals as bands, or as error bars where the values have no order."""
+def _curves(
+    order: Order, outcomes: Sequence[Outcome], curves: Sequence[_Curve], title: str
+) -> Figure:
+    """Plot estimates over one key, with intervals as bands, or as error bars where the values have
+    no order.
+    """
     axis = order.axes[0]
     made, on = one(title, 84)
     grid(on)
     x = _positions(on, axis, short_keys(order.axes)[0])
     ranked = np.argsort(x, kind="stable")
     estimates = {name: [pick(outcomes[k]) for k in ranked] for name, _, pick in curves}
-    unit = _unit(max((each.value for members in estimates.values() for each in members if each is not None), default=1.0))
+    unit = _unit(
+        max(
+            (each.value for members in estimates.values() for each in members if each is not None),
+            default=1.0,
+        )
+    )
     for name, colour, _ in curves:
-        found = [(x[k], each) for k, each in zip(ranked, estimates[name], strict=True) if each is not None]
+        found = [
+            (x[k], each)
+            for k, each in zip(ranked, estimates[name], strict=True)
+            if each is not None
+        ]
         along = np.array([place for place, _ in found])
-        y, low, high = (np.array([getattr(each, end) for _, each in found]) * PER_UNIT[unit] for end in ("value", "low", "high"))
+        y, low, high = (
+            np.array([getattr(each, end) for _, each in found]) * PER_UNIT[unit]
+            for end in ("value", "low", "high")
+        )
         if axis.quantities is None:
             ends = np.nan_to_num([y - low, high - y], posinf=0.0)
-            on.errorbar(along, y, yerr=ends, fmt="o", color=colour, markersize=5, elinewidth=1.1, capsize=3, label=name)
+            on.errorbar(
+                along,
+                y,
+                yerr=ends,
+                fmt="o",
+                color=colour,
+                markersize=5,
+                elinewidth=1.1,
+                capsize=3,
+                label=name,
+            )
             continue
         if np.isfinite(high - low).all():
             on.fill_between(along, low, high, color=colour, alpha=0.2, linewidth=0)
@@ -135,7 +215,10 @@ def _curves(order: Order, outcomes: Sequence[Outcome], curves: Sequence[_Curve],
 
 def over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the error over one key, with 95 % confidence intervals."""
-    curves = (("95th percentile", LIGHT["robot"], lambda each: each.quantiles[LEVEL]), ("mean", LIGHT["design"], lambda each: each.mean))
+    curves = (
+        ("95th percentile", LIGHT["robot"], lambda each: each.quantiles[LEVEL]),
+        ("mean", LIGHT["design"], lambda each: each.mean),
+    )
     return _curves(order, outcomes, curves, "Position error, with 95 % confidence interval")
 
 
@@ -143,15 +226,23 @@ def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot AP and RP over one key, with 95 % confidence intervals."""
     curves = (
         ("AP, 95th percentile of robots", LIGHT["visit"], lambda each: each.ap and each.ap[1]),
-        (f"{rp_name(order.approach)}, 95th percentile of robots", LIGHT["warn"], lambda each: each.rp and each.rp[1]),
+        (
+            f"{rp_name(order.approach)}, 95th percentile of robots",
+            LIGHT["warn"],
+            lambda each: each.rp and each.rp[1],
+        ),
     )
-    return _curves(order, outcomes, curves, "Accuracy and repeatability, with 95 % confidence intervals")
+    return _curves(
+        order, outcomes, curves, "Accuracy and repeatability, with 95 % confidence intervals"
+    )
 
 
 def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str = "") -> Figure:
-    """Plot a map over two keys in classes; cells whose interval overlaps that of the smallest are marked.
+    """Plot a map over two keys in classes; cells whose interval overlaps that of the smallest are
+    marked.
 
-    The classes span the ends of the intervals, so that differences within them are faint. `hint` names a more precise comparison.
+    The classes span the ends of the intervals, so that differences within them are faint. `hint`
+    names a more precise comparison.
     """
     first, second = order.axes
     names = [label(name) for name in short_keys(order.axes)]
@@ -160,7 +251,12 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
     factor = PER_UNIT[unit]
     values = np.array([each.value * factor for each in estimates]).reshape(shape)
     overlapping = _overlap_smallest(estimates)
-    ends = [end * factor for each in estimates for end in (each.low, each.value, each.high) if math.isfinite(end)]
+    ends = [
+        end * factor
+        for each in estimates
+        for end in (each.low, each.value, each.high)
+        if math.isfinite(end)
+    ]
     limits = class_limits(max(min(ends), 0.0), max(ends))
     classes = class_of(values, limits)
     made, on = one(title, min(50 + 9.0 * shape[0], 170.0))
@@ -169,14 +265,18 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
         for k, each in enumerate(estimates):
             row, column = divmod(k, shape[1])
             colour = LIGHT["ink"] if classes[row, column] < _DARK_FROM else LIGHT["paper"]
-            words = ("≈ " if overlapping[k] else "") + str(Number(each.value * factor, unit, each.low * factor, each.high * factor))
+            words = ("≈ " if overlapping[k] else "") + str(
+                Number(each.value * factor, unit, each.low * factor, each.high * factor)
+            )
             text(on, column, row, words, colour=colour, ha="center", va="center")
     on.set_xticks(range(shape[1]), [label(each) for each in second.labels], parse_math=False)
     on.set_yticks(range(shape[0]), [label(each) for each in first.labels], parse_math=False)
     on.tick_params(length=0)
     note = ""
     if all(overlapping):
-        note = "\n≈ all intervals overlap that of the smallest:\n" + (hint or "differences may be chance")
+        note = "\n≈ all intervals overlap that of the smallest:\n" + (
+            hint or "differences may be chance"
+        )
     elif any(overlapping):
         note = "\n≈ interval overlaps that of the smallest:\n" + (hint or "may be as small")
     label_axes(on, names[1] + note, names[0])
@@ -185,7 +285,9 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
 
 
 def _overlap_smallest(estimates: Sequence[Estimate]) -> list[bool]:
-    """Return which intervals overlap that of the smallest estimate, unknown ends counted as overlapping; none if it is alone."""
+    """Return which intervals overlap that of the smallest estimate, unknown ends counted as
+    overlapping; none if it is alone.
+    """
     best = min(estimates, key=lambda each: each.value)
     high = math.inf if math.isnan(best.high) else best.high
     overlapping = [math.isnan(each.low) or each.low <= high for each in estimates]
@@ -193,20 +295,55 @@ def _overlap_smallest(estimates: Sequence[Estimate]) -> list[bool]:
 
 
 def against_mass(outcomes: Sequence[Outcome]) -> Figure:
-    """Plot the 95th percentile of the error and RP of each design, with intervals, over its mass and its price, as far as designs differ in them."""
-    along = [("mass of the arm [kg]", [each.mass for each in outcomes])] if len({each.mass for each in outcomes}) > 1 else []
+    """Plot the 95th percentile of the error and RP of each design, with intervals, over its mass
+    and its price, as far as designs differ in them.
+    """
+    along = (
+        [("mass of the arm [kg]", [each.mass for each in outcomes])]
+        if len({each.mass for each in outcomes}) > 1
+        else []
+    )
     prices = [math.nan if each.price is None else each.price for each in outcomes]
-    along += [("price of the arm", prices)] if len({each for each in prices if math.isfinite(each)}) > 1 else []
+    along += (
+        [("price of the arm", prices)]
+        if len({each for each in prices if math.isfinite(each)}) > 1
+        else []
+    )
     unit = _unit(max(each.quantiles[LEVEL].value for each in outcomes))
     made = figure(22 + 62.0 * len(along))
-    for on, (name, x) in zip(axes(made, "Error over mass and price", rows=len(along))[:, 0], along, strict=True):
+    for on, (name, x) in zip(
+        axes(made, "Error over mass and price", rows=len(along))[:, 0], along, strict=True
+    ):
         grid(on, "both")
         curves = [("95th percentile", "robot", [each.quantiles[LEVEL] for each in outcomes])]
-        curves += [("RP, 95th percentile of robots", "warn", [each.rp[1] for each in outcomes if each.rp is not None])] if outcomes[0].rp else []
+        curves += (
+            [
+                (
+                    "RP, 95th percentile of robots",
+                    "warn",
+                    [each.rp[1] for each in outcomes if each.rp is not None],
+                )
+            ]
+            if outcomes[0].rp
+            else []
+        )
         for what, colour, found in curves:
-            y, low, high = (np.array([getattr(each, end) for each in found]) * PER_UNIT[unit] for end in ("value", "low", "high"))
+            y, low, high = (
+                np.array([getattr(each, end) for each in found]) * PER_UNIT[unit]
+                for end in ("value", "low", "high")
+            )
             ends = np.nan_to_num([y - low, high - y], posinf=0.0)
-            on.errorbar(x, y, yerr=ends, fmt="o", color=LIGHT[colour], markersize=4, elinewidth=1.0, capsize=2, label=what)
+            on.errorbar(
+                x,
+                y,
+                yerr=ends,
+                fmt="o",
+                color=LIGHT[colour],
+                markersize=4,
+                elinewidth=1.0,
+                capsize=2,
+                label=what,
+            )
         on.set_ylim(bottom=0)
         label_axes(on, name, f"error [{unit}]")
     legend(made)
@@ -217,16 +354,39 @@ def effects(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the main effect of each key: the mean over all other keys, and every design."""
     shape = tuple(len(axis.values) for axis in order.axes)
     unit = _unit(max(each.quantiles[LEVEL].value for each in outcomes))
-    errors: Floats = np.array([each.quantiles[LEVEL].value * PER_UNIT[unit] for each in outcomes]).reshape(shape)
+    errors: Floats = np.array(
+        [each.quantiles[LEVEL].value * PER_UNIT[unit] for each in outcomes]
+    ).reshape(shape)
     made = figure(22 + 56.0 * len(shape))
-    panels = axes(made, "Main effects on the 95th percentile of the error", rows=len(shape), sharey=True)[:, 0]
-    for k, (on, axis, name) in enumerate(zip(panels, order.axes, short_keys(order.axes), strict=True)):
+    panels = axes(
+        made, "Main effects on the 95th percentile of the error", rows=len(shape), sharey=True
+    )[:, 0]
+    for k, (on, axis, name) in enumerate(
+        zip(panels, order.axes, short_keys(order.axes), strict=True)
+    ):
         x = _positions(on, axis, name)
         at = np.indices(shape)[k].ravel()
-        on.plot(x[at], errors.ravel(), linestyle="none", marker="o", markersize=3, color=LIGHT["robot"], alpha=0.5, label="one design")
+        on.plot(
+            x[at],
+            errors.ravel(),
+            linestyle="none",
+            marker="o",
+            markersize=3,
+            color=LIGHT["robot"],
+            alpha=0.5,
+            label="one design",
+        )
         means = errors.mean(axis=tuple(j for j in range(len(shape)) if j != k))
         ranked = np.argsort(x, kind="stable")
-        on.plot(x[ranked], means[ranked], color=LIGHT["warn"], linewidth=1.6, marker="o", markersize=4, label="mean over the other keys")
+        on.plot(
+            x[ranked],
+            means[ranked],
+            color=LIGHT["warn"],
+            linewidth=1.6,
+            marker="o",
+            markersize=4,
+            label="mean over the other keys",
+        )
         label_axes(on, y=f"95th percentile [{unit}]")
     legend(made)
     return made

@@ -33,7 +33,9 @@ class Sweep(Result):
 
     @property
     def states(self) -> States:
-        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values of the first design."""
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values of
+        the first design.
+        """
         return states(self.arm)
 
     @property
@@ -51,15 +53,25 @@ class Sweep(Result):
         return sweep_plots(self.store.order, self.outcomes)
 
     def report(
-        self, out: str | Path | None = None, *, force: bool = False, figures: FigureKind | None = None, tables: TableKind | None = None
+        self,
+        out: str | Path | None = None,
+        *,
+        force: bool = False,
+        figures: FigureKind | None = None,
+        tables: TableKind | None = None,
     ) -> Path:
-        """Write report.html and result.json beside the blocks, or into the folder `out`, and return the folder. Errors as `Result.report`."""
+        """Write report.html and result.json beside the blocks, or into the folder `out`, and return
+        the folder. Errors as `Result.report`.
+        """
         from lostmotion.reporting.page.document import contents
 
         if out is not None:
             return super().report(out, force=force, figures=figures, tables=tables)
         plots = self.plots
-        for name, content in {**contents(self.sheet, plots), **self.copies(plots, figures, tables)}.items():
+        for name, content in {
+            **contents(self.sheet, plots),
+            **self.copies(plots, figures, tables),
+        }.items():
             self.store.keep(name, content)
         return self.store.folder
 
@@ -72,4 +84,7 @@ class Sweep(Result):
     def __repr__(self) -> str:
         """Return what was run, in a line."""
         order = self.store.order
-        return f"<Sweep of '{self.arm.name}': {order.designs} designs x {order.poses} poses x {order.robots} robots x {order.visits} visits>"
+        return (
+            f"<Sweep of '{self.arm.name}': {order.designs} designs x {order.poses} poses x "
+            f"{order.robots} robots x {order.visits} visits>"
+        )

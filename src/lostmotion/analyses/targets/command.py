@@ -37,19 +37,36 @@ def _one_of(**targets: Amount | None) -> None:
     """Raise InputError unless exactly one target is stated."""
     stated = [name for name, value in targets.items() if value is not None]
     if len(stated) != 1:
-        raise refuse_argument("error, rp_iso, rp_any", " and ".join(stated) or "none of them", "one of them", error=LENGTH.example)
+        raise refuse_argument(
+            "error, rp_iso, rp_any",
+            " and ".join(stated) or "none of them",
+            "one of them",
+            error=LENGTH.example,
+        )
 
 
 def _arriving(approach: float, *, rp_iso: bool, rp_any: bool, repeatability: bool) -> float:
-    """Return how joints arrive for a target on RP: `approach`, or what the target's name requires where that is not stated.
+    """Return how joints arrive for a target on RP: `approach`, or what the target's name requires
+    where that is not stated.
 
-    Raises InputError where the two contradict each other, and for `repeatability` without a stated side, which does not say which RP is meant.
+    Raises InputError where the two contradict each other, and for `repeatability` without a stated
+    side, which does not say which RP is meant.
     """
     if rp_any and approach:
-        raise refuse_argument("approach", "one side, with rp_any", '"random" with rp_any, or rp_iso', approach="random")
+        raise refuse_argument(
+            "approach",
+            "one side, with rp_any",
+            '"random" with rp_any, or rp_iso',
+            approach="random",
+        )
     if repeatability and not approach:
-        expected = "rp_iso (joints arrive from one side, as in ISO 9283) or rp_any (from either side at random)"
-        raise refuse_argument("repeatability", "joints that arrive from either side", expected, rp_iso="0.1 mm")
+        expected = (
+            "rp_iso (joints arrive from one side, as in ISO 9283) or rp_any (from either side at "
+            "random)"
+        )
+        raise refuse_argument(
+            "repeatability", "joints that arrive from either side", expected, rp_iso="0.1 mm"
+        )
     return approach or (1.0 if rp_iso else 0.0)
 
 
@@ -58,26 +75,53 @@ def target(
     arm: ArmArgument,
     *,
     error: Annotated[
-        Amount | None, Argument("Target: `share` of all positions over the workspace have at most this error, '0.5 mm'.", LENGTH)
+        Amount | None,
+        Argument(
+            (
+                "Target: `share` of all positions over the workspace have at most this error, "
+                "'0.5 mm'."
+            ),
+            LENGTH,
+        ),
     ] = None,
-    repeatability: Annotated[Amount | None, Argument("Former name of `rp_iso`, with an `approach` of up or down.", LENGTH)] = None,
+    repeatability: Annotated[
+        Amount | None,
+        Argument("Former name of `rp_iso`, with an `approach` of up or down.", LENGTH),
+    ] = None,
     rp_iso: Annotated[
         Amount | None,
         Argument(
-            "Target instead: `share` of the robots have at most this RP in the ISO cycle (every joint arrives from one side), averaged over the "
+            "Target instead: `share` of the robots have at most this RP in the ISO cycle "
+            "(every joint arrives from one side), averaged over the "
             "poses, '0.1 mm'.",
             LENGTH,
         ),
     ] = None,
     rp_any: Annotated[
-        Amount | None, Argument("Target instead: the same RP of any approach: joints arrive from either side at random, '0.1 mm'.", LENGTH)
+        Amount | None,
+        Argument(
+            (
+                "Target instead: the same RP of any approach: joints arrive from either side at "
+                "random, '0.1 mm'."
+            ),
+            LENGTH,
+        ),
     ] = None,
-    share: Annotated[Amount, Argument("Share of positions, or of robots, 50 % to 99.9 %.", SHARE)] = 0.95,
+    share: Annotated[
+        Amount, Argument("Share of positions, or of robots, 50 % to 99.9 %.", SHARE)
+    ] = 0.95,
     poses: PosesArgument = 1024,
     pose_law: PoseLawArgument = "sobol",
     zone: Annotated[
         "Ends | None",
-        Argument("Only poses with the tool in this zone, in the base's axes: 'x 0.2..0.5 m, z 0..300 mm'.", zone_of, metavar="ZONE"),
+        Argument(
+            (
+                "Only poses with the tool in this zone, in the base's axes: 'x 0.2..0.5 m, z "
+                "0..300 mm'."
+            ),
+            zone_of,
+            metavar="ZONE",
+        ),
     ] = None,
     robots: RobotsArgument = DEFAULT_ROBOTS,
     visits: VisitsArgument = DEFAULT_VISITS,
@@ -88,7 +132,8 @@ def target(
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Target:
-    """Allocate a target on the tool to all parts: allowances for one error at a time and for all together, and the production yield.
+    """Allocate a target on the tool to all parts: allowances for one error at a time and for all
+    together, and the production yield.
 
     Every answer is verified by a Monte Carlo run with `robots` and `visits`.
 
@@ -99,7 +144,9 @@ def target(
 
     """
     with Mistakes() as mistakes:
-        mistakes.of(partial(_one_of, error=error, repeatability=repeatability, rp_iso=rp_iso, rp_any=rp_any))
+        mistakes.of(
+            partial(_one_of, error=error, repeatability=repeatability, rp_iso=rp_iso, rp_any=rp_any)
+        )
         asked = mistakes.of(read_arguments, target, locals())
     from lostmotion.analyses.targets.result import Target
     from lostmotion.analyses.targets.targets import targets
@@ -108,9 +155,13 @@ def target(
     from lostmotion.propagation.first_order import refuse_large_errors
 
     if asked.zone is not None and not isinstance(asked.poses, int):
-        raise refuse_argument("zone", "with poses that are given", "a zone, or poses", zone="x 0.2..0.5 m")
+        raise refuse_argument(
+            "zone", "with poses that are given", "a zone, or poses", zone="x 0.2..0.5 m"
+        )
     of_repeats = {name: getattr(asked, name) for name in ("rp_iso", "rp_any", "repeatability")}
-    arriving = _arriving(asked.approach, **{name: value is not None for name, value in of_repeats.items()})
+    arriving = _arriving(
+        asked.approach, **{name: value is not None for name, value in of_repeats.items()}
+    )
     repeats = next((value for value in of_repeats.values() if value is not None), None)
     refuse_undescribed(asked.arm)
     refuse_large_errors(asked.arm)

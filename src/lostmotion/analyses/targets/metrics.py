@@ -1,10 +1,14 @@
-"""Error and repeatability of an arm as functions of factors on its error terms, for solving which factor meets a target.
+"""Error and repeatability of an arm as functions of factors on its error terms, for solving which
+factor meets a target.
 
-`ErrorMetric`          quantile of the error over poses, from samples that each have their own robot and visit
-`RepeatabilityMetric`  quantile over robots of RP averaged over the poses, from the Monte Carlo study, because RP needs repeated visits
-`by_montecarlo`        both for all robots, poses and visits with independent draws, to verify a solution
+`ErrorMetric`          quantile of the error over poses, from samples that each have their own robot
+                       and visit
+`RepeatabilityMetric`  quantile over robots of RP averaged over the poses, from the Monte Carlo
+                       study, because RP needs repeated visits `by_montecarlo`        both for all
+                       robots, poses and visits with independent draws, to verify a solution
 
-A factor scales the term's column of the pose matrix, so the arm's kinematics and loads are evaluated once.
+A factor scales the term's column of the pose matrix, so the arm's kinematics and loads are
+evaluated once.
 """
 
 from __future__ import annotations
@@ -20,7 +24,12 @@ from lostmotion.analyses.targets.yield_ import split_blocks
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, uniforms
-from lostmotion.error_model.intervals import Estimate, pooled_quantile, pooled_robots_quantile, student
+from lostmotion.error_model.intervals import (
+    Estimate,
+    pooled_quantile,
+    pooled_robots_quantile,
+    student,
+)
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
@@ -45,7 +54,9 @@ _END: Final = 1e-2
 
 @dataclass(frozen=True, slots=True)
 class Excess:
-    """Excess over a target, positive where it is not met: value and half width of its 95 % interval; NaN where the sample is too small."""
+    """Excess over a target, positive where it is not met: value and half width of its 95 %
+    interval; NaN where the sample is too small.
+    """
 
     value: float
     half: float
@@ -63,7 +74,9 @@ class Metric(Protocol):
         """Return the number of samples."""
 
     def along(self, columns: tuple[int, ...]) -> Callable[[float], Excess]:
-        """Return the excess over the target as a function of the factor on these terms, all others unchanged."""
+        """Return the excess over the target as a function of the factor on these terms, all others
+        unchanged.
+        """
 
     def without(self, columns: tuple[int, ...]) -> Estimate:
         """Return the figure, m, where these terms are zero."""
@@ -73,20 +86,34 @@ class Metric(Protocol):
 
 
 def root(excess: Callable[[float], Excess], low: float, high: float) -> float:
-    """Return where between `low` and `high` the excess is zero; raises DidNotConvergeError where both have the same sign."""
+    """Return where between `low` and `high` the excess is zero; raises DidNotConvergeError where
+    both have the same sign.
+    """
     from scipy.optimize import brentq
 
     try:
-        return float(brentq(lambda x: excess(x).value, low, high, xtol=_CLOSE * max(abs(low), abs(high)), rtol=_CLOSE))
+        return float(
+            brentq(
+                lambda x: excess(x).value,
+                low,
+                high,
+                xtol=_CLOSE * max(abs(low), abs(high)),
+                rtol=_CLOSE,
+            )
+        )
     except ValueError as error:
-        raise DidNotConvergeError(f"no change of sign between {low:g} and {high:g}: {error}") from error
+        raise DidNotConvergeError(
+            f"no change of sign between {low:g} and {high:g}: {error}"
+        ) from error
 
 
 def root_interval(excess: Callable[[float], Excess], at: float) -> Estimate:
-    """Return a root with its 95 % interval, whose ends are where the excess equals the half width of its own interval.
+    """Return a root with its 95 % interval, whose ends are where the excess equals the half width
+    of its own interval.
 
-    The interval is inverted because the slope may change within it (R. Woodruff, J. Am. Stat. Assoc. 47 (1952) 635, for quantiles). A negative end
-    is set to zero; an end beyond sixteen times its first guess is NaN.
+    The interval is inverted because the slope may change within it (R. Woodruff, J. Am. Stat.
+    Assoc. 47 (1952) 635, for quantiles). A negative end is set to zero; an end beyond sixteen times
+    its first guess is NaN.
     """
     step = _STEP * at
     slope = (excess(at + step).value - excess(at - step).value) / (2 * step) if step else 0.0
@@ -99,11 +126,17 @@ def root_interval(excess: Callable[[float], Excess], at: float) -> Estimate:
         here = excess(x)
         return side * sign * here.value - here.half
 
-    return Estimate(at, _end(lambda x: beyond(x, -1.0), at, -half / abs(slope)), _end(lambda x: beyond(x, 1.0), at, half / abs(slope)))
+    return Estimate(
+        at,
+        _end(lambda x: beyond(x, -1.0), at, -half / abs(slope)),
+        _end(lambda x: beyond(x, 1.0), at, half / abs(slope)),
+    )
 
 
 def _end(beyond: Callable[[float], float], at: float, step: float) -> float:
-    """Return the end of the interval in the direction of `step` from the root; zero where it would be negative, NaN where there is none."""
+    """Return the end of the interval in the direction of `step` from the root; zero where it would
+    be negative, NaN where there is none.
+    """
     from scipy.optimize import brentq
 
     for k in range(5):
@@ -116,19 +149,26 @@ def _end(beyond: Callable[[float], float], at: float, step: float) -> float:
 
 
 class ErrorMetric:
-    """Quantile of the position error over independent samples: the same number at every pose, each with its own robot and visit.
+    """Quantile of the position error over independent samples: the same number at every pose, each
+    with its own robot and visit.
 
-    No two samples share a draw, so the uncertainty of a share is that of the poses. With one item's contribution to every sample known, the squared
-    error is quadratic in its factor f: a + 2 b f + c f^2.
+    No two samples share a draw, so the uncertainty of a share is that of the poses. With one item's
+    contribution to every sample known, the squared error is quadratic in its factor f: a + 2 b f +
+    c f^2.
     """
 
-    def __init__(self, matrix: PoseMatrix, replicates: int, share: float, target: float, seed: int) -> None:
-        """Set the number of samples; draws are repeated when needed, because storing all of them would take too much memory."""
+    def __init__(
+        self, matrix: PoseMatrix, replicates: int, share: float, target: float, seed: int
+    ) -> None:
+        """Set the number of samples; draws are repeated when needed, because storing all of them
+        would take too much memory.
+        """
         self.matrix, self.share, self.target, self.seed = matrix, share, target, seed
         poses = len(matrix.tool)
         repeats = max(_FEWEST_REPEATS, -(-_SAMPLES // poses))
         self.repeats = repeats + -repeats % _FEWEST_REPEATS
-        # The interval comes from the variance between sets of poses; for given poses, from that between sets of samples.
+        # The interval comes from the variance between sets of poses; for given poses, from that
+        # between sets of samples.
         self._sets = (replicates, -1, 1) if replicates > 1 else (poses, _FEWEST_REPEATS, -1)
 
     @property
@@ -142,10 +182,15 @@ class ErrorMetric:
         return len(self.matrix.tool)
 
     def along(self, columns: tuple[int, ...]) -> Callable[[float], Excess]:
-        """Return the shortfall of the share within the target against the factor, with common random numbers."""
+        """Return the shortfall of the share within the target against the factor, with common
+        random numbers.
+        """
         own = self._errors(dict.fromkeys(columns, 1.0))
         rest = self._all - own
-        a, b, c = (np.einsum("prc,prc->pr", one, other) for one, other in ((rest, rest), (rest, own), (own, own)))
+        a, b, c = (
+            np.einsum("prc,prc->pr", one, other)
+            for one, other in ((rest, rest), (rest, own), (own, own))
+        )
         return lambda factor: self._excess(a + factor * (2 * b + factor * c), self.target)
 
     def without(self, columns: tuple[int, ...]) -> Estimate:
@@ -154,7 +199,11 @@ class ErrorMetric:
 
     def value(self, factors: Floats) -> Estimate:
         """Return the error quantile, m, for a factor on each term (term,)."""
-        return self._quantile(self._all if (factors == 1).all() else self._errors(dict(enumerate(map(float, factors)))))
+        return self._quantile(
+            self._all
+            if (factors == 1).all()
+            else self._errors(dict(enumerate(map(float, factors))))
+        )
 
     def _quantile(self, errors: Floats) -> Estimate:
         squares = np.einsum("prc,prc->pr", errors, errors)
@@ -166,7 +215,9 @@ class ErrorMetric:
         return self._errors(dict.fromkeys(range(len(self.matrix.infos)), 1.0))
 
     def _errors(self, factors: dict[int, float]) -> Floats:
-        """Return the position errors (pose, repeat, 3), m, due to these terms with their factors."""
+        """Return the position errors (pose, repeat, 3), m, due to these terms with their
+        factors.
+        """
         matrix = self.matrix
         out = np.zeros((len(matrix.tool), self.repeats, 3))
         for column, factor in factors.items():
@@ -178,23 +229,39 @@ class ErrorMetric:
                     if stream is not None:
                         size = size * stream.law.quantile(self._uniforms(level, stream))
                 if info.closing is not None:
-                    size = size * standardised(self._uniforms("robot", info.closing.stream), matrix.closed[info.closing.row, :, None])
+                    size = size * standardised(
+                        self._uniforms("robot", info.closing.stream),
+                        matrix.closed[info.closing.row, :, None],
+                    )
                 for axis in range(3):
                     out[..., axis] += size * shift[:, axis, None]
         return out
 
     def _uniforms(self, level: str, stream: Stream) -> Floats:
-        return uniforms(self.seed, f"targets.{level}.{stream.name}", self.samples).reshape(-1, self.repeats)
+        return uniforms(self.seed, f"targets.{level}.{stream.name}", self.samples).reshape(
+            -1, self.repeats
+        )
 
     def _excess(self, squares: Floats, limit: float) -> Excess:
-        sets = (squares <= limit * limit).reshape(self._sets).mean(axis=(1, 2) if self._sets[2] == 1 else (0, 2))
-        return Excess(self.share - float(sets.mean()), student(len(sets) - 1) * float(sets.std(ddof=1)) / math.sqrt(len(sets)))
+        sets = (
+            (squares <= limit * limit)
+            .reshape(self._sets)
+            .mean(axis=(1, 2) if self._sets[2] == 1 else (0, 2))
+        )
+        return Excess(
+            self.share - float(sets.mean()),
+            student(len(sets) - 1) * float(sets.std(ddof=1)) / math.sqrt(len(sets)),
+        )
 
 
 class RepeatabilityMetric:
-    """Quantile over robots of the repeatability RP, averaged over the poses: mean + 3 s of each robot's visits."""
+    """Quantile over robots of the repeatability RP, averaged over the poses: mean + 3 s of each
+    robot's visits.
+    """
 
-    def __init__(self, matrix: PoseMatrix, replicates: int, share: float, target: float, plan: Plan) -> None:
+    def __init__(
+        self, matrix: PoseMatrix, replicates: int, share: float, target: float, plan: Plan
+    ) -> None:
         """Keep the terms that differ between visits, at the first poses of every set."""
         each = len(matrix.tool) // replicates
         chosen = min(each, max(_RP_POSES // replicates, 1))
@@ -216,7 +283,9 @@ class RepeatabilityMetric:
         return self.poses * self.plan.robots * self.plan.visits
 
     def along(self, columns: tuple[int, ...]) -> Callable[[float], Excess]:
-        """Return the excess of RP relative to the target against the factor, with common random numbers."""
+        """Return the excess of RP relative to the target against the factor, with common random
+        numbers.
+        """
         factors = np.ones(len(self.matrix.infos))
 
         def excess(factor: float) -> Excess:
@@ -237,21 +306,29 @@ class RepeatabilityMetric:
         """Return the quantile of RP, m, for a factor on each term (term,)."""
         matrix = self.matrix.scaled(factors)
         each = len(self.rows) // self.replicates
-        means, at_poses = np.empty((self.replicates, self.plan.robots)), np.empty((self.replicates, each))
+        means, at_poses = (
+            np.empty((self.replicates, self.plan.robots)),
+            np.empty((self.replicates, each)),
+        )
         for k in range(self.replicates):
-            sample = sample_block(self.plan, matrix.stretch(k * each, (k + 1) * each), int(self.rows[k * each]))
+            sample = sample_block(
+                self.plan, matrix.stretch(k * each, (k + 1) * each), int(self.rows[k * each])
+            )
             means[k], at_poses[k] = sample.ap_rp[:, 1].mean(axis=0), sample.ap_rp[:, 1].mean(axis=1)
         return pooled_robots_quantile(means, self.share, at_poses.ravel())
 
 
 def by_montecarlo(plan: Plan, matrix: PoseMatrix, share: float) -> tuple[Estimate, Estimate]:
-    """Return by Monte Carlo the quantile of the position error and that of RP over robots, m, at this share.
+    """Return by Monte Carlo the quantile of the position error and that of RP over robots, m, at
+    this share.
 
     RP is averaged over the poses; it is NaN for a single visit.
     """
     sets = plan.poses.replicates
     each = len(plan.poses) // sets
-    of_groups, of_sets = (np.zeros((count, error_bins.BINS), np.int64) for count in (plan.groups, sets))
+    of_groups, of_sets = (
+        np.zeros((count, error_bins.BINS), np.int64) for count in (plan.groups, sets)
+    )
     means, at_poses = np.zeros((sets, plan.robots)), []
     largest = 0.0
     for k in range(sets):
@@ -261,5 +338,11 @@ def by_montecarlo(plan: Plan, matrix: PoseMatrix, share: float) -> tuple[Estimat
             of_sets[k, sample.bins] += sample.hist
             largest = max(largest, float(sample.per_pose[:, kernel.LARGEST].max()))
             means[k] += sample.ap_rp[:, 1].sum(axis=0) / each if plan.visits > 1 else math.nan
-            at_poses.append(sample.ap_rp[:, 1].mean(axis=1) if plan.visits > 1 else np.full(len(sample.ap_rp), math.nan))
-    return pooled_quantile(of_groups, of_sets, share, largest), pooled_robots_quantile(means, share, np.concatenate(at_poses))
+            at_poses.append(
+                sample.ap_rp[:, 1].mean(axis=1)
+                if plan.visits > 1
+                else np.full(len(sample.ap_rp), math.nan)
+            )
+    return pooled_quantile(of_groups, of_sets, share, largest), pooled_robots_quantile(
+        means, share, np.concatenate(at_poses)
+    )

@@ -1,7 +1,9 @@
-"""Sizes of an arm's parts that a target allocates, and the error terms that scale with each of them.
+"""Sizes of an arm's parts that a target allocates, and the error terms that scale with each of
+them.
 
-An item is one cause in one part: the backlash of joint A's gearbox, the stiffness of link B, an encoder's zero. Its terms are proportional to its
-size, or to the inverse of a stiffness; a tolerance stated as ± scales with it. A term without a parameter is an item of its own.
+An item is one cause in one part: the backlash of joint A's gearbox, the stiffness of link B, an
+encoder's zero. Its terms are proportional to its size, or to the inverse of a stiffness; a
+tolerance stated as ± scales with it. A term without a parameter is an item of its own.
 """
 
 from __future__ import annotations
@@ -21,7 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """A size as the file states it: value in SI, its unit, whether the error is inversely proportional (a stiffness), and its number of zones."""
+    """A size as the file states it: value in SI, its unit, whether the error is inversely
+    proportional (a stiffness), and its number of zones.
+    """
 
     value: float
     unit: str
@@ -37,7 +41,8 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One cause in one part, or in all parts of a kind; `columns` are its terms, `size` is None where it is not stated by one value.
+    """One cause in one part, or in all parts of a kind; `columns` are its terms, `size` is None
+    where it is not stated by one value.
 
     most   factor on its errors at the largest usual size (`usual_sizes`)
     stiff  whether it is a stiffness, to which the errors are inversely proportional
@@ -58,12 +63,17 @@ class Item:
 
 
 def items(arm: Arm, columns: Sequence[Column]) -> tuple[Item, ...]:
-    """Return the items of these columns, in the order of the chain; every column belongs to exactly one item."""
+    """Return the items of these columns, in the order of the chain; every column belongs to exactly
+    one item.
+    """
     reaches = {f"joints.{joint.name}.link": joint.link.reach for joint in arm.joints}
     groups: dict[tuple[str, str], list[int]] = {}
     for k, column in enumerate(columns):
         groups.setdefault((column.owner, _parameter(column).key), []).append(k)
-    return tuple(_item([columns[k] for k in members], tuple(members), reaches.get(owner, 0.0)) for (owner, _), members in groups.items())
+    return tuple(
+        _item([columns[k] for k in members], tuple(members), reaches.get(owner, 0.0))
+        for (owner, _), members in groups.items()
+    )
 
 
 def _parameter(column: Column) -> Parameter:
@@ -82,7 +92,9 @@ def _item(terms: Sequence[Column], members: tuple[int, ...], reach: float) -> It
 
 
 def shared_items(single: Iterable[Item]) -> tuple[Item, ...]:
-    """Return an item for each cause in several parts of a kind, with a size where all of them have the same."""
+    """Return an item for each cause in several parts of a kind, with a size where all of them have
+    the same.
+    """
     groups: dict[tuple[str, str], list[Item]] = {}
     for item in single:
         groups.setdefault((item.kind, item.cause), []).append(item)
@@ -92,5 +104,15 @@ def shared_items(single: Iterable[Item]) -> tuple[Item, ...]:
             sizes = {member.size for member in members}
             columns = tuple(column for member in members for column in member.columns)
             most = min(member.most for member in members)
-            out.append(Item(f"every {kind},", kind, cause, columns, members[0].size if len(sizes) == 1 else None, most, members[0].stiff))
+            out.append(
+                Item(
+                    f"every {kind},",
+                    kind,
+                    cause,
+                    columns,
+                    members[0].size if len(sizes) == 1 else None,
+                    most,
+                    members[0].stiff,
+                )
+            )
     return tuple(out)

@@ -1,4 +1,6 @@
-"""Plots of a target: stated and allowed size of each item, the allocation to all items, and yield against target."""
+"""Plots of a target: stated and allowed size of each item, the allocation to all items, and yield
+against target.
+"""
 
 from __future__ import annotations
 
@@ -37,12 +39,31 @@ def targets_plots(result: Targets) -> list[Plot]:
     ):
         some = ordered(allowed)[:_MOST_BARS]
         if some:
-            out.append(Plot(f"{key}-allowed", key, dumbbells(some, title), "Dumbbells from the stated to the allowed size of each item."))
+            out.append(
+                Plot(
+                    f"{key}-allowed",
+                    key,
+                    dumbbells(some, title),
+                    "Dumbbells from the stated to the allowed size of each item.",
+                )
+            )
     if result.equal_factor is not None:
         out.append(
-            Plot("together-allowed", "together", allocation_plot(result), "Dumbbells from the stated size of each item to that of equal effect.")
+            Plot(
+                "together-allowed",
+                "together",
+                allocation_plot(result),
+                "Dumbbells from the stated size of each item to that of equal effect.",
+            )
         )
-    out.append(Plot("yield", "yield", yield_curve(result), "Share of robots that meet a target, against the target, with its confidence interval."))
+    out.append(
+        Plot(
+            "yield",
+            "yield",
+            yield_curve(result),
+            "Share of robots that meet a target, against the target, with its confidence interval.",
+        )
+    )
     return out
 
 
@@ -50,14 +71,34 @@ def dumbbells(allowed: Sequence[Allowance], title: str) -> Figure:
     """Plot the factor on the error of each item with which the target is just met."""
     made, on = one(title, 44 + 5.5 * len(allowed))
     values = np.array([each.factor.value for each in allowed])
-    ends = [[value - _finite(each.factor.low, value) for each, value in zip(allowed, values, strict=True)]]
-    ends += [[_finite(each.factor.high, value) - value for each, value in zip(allowed, values, strict=True)]]
+    ends = [
+        [
+            value - _finite(each.factor.low, value)
+            for each, value in zip(allowed, values, strict=True)
+        ]
+    ]
+    ends += [
+        [
+            _finite(each.factor.high, value) - value
+            for each, value in zip(allowed, values, strict=True)
+        ]
+    ]
     _from_one(on, values)
-    for chosen, name, colour in ((values >= 1, "allowed, 95 % confidence interval", LIGHT["robot"]), (values < 1, "must be smaller", LIGHT["warn"])):
+    for chosen, name, colour in (
+        (values >= 1, "allowed, 95 % confidence interval", LIGHT["robot"]),
+        (values < 1, "must be smaller", LIGHT["warn"]),
+    ):
         at = np.flatnonzero(chosen)
         if len(at):
-            how: dict[str, Any] = {"markersize": 4.5, "ecolor": LIGHT["ink"], "elinewidth": 0.9, "capsize": 2}
-            on.errorbar(values[at], at, xerr=np.array(ends)[:, at], fmt="o", color=colour, label=name, **how)
+            how: dict[str, Any] = {
+                "markersize": 4.5,
+                "ecolor": LIGHT["ink"],
+                "elinewidth": 0.9,
+                "capsize": 2,
+            }
+            on.errorbar(
+                values[at], at, xerr=np.array(ends)[:, at], fmt="o", color=colour, label=name, **how
+            )
     return _formatted(made, on, [short_name(each.item.name) for each in allowed], values)
 
 
@@ -69,17 +110,39 @@ def allocation_plot(result: Targets) -> Figure:
     shown = [k for k in range(len(result.items)) if np.isfinite(factor.factors[k])]
     other = factor if effect is None else effect
     shown = sorted(shown, key=lambda k: float(other.factors[k]))[:_MOST_BARS]
-    made, on = one("Allocation to all items: as stated, and with equal effect", 44 + 5.5 * len(shown))
+    made, on = one(
+        "Allocation to all items: as stated, and with equal effect", 44 + 5.5 * len(shown)
+    )
     values = np.array([float(other.factors[k]) for k in shown])
     _from_one(on, values)
     kind = "equal effect" if effect is not None else "equal factor"
-    for chosen, name, colour in ((values >= 1, kind, LIGHT["visit"]), (values < 1, f"{kind}, must be smaller", LIGHT["warn"])):
+    for chosen, name, colour in (
+        (values >= 1, kind, LIGHT["visit"]),
+        (values < 1, f"{kind}, must be smaller", LIGHT["warn"]),
+    ):
         at = np.flatnonzero(chosen)
         if len(at):
-            on.plot(values[at], at, linestyle="none", marker="o", markersize=4.5, color=colour, label=name)
+            on.plot(
+                values[at],
+                at,
+                linestyle="none",
+                marker="o",
+                markersize=4.5,
+                color=colour,
+                label=name,
+            )
     uniform = float(np.nanmax(factor.factors))
-    on.axvline(uniform, color=LIGHT["design"], linewidth=1.4, linestyle=(0, (1.5, 1.5)), label=f"equal factor {Number(uniform, '1')}")
-    names = [short_name(result.items[k].name) + (" (not limiting)" if other.not_limiting[k] else "") for k in shown]
+    on.axvline(
+        uniform,
+        color=LIGHT["design"],
+        linewidth=1.4,
+        linestyle=(0, (1.5, 1.5)),
+        label=f"equal factor {Number(uniform, '1')}",
+    )
+    names = [
+        short_name(result.items[k].name) + (" (not limiting)" if other.not_limiting[k] else "")
+        for k in shown
+    ]
     return _formatted(made, on, names, np.append(values, uniform))
 
 
@@ -89,10 +152,24 @@ def yield_curve(result: Targets) -> Figure:
     grid(on, "both")
     for each, colour in zip(result.yields, (LIGHT["robot"], LIGHT["design"]), strict=True):
         targets, shares, ends = each.curve()
-        on.fill_between(targets * 1e3, 100 * ends[:, 0], 100 * ends[:, 1], step="post", color=colour, alpha=0.2, linewidth=0)
+        on.fill_between(
+            targets * 1e3,
+            100 * ends[:, 0],
+            100 * ends[:, 1],
+            step="post",
+            color=colour,
+            alpha=0.2,
+            linewidth=0,
+        )
         name = criterion_label(each)
         on.step(targets * 1e3, 100 * shares, where="post", color=colour, linewidth=1.5, label=name)
-    on.axvline(result.target * 1e3, color=LIGHT["warn"], linewidth=1.2, linestyle=(0, (1.5, 1.5)), label="target")
+    on.axvline(
+        result.target * 1e3,
+        color=LIGHT["warn"],
+        linewidth=1.2,
+        linestyle=(0, (1.5, 1.5)),
+        label="target",
+    )
     on.set_ylim(-2, 102)
     label_axes(on, "target [mm]", "yield [%]")
     legend(made)
@@ -107,8 +184,15 @@ def _from_one(on: Axes, values: Floats) -> None:
     """Draw a bar from the stated size, a factor of 1, to each value."""
     for row, value in enumerate(values):
         colour = LIGHT["robot"] if value >= 1 else LIGHT["warn"]
-        on.plot([1.0, value], [row, row], color=colour, linewidth=2.2, alpha=0.4, solid_capstyle="butt")
-    how: dict[str, Any] = {"linestyle": "none", "marker": "|", "markersize": 8, "markeredgewidth": 1.4}
+        on.plot(
+            [1.0, value], [row, row], color=colour, linewidth=2.2, alpha=0.4, solid_capstyle="butt"
+        )
+    how: dict[str, Any] = {
+        "linestyle": "none",
+        "marker": "|",
+        "markersize": 8,
+        "markeredgewidth": 1.4,
+    }
     on.plot(np.ones(len(values)), range(len(values)), color=LIGHT["ink"], label="as stated", **how)
 
 
@@ -119,11 +203,23 @@ def _formatted(made: Figure, on: Axes, names: Sequence[str], values: Floats) -> 
     low, high = math.log10(min(1.0, float(values.min()))), math.log10(max(1.0, float(values.max())))
     margin = 0.06 * (high - low) + 0.02
     low, high = low - margin, high + margin
-    marks = (1.0,) if high - low > 2 else (1.0, 2.0, 5.0) if high - low > 0.6 else (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)  # noqa: PLR2004 - decades
-    ticks = [mark * 10.0**power for power in range(math.floor(low), math.ceil(high) + 1) for mark in marks]
+    marks = (
+        (1.0,)
+        if high - low > 2  # noqa: PLR2004
+        else (1.0, 2.0, 5.0)
+        if high - low > 0.6  # noqa: PLR2004
+        else (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)
+    )
+    ticks = [
+        mark * 10.0**power
+        for power in range(math.floor(low), math.ceil(high) + 1)
+        for mark in marks
+    ]
     on.set_xscale("log")
     on.set_xlim(10**low, 10**high)
-    on.xaxis.set_major_locator(FixedLocator([tick for tick in ticks if low <= math.log10(tick) <= high]))
+    on.xaxis.set_major_locator(
+        FixedLocator([tick for tick in ticks if low <= math.log10(tick) <= high])
+    )
     on.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.6g}"))
     on.xaxis.set_minor_formatter(NullFormatter())
     named_rows(on, names)

@@ -5,7 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.accuracy.answer import Answer
-from lostmotion.analyses.arguments import DEFAULT_ROBOTS, DEFAULT_VISITS, arm_of, chosen_poses, poses_of
+from lostmotion.analyses.arguments import (
+    DEFAULT_ROBOTS,
+    DEFAULT_VISITS,
+    arm_of,
+    chosen_poses,
+    poses_of,
+)
 from lostmotion.analyses.quantities import read_quantities
 from lostmotion.analyses.targets.limits import LENGTH, SHARE
 from lostmotion.analyses.targets.yield_ import compute_yield
@@ -33,17 +39,20 @@ def production_yield(  # noqa: PLR0913 - arguments of a production
     visits: int = DEFAULT_VISITS,
     seed: int = 1,
 ) -> Yield:
-    """Return the share of simulated robots that meet a target, with an exact interval that counts robots.
+    """Return the share of simulated robots that meet a target, with an exact interval that counts
+    robots.
 
     Parameters
     ----------
     subject
-        An arm, its file, or a study of one: then the study's poses, robots, visits, seed and approach are used instead of these.
+        An arm, its file, or a study of one: then the study's poses, robots, visits, seed and
+        approach are used instead of these.
     target
         "0.5 mm", or a number in m.
     criterion
-        Figure of each robot that is compared with the target: "error", the quantile `share` of its position error; "worst accuracy", AP at its worst
-        pose; "repeatability", RP averaged over the poses; "worst repeatability", RP at its worst pose.
+        Figure of each robot that is compared with the target: "error", the quantile `share` of its
+        position error; "worst accuracy", AP at its worst pose; "repeatability", RP averaged over
+        the poses; "worst repeatability", RP at its worst pose.
     share
         Share of a robot's positions.
     poses, robots, visits, seed
@@ -60,14 +69,25 @@ def production_yield(  # noqa: PLR0913 - arguments of a production
         For arguments that cannot be used.
 
     """
-    read = read_quantities({"target": target, "share": share}, {"target": LENGTH, "share": SHARE}, needed=True)
+    read = read_quantities(
+        {"target": target, "share": share}, {"target": LENGTH, "share": SHARE}, needed=True
+    )
     value, of = read["target"], read["share"]
     if not isinstance(subject, Answer):
         arm = arm_of("subject", subject, {})
         refuse_undescribed(arm)
         refuse_large_errors(arm)
         chosen = chosen_poses(arm, poses_of("poses", poses, {"arm": arm}), "sobol", seed)
-        return compute_yield(arm, chosen, value, criterion=criterion, share=of, robots=robots, visits=visits, seed=seed)
+        return compute_yield(
+            arm,
+            chosen,
+            value,
+            criterion=criterion,
+            share=of,
+            robots=robots,
+            visits=visits,
+            seed=seed,
+        )
     study = subject.sampled
     return compute_yield(
         subject.arm,

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Target(Targets, Result):
-    """What a target requires of an arm's parts: every attribute of `Targets`, among them `allowances` and `yields`."""
+    """What a target requires of an arm's parts: every attribute of `Targets`, among them
+    `allowances` and `yields`.
+    """
 
     @property
     def states(self) -> States:

@@ -1,8 +1,9 @@
 """Largest usual sizes of errors: an item whose allowance exceeds them does not limit the target.
 
-Round values, each coarser than what manufacturers of robot parts state: 60' of backlash, 100 encoder counts per turn, 200 µm of bearing clearance, a
-length tolerance of 1 % (ISO 2768-1, class v: ±4 mm from 400 mm on). Stiffness depends on the arm and parts by drawing have no single size; their
-errors may be ten times as large.
+Round values, each coarser than what manufacturers of robot parts state: 60' of backlash, 100
+encoder counts per turn, 200 µm of bearing clearance, a length tolerance of 1 % (ISO 2768-1, class
+v: ±4 mm from 400 mm on). Stiffness depends on the arm and parts by drawing have no single size;
+their errors may be ten times as large.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ _SLIDING: Final = 1e-3
 MOST_TIMES: Final = 10.0
 # Largest usual length tolerance, as a share of the length.
 MOST_OF_LENGTH: Final = 0.01
-# (kind of part, cause) -> largest usual size by unit: of a revolute and of a prismatic joint, or one for both.
+# (kind of part, cause) -> largest usual size by unit: of a revolute and of a prismatic joint, or
+# one for both.
 _USUAL: Final[dict[tuple[str, str], dict[str, float]]] = {
     ("gearbox", "play"): {"rad": _TURNING, "m": _SLIDING},
     ("gearbox", "hysteresis"): {"rad": _TURNING, "m": _SLIDING},
@@ -40,10 +42,14 @@ _USUAL: Final[dict[tuple[str, str], dict[str, float]]] = {
 }
 
 
-def largest_usual_factor(kind: str, cause: str, value: float, unit: str, length: float = 0.0) -> float:
-    """Return the factor from an item's size (SI, `unit`) to its largest usual one; at least 1, because the stated size exists.
+def largest_usual_factor(
+    kind: str, cause: str, value: float, unit: str, length: float = 0.0
+) -> float:
+    """Return the factor from an item's size (SI, `unit`) to its largest usual one; at least 1,
+    because the stated size exists.
 
-    kind, cause  the kind of part and the cause, as an item names them; `length` (m) of a link, for its tolerance
+    kind, cause  the kind of part and the cause, as an item names them; `length` (m) of a link, for
+                 its tolerance
     """
     if (kind, cause) == ("link", "length tolerance"):
         largest = MOST_OF_LENGTH * length

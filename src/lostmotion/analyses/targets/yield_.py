@@ -1,7 +1,9 @@
-"""Production yield: the share of robots that meet a target, each judged by its own error, AP or RP, with an exact interval that counts robots.
+"""Production yield: the share of robots that meet a target, each judged by its own error, AP or RP,
+with an exact interval that counts robots.
 
-The robots are those of the Monte Carlo study with the same seed. The interval is that of C. Clopper, E. Pearson, Biometrika 26 (1934) 404, which
-covers the true share with a probability of at least 95 %.
+The robots are those of the Monte Carlo study with the same seed. The interval is that of C.
+Clopper, E. Pearson, Biometrika 26 (1934) 404, which covers the true share with a probability of at
+least 95 %.
 """
 
 from __future__ import annotations
@@ -59,9 +61,11 @@ class RobotFigures:
 
 @dataclass(frozen=True, repr=False)
 class Yield:
-    """Share of robots that meet a target: `figures` (robot,) m, ascending, of the `criterion`, compared with `target`, m.
+    """Share of robots that meet a target: `figures` (robot,) m, ascending, of the `criterion`,
+    compared with `target`, m.
 
-    `approach` is the sign of the joints' last motion, 0 where it is drawn: it names the repeatability.
+    `approach` is the sign of the joints' last motion, 0 where it is drawn: it names the
+    repeatability.
     """
 
     criterion: Criterion
@@ -97,21 +101,36 @@ class Yield:
         return int(np.searchsorted(self.figures, target, side="right"))
 
     def curve(self, points: int = 121) -> tuple[Floats, Floats, Floats]:
-        """Return the yield against the target: targets (point,), m; shares (point,); ends of their intervals (point, 2)."""
+        """Return the yield against the target: targets (point,), m; shares (point,); ends of their
+        intervals (point, 2).
+        """
         low, high = float(self.figures[0]), float(self.figures[-1])
         margin = 0.1 * (high - low) or 0.1 * high
-        targets = np.linspace(max(min(low - margin, 0.98 * self.target), 0.0), max(high + margin, 1.02 * self.target), points)
+        targets = np.linspace(
+            max(min(low - margin, 0.98 * self.target), 0.0),
+            max(high + margin, 1.02 * self.target),
+            points,
+        )
         counts = [self.within_of(float(each)) for each in targets]
-        return targets, np.array(counts) / self.robots, np.array([exact_share(count, self.robots) for count in counts])
+        return (
+            targets,
+            np.array(counts) / self.robots,
+            np.array([exact_share(count, self.robots) for count in counts]),
+        )
 
     def robots_for(self, width: float) -> int:
-        """Return the number of robots for an interval no wider than this (0..1), at this yield; errors as `robots_needed`."""
+        """Return the number of robots for an interval no wider than this (0..1), at this yield;
+        errors as `robots_needed`.
+        """
         return robots_needed(self.share, width)
 
     def __repr__(self) -> str:
         """Return the yield in one line."""
         low, high = self.interval
-        count = f"{self.within} of {self.robots} robots meet {self.target * 1e3:.4g} mm ({self.criterion})"
+        count = (
+            f"{self.within} of {self.robots} robots meet {self.target * 1e3:.4g} mm "
+            f"({self.criterion})"
+        )
         return f"<Yield {100 * self.share:.2f} % ({100 * low:.2f} … {100 * high:.2f} %): {count}>"
 
 
@@ -131,7 +150,8 @@ def exact_share(hits: int, count: int, confidence: float = _CONFIDENCE) -> tuple
 
 
 def robots_needed(share: float, width: float, confidence: float = _CONFIDENCE) -> int:
-    """Return the number of robots with which the exact interval is no wider than `width` (0..1), at about this share of robots within the target.
+    """Return the number of robots with which the exact interval is no wider than `width` (0..1), at
+    about this share of robots within the target.
 
     Raises ValueError for a share outside 0..1 or a width outside 0..1.
     """
@@ -152,13 +172,21 @@ def robots_needed(share: float, width: float, confidence: float = _CONFIDENCE) -
     return most
 
 
-def robot_figures(plan: Plan, blocks: Iterable[tuple[int, PoseMatrix]], share: float) -> RobotFigures:
-    """Return the figures of each robot of this plan; `blocks` are pose matrices, each with the index of its first pose.
+def robot_figures(
+    plan: Plan, blocks: Iterable[tuple[int, PoseMatrix]], share: float
+) -> RobotFigures:
+    """Return the figures of each robot of this plan; `blocks` are pose matrices, each with the
+    index of its first pose.
 
     Raises InputError for more than MOST_ROBOTS robots. AP and RP are NaN for a single visit.
     """
     if plan.robots > MOST_ROBOTS:
-        raise refuse_argument("robots", plan.robots, f"at most {MOST_ROBOTS} where each is judged by itself", robots=1000)
+        raise refuse_argument(
+            "robots",
+            plan.robots,
+            f"at most {MOST_ROBOTS} where each is judged by itself",
+            robots=1000,
+        )
     own = replace(plan, groups=plan.robots)
     counts = np.zeros((plan.robots, error_bins.BINS), np.int32)
     worst = np.zeros((2, plan.robots))
@@ -178,7 +206,9 @@ def robot_figures(plan: Plan, blocks: Iterable[tuple[int, PoseMatrix]], share: f
 
 
 def split_blocks(matrix: PoseMatrix, robots: int) -> Iterator[tuple[int, PoseMatrix]]:
-    """Yield blocks of a pose matrix with the index of their first pose; memory stays bounded for any number of robots."""
+    """Yield blocks of a pose matrix with the index of their first pose; memory stays bounded for
+    any number of robots.
+    """
     step = max(min(BLOCK, _MOST_PAIRS // robots), 1)
     for first in range(0, len(matrix.tool), step):
         yield first, matrix.stretch(first, first + step)
@@ -205,13 +235,15 @@ def compute_yield(  # noqa: PLR0913 - arguments of a production
 ) -> Yield:
     """Return the share of robots that meet a target (m), each judged by its own figure.
 
-    Raises InputError for a target that is not above zero, an unknown figure, a share outside 0.5 to 0.999, counts out of range, and for AP or RP of a
-    single visit.
+    Raises InputError for a target that is not above zero, an unknown figure, a share outside 0.5 to
+    0.999, counts out of range, and for AP or RP of a single visit.
     """
     if not (math.isfinite(target) and target > 0):
         raise refuse_argument("target", target, "a length above zero, m", target=0.0005)
     if criterion not in CRITERIA:
-        raise refuse_argument("criterion", criterion, "one of " + ", ".join(CRITERIA), criterion="error")
+        raise refuse_argument(
+            "criterion", criterion, "one of " + ", ".join(CRITERIA), criterion="error"
+        )
     if criterion != "error" and visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise refuse_argument("visits", visits, "at least 2 for AP and RP", visits=30)
     check_share(share)
@@ -221,7 +253,15 @@ def compute_yield(  # noqa: PLR0913 - arguments of a production
 
 def yield_of(found: RobotFigures, criterion: Criterion, target: float, approach: float) -> Yield:
     """Return the yield of these figures for a target, m."""
-    return Yield(criterion, found.share, target, np.sort(found.judged_by(criterion)), found.poses, found.visits, approach)
+    return Yield(
+        criterion,
+        found.share,
+        target,
+        np.sort(found.judged_by(criterion)),
+        found.poses,
+        found.visits,
+        approach,
+    )
 
 
 def check_share(share: float) -> None:

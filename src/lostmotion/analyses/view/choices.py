@@ -1,4 +1,6 @@
-"""What can be changed in the view: payload, remedies, gearboxes of the catalogue, and sections of links."""
+"""What can be changed in the view: payload, remedies, gearboxes of the catalogue, and sections of
+links.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +24,19 @@ if TYPE_CHECKING:
 
 # The choice that leaves a part as the file describes it.
 AS_IN_FILE: Final = "as in the file"
-# Round tubes that every link can have, outside diameter and wall in mm, in the material of the link; aluminium where it has none.
-_TUBES: Final = ((30, 2), (40, 3), (60, 3), (80, 4), (100, 4), (120, 5), (150, 6), (200, 8), (250, 8))
+# Round tubes that every link can have, outside diameter and wall in mm, in the material of the
+# link; aluminium where it has none.
+_TUBES: Final = (
+    (30, 2),
+    (40, 3),
+    (60, 3),
+    (80, 4),
+    (100, 4),
+    (120, 5),
+    (150, 6),
+    (200, 8),
+    (250, 8),
+)
 _MATERIAL: Final = "aluminium"
 
 
@@ -55,30 +68,53 @@ class Choices:
 
 
 def gearbox_names(joint: Joint) -> list[str]:
-    """Return the gearboxes of the catalogue that a joint can have, with its ratio where the maker offers it; none for a joint that does not turn."""
+    """Return the gearboxes of the catalogue that a joint can have, with its ratio where the maker
+    offers it; none for a joint that does not turn.
+    """
     if joint.type != "revolute":
         return []
     ratio = abs(joint.gearbox.ratio) if joint.gearbox is not None else None
     names = []
     for row in gearboxes():
-        own = ratio if ratio is not None and ratio > 1 and row.applies_to(ratio) else row.typical_ratio
+        own = (
+            ratio
+            if ratio is not None and ratio > 1 and row.applies_to(ratio)
+            else row.typical_ratio
+        )
         if own is not None:
             names += [f"{model}-{own:g}" for model in row.models]
     return list(dict.fromkeys(names))
 
 
 def section_names(arm: Arm, joint: Joint) -> list[str]:
-    """Return the sections that the link of a joint can have: those of the other links of the arm, then round tubes; none for a link of no length."""
-    others = [other.name for other in arm.joints if other.link.section is not None and _is_sized(other) and other is not joint]
-    return [*(f"that of {name}" for name in others), *(f"tube {outer} x {wall} mm" for outer, wall in _TUBES)] if joint.link.reach else []
+    """Return the sections that the link of a joint can have: those of the other links of the arm,
+    then round tubes; none for a link of no length.
+    """
+    others = [
+        other.name
+        for other in arm.joints
+        if other.link.section is not None and _is_sized(other) and other is not joint
+    ]
+    return (
+        [
+            *(f"that of {name}" for name in others),
+            *(f"tube {outer} x {wall} mm" for outer, wall in _TUBES),
+        ]
+        if joint.link.reach
+        else []
+    )
 
 
 def changed(arm: Arm, choices: Choices) -> Arm:
     """Return the arm with these choices; what is not chosen is as in `arm`.
 
-    The stated mass of a joint stays, with its gearbox included; that of a link without a stated mass follows its section.
+    The stated mass of a joint stays, with its gearbox included; that of a link without a stated
+    mass follows its section.
     """
-    joints = [_with_gearbox(_with_section(arm, joint, choices.sections), choices.gearboxes) for joint in arm.joints]
+    joints = [
+        _with_gearbox(_with_section(arm, joint, choices.sections), choices.gearboxes)
+        for joint in arm.joints
+    ]
     if any(new is not old for new, old in zip(joints, arm.joints, strict=True)):
         arm = arm.model_copy(update={"joints": tuple(joints)}).with_warnings(arm.warnings)
     if choices.payload == arm.payload.mass:
@@ -97,7 +133,11 @@ def _with_gearbox(joint: Joint, names: Mapping[str, str]) -> Joint:
         return joint
     row, ratio = find_gearbox(name)
     tree = row.with_stated({"model": name, "ratio": ratio})
-    return joint.model_copy(update={"gearbox": TypeAdapter(TurningGearbox).validate_python(tree, context={"text": True})})
+    return joint.model_copy(
+        update={
+            "gearbox": TypeAdapter(TurningGearbox).validate_python(tree, context={"text": True})
+        }
+    )
 
 
 def _with_section(arm: Arm, joint: Joint, names: Mapping[str, str]) -> Joint:
@@ -113,6 +153,15 @@ def _with_section(arm: Arm, joint: Joint, names: Mapping[str, str]) -> Joint:
             raise ValueError(f"no section '{name}'")
         outer, wall = size
         tube = {"kind": "tube", "outer": f"{outer} mm", "wall": f"{wall} mm"}
-        section, material = TypeAdapter(Section).validate_python(tube, context={"text": True}), joint.link.material or materials()[_MATERIAL]
-    update = {"section": section, "material": material, "compliance": None, "measured": None, "rigid": False}
+        section, material = (
+            TypeAdapter(Section).validate_python(tube, context={"text": True}),
+            joint.link.material or materials()[_MATERIAL],
+        )
+    update = {
+        "section": section,
+        "material": material,
+        "compliance": None,
+        "measured": None,
+        "rigid": False,
+    }
     return joint.model_copy(update={"link": joint.link.model_copy(update=update)})

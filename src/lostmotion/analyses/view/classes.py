@@ -29,18 +29,26 @@ class Classes:
     limits: tuple[float, ...]
 
     def colours(self, errors: Floats) -> NDArray[np.uint8]:
-        """Return the colour (error, 3) of each error (m); one that lies on a limit belongs to the class above it."""
-        table = np.array([[int(colour[k : k + 2], 16) for k in (1, 3, 5)] for colour in COLOURS], dtype=np.uint8)
+        """Return the colour (error, 3) of each error (m); one that lies on a limit belongs to the
+        class above it.
+        """
+        table = np.array(
+            [[int(colour[k : k + 2], 16) for k in (1, 3, 5)] for colour in COLOURS], dtype=np.uint8
+        )
         return np.asarray(table[np.searchsorted(self.limits, errors, side="right")])
 
 
 def classes_of(errors: Floats) -> Classes:
-    """Return the classes that suit these errors (m): round limits, in mm, over the range of most of them."""
+    """Return the classes that suit these errors (m): round limits, in mm, over the range of most of
+    them.
+    """
     low, high = (float(each) for each in 1e3 * np.quantile(errors, _ENDS))
     return Classes(tuple(1e-3 * limit for limit in class_limits(low, high)))
 
 
 def enlargement(errors: Floats, size: float) -> float:
-    """Return the round factor at which a typical one of these errors (m) is well visible in a picture of this size (m); 1 without errors."""
+    """Return the round factor at which a typical one of these errors (m) is well visible in a
+    picture of this size (m); 1 without errors.
+    """
     typical = float(np.median(errors))
     return round_number(_SHOWN * size / typical) if typical > 0 else 1.0

@@ -7,7 +7,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from lostmotion.analyses.arguments import DEFAULT_POSES, ArmArgument, SeedArgument, SidecarArgument, pose_of
+from lostmotion.analyses.arguments import (
+    DEFAULT_POSES,
+    ArmArgument,
+    SeedArgument,
+    SidecarArgument,
+    pose_of,
+)
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import LostmotionError
 
@@ -23,17 +29,31 @@ _WITH_MESHES: Final = (".urdf", ".xacro")
 def view(
     arm: ArmArgument,
     *,
-    at: Annotated["At | None", Argument("Pose at the beginning, every joint: 'A=30deg B=-10deg'.", pose_of, metavar="POSE")] = None,
-    port: Annotated[int, Argument("Port on this computer; the next free one where it is in use.", least=1024, most=65_000)] = 8080,
-    open_browser: Annotated[bool, Argument("Open the browser as well.", aliases=("--open",))] = False,
+    at: Annotated[
+        "At | None",
+        Argument(
+            "Pose at the beginning, every joint: 'A=30deg B=-10deg'.", pose_of, metavar="POSE"
+        ),
+    ] = None,
+    port: Annotated[
+        int,
+        Argument(
+            "Port on this computer; the next free one where it is in use.", least=1024, most=65_000
+        ),
+    ] = 8080,
+    open_browser: Annotated[
+        bool, Argument("Open the browser as well.", aliases=("--open",))
+    ] = False,
     seed: SeedArgument = 1,
     sidecar: SidecarArgument = None,
 ) -> dict[str, Any]:
-    """Show an arm in the browser: drag its joints and see its error, the parts that cause it, and the error over its workspace.
+    """Show an arm in the browser: drag its joints and see its error, the parts that cause it, and
+    the error over its workspace.
 
-    The page is served on this computer alone (127.0.0.1), under an address with a token, until ctrl-C. Payload, gearboxes and link sections can be
-    changed there; the file is not changed. The figures are those of `study` without sampling. Needs pip install 'lostmotion[view]'. Returns the last
-    pose and the changes.
+    The page is served on this computer alone (127.0.0.1), under an address with a token, until
+    ctrl-C. Payload, gearboxes and link sections can be changed there; the file is not changed. The
+    figures are those of `study` without sampling. Needs pip install 'lostmotion[view]'. Returns the
+    last pose and the changes.
 
     Raises
     ------
@@ -45,7 +65,9 @@ def view(
     """
     asked = read_arguments(view, locals())
     if importlib.util.find_spec("viser") is None:
-        raise LostmotionError("the live view needs viser, which is not installed: pip install 'lostmotion[view]'")
+        raise LostmotionError(
+            "the live view needs viser, which is not installed: pip install 'lostmotion[view]'"
+        )
     import webbrowser
 
     import numpy as np
@@ -64,9 +86,19 @@ def view(
 
     refuse_undescribed(asked.arm)
     poses = sample_poses(asked.arm, DEFAULT_POSES, seed=asked.seed)
-    q = first_pose(asked.arm, poses) if asked.at is None else poses.q[asked.at] if isinstance(asked.at, int) else np.asarray(asked.at, dtype=float)
+    q = (
+        first_pose(asked.arm, poses)
+        if asked.at is None
+        else poses.q[asked.at]
+        if isinstance(asked.at, int)
+        else np.asarray(asked.at, dtype=float)
+    )
     session = Session(asked.arm, poses, q)
-    drawn = (Path(arm), asked.sidecar) if isinstance(arm, str | Path) and Path(arm).suffix.lower() in _WITH_MESHES else None
+    drawn = (
+        (Path(arm), asked.sidecar)
+        if isinstance(arm, str | Path) and Path(arm).suffix.lower() in _WITH_MESHES
+        else None
+    )
     window = Window(session, poses, asked.port, drawn, say)
     say(f"{asked.arm.name}: {window.url}   stop with ctrl-C")
     if asked.open_browser:

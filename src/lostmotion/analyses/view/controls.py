@@ -1,4 +1,6 @@
-"""The panel of the view: sliders, switches and lists that change the session, and the texts and bars that show its figures."""
+"""The panel of the view: sliders, switches and lists that change the session, and the texts and
+bars that show its figures.
+"""
 
 from __future__ import annotations
 
@@ -22,35 +24,61 @@ if TYPE_CHECKING:
     from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
     from lostmotion.spatial import Floats
 
-# Degrees or millimetres per step of a slider, unless its range is shorter than this many steps; then a round share of the range.
+# Degrees or millimetres per step of a slider, unless its range is shorter than this many steps;
+# then a round share of the range.
 _STEP: Final = 1.0
 _FEWEST_STEPS: Final = 50
-# Largest payload of the slider: a multiple of the file's, at least a share of the arm's own mass, kg.
+# Largest payload of the slider: a multiple of the file's, at least a share of the arm's own mass,
+# kg.
 _PAYLOADS, _OF_ARM, _LEAST_PAYLOAD = 2.0, 0.25, 1.0
 
 
 class Controls:
-    """The panel of one view. `gui` is that of a viser server; `redraw` is called where the picture changes and no figure does.
+    """The panel of one view. `gui` is that of a viser server; `redraw` is called where the picture
+    changes and no figure does.
 
-    checks  whether a control can take a value, by the control's identifier: of what a browser sends nothing else is to reach viser
+    checks  whether a control can take a value, by the control's identifier: of what a browser sends
+            nothing else is to reach viser
     """
 
-    def __init__(self, gui: Any, session: Session, redraw: Callable[[], None], announce: Callable[[str], None]) -> None:  # noqa: ANN401
+    def __init__(
+        self,
+        gui: Any,  # noqa: ANN401
+        session: Session,
+        redraw: Callable[[], None],
+        announce: Callable[[str], None],
+    ) -> None:
         """Build the panel."""
         self._gui, self._session, self._redraw, self._announce = gui, session, redraw, announce
         self.checks: dict[str, Callable[[object], bool]] = {}
         self._refit = False
         self._stated: tuple[Arm, States] | None = None
         arm = session.arm
-        self._headline, self._legend, self._warning = gui.add_html(""), gui.add_html(""), gui.add_html("")
+        self._headline, self._legend, self._warning = (
+            gui.add_html(""),
+            gui.add_html(""),
+            gui.add_html(""),
+        )
         with gui.add_folder("Pose"):
-            self._sliders = [self._joint_slider(k, joint, value) for k, (joint, value) in enumerate(zip(arm.moving, session.q.tolist(), strict=True))]
-            # What each slider shows by itself: setting it calls its callback, which must not move the arm again.
+            self._sliders = [
+                self._joint_slider(k, joint, value)
+                for k, (joint, value) in enumerate(zip(arm.moving, session.q.tolist(), strict=True))
+            ]
+            # What each slider shows by itself: setting it calls its callback, which must not move
+            # the arm again.
             self._shown = [slider.value for slider in self._sliders]
             self._add_payload(arm)
         with gui.add_folder("What if the arm is"):
-            self._add_switch("compensated", "compensated", "The controller corrects every deflection that load and pose determine.")
-            self._add_switch("calibrated", "calibrated", "Lengths, axes and encoder zeros of each robot are identified.")
+            self._add_switch(
+                "compensated",
+                "compensated",
+                "The controller corrects every deflection that load and pose determine.",
+            )
+            self._add_switch(
+                "calibrated",
+                "calibrated",
+                "Lengths, axes and encoder zeros of each robot are identified.",
+            )
         self._budget, self._torques = gui.add_html(""), gui.add_html("")
         offers = [
             (f"{joint.name} {part}", joint, words, choose)
@@ -66,15 +94,27 @@ class Controls:
                 for offer in offers:
                     self._add_list(*offer)
         with gui.add_folder("Picture"):
-            self.shown = gui.add_dropdown("workspace", ("half", "all", "none"), hint="Click a point to go there.")
+            self.shown = gui.add_dropdown(
+                "workspace", ("half", "all", "none"), hint="Click a point to go there."
+            )
             self.shown.on_update(lambda _: redraw())
             self._allow_one_of(self.shown)
-            for label, act in (("Fit colours to these errors", self._ask_refit), ("Print this pose as --at", self._print_pose)):
+            for label, act in (
+                ("Fit colours to these errors", self._ask_refit),
+                ("Print this pose as --at", self._print_pose),
+            ):
                 self._add_button(label, act)
             self._pose_text = gui.add_html("")
         self._status = gui.add_html("")
 
-    def show(self, found: Figures, over_all: Workspace | None, factor: float | None, count: int, milliseconds: float) -> None:
+    def show(
+        self,
+        found: Figures,
+        over_all: Workspace | None,
+        factor: float | None,
+        count: int,
+        milliseconds: float,
+    ) -> None:
         """Show the figures at a pose."""
         self._headline.content = panel.headline(found, over_all, factor, self._known())
         self._budget.content = panel.budget_bars(found.costs)
@@ -82,7 +122,9 @@ class Controls:
         self._status.content = panel.status(count, milliseconds)
 
     def _known(self) -> States:
-        """Return the states of the kinds of error of the arm as it is chosen, computed once per choice."""
+        """Return the states of the kinds of error of the arm as it is chosen, computed once per
+        choice.
+        """
         arm = self._session.arm
         if self._stated is None or self._stated[0] is not arm:
             self._stated = arm, states(arm)
@@ -102,18 +144,29 @@ class Controls:
         return asked
 
     def go_to(self, q: Floats) -> None:
-        """Go to a pose q (joint,), rad and m, and let the sliders show it, rounded to their steps."""
+        """Go to a pose q (joint,), rad and m, and let the sliders show it, rounded to their
+        steps.
+        """
         self._session.move(q)
-        for k, (slider, joint, value) in enumerate(zip(self._sliders, self._session.arm.moving, q.tolist(), strict=True)):
+        for k, (slider, joint, value) in enumerate(
+            zip(self._sliders, self._session.arm.moving, q.tolist(), strict=True)
+        ):
             low = slider.min
-            shown = min(max(low + slider.step * round((_displayed(joint, value) - low) / slider.step), low), slider.max)
+            shown = min(
+                max(low + slider.step * round((_displayed(joint, value) - low) / slider.step), low),
+                slider.max,
+            )
             self._shown[k] = slider.value = round(shown, 6)
 
     def _joint_slider(self, index: int, joint: RevoluteJoint | PrismaticJoint, value: float) -> Any:  # noqa: ANN401 - a handle of viser
         low, high = (round(_displayed(joint, limit), 6) for limit in joint.limits)
         step = min(_STEP, round_number((high - low) / _FEWEST_STEPS))
-        start = min(max(round(low + step * round((_displayed(joint, value) - low) / step), 6), low), high)
-        slider = self._gui.add_slider(f"{joint.name} [{'°' if joint.type == 'revolute' else 'mm'}]", low, high, step, start)
+        start = min(
+            max(round(low + step * round((_displayed(joint, value) - low) / step), 6), low), high
+        )
+        slider = self._gui.add_slider(
+            f"{joint.name} [{'°' if joint.type == 'revolute' else 'mm'}]", low, high, step, start
+        )
         slider.on_update(lambda _: self._on_slider(index, joint))
         self._allow_within(slider)
         return slider
@@ -122,12 +175,16 @@ class Controls:
         value = self._sliders[index].value
         if value != self._shown[index]:
             self._shown[index] = value
-            self._session.move_joint(index, math.radians(value) if joint.type == "revolute" else value * 1e-3)
+            self._session.move_joint(
+                index, math.radians(value) if joint.type == "revolute" else value * 1e-3
+            )
 
     def _add_payload(self, arm: Arm) -> None:
         most = round_number(max(_PAYLOADS * arm.payload.mass, _OF_ARM * arm.mass, _LEAST_PAYLOAD))
         most = max(most, arm.payload.mass)
-        slider = self._gui.add_slider("payload [kg]", 0.0, most, round_number(most / 100), arm.payload.mass)
+        slider = self._gui.add_slider(
+            "payload [kg]", 0.0, most, round_number(most / 100), arm.payload.mass
+        )
         slider.on_update(lambda _: self._session.choose(payload=float(slider.value)))
         self._allow_within(slider)
 
@@ -136,7 +193,9 @@ class Controls:
         switch.on_update(lambda _: self._session.choose(**{name: bool(switch.value)}))
         self.checks[_identifier(switch)] = lambda value: isinstance(value, bool)
 
-    def _add_list(self, label: str, joint: Joint, words: list[str], choose: Callable[[str, str], None]) -> None:
+    def _add_list(
+        self, label: str, joint: Joint, words: list[str], choose: Callable[[str, str], None]
+    ) -> None:
         chooser = self._gui.add_dropdown(label, (AS_IN_FILE, *words))
         chooser.on_update(lambda _: choose(joint.name, str(chooser.value)))
         self._allow_one_of(chooser)

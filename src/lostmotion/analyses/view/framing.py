@@ -1,4 +1,6 @@
-"""Where the camera stands, which pose is shown first, which part of the workspace is cut away, and which point a click means."""
+"""Where the camera stands, which pose is shown first, which part of the workspace is cut away, and
+which point a click means.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 Shown = Literal["half", "all", "none"]
-# Direction from the middle of the workspace to the camera, with z up; tangent of half its angle of view, which is 75 degrees; and the share of the
-# picture that arm and workspace fill.
+# Direction from the middle of the workspace to the camera, with z up; tangent of half its angle of
+# view, which is 75 degrees; and the share of the picture that arm and workspace fill.
 _CAMERA: Final = np.array([0.42, -0.86, 0.28]) / np.linalg.norm([0.42, -0.86, 0.28])
 _VIEW: Final = math.tan(math.radians(37.5))
 _FILLED: Final = 0.9
@@ -29,7 +31,8 @@ _BEHIND: Final = 0.06
 _THIN: Final = 0.25
 # Largest distance of a click from the point that is meant, over the size of the workspace.
 _NEAR: Final = 0.015
-# The first pose has its tool at this share of the largest distance from the base's axis, or as near as possible to it.
+# The first pose has its tool at this share of the largest distance from the base's axis, or as near
+# as possible to it.
 _REACHED: Final = 0.6
 _SEARCHED: Final = 512
 
@@ -51,12 +54,19 @@ class Framing:
 
     @classmethod
     def of(cls, arm: Arm, points: Floats, q: Floats) -> Self:
-        """Return the framing for the tool points (pose, 3), m, and for the arm itself at q (joint,), rad and m."""
+        """Return the framing for the tool points (pose, 3), m, and for the arm itself at q
+        (joint,), rad and m.
+        """
         at = frames(arm, q)[:, 0]
         corners = {body: body.corners_at(at[body.place]) for body in arm.bodies}
         seen = np.concatenate([points, np.zeros((1, 3)), *corners.values()])
         low, high = seen.min(axis=0), seen.max(axis=0)
-        floor = min([0.0, *(float(each[:, 2].min()) for body, each in corners.items() if body.kind == "base")])
+        floor = min(
+            [
+                0.0,
+                *(float(each[:, 2].min()) for body, each in corners.items() if body.kind == "base"),
+            ]
+        )
         # Each point is within the angle of view, in a picture as high as it is wide.
         middle = (low + high) / 2
         towards = (seen - middle) @ _CAMERA
@@ -71,18 +81,24 @@ class Framing:
 
 
 def first_pose(arm: Arm, poses: Poses) -> Floats:
-    """Return the pose (joint,) that is shown first: one of these with the arm above its base, half stretched, near the middle of its ranges."""
+    """Return the pose (joint,) that is shown first: one of these with the arm above its base, half
+    stretched, near the middle of its ranges.
+    """
     q = poses.q[:_SEARCHED]
     at = frames(arm, q)[:, :, :3, 3]
     aside = np.hypot(at[-1, :, 0], at[-1, :, 1])
     below = np.maximum(-at[..., 2], 0.0).max(axis=0) / (np.abs(at).max() or 1.0)
     low, high = arm.limits.T
     off_middle = np.abs((q - (low + high) / 2) / (high - low)).mean(axis=1)
-    return np.asarray(q[np.argmin(4 * below + 2 * np.abs(aside / (aside.max() or 1.0) - _REACHED) + off_middle)])
+    return np.asarray(
+        q[np.argmin(4 * below + 2 * np.abs(aside / (aside.max() or 1.0) - _REACHED) + off_middle)]
+    )
 
 
 def visible(points: Floats, shown: Shown, size: float) -> NDArray[np.int64]:
-    """Return the indices of the tool points (pose, 3) that are drawn: those behind the arm, seen from the camera, all, or none."""
+    """Return the indices of the tool points (pose, 3) that are drawn: those behind the arm, seen
+    from the camera, all, or none.
+    """
     if shown == "none":
         return np.empty(0, dtype=int)
     low, high = points[:, 1].min(), points[:, 1].max()
@@ -94,7 +110,8 @@ def visible(points: Floats, shown: Shown, size: float) -> NDArray[np.int64]:
 def picked(origin: Floats, direction: Floats, points: Floats, size: float) -> int | None:
     """Return the index of the point (point, 3) that a click means; None where none is near.
 
-    The click is a ray from `origin` (3,) along `direction` (3,) in the base's frame. Of the points near it the first one counts.
+    The click is a ray from `origin` (3,) along `direction` (3,) in the base's frame. Of the points
+    near it the first one counts.
     """
     along = direction / np.linalg.norm(direction)
     to_points = points - origin

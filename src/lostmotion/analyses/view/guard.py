@@ -1,7 +1,9 @@
-"""What may reach the view from outside: requests that have its token and come from its own page, and messages that this page can send.
+"""What may reach the view from outside: requests that have its token and come from its own page,
+and messages that this page can send.
 
-viser has no setting for either, so the guard stands between its server and the websockets library: it answers requests before viser does, and passes
-on only the messages on its list. Everything else, such as a request for a public tunnel or for another attribute of a slider, ends here.
+viser has no setting for either, so the guard stands between its server and the websockets library:
+it answers requests before viser does, and passes on only the messages on its list. Everything else,
+such as a request for a public tunnel or for another attribute of a slider, ends here.
 """
 
 from __future__ import annotations
@@ -20,8 +22,13 @@ if TYPE_CHECKING:
 
 # Bytes of one message; a pose of the camera has some 500.
 _LARGEST: Final = 100_000
-# The address contains the token, so no other page may learn it; no other page may show this one in a frame.
-_HEADERS: Final = {"Referrer-Policy": "no-referrer", "Content-Security-Policy": "frame-ancestors 'none'", "Cache-Control": "no-store"}
+# The address contains the token, so no other page may learn it; no other page may show this one in
+# a frame.
+_HEADERS: Final = {
+    "Referrer-Policy": "no-referrer",
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "Cache-Control": "no-store",
+}
 
 
 class Guard:
@@ -39,17 +46,24 @@ class Guard:
 
     @contextlib.contextmanager
     def in_front(self) -> Iterator[None]:
-        """Stand in front of the server that is started within. Raises LostmotionError where viser starts it in an unknown way."""
+        """Stand in front of the server that is started within. Raises LostmotionError where viser
+        starts it in an unknown way.
+        """
         import websockets.asyncio.server as library
 
         serve: Any = library.serve
-        setattr(library, "serve", lambda *given, **settings: serve(*given, **self._guarded(settings)))  # noqa: B010 - a class to type checkers
+        setattr(  # noqa: B010
+            library, "serve", lambda *given, **settings: serve(*given, **self._guarded(settings))
+        )
         try:
             yield
         finally:
             setattr(library, "serve", serve)  # noqa: B010 - as above
         if not self._stands:
-            raise LostmotionError("the live view cannot protect the server of this version of viser: pip install 'viser==1.1.1'")
+            raise LostmotionError(
+                "the live view cannot protect the server of this version of viser: pip "
+                "install 'viser==1.1.1'"
+            )
 
     def _guarded(self, settings: dict[str, Any]) -> dict[str, Any]:
         """Return the settings of the server with this guard in them."""
@@ -63,11 +77,17 @@ class Guard:
                     pass
                 return message
 
-        silent = logging.getLogger("lostmotion.view")  # broken requests of strangers are not for the terminal
+        # broken requests of strangers are not for the terminal
+        silent = logging.getLogger("lostmotion.view")
         silent.addHandler(logging.NullHandler())
         silent.propagate = False
         self._stands = True
-        own = {"process_request": lambda *asked: self._respond(answer, *asked), "create_connection": Guarded, "max_size": _LARGEST, "logger": silent}
+        own = {
+            "process_request": lambda *asked: self._respond(answer, *asked),
+            "create_connection": Guarded,
+            "max_size": _LARGEST,
+            "logger": silent,
+        }
         return settings | own
 
     def _respond(self, answer: Callable[[Any, Any], Any], connection: Any, request: Any) -> Any:  # noqa: ANN401 - types of websockets
@@ -75,7 +95,9 @@ class Guard:
         from websockets.http11 import Request
 
         _, token, rest = f"{request.path.partition('?')[0]}//".split("/", 2)
-        if not _is_own(request.headers, connection.local_address[1]) or not hmac.compare_digest(token.encode(errors="replace"), self.token.encode()):
+        if not _is_own(request.headers, connection.local_address[1]) or not hmac.compare_digest(
+            token.encode(errors="replace"), self.token.encode()
+        ):
             return connection.respond(403, "Open the address that lostmotion printed.\n")
         response = answer(connection, Request(f"/{rest}", request.headers))
         if response is not None:
@@ -84,7 +106,9 @@ class Guard:
         return response
 
     def accepts(self, raw: str | bytes) -> bool:
-        """Return whether a message is one that the page sends: the pose of its camera, a click, or a value that a control can take."""
+        """Return whether a message is one that the page sends: the pose of its camera, a click, or
+        a value that a control can take.
+        """
         import msgspec
 
         try:
@@ -93,7 +117,10 @@ class Guard:
             return False
         match message:
             case {"type": "ViewerCameraMessage", **fields}:
-                return all(is_number(value) or _is_vector(value, 3) or _is_vector(value, 4) for value in fields.values())
+                return all(
+                    is_number(value) or _is_vector(value, 3) or _is_vector(value, 4)
+                    for value in fields.values()
+                )
             case {
                 "type": "ScenePointerMessage",
                 "event_type": "click",
@@ -102,8 +129,19 @@ class Guard:
                 "screen_pos": [place],
                 **rest,
             }:
-                return _is_vector(origin, 3) and _is_vector(direction, 3) and any(direction) and _is_vector(place, 2) and rest == {"modifier": None}
-            case {"type": "GuiUpdateMessage", "uuid": str(control), "updates": {"value": value, **others}, **rest}:
+                return (
+                    _is_vector(origin, 3)
+                    and _is_vector(direction, 3)
+                    and any(direction)
+                    and _is_vector(place, 2)
+                    and rest == {"modifier": None}
+                )
+            case {
+                "type": "GuiUpdateMessage",
+                "uuid": str(control),
+                "updates": {"value": value, **others},
+                **rest,
+            }:
                 check = self.checks.get(control)
                 return check is not None and not others and not rest and check(value)
         return False
@@ -119,9 +157,15 @@ def _is_vector(value: object, count: int) -> bool:
 
 
 def _is_own(headers: Any, port: int) -> bool:  # noqa: ANN401 - headers of websockets
-    """Return whether a request names this computer and port as its host, and comes from a page of this host or from no page.
+    """Return whether a request names this computer and port as its host, and comes from a page of
+    this host or from no page.
 
-    Names of others may lead to this computer too (DNS rebinding), and pages of other ports of this computer are pages of others.
+    Names of others may lead to this computer too (DNS rebinding), and pages of other ports of this
+    computer are pages of others.
     """
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
-    return len(hosts) == 1 and hosts[0] in {f"127.0.0.1:{port}", f"localhost:{port}"} and origins in ([], [f"http://{hosts[0]}"])
+    return (
+        len(hosts) == 1
+        and hosts[0] in {f"127.0.0.1:{port}", f"localhost:{port}"}
+        and origins in ([], [f"http://{hosts[0]}"])
+    )

@@ -1,4 +1,6 @@
-"""Figures of an arm in the view: error, budget and torques at one pose, and the error over the workspace."""
+"""Figures of an arm in the view: error, budget and torques at one pose, and the error over the
+workspace.
+"""
 
 from __future__ import annotations
 
@@ -79,21 +81,27 @@ class Workspace:
 class LiveArm:
     """An arm at one stage of calibration and compensation, for figures at any pose.
 
-    The draws are those of a study without sampling over `poses`. So each figure equals that of `propagation.analytic` at poses that begin with these.
+    The draws are those of a study without sampling over `poses`. So each figure equals that of
+    `propagation.analytic` at poses that begin with these.
     """
 
     def __init__(self, arm: Arm, poses: Poses, stage: str = STAGES[0]) -> None:
         """Prepare what does not depend on the pose."""
         self.arm, self.poses, self.stage = arm, poses, stage
         self._columns = Columns(arm)
-        self._remaining = None if stage == STAGES[0] else remaining(self._columns.infos, stage, geometry_of(arm))
+        self._remaining = (
+            None if stage == STAGES[0] else remaining(self._columns.infos, stage, geometry_of(arm))
+        )
         self._drawn = Drawn(self._screws(poses.q[:TILE]))
 
     def figures(self, q: Floats) -> Figures:
         """Return the figures at a pose q (joint,), rad and m."""
         pose = np.asarray(q, dtype=float)[None]
         matrix = self._screws(pose)
-        torques = torques_of(self.arm, place_wrenches(self.arm.tree, matrix.at, self.arm.payload, self.arm.gravity_in_base))[0]
+        torques = torques_of(
+            self.arm,
+            place_wrenches(self.arm.tree, matrix.at, self.arm.payload, self.arm.gravity_in_base),
+        )[0]
         return Figures(
             pose[0],
             matrix.at[:, 0],

@@ -20,11 +20,18 @@ if TYPE_CHECKING:
 _MEGABYTES: Final = 100
 
 
-def meshes_of(server: Any, file: Path, arm: Arm, sidecar: Path | None = None) -> tuple[Callable[[Floats], None] | None, str]:  # noqa: ANN401 - a viser server
-    """Add the visual shapes of a URDF or xacro file to the scene. Return the function that moves them to joint values q (joint,), and a warning.
+def meshes_of(
+    server: Any,  # noqa: ANN401
+    file: Path,
+    arm: Arm,
+    sidecar: Path | None = None,
+) -> tuple[Callable[[Floats], None] | None, str]:
+    """Add the visual shapes of a URDF or xacro file to the scene. Return the function that moves
+    them to joint values q (joint,), and a warning.
 
-    None where the file has no shapes or is MJCF, or where a mesh file is missing, too large or cannot be read. Files are read within the project
-    alone (`io.project_root`). `package://NAME/` is that folder, or a folder NAME in it.
+    None where the file has no shapes or is MJCF, or where a mesh file is missing, too large or
+    cannot be read. Files are read within the project alone (`io.project_root`). `package://NAME/`
+    is that folder, or a folder NAME in it.
     """
     text, project = urdf_text(file, sidecar)
     if text is None:
@@ -52,15 +59,24 @@ def meshes_of(server: Any, file: Path, arm: Arm, sidecar: Path | None = None) ->
     try:
         # Without its declaration, which may name the encoding that the file had.
         text = text.partition("?>")[2] if text.lstrip().startswith("<?xml") else text
-        model = yourdfpy.URDF.load(io.BytesIO(text.encode()), filename_handler=inside, load_meshes=True, build_scene_graph=True)
+        model = yourdfpy.URDF.load(
+            io.BytesIO(text.encode()),
+            filename_handler=inside,
+            load_meshes=True,
+            build_scene_graph=True,
+        )
     except Exception as error:  # noqa: BLE001 - a broken file of a user; each format raises errors of its own
         return None, f"The meshes cannot be read ({error}); the arm is drawn by its sections."
     if missing:
-        return None, f"No file {missing[0]} in the folder {project.name}; the arm is drawn by its sections."
+        return (
+            None,
+            f"No file {missing[0]} in the folder {project.name}; the arm is drawn by its sections.",
+        )
     if model.scene is None or not model.scene.geometry:
         return None, ""
     root = server.scene.add_frame("/urdf", show_axes=False)
-    # The arm may begin at another link than the root of the URDF. Both have the first joint at the same place.
+    # The arm may begin at another link than the root of the URDF. Both have the first joint at the
+    # same place.
     model.update_cfg(np.zeros(model.num_actuated_joints))
     first = model.get_transform(model.joint_map[arm.joints[0].name].child, model.base_link)
     pose = arm.tree.places[1].pose @ np.linalg.inv(first)

@@ -1,4 +1,6 @@
-"""The arm, its error and its workspace as nodes of a viser scene. Nodes are changed in place; a body of another form is a new node."""
+"""The arm, its error and its workspace as nodes of a viser scene. Nodes are changed in place; a
+body of another form is a new node.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ _COLOURS: Final = {
     "payload": (240, 169, 60),
 }
 _ERROR: Final = (255, 154, 107)
-# Semi-axis over standard deviation of the ellipsoid that contains 95 % of a normal vector: root of the quantile of chi-square with three degrees.
+# Semi-axis over standard deviation of the ellipsoid that contains 95 % of a normal vector: root of
+# the quantile of chi-square with three degrees.
 _WITHIN_95: Final = 2.7955
 # Sizes of marks over the size of the picture.
 _TOOL, _SHAFT, _HEAD, _HEAD_LENGTH, _POINT, _THINNEST = 0.006, 0.004, 0.011, 0.025, 0.0095, 0.002
@@ -35,9 +38,17 @@ _SIDES: Final = 40
 
 
 class Scene:
-    """Everything that is seen; `server` is a viser server, `draw_meshes` moves the meshes of a URDF to joint values, None without meshes."""
+    """Everything that is seen; `server` is a viser server, `draw_meshes` moves the meshes of a URDF
+    to joint values, None without meshes.
+    """
 
-    def __init__(self, server: Any, arm: Arm, framing: Framing, draw_meshes: Callable[[Floats], None] | None = None) -> None:  # noqa: ANN401
+    def __init__(
+        self,
+        server: Any,  # noqa: ANN401
+        arm: Arm,
+        framing: Framing,
+        draw_meshes: Callable[[Floats], None] | None = None,
+    ) -> None:
         """Set up camera, floor and marks."""
         self._scene, self._size, self._draw_meshes = server.scene, framing.size, draw_meshes
         self._nodes: list[tuple[Body, Any]] = []
@@ -60,27 +71,46 @@ class Scene:
             position=(0.0, 0.0, framing.floor),
         )
         self._tool = self._scene.add_icosphere("/tool_point", _TOOL * self._size, _ERROR)
-        self._ellipsoid = self._scene.add_icosphere("/ellipsoid", 1.0, _ERROR, opacity=0.45, cast_shadow=False)
-        sizes = {"shaft_radius": _SHAFT * self._size, "head_radius": _HEAD * self._size, "head_length": _HEAD_LENGTH * self._size}
-        self._arrow = self._scene.add_arrows("/mean_error", np.zeros((1, 2, 3), dtype=np.float32), _ERROR, **sizes)
+        self._ellipsoid = self._scene.add_icosphere(
+            "/ellipsoid", 1.0, _ERROR, opacity=0.45, cast_shadow=False
+        )
+        sizes = {
+            "shaft_radius": _SHAFT * self._size,
+            "head_radius": _HEAD * self._size,
+            "head_length": _HEAD_LENGTH * self._size,
+        }
+        self._arrow = self._scene.add_arrows(
+            "/mean_error", np.zeros((1, 2, 3), dtype=np.float32), _ERROR, **sizes
+        )
 
     def show_shape(self, arm: Arm) -> None:
         """Show the bodies of an arm; none where the meshes of its URDF are shown."""
-        wanted = [] if self._draw_meshes is not None else [body for body in arm.bodies if body.name != "tool point"]
+        wanted = (
+            []
+            if self._draw_meshes is not None
+            else [body for body in arm.bodies if body.name != "tool point"]
+        )
         if len(wanted) != len(self._nodes):
             for _, node in self._nodes:
                 node.remove()
             self._nodes = [(body, self._body(number, body)) for number, body in enumerate(wanted)]
             return
         for number, (body, (before, node)) in enumerate(zip(wanted, self._nodes, strict=True)):
-            if (body.form, body.near, body.far, body.length) == (before.form, before.near, before.far, before.length):
+            if (body.form, body.near, body.far, body.length) == (
+                before.form,
+                before.near,
+                before.far,
+                before.length,
+            ):
                 self._nodes[number] = body, node
                 continue
             node.remove()
             self._nodes[number] = body, self._body(number, body)
 
     def show_pose(self, found: Figures, factor: float | None) -> None:
-        """Move everything to a pose; its error is drawn larger by this factor, not at all without one."""
+        """Move everything to a pose; its error is drawn larger by this factor, not at all without
+        one.
+        """
         from viser.transforms import SO3
 
         if self._draw_meshes is not None:
@@ -97,14 +127,24 @@ class Scene:
         squares, axes = np.linalg.eigh(found.error.covariance[0])
         axes[:, 0] *= np.linalg.det(axes)  # a rotation, not a reflection
         self._ellipsoid.position, self._ellipsoid.wxyz = end, SO3.from_matrix(axes).wxyz
-        self._ellipsoid.scale = tuple(np.maximum(_WITHIN_95 * factor * np.sqrt(np.maximum(squares, 0.0)), _THINNEST * self._size).tolist())
+        self._ellipsoid.scale = tuple(
+            np.maximum(
+                _WITHIN_95 * factor * np.sqrt(np.maximum(squares, 0.0)), _THINNEST * self._size
+            ).tolist()
+        )
         self._arrow.points = np.array([[tool, end]], dtype=np.float32)
 
     def show_workspace(self, points: Floats, colours: np.ndarray) -> None:
         """Show tool points (point, 3), m, in their colours (point, 3)."""
         if self._cloud is None:
             self._cloud = self._scene.add_point_cloud(
-                "/workspace", np.zeros((1, 3)), (0, 0, 0), point_size=_POINT * self._size, point_shape="square", point_shading="flat", visible=False
+                "/workspace",
+                np.zeros((1, 3)),
+                (0, 0, 0),
+                point_size=_POINT * self._size,
+                point_shape="square",
+                point_shading="flat",
+                visible=False,
             )
         self._cloud.visible = bool(len(points))
         if len(points):
@@ -121,11 +161,19 @@ class Scene:
             corners = body.corners(_SIDES) @ own[:3, :3].T + own[:3, 3]
             hull = ConvexHull(corners)
             faces = hull.simplices.copy()
-            inward = (np.cross(corners[faces[:, 1]] - corners[faces[:, 0]], corners[faces[:, 2]] - corners[faces[:, 0]]) * hull.equations[:, :3]).sum(
-                1
-            ) < 0
+            inward = (
+                np.cross(
+                    corners[faces[:, 1]] - corners[faces[:, 0]],
+                    corners[faces[:, 2]] - corners[faces[:, 0]],
+                )
+                * hull.equations[:, :3]
+            ).sum(1) < 0
             faces[inward] = faces[inward][:, ::-1]
-            return self._scene.add_mesh_simple(name, corners, faces, color=colour, flat_shading=True)
+            return self._scene.add_mesh_simple(
+                name, corners, faces, color=colour, flat_shading=True
+            )
         if body.form == "box":
             return self._scene.add_box(name, colour, (*body.near, body.length))
-        return self._scene.add_cylinder(name, body.near[0] / 2, body.length, colour, radial_segments=_SIDES)
+        return self._scene.add_cylinder(
+            name, body.near[0] / 2, body.length, colour, radial_segments=_SIDES
+        )

@@ -1,4 +1,6 @@
-"""What was asked of the view and what is computed next: the newest pose and the newest choices first, then the workspace bit by bit."""
+"""What was asked of the view and what is computed next: the newest pose and the newest choices
+first, then the workspace bit by bit.
+"""
 
 from __future__ import annotations
 
@@ -28,10 +30,14 @@ class Refused:
 
 
 class Session:
-    """The state of a view. `move` and `choose` may be called by any thread; one thread calls `step`, which computes."""
+    """The state of a view. `move` and `choose` may be called by any thread; one thread calls
+    `step`, which computes.
+    """
 
     def __init__(self, arm: Arm, poses: Poses, q: Floats) -> None:
-        """Begin with the arm as it is, at the pose q (joint,), rad and m; `poses` are those of the workspace."""
+        """Begin with the arm as it is, at the pose q (joint,), rad and m; `poses` are those of the
+        workspace.
+        """
         self.arm = arm
         self._file, self._poses = arm, poses
         self._lock, self._news = threading.Lock(), threading.Event()
@@ -54,7 +60,8 @@ class Session:
             return self._choices
 
     def move(self, q: Floats) -> None:
-        """Ask for another pose q (joint,), rad and m, within the joint limits; values beyond are moved to the limit.
+        """Ask for another pose q (joint,), rad and m, within the joint limits; values beyond are
+        moved to the limit.
 
         Raises ValueError for a value that is no finite number.
         """
@@ -65,7 +72,9 @@ class Session:
         self._news.set()
 
     def move_joint(self, index: int, value: float) -> None:
-        """Ask for another value of one joint, rad or m, within its limits. Raises ValueError for one that is no finite number."""
+        """Ask for another value of one joint, rad or m, within its limits. Raises ValueError for
+        one that is no finite number.
+        """
         _require_finite(value)
         with self._lock:
             self._q = self._q.copy()
@@ -73,7 +82,9 @@ class Session:
         self._news.set()
 
     def choose(self, **changes: Any) -> None:  # noqa: ANN401 - fields of Choices
-        """Ask for other choices; fields that are not named stay. Raises ValueError for a payload that an arm file could not state."""
+        """Ask for other choices; fields that are not named stay. Raises ValueError for a payload
+        that an arm file could not state.
+        """
         with self._lock:
             self._choices, self._chosen = replace(self._choices, **changes), True
         self._news.set()
@@ -83,7 +94,9 @@ class Session:
         self.choose(gearboxes={**self.choices.gearboxes, joint: name})
 
     def choose_section(self, joint: str, name: str) -> None:
-        """Ask for another section of the link of a joint, by its name in `choices.section_names`."""
+        """Ask for another section of the link of a joint, by its name in
+        `choices.section_names`.
+        """
         self.choose(sections={**self.choices.sections, joint: name})
 
     def wait(self, seconds: float) -> None:
@@ -102,7 +115,9 @@ class Session:
         except (LostmotionError, ValueError) as error:
             return Refused(str(error))
 
-    def _compute(self, q: Floats, choices: Choices, *, moved: bool, chosen: bool) -> Figures | Workspace | None:
+    def _compute(
+        self, q: Floats, choices: Choices, *, moved: bool, chosen: bool
+    ) -> Figures | Workspace | None:
         if chosen:
             arm = changed(self._file, choices)
             live = LiveArm(arm, self._poses, choices.stage)

@@ -1,4 +1,6 @@
-"""The view in the browser: scene and panel on a viser server of this computer, and the thread that computes."""
+"""The view in the browser: scene and panel on a viser server of this computer, and the thread that
+computes.
+"""
 
 from __future__ import annotations
 
@@ -32,14 +34,22 @@ if TYPE_CHECKING:
 _HOST: Final = "127.0.0.1"
 _BRAND: Final = (64, 140, 210)
 _IDLE: Final = 0.25
-# Seconds between the texts and the picture of one pose, in which the server's own thread sends the texts.
+# Seconds between the texts and the picture of one pose, in which the server's own thread sends the
+# texts.
 _APART: Final = 0.003
 
 
 class Window:
     """One arm in the browser, until it is stopped."""
 
-    def __init__(self, session: Session, poses: Poses, port: int, drawn: tuple[Path, Path | None] | None, announce: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        session: Session,
+        poses: Poses,
+        port: int,
+        drawn: tuple[Path, Path | None] | None,
+        announce: Callable[[str], None],
+    ) -> None:
         """Start the server and build scene and panel.
 
         poses     of the workspace
@@ -53,13 +63,24 @@ class Window:
 
         self._session, self._arm = session, session.arm
         self._guard = Guard()
-        with self._guard.in_front(), contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner
-            self._server: Any = viser.ViserServer(host=_HOST, port=port, label=f"lostmotion: {self._arm.name}", verbose=False)
+        # viser prints a banner
+        with self._guard.in_front(), contextlib.redirect_stdout(io.StringIO()):
+            self._server: Any = viser.ViserServer(
+                host=_HOST, port=port, label=f"lostmotion: {self._arm.name}", verbose=False
+            )
         gui = self._server.gui
-        gui.configure_theme(dark_mode=True, control_width="large", show_logo=False, show_share_button=False, brand_color=_BRAND)
+        gui.configure_theme(
+            dark_mode=True,
+            control_width="large",
+            show_logo=False,
+            show_share_button=False,
+            brand_color=_BRAND,
+        )
         gui.main_panel.dock_right()
         self._framing = Framing.of(self._arm, tool_points(self._arm, poses.q), session.q)
-        draw_meshes, self._note = (None, "") if drawn is None else meshes_of(self._server, drawn[0], self._arm, drawn[1])
+        draw_meshes, self._note = (
+            (None, "") if drawn is None else meshes_of(self._server, drawn[0], self._arm, drawn[1])
+        )
         self._warning = self._note
         self._scene = Scene(self._server, self._arm, self._framing, draw_meshes)
         self._scene.show_shape(self._arm)
@@ -84,7 +105,9 @@ class Window:
         return f"http://{_HOST}:{self._server.get_port()}/{self._guard.token}/"
 
     def wait(self) -> None:
-        """Serve until ctrl-C or SIGTERM, then stop the thread and the server. Raises what stopped the thread that computes."""
+        """Serve until ctrl-C or SIGTERM, then stop the thread and the server. Raises what stopped
+        the thread that computes.
+        """
         in_main = threading.current_thread() is threading.main_thread()
         before = signal.signal(signal.SIGTERM, lambda *_: self._stop.set()) if in_main else None
         try:
@@ -120,13 +143,18 @@ class Window:
         """Compute what is asked for next, and show it."""
         began = time.perf_counter()
         found = self._session.step()
-        self._milliseconds = 1e3 * (time.perf_counter() - began) if isinstance(found, Figures) else self._milliseconds
+        self._milliseconds = (
+            1e3 * (time.perf_counter() - began)
+            if isinstance(found, Figures)
+            else self._milliseconds
+        )
         redraw = self._redraw.is_set()
         if redraw:
             self._redraw.clear()
         if found is not None or redraw:
             self._take(found, redraw=redraw)
-            # A page shows texts at once if they are sent alone; together with the picture they would wait until it is drawn.
+            # A page shows texts at once if they are sent alone; together with the picture they
+            # would wait until it is drawn.
             with self._server.atomic():
                 self._show_texts()
             self._server.flush()
@@ -138,7 +166,8 @@ class Window:
     def _take(self, found: Figures | Workspace | Refused | None, *, redraw: bool) -> None:
         """Take what was computed.
 
-        Classes and enlargement stay as they are at first, so that changes can be compared, until new ones are asked for.
+        Classes and enlargement stay as they are at first, so that changes can be compared, until
+        new ones are asked for.
         """
         if isinstance(found, Refused):
             self._warning = found.reason
@@ -156,7 +185,9 @@ class Window:
         self._controls.warn(self._warning)
         if self._figures is not None:
             self._count += 1
-            self._controls.show(self._figures, self._workspace, self._factor, self._count, self._milliseconds)
+            self._controls.show(
+                self._figures, self._workspace, self._factor, self._count, self._milliseconds
+            )
         if self._classes is not None:
             self._controls.show_legend(self._classes)
 
@@ -165,8 +196,13 @@ class Window:
             self._arm = self._session.arm
             self._scene.show_shape(self._arm)
         if workspace and self._workspace is not None and self._classes is not None:
-            self._points = visible(self._workspace.points, self._controls.shown.value, self._framing.size)
-            self._scene.show_workspace(self._workspace.points[self._points], self._classes.colours(self._workspace.q95[self._points]))
+            self._points = visible(
+                self._workspace.points, self._controls.shown.value, self._framing.size
+            )
+            self._scene.show_workspace(
+                self._workspace.points[self._points],
+                self._classes.colours(self._workspace.q95[self._points]),
+            )
         if self._figures is not None:
             self._scene.show_pose(self._figures, self._factor)
 

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 
 def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
-    """Return an accuracy map cell by cell, in SI, with units and long names; NaN where the tool does not reach."""
+    """Return an accuracy map cell by cell, in SI, with units and long names; NaN where the tool
+    does not reach.
+    """
     import xarray
 
     grid, reached = found.reached.grid, found.reached
@@ -28,23 +30,54 @@ def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
             (MEAN, "error_mean", "mean position error"),
             (QUANTILE, "error_quantile", f"{share} quantile of the position error"),
         ):
-            data[f"{name}_{by}"] = (space, found.figures[measure, k], {"units": "m", "long_name": f"{text}, {configuration} in the cell"})
-    data["configurations"] = (space, reached.counts.astype(np.int32), {"units": "1", "long_name": "configurations evaluated in the cell"})
+            data[f"{name}_{by}"] = (
+                space,
+                found.figures[measure, k],
+                {"units": "m", "long_name": f"{text}, {configuration} in the cell"},
+            )
+    data["configurations"] = (
+        space,
+        reached.counts.astype(np.int32),
+        {"units": "1", "long_name": "configurations evaluated in the cell"},
+    )
     flags = [
-        ("centre_reached", reached.centre, "1 where the cell centre is in reach: the errors are those there"),
+        (
+            "centre_reached",
+            reached.centre,
+            "1 where the cell centre is in reach: the errors are those there",
+        ),
         ("uncertain", found.uncertain, "1 where no pose has both figures to 5 %"),
     ]
     if found.within_target is not None:
-        flags.append(("within_target", found.within_target.cells, f"1 where error_quantile_{found.by} is within {found.within_target.target:.6g} m"))
+        flags.append(
+            (
+                "within_target",
+                found.within_target.cells,
+                f"1 where error_quantile_{found.by} is within {found.within_target.target:.6g} m",
+            )
+        )
     if found.placements is not None:
         place = np.zeros(grid.shape, np.int8)
         for number, box in enumerate(found.placements.best, start=1):
             place.ravel()[box.cells] = number
-        flags.append(("place", place, "rank of the placement of the box that the cell belongs to; 0 none"))
+        flags.append(
+            ("place", place, "rank of the placement of the box that the cell belongs to; 0 none")
+        )
     for name, values, text in flags:
         data[name] = (space, values.astype(np.int8), {"units": "1", "long_name": text})
     coordinates = {
-        axis: (axis, grid.centres_along(k), {"units": "m", "long_name": f"cell centre along {axis}, base frame"}) for k, axis in enumerate(space)
+        axis: (
+            axis,
+            grid.centres_along(k),
+            {"units": "m", "long_name": f"cell centre along {axis}, base frame"},
+        )
+        for k, axis in enumerate(space)
     }
-    attributes = {"arm": found.arm.name, "seed": str(found.seed), "cell": grid.edge, "level": found.level, "by": found.by}
+    attributes = {
+        "arm": found.arm.name,
+        "seed": str(found.seed),
+        "cell": grid.edge,
+        "level": found.level,
+        "by": found.by,
+    }
     return xarray.Dataset(data, coordinates, attributes)

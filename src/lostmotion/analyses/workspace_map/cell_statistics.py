@@ -1,4 +1,6 @@
-"""Position errors at many poses, and the figures of grid cells by their best, mean and worst pose."""
+"""Position errors at many poses, and the figures of grid cells by their best, mean and worst
+pose.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,8 @@ class PoseErrors:
     """Position error at each of many poses, m: mean and quantile.
 
     low, high (measure, pose) mean and quantile less and plus their uncertainty
-    valid     (pose,) whether both figures are known to 5 %: a level may fall into a gap between the lengths of a few two-valued errors
+    valid     (pose,) whether both figures are known to 5 %: a level may fall into a gap between the
+              lengths of a few two-valued errors
     """
 
     mean: Floats
@@ -37,7 +40,15 @@ class PoseErrors:
     valid: np.ndarray
 
 
-def errors(arm: Arm, q: Floats, level: float, *, approach: float = 0.0, threads: int = 1, progress: Progress | None = None) -> PoseErrors:
+def errors(
+    arm: Arm,
+    q: Floats,
+    level: float,
+    *,
+    approach: float = 0.0,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> PoseErrors:
     """Return the position errors at these poses by sums over terms, without sampling."""
     count = len(q)
     values, off = np.empty((2, 2, count))
@@ -46,35 +57,51 @@ def errors(arm: Arm, q: Floats, level: float, *, approach: float = 0.0, threads:
         here = slice(start, min(start + _CHUNK, count))
         if progress is not None:
             progress("summing up terms", start, count)
-        found = analytic(arm, Poses(q[here], "given"), approach=approach, levels=(level,), threads=threads)
+        found = analytic(
+            arm, Poses(q[here], "given"), approach=approach, levels=(level,), threads=threads
+        )
         values[:, here] = found.mean, found.quantiles[:, 0]
         off[:, here] = found.mean_uncertainty, found.quantiles_uncertainty[:, 0]
         valid[here] = found.valid
-    return PoseErrors(values[MEAN], values[QUANTILE], np.maximum(values - off, 0.0), values + off, valid)
+    return PoseErrors(
+        values[MEAN], values[QUANTILE], np.maximum(values - off, 0.0), values + off, valid
+    )
 
 
 def cell_figures(found: PoseErrors, cell: np.ndarray, cells: int) -> Floats:
-    """Return mean and quantile (measure, configuration, cell) of each cell by its best, mean and worst pose; NaN for cells without poses.
+    """Return mean and quantile (measure, configuration, cell) of each cell by its best, mean and
+    worst pose; NaN for cells without poses.
 
-    `cell` (pose,) is the cell of each pose. Poses with invalid figures count only in cells without others.
+    `cell` (pose,) is the cell of each pose. Poses with invalid figures count only in cells without
+    others.
     """
     chosen, begins = _chosen(found, cell, cells)
     return _over(np.stack([found.mean, found.quantile])[:, chosen], cell[chosen], begins, cells)
 
 
 def bounds_by_cell(found: PoseErrors, cell: np.ndarray, cells: int, drawn: np.ndarray) -> Floats:
-    """Return lower and upper bounds (end, measure, configuration, cell) of the figures of `cell_figures`.
+    """Return lower and upper bounds (end, measure, configuration, cell) of the figures of
+    `cell_figures`.
 
-    `drawn` (cell,) marks cells whose poses are a sample of infinitely many configurations. The bounds of their mean include the 95 % confidence
-    interval of a sample (Student; NaN for a single pose); the lower bound of their best and the upper bound of their worst pose are unknown (NaN).
+    `drawn` (cell,) marks cells whose poses are a sample of infinitely many configurations. The
+    bounds of their mean include the 95 % confidence interval of a sample (Student; NaN for a single
+    pose); the lower bound of their best and the upper bound of their worst pose are unknown (NaN).
     """
     chosen, begins = _chosen(found, cell, cells)
-    out = np.stack([_over(end[:, chosen], cell[chosen], begins, cells) for end in (found.low, found.high)])
+    out = np.stack(
+        [_over(end[:, chosen], cell[chosen], begins, cells) for end in (found.low, found.high)]
+    )
     if not len(chosen):
         return out
     at = cell[chosen]
     sizes = np.diff(np.r_[begins, len(at)])
-    factor = np.array([np.nan, np.nan, *(student(n - 1) / np.sqrt(n * (n - 1)) for n in range(2, int(sizes.max()) + 1))])[sizes]
+    factor = np.array(
+        [
+            np.nan,
+            np.nan,
+            *(student(n - 1) / np.sqrt(n * (n - 1)) for n in range(2, int(sizes.max()) + 1)),
+        ]
+    )[sizes]
     for measure, values in ((MEAN, found.mean[chosen]), (QUANTILE, found.quantile[chosen])):
         middle = np.add.reduceat(values, begins) / sizes
         square = np.add.reduceat((values - np.repeat(middle, sizes)) ** 2, begins)
@@ -87,7 +114,9 @@ def bounds_by_cell(found: PoseErrors, cell: np.ndarray, cells: int, drawn: np.nd
 
 
 def _chosen(found: PoseErrors, cell: np.ndarray, cells: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the poses on which the cells' figures are based, sorted by cell, and the start of each cell among them."""
+    """Return the poses on which the cells' figures are based, sorted by cell, and the start of each
+    cell among them.
+    """
     some_valid = np.bincount(cell[found.valid], minlength=cells) > 0
     chosen = np.flatnonzero(found.valid | ~some_valid[cell])
     chosen = chosen[np.argsort(cell[chosen], kind="stable")]
@@ -96,10 +125,17 @@ def _chosen(found: PoseErrors, cell: np.ndarray, cells: int) -> tuple[np.ndarray
 
 
 def _over(values: Floats, at: np.ndarray, begins: np.ndarray, cells: int) -> Floats:
-    """Return minimum, mean and maximum (measure, configuration, cell) of values (measure, pose) of poses sorted by cell, `at` (pose,)."""
+    """Return minimum, mean and maximum (measure, configuration, cell) of values (measure, pose) of
+    poses sorted by cell, `at` (pose,).
+    """
     out = np.full((2, len(CONFIGURATIONS), cells), np.nan)
     if len(at):
         sizes = np.diff(np.r_[begins, len(at)])
-        low, high = np.minimum.reduceat(values, begins, axis=1), np.maximum.reduceat(values, begins, axis=1)
-        out[:, :, at[begins]] = np.stack([low, np.clip(np.add.reduceat(values, begins, axis=1) / sizes, low, high), high], axis=1)
+        low, high = (
+            np.minimum.reduceat(values, begins, axis=1),
+            np.maximum.reduceat(values, begins, axis=1),
+        )
+        out[:, :, at[begins]] = np.stack(
+            [low, np.clip(np.add.reduceat(values, begins, axis=1) / sizes, low, high), high], axis=1
+        )
     return out

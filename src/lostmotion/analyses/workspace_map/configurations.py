@@ -19,13 +19,16 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 T = TypeVar("T")
-# Nearest poses from which a point is tried first, and differing ones from which it is tried then before it counts as out of reach.
+# Nearest poses from which a point is tried first, and differing ones from which it is tried then
+# before it counts as out of reach.
 STARTS: Final = 3
 _STARTS_SPREAD: Final = 5
-# Number of nearest poses from which starts are chosen, and of starts that differ most (other elbow, other side of a limit); the rest by distance.
+# Number of nearest poses from which starts are chosen, and of starts that differ most (other elbow,
+# other side of a limit); the rest by distance.
 _AMONG: Final = 64
 _MOST_SPREAD: Final = 8
-# Joint values closer than this (rad; for prismatic joints a share of the cell edge) are one configuration.
+# Joint values closer than this (rad; for prismatic joints a share of the cell edge) are one
+# configuration.
 _SAME: Final = 0.02
 _STEPS: Final = 12
 _NEXT: Final = 6
@@ -34,8 +37,12 @@ _DAMPING: Final = 1e-9
 BATCH: Final = 2048
 
 
-def configurations_at(arm: Arm, wanted: Floats, poses: int, each: int, seed: int, edge: float, threads: int = 1) -> tuple[Floats, np.ndarray]:
-    """Return up to `each` configurations q (pose, joint) at each point of `wanted` (point, 3), from a sample, and the point of each (pose,)."""
+def configurations_at(
+    arm: Arm, wanted: Floats, poses: int, each: int, seed: int, edge: float, threads: int = 1
+) -> tuple[Floats, np.ndarray]:
+    """Return up to `each` configurations q (pose, joint) at each point of `wanted` (point, 3), from
+    a sample, and the point of each (pose,).
+    """
     q, _ = interleaved_poses(arm, poses, seed)
     start = spread_starts(arm, q, tool_points(arm, q), wanted, each).ravel()
     goal = np.repeat(np.arange(len(wanted)), each)
@@ -47,8 +54,11 @@ def configurations_at(arm: Arm, wanted: Floats, poses: int, each: int, seed: int
     return found[alone], at[alone]
 
 
-def solve_positions(arm: Arm, found: CellPoses, wanted: Floats, threads: int = 1) -> tuple[Floats, np.ndarray]:
-    """Return poses q (pose, joint) with the tool at these points (point, 3), solved from poses near them, and which points were reached.
+def solve_positions(
+    arm: Arm, found: CellPoses, wanted: Floats, threads: int = 1
+) -> tuple[Floats, np.ndarray]:
+    """Return poses q (pose, joint) with the tool at these points (point, 3), solved from poses near
+    them, and which points were reached.
 
     An unreached point is not proven to be out of reach.
     """
@@ -58,20 +68,32 @@ def solve_positions(arm: Arm, found: CellPoses, wanted: Floats, threads: int = 1
         q, done, _ = from_nearest_poses(arm, found, wanted, STARTS, pool, found.grid.edge)
         left = np.flatnonzero(~done)
         if len(left):
-            q[left], done[left], _ = from_nearest_poses(arm, found, wanted[left], _STARTS_SPREAD, pool)
+            q[left], done[left], _ = from_nearest_poses(
+                arm, found, wanted[left], _STARTS_SPREAD, pool
+            )
     # Near a singularity the steps become ever shorter; the tolerance of cell centres suffices.
-    return q, np.asarray(done | (np.abs(tool_points(arm, q) - wanted) < TOLERANCE * found.grid.edge).all(axis=1))
+    return q, np.asarray(
+        done | (np.abs(tool_points(arm, q) - wanted) < TOLERANCE * found.grid.edge).all(axis=1)
+    )
 
 
 def distinct_configurations(arm: Arm, q: Floats, cell: np.ndarray, edge: float) -> np.ndarray:
-    """Return which poses (pose, joint), sorted by cell, differ from all earlier ones of their cell; full turns do not count as a difference."""
+    """Return which poses (pose, joint), sorted by cell, differ from all earlier ones of their cell;
+    full turns do not count as a difference.
+    """
     alone = np.ones(len(q), bool)
     begins = np.flatnonzero(np.r_[True, cell[1:] != cell[:-1]]) if len(q) else np.zeros(0, int)
     rank = np.arange(len(q)) - np.repeat(begins, np.diff(np.r_[begins, len(q)]))
     scale = np.array([1.0 if joint.type == "revolute" else edge for joint in arm.moving])
     for back in range(1, int(rank.max(initial=0)) + 1):
         later = np.flatnonzero(rank >= back)
-        alone[later[(_configuration_distance(arm, q[later], q[later - back]) < _SAME * scale).all(axis=1)]] = False
+        alone[
+            later[
+                (_configuration_distance(arm, q[later], q[later - back]) < _SAME * scale).all(
+                    axis=1
+                )
+            ]
+        ] = False
     return alone
 
 
@@ -83,7 +105,8 @@ def _configuration_distance(arm: Arm, one: Floats, other: Floats) -> Floats:
 
 
 def spread_starts(arm: Arm, q: Floats, points: Floats, wanted: Floats, count: int) -> np.ndarray:
-    """Return starting poses (point, count) for points (point, 3): the nearest one, then near ones that differ most from those before; -1: no more.
+    """Return starting poses (point, count) for points (point, 3): the nearest one, then near ones
+    that differ most from those before; -1: no more.
 
     The nearest poses alone may all have the same elbow, or lie beyond a joint limit.
     """
@@ -103,77 +126,119 @@ def spread_starts(arm: Arm, q: Floats, points: Floats, wanted: Floats, count: in
         used[rows[:, None], chosen] = True
         rest = np.argsort(used, axis=1, kind="stable")[:, : count - chosen.shape[1]]
         which = np.take_along_axis(near_by, np.hstack([chosen, rest]), axis=1)
-        out[first : first + BATCH] = np.where(np.arange(count) < there.sum(axis=1)[:, None], which, -1)
+        out[first : first + BATCH] = np.where(
+            np.arange(count) < there.sum(axis=1)[:, None], which, -1
+        )
     return out
 
 
 def interleaved_poses(arm: Arm, poses: int, seed: int) -> tuple[Floats, np.ndarray]:
-    """Return sampled poses q (pose, joint) and the set of each, one of each set in turn, so that any first few come from all sets."""
+    """Return sampled poses q (pose, joint) and the set of each, one of each set in turn, so that
+    any first few come from all sets.
+    """
     chosen = sample_poses(arm, poses, seed=seed).q
     each = len(chosen) // REPLICATES
-    q = np.ascontiguousarray(chosen.reshape(REPLICATES, each, -1).transpose(1, 0, 2).reshape(len(chosen), -1))
+    q = np.ascontiguousarray(
+        chosen.reshape(REPLICATES, each, -1).transpose(1, 0, 2).reshape(len(chosen), -1)
+    )
     return q, np.tile(np.arange(REPLICATES), each)
 
 
 def newton_steps(arm: Arm, q: Floats, goal: Floats, steps: int) -> Floats:
-    """Return joint values after plain Newton steps towards points (pose, 3), with least motion as a share of the joint ranges, within the limits."""
+    """Return joint values after plain Newton steps towards points (pose, 3), with least motion as a
+    share of the joint ranges, within the limits.
+    """
     low, high = arm.limits.T
     for _ in range(steps):
         at, levers = tool_and_jacobian(arm, q)
         push = levers[:, 3:] * (high - low)
         square = push @ np.swapaxes(push, 1, 2)
-        square += (_DAMPING * np.einsum("pii->p", square) + np.finfo(float).tiny)[:, None, None] * np.eye(3)
+        square += (_DAMPING * np.einsum("pii->p", square) + np.finfo(float).tiny)[
+            :, None, None
+        ] * np.eye(3)
         move = np.linalg.solve(square, (goal - at[:, :3, 3])[..., None])
         q = np.clip(q + (np.swapaxes(push, 1, 2) @ move)[..., 0] * (high - low), low, high)
     return q
 
 
 def from_nearest_poses(
-    arm: Arm, found: CellPoses, wanted: Floats, count: int, pool: ThreadPoolExecutor, edge: float | None = None
+    arm: Arm,
+    found: CellPoses,
+    wanted: Floats,
+    count: int,
+    pool: ThreadPoolExecutor,
+    edge: float | None = None,
 ) -> tuple[Floats, np.ndarray, np.ndarray]:
     """Solve for points (point, 3) from the nearest poses, one after another until one succeeds.
 
-    Returns q, which points were reached, and the pose from which each started. Plain Newton steps where the cell edge is stated, else damped ones.
+    Returns q, which points were reached, and the pose from which each started. Plain Newton steps
+    where the cell edge is stated, else damped ones.
     """
-    starts = _nearest_poses(found.points, wanted, count) if count <= STARTS else spread_starts(arm, found.q, found.points, wanted, count)
+    starts = (
+        _nearest_poses(found.points, wanted, count)
+        if count <= STARTS
+        else spread_starts(arm, found.q, found.points, wanted, count)
+    )
     out, done, start = found.q[starts[:, 0]], np.zeros(len(wanted), bool), starts[:, 0].copy()
     for each in starts.T:
         left = np.flatnonzero(~done & (each >= 0))
         if len(left):
             from_there, to = found.q[each[left]], wanted[left]
-            out[left], done[left] = _damped_newton_to(arm, from_there, to, pool) if edge is None else newton_to(arm, from_there, to, edge, pool)
+            out[left], done[left] = (
+                _damped_newton_to(arm, from_there, to, pool)
+                if edge is None
+                else newton_to(arm, from_there, to, edge, pool)
+            )
             start[left] = each[left]
     return out, done, start
 
 
-def newton_to(arm: Arm, start: Floats, wanted: Floats, edge: float, pool: ThreadPoolExecutor) -> tuple[Floats, np.ndarray]:
-    """Return joint values after plain Newton steps to points in neighbouring cells, and which arrived: cheap, and enough of many starts succeed."""
+def newton_to(
+    arm: Arm, start: Floats, wanted: Floats, edge: float, pool: ThreadPoolExecutor
+) -> tuple[Floats, np.ndarray]:
+    """Return joint values after plain Newton steps to points in neighbouring cells, and which
+    arrived: cheap, and enough of many starts succeed.
+    """
     q = np.empty_like(start)
-    for here, moved in batches(pool, len(start), lambda here: newton_steps(arm, start[here], wanted[here], _NEXT)):
+    for here, moved in batches(
+        pool, len(start), lambda here: newton_steps(arm, start[here], wanted[here], _NEXT)
+    ):
         q[here] = moved
     return q, np.asarray((np.abs(tool_points(arm, q) - wanted) < TOLERANCE * edge).all(axis=1))
 
 
-def _damped_newton_to(arm: Arm, start: Floats, wanted: Floats, pool: ThreadPoolExecutor) -> tuple[Floats, np.ndarray]:
+def _damped_newton_to(
+    arm: Arm, start: Floats, wanted: Floats, pool: ThreadPoolExecutor
+) -> tuple[Floats, np.ndarray]:
     """Return joint values after damped Newton steps to points, and which arrived."""
     q, done = np.empty_like(start), np.zeros(len(start), bool)
     goal = np.tile(np.eye(4), (len(start), 1, 1))
     goal[:, :3, 3] = wanted
     for here, (moved, arrived) in batches(
-        pool, len(start), lambda here: inverse_kinematics(arm, goal[here], start[here], with_orientation=False, steps=_STEPS)
+        pool,
+        len(start),
+        lambda here: inverse_kinematics(
+            arm, goal[here], start[here], with_orientation=False, steps=_STEPS
+        ),
     ):
         q[here], done[here] = moved, arrived
     return q, done
 
 
-def batches(pool: ThreadPoolExecutor, count: int, work: Callable[[slice], T]) -> Iterator[tuple[slice, T]]:
-    """Yield slices and the results of `work` on them, computed in parallel; the slices do not depend on the number of threads."""
+def batches(
+    pool: ThreadPoolExecutor, count: int, work: Callable[[slice], T]
+) -> Iterator[tuple[slice, T]]:
+    """Yield slices and the results of `work` on them, computed in parallel; the slices do not
+    depend on the number of threads.
+    """
     slices = [slice(first, first + BATCH) for first in range(0, count, BATCH)]
     return zip(slices, pool.map(work, slices), strict=True)
 
 
 def _nearest_poses(points: Floats, wanted: Floats, count: int) -> np.ndarray:
-    """Return the numbers (point, count) of the poses nearest to each point, nearest first; -1 where there are fewer."""
+    """Return the numbers (point, count) of the poses nearest to each point, nearest first; -1 where
+    there are fewer.
+    """
     from scipy.spatial import KDTree
 
     at = KDTree(points).query(wanted, k=np.arange(1, count + 1))[1]

@@ -1,7 +1,8 @@
-"""Accuracy map of an arm: error in each cell of its workspace, share within a target, error budget by zone, best placement for a task.
+"""Accuracy map of an arm: error in each cell of its workspace, share within a target, error budget
+by zone, best placement for a task.
 
-Figures of a cell refer to the evaluated poses. Best and worst pose are one-sided bounds that change with more poses; the mean does not. Any
-orientation of the tool counts.
+Figures of a cell refer to the evaluated poses. Best and worst pose are one-sided bounds that change
+with more poses; the mean does not. Any orientation of the tool counts.
 """
 
 from __future__ import annotations
@@ -56,23 +57,38 @@ class EvaluatedPoses:
     def uncertain(self) -> np.ndarray:
         """Return which cells (cell,) have poses, but a valid figure at none of them."""
         count = int(np.prod(self.reached.grid.shape))
-        some, valid = (np.bincount(self.reached.cell[kept], minlength=count) > 0 for kept in (slice(None), self.errors.valid))
+        some, valid = (
+            np.bincount(self.reached.cell[kept], minlength=count) > 0
+            for kept in (slice(None), self.errors.valid)
+        )
         return np.asarray(some & ~valid)
 
     def poses_of(self, cells: np.ndarray, by: Configuration, figures: Floats) -> np.ndarray:
-        """Return the poses on which the figures of these cells (cell numbers) are based: the best or the worst of each, or all."""
-        mine = np.isin(self.reached.cell, cells) & (self.errors.valid | self.uncertain[self.reached.cell])
+        """Return the poses on which the figures of these cells (cell numbers) are based: the best
+        or the worst of each, or all.
+        """
+        mine = np.isin(self.reached.cell, cells) & (
+            self.errors.valid | self.uncertain[self.reached.cell]
+        )
         if by == "mean":
             return np.flatnonzero(mine)
-        same = np.flatnonzero(mine & (self.errors.quantile == figures[QUANTILE, CONFIGURATIONS.index(by)][self.reached.cell]))
+        same = np.flatnonzero(
+            mine
+            & (
+                self.errors.quantile
+                == figures[QUANTILE, CONFIGURATIONS.index(by)][self.reached.cell]
+            )
+        )
         return same[np.unique(self.reached.cell[same], return_index=True)[1]]
 
 
 @dataclass(frozen=True, slots=True)
 class ShareWithinTarget:
-    """Share of the workspace within the target, and its size (m^3, in a plane m^2, on a line m), as `ValidationPoints.share`.
+    """Share of the workspace within the target, and its size (m^3, in a plane m^2, on a line m), as
+    `ValidationPoints.share`.
 
-    Without validation points it is the share of the cells, with the interval of as many independent draws.
+    Without validation points it is the share of the cells, with the interval of as many independent
+    draws.
     cells   (x, y, z) whose figure is within the target
     """
 
@@ -84,7 +100,9 @@ class ShareWithinTarget:
 
 @dataclass(frozen=True, slots=True)
 class ZoneBudget:
-    """Error budget of a zone over the poses on which its cells' figures are based: exact sums over terms."""
+    """Error budget of a zone over the poses on which its cells' figures are based: exact sums over
+    terms.
+    """
 
     zone: str
     cells: int
@@ -95,12 +113,16 @@ class ZoneBudget:
 
 @dataclass(frozen=True, repr=False)
 class WorkspaceMap:
-    """The accuracy map of an arm; figures (measure, configuration, x, y, z) in m, NaN where no pose was found.
+    """The accuracy map of an arm; figures (measure, configuration, x, y, z) in m, NaN where no pose
+    was found.
 
-    bounds         (end, measure, configuration, x, y, z) lower and upper bounds of each figure, as `bounds_by_cell`
+    bounds         (end, measure, configuration, x, y, z) lower and upper bounds of each figure, as
+                   `bounds_by_cell`
     evaluated      every pose with its error
-    validation     uniformly sampled points of the workspace with figures; None where none was reached
-    size           size of the whole workspace, as `ShareWithinTarget.size`; without validation points from the cells
+    validation     uniformly sampled points of the workspace with figures; None where none was
+                   reached
+    size           size of the whole workspace, as `ShareWithinTarget.size`; without validation
+                   points from the cells
     uncertain      (x, y, z) cells without a pose at which both figures are known to 5 %
     """
 
@@ -136,16 +158,22 @@ class WorkspaceMap:
 
     @property
     def centre(self) -> np.ndarray:
-        """Return which cells (x, y, z) were reached at their centre; where none was, all reached cells."""
+        """Return which cells (x, y, z) were reached at their centre; where none was, all reached
+        cells.
+        """
         return _cells_with_figures(self.reached)
 
     @property
     def best_place(self) -> Floats:
-        """Return the centre (3,) of the best placement, or without one of the most accurate cell surrounded by others, m."""
+        """Return the centre (3,) of the best placement, or without one of the most accurate cell
+        surrounded by others, m.
+        """
         if self.placements is not None and self.placements.best:
             return self.placements.best[0].centre
         inner = interior(self.centre, self.reached.grid.flat)
-        eligible = np.where(inner if inner.any() else np.isfinite(self.selected), self.selected, np.nan)
+        eligible = np.where(
+            inner if inner.any() else np.isfinite(self.selected), self.selected, np.nan
+        )
         return np.asarray(self.reached.grid.centres(np.array([np.nanargmin(eligible)]))[0])
 
 
@@ -154,10 +182,12 @@ class MapRequest:
     """Arguments of a map; lengths in m.
 
     cell         edge of the cells; None: chosen automatically
-    by, level    configuration of the arm by which a cell is evaluated, and probability of its quantile
+    by, level    configuration of the arm by which a cell is evaluated, and probability of its
+                 quantile
     target       acceptable error
-    box          three sides of the box to be placed; box_by_mean: by the mean of its cells, else by the worst; turned: at other yaws as well
-    clear, floor smallest distance of the box from the base's z axis, and its lowest height
+    box          three sides of the box to be placed; box_by_mean: by the mean of its cells, else by
+                 the worst; turned: at other yaws as well clear, floor smallest distance of the box
+                 from the base's z axis, and its lowest height
     poses        number of sampled poses; per_cell: number of configurations in a cell
     """
 
@@ -182,23 +212,44 @@ class MapRequest:
             raise refuse_argument("level", self.level, "a share from 0.25 to 0.9995", level=0.95)
         if self.target is not None and not (math.isfinite(self.target) and self.target > 0):
             raise refuse_argument("target", self.target, "a length above zero, m", target=0.0005)
-        if self.box is not None and (len(self.box) != 3 or not all(math.isfinite(x) and x >= 0 for x in self.box) or not any(self.box)):  # noqa: PLR2004
-            raise refuse_argument("box", self.box, "three lengths along x, y and z, m, one above zero at least", box=(0.3, 0.2, 0.1))
+        if self.box is not None and (
+            len(self.box) != 3  # noqa: PLR2004
+            or not all(math.isfinite(x) and x >= 0 for x in self.box)
+            or not any(self.box)
+        ):
+            raise refuse_argument(
+                "box",
+                self.box,
+                "three lengths along x, y and z, m, one above zero at least",
+                box=(0.3, 0.2, 0.1),
+            )
         if not (math.isfinite(self.clear) and self.clear >= 0):
             raise refuse_argument("clear", self.clear, "a length, zero or more, m", clear=0.2)
         if math.isnan(self.floor):
             raise refuse_argument("floor", self.floor, "a height, m", floor=0.0)
         if not 2 <= self.per_cell <= 1024:  # noqa: PLR2004 - best and worst differ only with two
-            raise refuse_argument("per_cell", self.per_cell, "from 2 to 1024 poses", per_cell=PER_CELL)
+            raise refuse_argument(
+                "per_cell", self.per_cell, "from 2 to 1024 poses", per_cell=PER_CELL
+            )
 
     def _refuse_kinds(self) -> None:
         """Refuse lengths that are not numbers, and arguments of a box without a box."""
         for name in ("cell", "target", "clear", "floor"):
             if not isinstance(getattr(self, name), Real | None):
-                raise refuse_argument(name, getattr(self, name), "a number of metres", **{name: "50 mm"})
+                raise refuse_argument(
+                    name, getattr(self, name), "a number of metres", **{name: "50 mm"}
+                )
         for name in ("box_by_mean", "turned", "clear", "floor"):
-            if self.box is None and getattr(self, name) != type(self).__dataclass_fields__[name].default:
-                raise refuse_argument(name, getattr(self, name), "a box, to which alone it applies", box=(0.3, 0.2, 0.1))
+            if (
+                self.box is None
+                and getattr(self, name) != type(self).__dataclass_fields__[name].default
+            ):
+                raise refuse_argument(
+                    name,
+                    getattr(self, name),
+                    "a box, to which alone it applies",
+                    box=(0.3, 0.2, 0.1),
+                )
 
 
 def map_workspace(
@@ -212,23 +263,44 @@ def map_workspace(
 ) -> WorkspaceMap:
     """Return the accuracy map of an arm, and the best placements of the requested box.
 
-    `approach` and `threads` as in `analytic`; results do not depend on `threads`. Position errors over all robots and visits, by sums over terms.
-    Raises InputError for cells too small, and for a box with a side along an axis that the tool cannot move along.
+    `approach` and `threads` as in `analytic`; results do not depend on `threads`. Position errors
+    over all robots and visits, by sums over terms. Raises InputError for cells too small, and for a
+    box with a side along an axis that the tool cannot move along.
     """
     report = progress or (lambda *_: None)
-    reached = reachable_cells(arm, request.poses, request.cell, request.per_cell, seed, threads=threads, progress=report)
-    evaluated = EvaluatedPoses(reached, request.level, errors(arm, reached.q, request.level, approach=approach, threads=threads, progress=report))
+    reached = reachable_cells(
+        arm, request.poses, request.cell, request.per_cell, seed, threads=threads, progress=report
+    )
+    evaluated = EvaluatedPoses(
+        reached,
+        request.level,
+        errors(arm, reached.q, request.level, approach=approach, threads=threads, progress=report),
+    )
     shape = reached.grid.shape
     cells = int(np.prod(shape))
     figures = cell_figures(evaluated.errors, reached.cell, cells)
-    # A redundant arm reaches a point in infinitely many configurations, of which these are a sample.
+    # A redundant arm reaches a point in infinitely many configurations, of which these are a
+    # sample.
     family = len(arm.tree.tool_joints) > reached.grid.dimensions
     bounds = bounds_by_cell(evaluated.errors, reached.cell, cells, family | ~reached.centre.ravel())
     shown = figures[QUANTILE, CONFIGURATIONS.index(request.by)]
     centre = _cells_with_figures(reached)
-    validation = validate(arm, reached, request.level, request.per_cell, seed + 2, approach=approach, threads=threads, progress=report)
+    validation = validate(
+        arm,
+        reached,
+        request.level,
+        request.per_cell,
+        seed + 2,
+        approach=approach,
+        threads=threads,
+        progress=report,
+    )
     size = _size(reached) if validation is None else validation.size
-    share = None if request.target is None else _within(validation, request.by, request.target, shown.reshape(shape), centre, size)
+    share = (
+        None
+        if request.target is None
+        else _within(validation, request.by, request.target, shown.reshape(shape), centre, size)
+    )
     placements = None
     if request.box is not None:
         report("searching for placements", 0, 1)
@@ -236,10 +308,22 @@ def map_workspace(
         column = CONFIGURATIONS.index(request.by)
 
         def at_points(points: Floats) -> tuple[Floats, Floats, int]:
-            q, at = configurations_at(arm, points, VALIDATION_SAMPLES, request.per_cell, seed + 1, reached.grid.edge, threads)
+            q, at = configurations_at(
+                arm,
+                points,
+                VALIDATION_SAMPLES,
+                request.per_cell,
+                seed + 1,
+                reached.grid.edge,
+                threads,
+            )
             found = errors(arm, q, request.level, approach=approach, threads=threads)
             between = bounds_by_cell(found, at, len(points), np.full(len(points), family))
-            return cell_figures(found, at, len(points))[QUANTILE, column], between[:, QUANTILE, column], len(q)
+            return (
+                cell_figures(found, at, len(points))[QUANTILE, column],
+                between[:, QUANTILE, column],
+                len(q),
+            )
 
         allowed = clear_cells(reached.grid, request.clear, request.floor)
         placements = best_placements(
@@ -260,7 +344,10 @@ def map_workspace(
         zones["within the target"] = np.flatnonzero(share.cells)
     zones["all cells"] = np.flatnonzero(np.isfinite(shown))
     report("computing error budgets", 0, 1)
-    budgets = tuple(_budget(arm, evaluated, name, cells, request.by, figures, approach) for name, cells in zones.items())
+    budgets = tuple(
+        _budget(arm, evaluated, name, cells, request.by, figures, approach)
+        for name, cells in zones.items()
+    )
     return WorkspaceMap(
         arm,
         request.by,
@@ -280,20 +367,34 @@ def map_workspace(
 
 
 def _cells_with_figures(reached: CellPoses) -> np.ndarray:
-    """Return the cells (x, y, z) that count: those reached at their centre; where none was, all reached cells."""
+    """Return the cells (x, y, z) that count: those reached at their centre; where none was, all
+    reached cells.
+    """
     return reached.centre if reached.centre.any() else np.asarray(reached.counts > 0)
 
 
 def _size(reached: CellPoses) -> Estimate:
-    """Return the size of the workspace: the cells reached at their centre; at least those surrounded by such, at most all reached cells."""
+    """Return the size of the workspace: the cells reached at their centre; at least those
+    surrounded by such, at most all reached cells.
+    """
     visited = reached.counts > 0
     centre, inner = reached.centre, interior(visited, reached.grid.flat)
     # A surface has reached cells, hardly any of them at the centre, and no volume.
-    return Estimate(*(float(np.count_nonzero(cells)) * reached.grid.cell_size for cells in (centre, inner & centre, visited)))
+    return Estimate(
+        *(
+            float(np.count_nonzero(cells)) * reached.grid.cell_size
+            for cells in (centre, inner & centre, visited)
+        )
+    )
 
 
 def _within(
-    validation: ValidationPoints | None, by: Configuration, target: float, shown: Floats, centre: np.ndarray, size: Estimate
+    validation: ValidationPoints | None,
+    by: Configuration,
+    target: float,
+    shown: Floats,
+    centre: np.ndarray,
+    size: Estimate,
 ) -> ShareWithinTarget:
     """Return the share of the workspace within the target, and the cells (x, y, z) within it."""
     cells = shown <= target
@@ -301,15 +402,32 @@ def _within(
         return ShareWithinTarget(target, *validation.share(QUANTILE, by, target), cells)
     counted = centre & np.isfinite(shown)
     share = of_count(int(np.count_nonzero(cells & counted)), int(np.count_nonzero(counted)))
-    return ShareWithinTarget(target, share, Estimate(share.value * size.value, share.low * size.low, share.high * size.high), cells)
+    return ShareWithinTarget(
+        target,
+        share,
+        Estimate(share.value * size.value, share.low * size.low, share.high * size.high),
+        cells,
+    )
 
 
-def _budget(arm: Arm, evaluated: EvaluatedPoses, name: str, cells: np.ndarray, by: Configuration, figures: Floats, approach: float) -> ZoneBudget:
+def _budget(
+    arm: Arm,
+    evaluated: EvaluatedPoses,
+    name: str,
+    cells: np.ndarray,
+    by: Configuration,
+    figures: Floats,
+    approach: float,
+) -> ZoneBudget:
     """Return the error budget of a zone, over at most so many of its poses in equal steps."""
     which = evaluated.poses_of(cells, by, figures)
-    which = which[np.unique(np.linspace(0, len(which) - 1, min(len(which), _MOST_IN_BUDGET)).astype(int))]
+    which = which[
+        np.unique(np.linspace(0, len(which) - 1, min(len(which), _MOST_IN_BUDGET)).astype(int))
+    ]
     q = evaluated.reached.q[which]
     tally = Tally.of(screws(arm, q[:_BLOCK], approach=approach))
     for start in range(_BLOCK, len(q), _BLOCK):
         tally = tally + Tally.of(screws(arm, q[start : start + _BLOCK], approach=approach))
-    return ZoneBudget(name, len(cells), len(q), math.sqrt(tally.total / tally.poses), tuple(costs(tally)))
+    return ZoneBudget(
+        name, len(cells), len(q), math.sqrt(tally.total / tally.poses), tuple(costs(tally))
+    )

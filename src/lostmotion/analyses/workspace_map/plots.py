@@ -1,4 +1,6 @@
-"""Plots of an accuracy map: slices, small slices, radial section, share of the workspace by error, error budget by zone."""
+"""Plots of an accuracy map: slices, small slices, radial section, share of the workspace by error,
+error budget by zone.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,10 @@ import numpy as np
 
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
 from lostmotion.analyses.workspace_map.radial import radial_section
-from lostmotion.analyses.workspace_map.tables.map_labels import configuration_label, percentile_label
+from lostmotion.analyses.workspace_map.tables.map_labels import (
+    configuration_label,
+    percentile_label,
+)
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import (
     PER_UNIT,
@@ -52,25 +57,51 @@ _POINTS: Final = 200
 
 
 def map_plots(found: WorkspaceMap, at: Floats | None = None) -> list[Plot]:
-    """Return the plots of an accuracy map, in reading order; slices through the point `at` (3,) m, or through the best place."""
+    """Return the plots of an accuracy map, in reading order; slices through the point `at` (3,) m,
+    or through the best place.
+    """
     through = found.best_place if at is None else at
     shape = found.reached.grid.shape
     out = []
     for across, up in ((0, 1), (0, 2), (1, 2)):
         if shape[across] > 1 and shape[up] > 1:
             names = "xyz"[across] + "xyz"[up]
-            words = f"Slice of the workspace in the {names[0]}-{names[1]} plane, in classes of the error of each cell."
-            out.append(Plot(f"slice-{names}", "map", slice_through(found, across, up, through), words))
+            words = (
+                f"Slice of the workspace in the {names[0]}-{names[1]} plane, in classes of the "
+                "error of each cell."
+            )
+            out.append(
+                Plot(f"slice-{names}", "map", slice_through(found, across, up, through), words)
+            )
     for along, name in ((2, "z"), (1, "y")):
         if min(shape) > 1 and shape[along] > _MULTIPLES:
-            words = f"Slices of the workspace at {_MULTIPLES} places along {name}, in classes of the error of each cell."
+            words = (
+                f"Slices of the workspace at {_MULTIPLES} places along {name}, in classes of the "
+                "error of each cell."
+            )
             out.append(Plot(f"slices-{name}", "map", slices_along(found, along), words))
     section = radial_plot(found)
     if section is not None:
-        out.append(Plot("radial", "map", section, "Error by distance from the first axis and height, over all azimuths."))
-    out.append(Plot("share", "within", share_by_error(found), "Share of the workspace within each error."))
+        out.append(
+            Plot(
+                "radial",
+                "map",
+                section,
+                "Error by distance from the first axis and height, over all azimuths.",
+            )
+        )
+    out.append(
+        Plot("share", "within", share_by_error(found), "Share of the workspace within each error.")
+    )
     if found.budgets and found.budgets[0].costs:
-        out.append(Plot("budget", "budget", budget_by_zone(found), "Bars of each part's share of the mean square, by zone."))
+        out.append(
+            Plot(
+                "budget",
+                "budget",
+                budget_by_zone(found),
+                "Bars of each part's share of the mean square, by zone.",
+            )
+        )
     return out
 
 
@@ -78,7 +109,9 @@ def slice_through(found: WorkspaceMap, across: int, up: int, through: Floats) ->
     """Return a slice of the map through this point (3,), m, spanned by two of the base's axes."""
     grid, names = found.reached.grid, "xyz"
     other = 3 - across - up
-    index = int(np.clip(np.floor((through[other] - grid.low[other]) / grid.edge), 0, grid.shape[other] - 1))
+    index = int(
+        np.clip(np.floor((through[other] - grid.low[other]) / grid.edge), 0, grid.shape[other] - 1)
+    )
     values = np.take(found.selected, index, axis=other)  # axes stay in order: across before up
     x, y = grid.centres_along(across), grid.centres_along(up)
     height = float(grid.centres_along(other)[index])
@@ -97,11 +130,26 @@ def slices_along(found: WorkspaceMap, along: int) -> Figure:
     grid = found.reached.grid
     across, up = (axis for axis in range(3) if axis != along)
     x, y = grid.centres_along(across), grid.centres_along(up)
-    chosen = np.round((np.arange(_MULTIPLES) + 0.5) * grid.shape[along] / _MULTIPLES - 0.5).astype(int)
+    chosen = np.round((np.arange(_MULTIPLES) + 0.5) * grid.shape[along] / _MULTIPLES - 0.5).astype(
+        int
+    )
     wide, tall = (float(np.ptp(each)) + grid.edge for each in (x, y))
     rows = 2
-    made = figure(float(np.clip(_AROUND + 16 + rows * (_ACROSS / (_MULTIPLES / rows) * tall / wide + 8), 70, 170)))
-    panels = axes(made, f"Slices along {'xyz'[along]}", rows=rows, columns=_MULTIPLES // rows, sharex=True, sharey=True)
+    made = figure(
+        float(
+            np.clip(
+                _AROUND + 16 + rows * (_ACROSS / (_MULTIPLES / rows) * tall / wide + 8), 70, 170
+            )
+        )
+    )
+    panels = axes(
+        made,
+        f"Slices along {'xyz'[along]}",
+        rows=rows,
+        columns=_MULTIPLES // rows,
+        sharex=True,
+        sharey=True,
+    )
     for k, (on, index) in enumerate(zip(panels.flat, chosen, strict=True)):
         values = np.take(found.selected, int(index), axis=along)
         _draw(on, found, x, y, values)
@@ -110,13 +158,17 @@ def slices_along(found: WorkspaceMap, along: int) -> Figure:
         on.locator_params(nbins=4)
         last, left = k >= _MULTIPLES // rows, k % (_MULTIPLES // rows) == 0
         label_axes(on, f"{'xyz'[across]} [mm]" if last else "", f"{'xyz'[up]} [mm]" if left else "")
-        on.set_title(_at(along, float(grid.centres_along(along)[index])), loc="center", fontsize=SMALL)
+        on.set_title(
+            _at(along, float(grid.centres_along(along)[index])), loc="center", fontsize=SMALL
+        )
     _classes(made, found, panels[0, 0])
     return made
 
 
 def radial_plot(found: WorkspaceMap) -> Figure | None:
-    """Return the error by distance from the first axis and height; None unless that axis is vertical and turns fully."""
+    """Return the error by distance from the first axis and height; None unless that axis is
+    vertical and turns fully.
+    """
     section = radial_section(found)
     if section is None:
         return None
@@ -128,7 +180,9 @@ def radial_plot(found: WorkspaceMap) -> Figure | None:
 
 
 def share_by_error(found: WorkspaceMap) -> Figure:
-    """Return the share of the workspace within each error, for the best, mean and worst configuration."""
+    """Return the share of the workspace within each error, for the best, mean and worst
+    configuration.
+    """
     unit, factor = _unit(found)
     made, on = one("Share of the workspace by error", 84)
     grid(on, "both")
@@ -139,9 +193,22 @@ def share_by_error(found: WorkspaceMap) -> Figure:
         thin = np.unique(np.linspace(0, len(values) - 1, min(len(values), _POINTS)).astype(int))
         name = "mean over configurations" if by == "mean" else f"{by} configuration"
         selected = by == found.by
-        on.plot(values[thin], shares[thin], color=_OF_BY[by], linewidth=2.0 if selected else 1.2, linestyle="-" if selected else "--", label=name)
+        on.plot(
+            values[thin],
+            shares[thin],
+            color=_OF_BY[by],
+            linewidth=2.0 if selected else 1.2,
+            linestyle="-" if selected else "--",
+            label=name,
+        )
     if found.within_target is not None:
-        on.axvline(found.within_target.target * factor, color=LIGHT["warn"], linewidth=1.2, linestyle=(0, (1.5, 1.5)), label="target")
+        on.axvline(
+            found.within_target.target * factor,
+            color=LIGHT["warn"],
+            linewidth=1.2,
+            linestyle=(0, (1.5, 1.5)),
+            label="target",
+        )
     on.set_xlim(left=0)
     on.set_ylim(0, 102)
     label_axes(on, f"{percentile_label(found)} of the error [{unit}]", "share of the workspace [%]")
@@ -150,14 +217,25 @@ def share_by_error(found: WorkspaceMap) -> Figure:
 
 
 def budget_by_zone(found: WorkspaceMap) -> Figure:
-    """Return each part's share of the mean square (%) in each zone, the largest contributor of the first zone on top."""
+    """Return each part's share of the mean square (%) in each zone, the largest contributor of the
+    first zone on top.
+    """
     first = found.budgets[0].costs[:_PARTS_SHOWN]
     colours = ("design", "visit", "robot") if len(found.budgets) > 1 else ("robot",)
     rows = []
     for each, colour in zip(found.budgets, colours, strict=False):
         shares = {cost.part: 100 * cost.share for cost in each.costs}
-        rows.append((f"{each.zone} (r.m.s. {length(each.rms)})", LIGHT[colour], np.array([shares[cost.part] for cost in first])))
-    made, on = one("Share of mean square by part and zone", 34 + 4.5 * len(rows) + (3.4 * len(rows) + 2) * len(first))
+        rows.append(
+            (
+                f"{each.zone} (r.m.s. {length(each.rms)})",
+                LIGHT[colour],
+                np.array([shares[cost.part] for cost in first]),
+            )
+        )
+    made, on = one(
+        "Share of mean square by part and zone",
+        34 + 4.5 * len(rows) + (3.4 * len(rows) + 2) * len(first),
+    )
     grouped(on, rows)
     named_rows(on, [short_name(cost.part) for cost in first])
     label_axes(on, "share of mean square [%]")
@@ -201,14 +279,29 @@ def _classes(made: Figure, found: WorkspaceMap, on: Axes) -> None:
     """Draw the legend of the classes, and what else a slice shows."""
     handles, names = on.get_legend_handles_labels()
     extra = dict(zip(names, handles, strict=True))
-    class_legend(made, _limits(found), f"{percentile_label(found)}, {configuration_label(found)} [{_unit(found)[0]}]", extra.values())
+    class_legend(
+        made,
+        _limits(found),
+        f"{percentile_label(found)}, {configuration_label(found)} [{_unit(found)[0]}]",
+        extra.values(),
+    )
 
 
-def _outline(on: Axes, box: Placement, axes_of: tuple[int, int, int], height: float, edge: float) -> None:
-    """Add the outline of a box to a slice that cuts it; for a box with yaw in side view its whole extent."""
+def _outline(
+    on: Axes, box: Placement, axes_of: tuple[int, int, int], height: float, edge: float
+) -> None:
+    """Add the outline of a box to a slice that cuts it; for a box with yaw in side view its whole
+    extent.
+    """
     across, up, other = axes_of
     cos, sin = math.cos(box.yaw), math.sin(box.yaw)
-    wide = np.array([abs(cos) * box.size[0] + abs(sin) * box.size[1], abs(sin) * box.size[0] + abs(cos) * box.size[1], box.size[2]])
+    wide = np.array(
+        [
+            abs(cos) * box.size[0] + abs(sin) * box.size[1],
+            abs(sin) * box.size[0] + abs(cos) * box.size[1],
+            box.size[2],
+        ]
+    )
     if abs(height - box.centre[other]) > max(wide[other], edge) / 2:
         return
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) / 2
@@ -216,11 +309,19 @@ def _outline(on: Axes, box: Placement, axes_of: tuple[int, int, int], height: fl
         corners = corners * box.size[:2] @ np.array([[cos, sin], [-sin, cos]]) + box.centre[:2]
     else:
         corners = corners * wide[[across, up]] + box.centre[[across, up]]
-    on.plot(corners[:, 0] * 1e3, corners[:, 1] * 1e3, color=LIGHT["warn"], linewidth=1.6, label="best placements")
+    on.plot(
+        corners[:, 0] * 1e3,
+        corners[:, 1] * 1e3,
+        color=LIGHT["warn"],
+        linewidth=1.6,
+        label="best placements",
+    )
 
 
 def _equal(title: str, x: Floats, y: Floats) -> tuple[Figure, Axes]:
-    """Return a figure whose axes have the same scale, as high as the cells with these centres need."""
+    """Return a figure whose axes have the same scale, as high as the cells with these centres
+    need.
+    """
     wide, tall = (max(float(np.ptp(each)), 1e-6) for each in (x, y))
     made, on = one(title, float(np.clip(_AROUND + _ACROSS * tall / wide, 70, 170)))
     on.set_aspect("equal")

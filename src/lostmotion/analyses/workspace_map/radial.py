@@ -22,7 +22,9 @@ _ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class RadialSection:
-    """Quantile (r, z) over all poses at a distance r from the first axis and a height z, m, for the selected configuration; NaN if unreached."""
+    """Quantile (r, z) over all poses at a distance r from the first axis and a height z, m, for the
+    selected configuration; NaN if unreached.
+    """
 
     r: Floats
     z: Floats
@@ -30,7 +32,9 @@ class RadialSection:
 
 
 def radial_section(found: WorkspaceMap) -> RadialSection | None:
-    """Return the quantile by distance from the first axis and height, over all azimuths; None unless that axis is vertical and turns fully."""
+    """Return the quantile by distance from the first axis and height, over all azimuths; None
+    unless that axis is vertical and turns fully.
+    """
     axis = full_turn_axis(found.arm)
     if axis is None:
         return None
@@ -38,11 +42,19 @@ def radial_section(found: WorkspaceMap) -> RadialSection | None:
     at = np.floor(np.hypot(points[:, 0] - axis[0], points[:, 1] - axis[1]) / grid.edge).astype(int)
     rings, heights = int(at.max()) + 1, grid.shape[2]
     up = np.unravel_index(found.reached.cell, grid.shape)[2]
-    values = cell_figures(found.evaluated.errors, at * heights + up, rings * heights)[QUANTILE, CONFIGURATIONS.index(found.by)]
-    return RadialSection(np.asarray(grid.edge * (np.arange(rings) + 0.5), dtype=float), grid.centres_along(2), values.reshape(rings, heights))
+    values = cell_figures(found.evaluated.errors, at * heights + up, rings * heights)[
+        QUANTILE, CONFIGURATIONS.index(found.by)
+    ]
+    return RadialSection(
+        np.asarray(grid.edge * (np.arange(rings) + 0.5), dtype=float),
+        grid.centres_along(2),
+        values.reshape(rings, heights),
+    )
 
 
 def full_turn_axis(arm: Arm) -> tuple[float, float] | None:
-    """Return the position (x, y; m) of the first axis if it is vertical and turns through 360°; else None."""
+    """Return the position (x, y; m) of the first axis if it is vertical and turns through 360°;
+    else None.
+    """
     low, high = arm.moving[arm.tree.tool_joints[0]].limits
     return vertical_axis(arm) if high - low >= _TURN * (1 - _ROUNDING) else None

@@ -1,4 +1,5 @@
-"""Reachable cells of the workspace and arm configurations in each, from sampled poses and inverse kinematics.
+"""Reachable cells of the workspace and arm configurations in each, from sampled poses and inverse
+kinematics.
 
 Any orientation of the tool counts: a cell is reached when the tool point is there.
 """
@@ -35,9 +36,11 @@ if TYPE_CHECKING:
 
 
 MOST_POSES: Final = 4_000_000
-# Starts for a cell enclosed by reachable ones: the nearest poses may all be separated from it by a joint limit.
+# Starts for a cell enclosed by reachable ones: the nearest poses may all be separated from it by a
+# joint limit.
 _STARTS_ENCLOSED: Final = 16
-# Rounds of adding poses to cells that have too few, and the number of starts per missing pose from the second round on.
+# Rounds of adding poses to cells that have too few, and the number of starts per missing pose from
+# the second round on.
 _ROUNDS: Final = 3
 _HARDER: Final = 3
 # Newton steps from a sampled pose to the centre of its cell.
@@ -45,20 +48,37 @@ _WITHIN: Final = 4
 
 
 def reachable_cells(
-    arm: Arm, poses: int, edge: float | None, per_cell: int, seed: int, *, threads: int = 1, progress: Progress | None = None
+    arm: Arm,
+    poses: int,
+    edge: float | None,
+    per_cell: int,
+    seed: int,
+    *,
+    threads: int = 1,
+    progress: Progress | None = None,
 ) -> CellPoses:
     """Return the cells that the tool reaches, with up to `per_cell` poses each.
 
-    Sampled poses come first, in the order of their Sobol sequences, moved to the centre of their cell. Inverse kinematics then tries the centre of
-    every cell that touches a reached one, until no more are reached, and adds poses from neighbouring cells where a cell has too few. Results do not
-    depend on `threads`. Raises InputError for cells too small.
+    Sampled poses come first, in the order of their Sobol sequences, moved to the centre of their
+    cell. Inverse kinematics then tries the centre of every cell that touches a reached one, until
+    no more are reached, and adds poses from neighbouring cells where a cell has too few. Results do
+    not depend on `threads`. Raises InputError for cells too small.
     """
     report = progress or (lambda *_: None)
     report("sampling poses", 0, 1)
     q, members = interleaved_poses(arm, poses, seed)
     points = tool_points(arm, q)
     grid = grid_around(points, edge)
-    every = CellPoses(grid, q, points, grid.cell_numbers(points), members, np.zeros(len(q), bool), len(q), np.zeros(grid.shape, bool))
+    every = CellPoses(
+        grid,
+        q,
+        points,
+        grid.cell_numbers(points),
+        members,
+        np.zeros(len(q), bool),
+        len(q),
+        np.zeros(grid.shape, bool),
+    )
     found = _first_per_cell(every, per_cell)
     _refuse_too_many(len(np.unique(found.cell)), per_cell)
     with ThreadPoolExecutor(threads) as pool:
@@ -69,7 +89,10 @@ def reachable_cells(
         _refuse_too_many(int(np.count_nonzero((centred.counts > 0) | centred.centre)), per_cell)
         there = _at_centre(centred) | ~centred.centre.ravel()[centred.cell]
         centred = _selected(centred, np.flatnonzero(there))
-        centred = _selected(centred, np.flatnonzero(distinct_configurations(arm, centred.q, centred.cell, grid.edge)))
+        centred = _selected(
+            centred,
+            np.flatnonzero(distinct_configurations(arm, centred.q, centred.cell, grid.edge)),
+        )
         found = _fill_up(arm, centred, found, per_cell, pool, report)
     return _without_margin(found)
 
@@ -95,12 +118,22 @@ def _first_per_cell(found: CellPoses, per_cell: int) -> CellPoses:
 
 
 def _selected(found: CellPoses, which: np.ndarray) -> CellPoses:
-    arrays = (found.q[which], found.points[which], found.cell[which], found.members[which], found.brought[which])
+    arrays = (
+        found.q[which],
+        found.points[which],
+        found.cell[which],
+        found.members[which],
+        found.brought[which],
+    )
     return CellPoses(found.grid, *arrays, found.sampled, found.centre)
 
 
-def _joined(arm: Arm, found: CellPoses, q: Floats, goal: np.ndarray, members: np.ndarray) -> CellPoses:
-    """Return the poses with those solved for other cells added, where they lie in their target cell."""
+def _joined(
+    arm: Arm, found: CellPoses, q: Floats, goal: np.ndarray, members: np.ndarray
+) -> CellPoses:
+    """Return the poses with those solved for other cells added, where they lie in their target
+    cell.
+    """
     if not len(q):
         return found
     points = tool_points(arm, q)
@@ -119,12 +152,25 @@ def _joined(arm: Arm, found: CellPoses, q: Floats, goal: np.ndarray, members: np
 
 
 def _move_to_centres(arm: Arm, found: CellPoses, pool: ThreadPoolExecutor) -> CellPoses:
-    """Return the poses moved to the centre of their cell; poses that do not arrive stay, in cells where none arrives."""
+    """Return the poses moved to the centre of their cell; poses that do not arrive stay, in cells
+    where none arrives.
+    """
     goal = found.grid.centres(found.cell)
     q = np.empty_like(found.q)
-    for here, moved in batches(pool, len(q), lambda here: newton_steps(arm, found.q[here], goal[here], _WITHIN)):
+    for here, moved in batches(
+        pool, len(q), lambda here: newton_steps(arm, found.q[here], goal[here], _WITHIN)
+    ):
         q[here] = moved
-    on = CellPoses(found.grid, q, tool_points(arm, q), found.cell, found.members, found.brought, found.sampled, found.centre)
+    on = CellPoses(
+        found.grid,
+        q,
+        tool_points(arm, q),
+        found.cell,
+        found.members,
+        found.brought,
+        found.sampled,
+        found.centre,
+    )
     there = _at_centre(on)
     found.centre.ravel()[found.cell[there]] = True
     left = np.flatnonzero(~found.centre.ravel()[found.cell])
@@ -135,45 +181,79 @@ def _move_to_centres(arm: Arm, found: CellPoses, pool: ThreadPoolExecutor) -> Ce
 
 def _at_centre(found: CellPoses) -> np.ndarray:
     """Return which poses put the tool at the centre of their cell."""
-    return np.asarray((np.abs(found.points - found.grid.centres(found.cell)) < TOLERANCE * found.grid.edge).all(axis=1))
+    return np.asarray(
+        (np.abs(found.points - found.grid.centres(found.cell)) < TOLERANCE * found.grid.edge).all(
+            axis=1
+        )
+    )
 
 
-def _expand(arm: Arm, centred: CellPoses, starts: CellPoses, pool: ThreadPoolExecutor, report: Progress) -> tuple[CellPoses, CellPoses]:
-    """Reach for the centres of all cells that touch reached ones, until no more are found; with more starts for enclosed cells.
+def _expand(
+    arm: Arm, centred: CellPoses, starts: CellPoses, pool: ThreadPoolExecutor, report: Progress
+) -> tuple[CellPoses, CellPoses]:
+    """Reach for the centres of all cells that touch reached ones, until no more are found; with
+    more starts for enclosed cells.
 
-    Starts from the poses of `starts` as sampled. Returns both sets of poses with the new ones added.
+    Starts from the poses of `starts` as sampled. Returns both sets of poses with the new ones
+    added.
     """
     centre, edge, dimensions = centred.centre, centred.grid.edge, centred.grid.dimensions
-    # Plain Newton steps first, then damped ones, then damped ones from more starts for enclosed cells.
+    # Plain Newton steps first, then damped ones, then damped ones from more starts for enclosed
+    # cells.
     tried = [centre.copy() for _ in range(3)]
     while True:
         reached = centred.counts > 0
-        ways = (dilated(reached), STARTS, edge), (dilated(reached), STARTS, None), (mostly_enclosed(reached, dimensions), _STARTS_ENCLOSED, None)
-        fronts = [(cells & ~centre & ~done_with, *how, done_with) for (cells, *how), done_with in zip(ways, tried, strict=True)]
+        ways = (
+            (dilated(reached), STARTS, edge),
+            (dilated(reached), STARTS, None),
+            (mostly_enclosed(reached, dimensions), _STARTS_ENCLOSED, None),
+        )
+        fronts = [
+            (cells & ~centre & ~done_with, *how, done_with)
+            for (cells, *how), done_with in zip(ways, tried, strict=True)
+        ]
         front, count, plain, done_with = next((each for each in fronts if each[0].any()), fronts[0])
         goal = np.flatnonzero(front)
         if not len(goal):
             return centred, starts
         done_with |= front
-        report("searching for the boundary of the workspace", int(tried[0].sum()) - len(goal), int(tried[0].sum()))
-        q, done, start = from_nearest_poses(arm, starts, centred.grid.centres(goal), count, pool, plain)
+        report(
+            "searching for the boundary of the workspace",
+            int(tried[0].sum()) - len(goal),
+            int(tried[0].sum()),
+        )
+        q, done, start = from_nearest_poses(
+            arm, starts, centred.grid.centres(goal), count, pool, plain
+        )
         centre.ravel()[goal[done]] = True
         brought = q[done], goal[done], starts.members[start[done]]
         centred, starts = _joined(arm, centred, *brought), _joined(arm, starts, *brought)
 
 
-def _fill_up(arm: Arm, found: CellPoses, starts: CellPoses, per_cell: int, pool: ThreadPoolExecutor, report: Progress) -> CellPoses:
-    """Return the poses with others, from the poses of `starts`, added to cells with fewer than `per_cell`; cells at the end of reach stay short.
+def _fill_up(
+    arm: Arm,
+    found: CellPoses,
+    starts: CellPoses,
+    per_cell: int,
+    pool: ThreadPoolExecutor,
+    report: Progress,
+) -> CellPoses:
+    """Return the poses with others, from the poses of `starts`, added to cells with fewer than
+    `per_cell`; cells at the end of reach stay short.
 
-    The target is the centre of the cell where it is in reach, else the same place within the cell as that of the starting pose.
+    The target is the centre of the cell where it is in reach, else the same place within the cell
+    as that of the starting pose.
     """
     cells = np.flatnonzero((found.counts.ravel() > 0) | found.centre.ravel())
     cells = cells[found.counts.ravel()[cells] < per_cell]
-    around = spread_starts(arm, starts.q, starts.points, found.grid.centres(cells), _ROUNDS * per_cell)
+    around = spread_starts(
+        arm, starts.q, starts.points, found.grid.centres(cells), _ROUNDS * per_cell
+    )
     for turn in range(_ROUNDS):
         report("adding poses to cells", turn, _ROUNDS)
         lacking = np.maximum(per_cell - found.counts.ravel()[cells], 0)
-        # Later rounds try more starts than are missing, since the remaining cells are harder; each round uses other starts.
+        # Later rounds try more starts than are missing, since the remaining cells are harder; each
+        # round uses other starts.
         tries = lacking if turn == 0 else np.minimum(_HARDER * lacking, per_cell)
         row = np.repeat(np.arange(len(cells)), tries)
         if not len(row):
@@ -181,10 +261,20 @@ def _fill_up(arm: Arm, found: CellPoses, starts: CellPoses, per_cell: int, pool:
         start = around[row, np.concatenate([np.arange(n) for n in tries]) + turn * per_cell]
         goal, start = cells[row][start >= 0], start[start >= 0]
         there = found.grid.centres(goal)
-        there += np.where(found.centre.ravel()[goal][:, None], 0.0, starts.points[start] - found.grid.centres(starts.cell[start]))
+        there += np.where(
+            found.centre.ravel()[goal][:, None],
+            0.0,
+            starts.points[start] - found.grid.centres(starts.cell[start]),
+        )
         arrived, done = newton_to(arm, starts.q[start], there, found.grid.edge, pool)
         found = _joined(arm, found, arrived[done], goal[done], starts.members[start[done]])
-        found = _first_per_cell(_selected(found, np.flatnonzero(distinct_configurations(arm, found.q, found.cell, found.grid.edge))), per_cell)
+        found = _first_per_cell(
+            _selected(
+                found,
+                np.flatnonzero(distinct_configurations(arm, found.q, found.cell, found.grid.edge)),
+            ),
+            per_cell,
+        )
     return found
 
 
@@ -195,5 +285,16 @@ def _without_margin(found: CellPoses) -> CellPoses:
     shift = np.array(grid.first) - np.array(old.first)
     at = np.column_stack(np.unravel_index(found.cell, old.shape)) - shift
     cell = np.ravel_multi_index(tuple(at.T), grid.shape)
-    centre = found.centre[tuple(slice(int(a), int(a) + n) for a, n in zip(shift, grid.shape, strict=True))]
-    return CellPoses(grid, found.q, found.points, cell, found.members, found.brought, found.sampled, np.ascontiguousarray(centre))
+    centre = found.centre[
+        tuple(slice(int(a), int(a) + n) for a, n in zip(shift, grid.shape, strict=True))
+    ]
+    return CellPoses(
+        grid,
+        found.q,
+        found.points,
+        cell,
+        found.members,
+        found.brought,
+        found.sampled,
+        np.ascontiguousarray(centre),
+    )

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class AccuracyMap(WorkspaceMap, Result):
-    """An accuracy map: every attribute of `WorkspaceMap`; the slices of the report go through the point `at` (3,), m."""
+    """An accuracy map: every attribute of `WorkspaceMap`; the slices of the report go through the
+    point `at` (3,), m.
+    """
 
     at: Floats | None = None
 
@@ -49,7 +51,11 @@ class AccuracyMap(WorkspaceMap, Result):
         """Return that no placement of the box is within reach, where that is so; else nothing."""
         from lostmotion.analyses.workspace_map.tables.placement import no_placement_sentence
 
-        return no_placement_sentence(self.placements) if self.placements is not None and not self.placements.best else ""
+        return (
+            no_placement_sentence(self.placements)
+            if self.placements is not None and not self.placements.best
+            else ""
+        )
 
     def arrays(self) -> xarray.Dataset:
         """Return the map cell by cell with names, units and coordinates."""

@@ -1,6 +1,8 @@
-"""Size of the workspace and share of it within a target, from points sampled uniformly in space and evaluated independently of the map.
+"""Size of the workspace and share of it within a target, from points sampled uniformly in space and
+evaluated independently of the map.
 
-Cell centres do not represent the points between them: no cell may be within a target that some points of the cells meet. Uniform points do.
+Cell centres do not represent the points between them: no cell may be within a target that some
+points of the cells meet. Uniform points do.
 """
 
 from __future__ import annotations
@@ -10,7 +12,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, Configuration, bounds_by_cell, cell_figures, errors
+from lostmotion.analyses.workspace_map.cell_statistics import (
+    CONFIGURATIONS,
+    Configuration,
+    bounds_by_cell,
+    cell_figures,
+    errors,
+)
 from lostmotion.analyses.workspace_map.cells import dilated
 from lostmotion.analyses.workspace_map.configurations import configurations_at, solve_positions
 from lostmotion.error_model.intervals import Estimate
@@ -30,14 +38,16 @@ _TAIL: Final = 0.025
 
 @dataclass(frozen=True, repr=False)
 class ValidationPoints:
-    """Points sampled uniformly over the reachable cells and those that touch them, with the figures of the reachable ones.
+    """Points sampled uniformly over the reachable cells and those that touch them, with the figures
+    of the reachable ones.
 
     region   size of those cells, m^3 (in a plane m^2, on a line m)
     drawn    number of sampled points
     points   (point, 3) reachable ones, m
     poses    number of configurations evaluated there, none of them from the map
     figures  (measure, by, point) m
-    bounds   (end, measure, by, point) lower and upper bounds, as `bounds_by_cell`; best and worst refer to the evaluated configurations
+    bounds   (end, measure, by, point) lower and upper bounds, as `bounds_by_cell`; best and worst
+             refer to the evaluated configurations
     """
 
     region: float
@@ -55,17 +65,24 @@ class ValidationPoints:
     def share(self, measure: int, by: Configuration, target: float) -> tuple[Estimate, Estimate]:
         """Return the share of the workspace within a target (m), and its size.
 
-        Clopper-Pearson intervals (Biometrika 26 (1934) 404). The lower limit counts the points whose upper bound is within the target, the upper
-        limit those whose lower bound is. The points are a low-discrepancy sequence, which is at least as precise as the independent points that the
-        intervals assume.
+        Clopper-Pearson intervals (Biometrika 26 (1934) 404). The lower limit counts the points
+        whose upper bound is within the target, the upper limit those whose lower bound is. The
+        points are a low-discrepancy sequence, which is at least as precise as the independent
+        points that the intervals assume.
         """
         column = CONFIGURATIONS.index(by)
-        low, value, high = (int(np.count_nonzero(each[measure, column] <= target)) for each in (self.bounds[1], self.figures, self.bounds[0]))
+        low, value, high = (
+            int(np.count_nonzero(each[measure, column] <= target))
+            for each in (self.bounds[1], self.figures, self.bounds[0])
+        )
         count = len(self.points)
-        return Estimate(value / count, _lower_limit(low, count), _upper_limit(high, count)), self._size_of(low, value, high)
+        return Estimate(
+            value / count, _lower_limit(low, count), _upper_limit(high, count)
+        ), self._size_of(low, value, high)
 
     def quantile(self, measure: int, by: Configuration, share: float) -> Estimate:
-        """Return the figure (m) below which this share of the workspace lies, with a distribution-free interval from order statistics.
+        """Return the figure (m) below which this share of the workspace lies, with a
+        distribution-free interval from order statistics.
 
         The limits are NaN for too few points.
         """
@@ -75,12 +92,17 @@ class ValidationPoints:
         value = float(np.quantile(self.figures[measure, column], share))
         ranks = int(binom.ppf(_TAIL, count, share)) - 1, int(binom.ppf(1 - _TAIL, count, share))
         low, high = (
-            float(np.sort(bounds[measure, column])[rank]) if 0 <= rank < count else np.nan for rank, bounds in zip(ranks, self.bounds, strict=True)
+            float(np.sort(bounds[measure, column])[rank]) if 0 <= rank < count else np.nan
+            for rank, bounds in zip(ranks, self.bounds, strict=True)
         )
         return Estimate(value, low, high)
 
     def _size_of(self, low: int, value: int, high: int) -> Estimate:
-        return Estimate(self.region * value / self.drawn, self.region * _lower_limit(low, self.drawn), self.region * _upper_limit(high, self.drawn))
+        return Estimate(
+            self.region * value / self.drawn,
+            self.region * _lower_limit(low, self.drawn),
+            self.region * _upper_limit(high, self.drawn),
+        )
 
 
 def of_count(count: int, of: int) -> Estimate:
@@ -101,9 +123,18 @@ def _upper_limit(count: int, of: int) -> float:
 
 
 def validate(  # noqa: PLR0913 - a study is these numbers
-    arm: Arm, reached: CellPoses, level: float, each: int, seed: int, *, approach: float = 0.0, threads: int = 1, progress: Progress | None = None
+    arm: Arm,
+    reached: CellPoses,
+    level: float,
+    each: int,
+    seed: int,
+    *,
+    approach: float = 0.0,
+    threads: int = 1,
+    progress: Progress | None = None,
 ) -> ValidationPoints | None:
-    """Return the errors at points sampled uniformly over the workspace; None where none is reachable, as for a workspace without volume.
+    """Return the errors at points sampled uniformly over the workspace; None where none is
+    reachable, as for a workspace without volume.
 
     Up to `each` configurations of every point, solved from a sample of their own.
     """
@@ -122,16 +153,24 @@ def validate(  # noqa: PLR0913 - a study is these numbers
     new, at = new[order], at[order]
     found = errors(arm, new, level, approach=approach, threads=threads)
     bounds = bounds_by_cell(found, at, len(points), np.zeros(len(points), bool))
-    return ValidationPoints(region, len(drawn), points, len(new), cell_figures(found, at, len(points)), bounds)
+    return ValidationPoints(
+        region, len(drawn), points, len(new), cell_figures(found, at, len(points)), bounds
+    )
 
 
 def _points_label(reached: CellPoses, seed: int) -> tuple[Floats, float]:
-    """Return points (point, 3) sampled uniformly over all reachable cells and those that touch them, m, and the total size of these cells."""
+    """Return points (point, 3) sampled uniformly over all reachable cells and those that touch
+    them, m, and the total size of these cells.
+    """
     from scipy.stats import qmc
 
     grid = reached.grid
-    cells = np.argwhere(dilated(np.pad(reached.counts > 0, [(0, 0) if still else (1, 1) for still in grid.flat])))
+    cells = np.argwhere(
+        dilated(np.pad(reached.counts > 0, [(0, 0) if still else (1, 1) for still in grid.flat]))
+    )
     cells -= np.where(grid.flat, 0, 1)
     draws = qmc.Sobol(4, scramble=True, rng=np.random.default_rng(seed)).random(_POINTS)
     low = cells[(draws[:, 0] * len(cells)).astype(int)]
-    return np.asarray(grid.low + grid.edge * (low + np.where(grid.flat, 0.5, draws[:, 1:]))), len(cells) * grid.cell_size
+    return np.asarray(grid.low + grid.edge * (low + np.where(grid.flat, 0.5, draws[:, 1:]))), len(
+        cells
+    ) * grid.cell_size

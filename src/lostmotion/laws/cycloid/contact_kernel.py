@@ -1,7 +1,9 @@
-"""Kernel of the load sharing: one disc, many unilateral contacts, solved case by case. Compiled once by Numba and cached; single-threaded.
+"""Kernel of the load sharing: one disc, many unilateral contacts, solved case by case. Compiled
+once by Numba and cached; single-threaded.
 
-The normals' component across the line of centres is the arm over the planet's pitch radius r: n_y = l/r. So a contact depends on x and v = y + r
-theta alone, and y follows directly from the balance across the line of centres. Two unknowns remain. The energy is convex in them, so Newton's method
+The normals' component across the line of centres is the arm over the planet's pitch radius r: n_y =
+l/r. So a contact depends on x and v = y + r theta alone, and y follows directly from the balance
+across the line of centres. Two unknowns remain. The energy is convex in them, so Newton's method
 with a line search on the slope of the energy converges to its only minimum.
 """
 
@@ -21,10 +23,14 @@ COLUMNS: Final = 5
 TOLERANCE: Final = 1e-9  # of the torque
 _GOAL: Final = 1e-12
 _STALLED: Final = 1e-10  # accepted where a step no longer improves it: rounding
-_ROUNDING: Final = 2e-16  # of the sum of all forces: the accuracy limit of the balance, even where it is large compared with a small torque
+# of the sum of all forces: the accuracy limit of the balance, even where it is large compared with
+# a small torque
+_ROUNDING: Final = 2e-16
 _TOUCH: Final = 1e-9  # of T/r: a smaller force is rounding
-_SHORT: Final = 0.05  # contacts with arms below this share of the longest are ignored in the start value
-_ACROSS: Final = 1e-20  # of the stiffness along the line of centres: rounding of the arm of a contact on that line
+# contacts with arms below this share of the longest are ignored in the start value
+_SHORT: Final = 0.05
+# of the stiffness along the line of centres: rounding of the arm of a contact on that line
+_ACROSS: Final = 1e-20
 _STEPS: Final = 200
 _HALVINGS: Final = 30
 _LOWEST: Final = LEAST_LOGARITHM
@@ -35,24 +41,33 @@ _jit = compiled_with(fastmath={"contract"})
 
 @_jit
 def _push(law, delta, soft, scale):
-    """Return force (N) and stiffness (N/m) at an approach delta > 0 (m): delta = F soft | soft F (scale - ln F) | soft F^0.9 + scale F."""
+    """Return force (N) and stiffness (N/m) at an approach delta > 0 (m): delta = F soft | soft F
+    (scale - ln F) | soft F^0.9 + scale F.
+    """
     if law == LINEAR:
         return delta / soft, 1.0 / soft
     if law == LOGARITHMIC:
         # u - ln u = ln(soft/delta) + scale, with u = scale - ln F
         height = np.log(soft / delta) + scale
         lowest = _LOWEST - np.log(_LOWEST)
-        if height <= lowest:  # beyond the range of the law: continued linearly, and the result is marked as not converged
+        # beyond the range of the law: continued linearly, and the result is marked as not converged
+        if height <= lowest:
             edge = np.exp(scale - _LOWEST)
             stiff = 1.0 / (soft * (_LOWEST - 1.0))
             return edge + (delta - soft * edge * _LOWEST) * stiff, stiff
-        # u = start + correction: ln u within 1.1e-3 by a rational fit for u from 2 to 70, then Newton's step with four terms of its series
+        # u = start + correction: ln u within 1.1e-3 by a rational fit for u from 2 to 70, then
+        # Newton's step with four terms of its series
         top = 2.65481 + height * (-1.66045 + height * (-1.60255 - height * 0.0377124))
         u = height + top / (1.0 + height * (-2.64817 + height * (-0.521448 - height * 0.0061659)))
         slope = 1.0 / (u - 1.0)
         t = (np.log(u) + height - u) * slope
         s = t * slope
-        u *= 1.0 + t * (1.0 - 0.5 * s + s * s * (0.5 - 0.625 * s) + t * s * (1.0 / 3.0 - 0.25 * t - 5.0 / 6.0 * s))
+        u *= 1.0 + t * (
+            1.0
+            - 0.5 * s
+            + s * s * (0.5 - 0.625 * s)
+            + t * s * (1.0 / 3.0 - 0.25 * t - 5.0 / 6.0 * s)
+        )
         both = 1.0 / (soft * u * (u - 1.0))
         return delta * (u - 1.0) * both, u * both
     force = (delta / soft) ** (1.0 / _POWER)
@@ -71,7 +86,9 @@ def _push(law, delta, soft, scale):
 
 @_jit
 def _balance(law, x, v, side, across, arm, gap, soft, scale, sums, forces):
-    """Write the forces at x, v, and their sums over all contacts to `sums`: F n_x, F a, F, k n_x^2, k n_x a, k a^2."""
+    """Write the forces at x, v, and their sums over all contacts to `sums`: F n_x, F a, F, k n_x^2,
+    k n_x a, k a^2.
+    """
     fx = fv = total = kxx = kxv = kvv = 0.0
     for i in range(arm.shape[0]):
         a = side * arm[i]
@@ -92,7 +109,9 @@ def _balance(law, x, v, side, across, arm, gap, soft, scale, sums, forces):
 
 @_jit
 def _start(law, pull, x, side, across, arm, gap, soft, scale):
-    """Return a start value of v: the mean of the driving gaps, at least the first contact, plus the approach under an equal share of the load."""
+    """Return a start value of v: the mean of the driving gaps, at least the first contact, plus the
+    approach under an equal share of the load.
+    """
     first, weight, weighted, best, at = np.inf, 0.0, 0.0, 0.0, 0
     for i in range(arm.shape[0]):
         a = side * arm[i]
@@ -115,7 +134,9 @@ def _start(law, pull, x, side, across, arm, gap, soft, scale):
 
 @_jit
 def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale, sums, forces):
-    """Return v at which the contacts balance the pull (T/r, positive) and the push along the line of centres, and the residual."""
+    """Return v at which the contacts balance the pull (T/r, positive) and the push along the line
+    of centres, and the residual.
+    """
     x, v = 0.0, 0.0
     rigid = not np.isfinite(stiffness)
     spring = 0.0 if rigid else stiffness
@@ -130,7 +151,11 @@ def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale
         rx = 0.0 if rigid else push - spring * x - sums[0]
         rv = pull - sums[1]
         error = max(abs(rx), abs(rv)) / unit
-        if error <= _GOAL or (error <= _STALLED and error >= 0.5 * best) or error * unit <= _ROUNDING * sums[2]:
+        if (
+            error <= _GOAL
+            or (error <= _STALLED and error >= 0.5 * best)
+            or error * unit <= _ROUNDING * sums[2]
+        ):
             return v, error
         best = min(best, error)
         kxx, kxv, kvv = sums[3] + spring, sums[4], sums[5]
@@ -142,14 +167,35 @@ def _equilibrium(law, pull, push, stiffness, side, across, arm, gap, soft, scale
                 dx, dv = (kvv * rx - kxv * rv) / determinant, (kxx * rv - kxv * rx) / determinant
             else:
                 dx, dv = rx / kxx, 0.0
-        if kvv <= _ACROSS * kxx:  # no driving flank is in contact: move slightly beyond the first contact
-            dx, dv = 0.0, max(_start(law, pull, x, side, across, arm, gap, soft, scale) - v, 1e-9 * (1.0 + abs(v)))
+        # no driving flank is in contact: move slightly beyond the first contact
+        if kvv <= _ACROSS * kxx:
+            dx, dv = (
+                0.0,
+                max(
+                    _start(law, pull, x, side, across, arm, gap, soft, scale) - v,
+                    1e-9 * (1.0 + abs(v)),
+                ),
+            )
         slope = rx * dx + rv * dv
         share = tried = 1.0
         for _ in range(_HALVINGS):
             tried = share
-            _balance(law, x + share * dx, v + share * dv, side, across, arm, gap, soft, scale, sums, forces)
-            there = (0.0 if rigid else (push - spring * (x + share * dx) - sums[0]) * dx) + (pull - sums[1]) * dv
+            _balance(
+                law,
+                x + share * dx,
+                v + share * dv,
+                side,
+                across,
+                arm,
+                gap,
+                soft,
+                scale,
+                sums,
+                forces,
+            )
+            there = (0.0 if rigid else (push - spring * (x + share * dx) - sums[0]) * dx) + (
+                pull - sums[1]
+            ) * dv
             if there >= -0.5 * abs(slope):
                 break
             share *= max(abs(slope) / (abs(slope) - there), 0.1)
@@ -189,15 +235,22 @@ def solve_cases(
         push = -thrust * abs(moment)
         k = stiffness[draw]
         g = gap[c % gap.shape[0], draw % gap.shape[1]]
-        v, error = _equilibrium(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], sums, forces[case])
+        v, error = _equilibrium(
+            law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], sums, forces[case]
+        )
         lobes, valid = 0, error <= TOLERANCE
         for i in range(arm.shape[1]):
             force = forces[case, i]
             lobes += force > _TOUCH * pull
             valid = valid and force <= largest[c, i]
-        # d(theta)/d(torque): compliance of the contacts to push and pull, plus that of the bearing, over r
+        # d(theta)/d(torque): compliance of the contacts to push and pull, plus that of the bearing,
+        # over r
         kxx, kxv, kvv = sums[3] + k, sums[4], sums[5]
-        soft_v = (kxx + kxv * thrust * radius) / (kxx * kvv - kxv * kxv) + 1.0 / k if np.isfinite(k) else 1.0 / kvv
+        soft_v = (
+            (kxx + kxv * thrust * radius) / (kxx * kvv - kxv * kxv) + 1.0 / k
+            if np.isfinite(k)
+            else 1.0 / kvv
+        )
         y = -pull / k
         out[case, ROTATION] = side * (v - y) / radius
         out[case, SOFTNESS] = soft_v / (radius * radius)

@@ -1,13 +1,18 @@
-"""A cycloidal stage with its supports as springs in series: the wind-up of the output through each member.
+"""A cycloidal stage with its supports as springs in series: the wind-up of the output through each
+member.
 
-The members are those of the stage itself: contacts of the lobes, bending of pins or lobes, bodies of disc and ring, bearing and shaft of the
-eccentric, output pins. Members before and after the stage (a first stage, shafts, the frame) are not included.
+The members are those of the stage itself: contacts of the lobes, bending of pins or lobes, bodies
+of disc and ring, bearing and shaft of the eccentric, output pins. Members before and after the
+stage (a first stage, shafts, the frame) are not included.
 
-The eccentric's bearing stiffens with its load and is represented by its secant stiffness. In a drive whose crankshafts carry the output (RV) the same
-bearings support the disc against translation, as a single eccentric does, and against rotation, as output pins would. Valid for static load and to
-first order in the gaps. The discs share the torque equally here; for the effect of their differences see `cycloid.tolerances`.
+The eccentric's bearing stiffens with its load and is represented by its secant stiffness. In a
+drive whose crankshafts carry the output (RV) the same bearings support the disc against
+translation, as a single eccentric does, and against rotation, as output pins would. Valid for
+static load and to first order in the gaps. The discs share the torque equally here; for the effect
+of their differences see `cycloid.tolerances`.
 
-Source: K = 1/sum(1/K_i) with K_ecc = k (e z)^2 and K_pins = k_w Rw^2 n_w/4 after M. Lehmann, TU München 1976; the crankshafts by statics.
+Source: K = 1/sum(1/K_i) with K_ecc = k (e z)^2 and K_pins = k_w Rw^2 n_w/4 after M. Lehmann, TU
+München 1976; the crankshafts by statics.
 """
 
 from __future__ import annotations
@@ -21,8 +26,20 @@ import numpy as np
 
 from lostmotion.laws.cycloid.bodies import flexibility
 from lostmotion.laws.cycloid.both_branches import reduced_flexibility
-from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, Supports, load_sharing, output_pin_stiffness
-from lostmotion.laws.cycloid.geometry import Modification, Stage, first_contact_angle, gaps, pin_angles
+from lostmotion.laws.cycloid.contact import (
+    Flanks,
+    LoadSharing,
+    Supports,
+    load_sharing,
+    output_pin_stiffness,
+)
+from lostmotion.laws.cycloid.geometry import (
+    Modification,
+    Stage,
+    first_contact_angle,
+    gaps,
+    pin_angles,
+)
 from lostmotion.laws.cycloid.kept import recalled
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
 
@@ -32,8 +49,9 @@ if TYPE_CHECKING:
 
 # Number of crank angles within one pitch over which the ripple is averaged.
 _RIPPLE: Final = 6
-# Smallest arm, over the largest, of flanks that limit the free rotation. Flanks nearer to the line of centres push a disc aside when they interfere;
-# only a rigid disc on a rigid eccentric would be stopped by them.
+# Smallest arm, over the largest, of flanks that limit the free rotation. Flanks nearer to the line
+# of centres push a disc aside when they interfere; only a rigid disc on a rigid eccentric would be
+# stopped by them.
 LEAST_ARM: Final = 0.1
 # Share of a torque that counts as no torque.
 _REST: Final = 0.01
@@ -43,14 +61,16 @@ _ROUND: Final = 72
 
 @dataclass(frozen=True, slots=True)
 class Eccentric:
-    """Stiffness of the eccentric, per disc and crankshaft: its bearing, and the shaft with its seats; infinite means rigid.
+    """Stiffness of the eccentric, per disc and crankshaft: its bearing, and the shaft with its
+    seats; infinite means rigid.
 
     bearing            stiffness of the bearing, N/m; used where `elements` is 0
     elements           number of rolling elements of the bearing, without clearance
     element_stiffness  K of one element, N/m^n (`rolling.roller_stiffness`), with its `exponent` n
     shaft              stiffness of shaft and seats, N/m
     cranks             number of crankshafts
-    circle             radius of the circle of crankshafts that carry the output (RV), m; infinite for one central eccentric
+    circle             radius of the circle of crankshafts that carry the output (RV), m; infinite
+                       for one central eccentric
 
     Raises ValueError for impossible values.
     """
@@ -64,13 +84,21 @@ class Eccentric:
     circle: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse stiffnesses of zero or less, bearings with too few elements, and a single crankshaft off the centre."""
-        if not (self.bearing > 0 and self.element_stiffness > 0 and self.shaft > 0 and self.circle > 0):
-            raise ValueError("stiffness and circle of an eccentric must be above zero; infinite means rigid")
+        """Refuse stiffnesses of zero or less, bearings with too few elements, and a single
+        crankshaft off the centre.
+        """
+        if not (
+            self.bearing > 0 and self.element_stiffness > 0 and self.shaft > 0 and self.circle > 0
+        ):
+            raise ValueError(
+                "stiffness and circle of an eccentric must be above zero; infinite means rigid"
+            )
         if self.elements and (self.elements < 3 or math.isinf(self.element_stiffness)):  # noqa: PLR2004 - two support one direction only
             raise ValueError("a rolling bearing needs three elements or more, and their stiffness")
         if self.cranks < 1 or (self.cranks == 1) != math.isinf(self.circle):
-            raise ValueError("one eccentric must be at the centre, two or more crankshafts on a circle")
+            raise ValueError(
+                "one eccentric must be at the centre, two or more crankshafts on a circle"
+            )
 
     def bearing_stiffness(self, force: float) -> float:
         """Return the secant stiffness (N/m) of one bearing under this force (N)."""
@@ -78,11 +106,15 @@ class Eccentric:
             return self.bearing
         if force <= 0:
             return 0.0
-        shift = radial_shift(force, 0.0, self.element_stiffness, self.exponent, element_angles(self.elements))
+        shift = radial_shift(
+            force, 0.0, self.element_stiffness, self.exponent, element_angles(self.elements)
+        )
         return force / float(shift)
 
     def stiffness(self, force: float) -> float:
-        """Return the stiffness (N/m) of bearing and shaft of one crank in series under this force (N)."""
+        """Return the stiffness (N/m) of bearing and shaft of one crank in series under this force
+        (N).
+        """
         bearing = self.bearing_stiffness(force)
         soft = (1 / bearing if bearing else math.inf) + 1 / self.shaft
         return 1 / soft if soft else math.inf
@@ -90,7 +122,9 @@ class Eccentric:
 
 @dataclass(frozen=True, slots=True)
 class OutputPins:
-    """Output pins that transmit the torque of the discs: `count` pins on the radius `circle` (m), each of `stiffness` (N/m) at the discs."""
+    """Output pins that transmit the torque of the discs: `count` pins on the radius `circle` (m),
+    each of `stiffness` (N/m) at the discs.
+    """
 
     count: int
     circle: float
@@ -104,7 +138,8 @@ class Drive:
     relief                profile modification
     discs                 number of discs, which share the torque equally
     output                output pins; None for crankshafts that carry the output
-    disc_body, ring_body  None means rigid; otherwise the law of the flanks must be Johnson's, which defines the depth of the bodies
+    disc_body, ring_body  None means rigid; otherwise the law of the flanks must be Johnson's, which
+                          defines the depth of the bodies
 
     Raises ValueError for elastic bodies with another law.
     """
@@ -121,12 +156,17 @@ class Drive:
     def __post_init__(self) -> None:
         """Refuse elastic bodies with another law than Johnson's."""
         if (self.disc_body or self.ring_body) and self.flanks.law != "johnson":
-            raise ValueError(f"elastic bodies need Johnson's law of approach, which defines their depth, not {self.flanks.law!r}")
+            raise ValueError(
+                "elastic bodies need Johnson's law of approach, which defines their depth, "
+                f"not {self.flanks.law!r}"
+            )
 
     def bodies(self, crank: Floats) -> tuple[Floats | None, Floats | None, Floats | None]:
-        """Return the displacement (side, crank, N, N) along contact i per force at contact j, m/N, of disc and ring; None where both are rigid.
+        """Return the displacement (side, crank, N, N) along contact i per force at contact j, m/N,
+        of disc and ring; None where both are rigid.
 
-        And, of an envelope ring on elastic bodies, `stiffening` and `pressed` of its contacts (crank, N) for `load_sharing`, otherwise None.
+        And, of an envelope ring on elastic bodies, `stiffening` and `pressed` of its contacts
+        (crank, N) for `load_sharing`, otherwise None.
         """
         return _bodies(self, np.ascontiguousarray(crank, dtype=float).tobytes())
 
@@ -144,68 +184,121 @@ def _bodies(drive: Drive, crank: bytes) -> tuple[Floats | None, Floats | None, F
 def _flexibilities(drive: Drive, parts: tuple[Body, ...], crank: Floats) -> tuple[Floats, ...]:
     if drive.stage.kind == "lobe envelope":
         return reduced_flexibility(drive.stage, parts, drive.flanks, crank)
-    return (np.asarray(np.sum([flexibility(drive.stage, each, drive.flanks.width, crank) for each in parts], axis=0)),)
+    return (
+        np.asarray(
+            np.sum(
+                [flexibility(drive.stage, each, drive.flanks.width, crank) for each in parts],
+                axis=0,
+            )
+        ),
+    )
 
 
 def crank_force_per_torque(drive: Drive) -> float:
-    """Return the force (N) on the bearing of each crankshaft per N m on one disc, averaged over a turn: 1/(e z) for one central eccentric.
+    """Return the force (N) on the bearing of each crankshaft per N m on one disc, averaged over a
+    turn: 1/(e z) for one central eccentric.
 
-    For several crankshafts it is the vector sum of the reaction of the mesh, 1/(e z), equal for all, and of the torque's, 1/Rc, along the circle.
+    For several crankshafts it is the vector sum of the reaction of the mesh, 1/(e z), equal for
+    all, and of the torque's, 1/Rc, along the circle.
     """
     lever, circle = drive.stage.planet_pitch_radius, drive.eccentric.circle
     if math.isinf(circle):
         return 1 / lever
     around = np.cos(2 * math.pi * np.arange(_ROUND) / _ROUND)
-    return float(np.sqrt(lever**-2 + circle**-2 + 2 * around / (lever * circle)).mean()) / drive.eccentric.cranks
+    return (
+        float(np.sqrt(lever**-2 + circle**-2 + 2 * around / (lever * circle)).mean())
+        / drive.eccentric.cranks
+    )
 
 
 def play_per_crank_clearance(drive: Drive) -> float:
-    """Return the play (rad) of the output per metre of diametral clearance in every crank bearing: 1/(e z) for one central eccentric.
+    """Return the play (rad) of the output per metre of diametral clearance in every crank bearing:
+    1/(e z) for one central eccentric.
 
-    By virtual work: every bearing moves by half of its clearance along its own force, in either direction. For several crankshafts this is an upper
-    bound, reached under load.
+    By virtual work: every bearing moves by half of its clearance along its own force, in either
+    direction. For several crankshafts this is an upper bound, reached under load.
     """
     return crank_force_per_torque(drive) * drive.eccentric.cranks
 
 
 @functools.lru_cache(maxsize=256)
 def crank_force(drive: Drive, torque: float) -> float:
-    """Return the force (N) on the bearing of each crankshaft under a torque (N m) on one disc of the nominal stage, averaged over a pitch.
+    """Return the force (N) on the bearing of each crankshaft under a torque (N m) on one disc of
+    the nominal stage, averaged over a pitch.
 
-    Larger than `crank_force_per_torque` times the torque, because lobes also push slightly along the line of centres. Raises DidNotConvergeError.
+    Larger than `crank_force_per_torque` times the torque, because lobes also push slightly along
+    the line of centres. Raises DidNotConvergeError.
     """
     force = abs(torque) * crank_force_per_torque(drive)
     crank = crank_angles_of_pitch(drive)
     supports = _supports(drive, force, rigid=False)
     bodies, stiffening, _ = drive.bodies(crank)
     gap = nominal_gaps(drive, crank)
-    answer = load_sharing(drive.stage, drive.flanks, [torque], crank, gap, supports, bodies=bodies, stiffening=stiffening).checked()
-    return float(answer.bearing_force.mean()) * crank_force_per_torque(drive) * drive.stage.planet_pitch_radius
+    answer = load_sharing(
+        drive.stage,
+        drive.flanks,
+        [torque],
+        crank,
+        gap,
+        supports,
+        bodies=bodies,
+        stiffening=stiffening,
+    ).checked()
+    return (
+        float(answer.bearing_force.mean())
+        * crank_force_per_torque(drive)
+        * drive.stage.planet_pitch_radius
+    )
 
 
-def loaded_disc(drive: Drive, torque: float, crank: Floats, gap: Floats, *, rigid_eccentric: bool = False, threads: int = 1) -> LoadSharing:
+def loaded_disc(
+    drive: Drive,
+    torque: float,
+    crank: Floats,
+    gap: Floats,
+    *,
+    rigid_eccentric: bool = False,
+    threads: int = 1,
+) -> LoadSharing:
     """Return the load sharing of one disc under its torque, with the bodies of disc and ring.
 
     torque  N m on the disc, not zero
     crank   (crank,) crank angles, rad
     gap     (crank, draw, N) m
 
-    The bearing of the eccentric has its secant stiffness under its force in the nominal stage. Raises DidNotConvergeError.
+    The bearing of the eccentric has its secant stiffness under its force in the nominal stage.
+    Raises DidNotConvergeError.
     """
-    force = crank_force(drive, torque) if drive.eccentric.elements and not rigid_eccentric else abs(torque) * crank_force_per_torque(drive)
+    force = (
+        crank_force(drive, torque)
+        if drive.eccentric.elements and not rigid_eccentric
+        else abs(torque) * crank_force_per_torque(drive)
+    )
     supports = _supports(drive, force, rigid=rigid_eccentric)
     bodies, stiffening, pressed = drive.bodies(crank)
     loads = (drive.stage, drive.flanks, [torque], crank, gap, supports)
-    return load_sharing(*loads, bodies=bodies, stiffening=stiffening, pressed=pressed, threads=threads).checked()
+    return load_sharing(
+        *loads, bodies=bodies, stiffening=stiffening, pressed=pressed, threads=threads
+    ).checked()
 
 
-def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid_eccentric: bool = False, threads: int = 1) -> Floats:
-    """Return the angle (crank, draw), rad, at which a disc with interfering flanks rests without torque; NaN for a disc with play.
+def rest_angle(
+    drive: Drive,
+    crank: Floats,
+    gap: Floats,
+    torque: float,
+    *,
+    rigid_eccentric: bool = False,
+    threads: int = 1,
+) -> Floats:
+    """Return the angle (crank, draw), rad, at which a disc with interfering flanks rests without
+    torque; NaN for a disc with play.
 
     gap     (crank, draw, N) m
     torque  N m, positive; the result is the mean of the angles under +- a hundredth of it
 
-    Raises DidNotConvergeError where the interference is beyond the contact law, or its forces are 10 000 times those of `torque`.
+    Raises DidNotConvergeError where the interference is beyond the contact law, or its forces are
+    10 000 times those of `torque`.
     """
     interfering = interferes(drive, crank, gap)
     chosen = np.flatnonzero(interfering.any(axis=0))
@@ -213,16 +306,27 @@ def rest_angle(drive: Drive, crank: Floats, gap: Floats, torque: float, *, rigid
     if len(chosen):
         small = _REST * torque
         either = [
-            loaded_disc(drive, each, crank, gap[:, chosen], rigid_eccentric=rigid_eccentric, threads=threads).rotation[0] for each in (-small, small)
+            loaded_disc(
+                drive, each, crank, gap[:, chosen], rigid_eccentric=rigid_eccentric, threads=threads
+            ).rotation[0]
+            for each in (-small, small)
         ]
         out[:, chosen] = np.where(interfering[:, chosen], (either[0] + either[1]) / 2, math.nan)
     return out
 
 
-def interferes(drive: Drive, crank: Floats, gap: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Return a mask (crank, draw) of the gaps (crank, draw, N), m, with which the flanks of one disc interfere, so that it has no play."""
+def interferes(
+    drive: Drive, crank: Floats, gap: Floats
+) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Return a mask (crank, draw) of the gaps (crank, draw, N), m, with which the flanks of one
+    disc interfere, so that it has no play.
+    """
     theta = pin_angles(drive.stage, crank)[:, None]
-    return first_contact_angle(drive.stage, theta, gap, LEAST_ARM) + first_contact_angle(drive.stage, -theta, gap, LEAST_ARM) < 0
+    return (
+        first_contact_angle(drive.stage, theta, gap, LEAST_ARM)
+        + first_contact_angle(drive.stage, -theta, gap, LEAST_ARM)
+        < 0
+    )
 
 
 def _supports(drive: Drive, force: float, *, rigid: bool) -> Supports:
@@ -246,10 +350,12 @@ def crank_angles_of_pitch(drive: Drive) -> Floats:
 
 
 def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
-    """Return the wind-up (torque,), rad, due to each member under positive torques (torque,), N m, on the whole nominal drive.
+    """Return the wind-up (torque,), rad, due to each member under positive torques (torque,), N m,
+    on the whole nominal drive.
 
-    Wind-up is measured from the first contact, so play is not included; for interfering flanks it is measured from their rest angle. The members add
-    up to the total wind-up. A rigid member has zeros. Raises DidNotConvergeError where a load is beyond the contact law.
+    Wind-up is measured from the first contact, so play is not included; for interfering flanks it
+    is measured from their rest angle. The members add up to the total wind-up. A rigid member has
+    zeros. Raises DidNotConvergeError where a load is beyond the contact law.
     """
     torque = np.asarray(torque, dtype=float)
     crank = crank_angles_of_pitch(drive)
@@ -261,11 +367,32 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
     interfering = interferes(drive, crank, gap)[:, 0]
 
     def wound(loaded: Drive, each: float, *, rigid: bool) -> float:
-        start = np.where(interfering, rest_angle(loaded, crank, gap, each, rigid_eccentric=rigid)[:, 0], first)
-        return float(loaded_disc(loaded, each, crank, gap, rigid_eccentric=rigid).rotation.mean() - start.mean())
+        start = np.where(
+            interfering, rest_angle(loaded, crank, gap, each, rigid_eccentric=rigid)[:, 0], first
+        )
+        return float(
+            loaded_disc(loaded, each, crank, gap, rigid_eccentric=rigid).rotation.mean()
+            - start.mean()
+        )
 
-    lobes = "planet pins" if drive.stage.has_planet_pins else "ring pins" if drive.stage.kind == "ring pins" else "ring lobes"
-    out = {name: np.zeros_like(torque) for name in ("lobe contacts", lobes, "disc body", "ring body", "eccentric bearing", "eccentric shaft")}
+    lobes = (
+        "planet pins"
+        if drive.stage.has_planet_pins
+        else "ring pins"
+        if drive.stage.kind == "ring pins"
+        else "ring lobes"
+    )
+    out = {
+        name: np.zeros_like(torque)
+        for name in (
+            "lobe contacts",
+            lobes,
+            "disc body",
+            "ring body",
+            "eccentric bearing",
+            "eccentric shaft",
+        )
+    }
     for k, each in enumerate(torque / drive.discs):
         contact = wound(contacts_only, each, rigid=True)
         bending = wound(with_bending, each, rigid=True) if drive.flanks.bending else contact
@@ -285,14 +412,18 @@ def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
 
 
 def output_pin_wind_up(drive: Drive, torque: Floats, compliance: Floats | float) -> Floats:
-    """Return the wind-up (torque,), rad, under torques (torque,), N m, on the whole drive if each output pin deflects at the discs by `compliance`.
+    """Return the wind-up (torque,), rad, under torques (torque,), N m, on the whole drive if each
+    output pin deflects at the discs by `compliance`.
 
     compliance  m/N, one or (torque,)
 
-    One disc loads half of the pins. A second one, half a turn away, loads the other half and supports the pins of the first one sideways. Three or
-    more discs support every pin in both directions. Zeros without output pins.
+    One disc loads half of the pins. A second one, half a turn away, loads the other half and
+    supports the pins of the first one sideways. Three or more discs support every pin in both
+    directions. Zeros without output pins.
     """
     if drive.output is None:
         return np.zeros_like(torque)
-    each = output_pin_stiffness(1.0, drive.output.circle, drive.output.count) * {1: 1, 2: 2}.get(drive.discs, 4)
+    each = output_pin_stiffness(1.0, drive.output.circle, drive.output.count) * {1: 1, 2: 2}.get(
+        drive.discs, 4
+    )
     return np.asarray(torque * compliance / each)

@@ -1,9 +1,12 @@
-"""Kernel of the load sharing on elastic bodies: contacts and bodies together, case by case. Compiled once by Numba and cached; single-threaded.
+"""Kernel of the load sharing on elastic bodies: contacts and bodies together, case by case.
+Compiled once by Numba and cached; single-threaded.
 
-Unknown are the displacement x along the line of centres, v = y + r theta as in `contact_kernel`, and one number s per contact: its force where s is
-positive; otherwise s c is its separation, with a compliance c. At every contact the approach of the rigid wheels is that of the law of the contact
-plus the displacement A F of the bodies. Newton's method on these equations and on the balance of forces, with a line search on the norm of what
-remains: a contact opens or closes where its s changes sign. The law of the contact is linearised, not inverted, so one logarithm per contact and
+Unknown are the displacement x along the line of centres, v = y + r theta as in `contact_kernel`,
+and one number s per contact: its force where s is positive; otherwise s c is its separation, with a
+compliance c. At every contact the approach of the rigid wheels is that of the law of the contact
+plus the displacement A F of the bodies. Newton's method on these equations and on the balance of
+forces, with a line search on the norm of what remains: a contact opens or closes where its s
+changes sign. The law of the contact is linearised, not inverted, so one logarithm per contact and
 step is enough.
 """
 
@@ -15,14 +18,27 @@ import numpy as np
 
 from lostmotion.compiled import compiled_with
 from lostmotion.laws.contact import LEAST_LOGARITHM, PALMGREN_EXPONENT
-from lostmotion.laws.cycloid.contact_kernel import BEARING, LINEAR, LOADED, LOGARITHMIC, RESIDUAL, ROTATION, SOFTNESS, TOLERANCE
+from lostmotion.laws.cycloid.contact_kernel import (
+    BEARING,
+    LINEAR,
+    LOADED,
+    LOGARITHMIC,
+    RESIDUAL,
+    ROTATION,
+    SOFTNESS,
+    TOLERANCE,
+)
 
 _GOAL: Final = 1e-12
 _STALLED: Final = 1e-10  # accepted where a step no longer improves it: rounding
-_ROUNDING: Final = 4e-16  # of the sum of all forces: the accuracy limit of the balance, even where it is large compared with a small torque
+# of the sum of all forces: the accuracy limit of the balance, even where it is large compared with
+# a small torque
+_ROUNDING: Final = 4e-16
 _TOUCH: Final = 1e-9  # of T/r: a smaller force is rounding
-_SHORT: Final = 0.05  # contacts with arms below this share of the longest are ignored in the start value
-_ACROSS: Final = 1e-20  # of the stiffness along the line of centres: rounding of the arm of a contact on that line
+# contacts with arms below this share of the longest are ignored in the start value
+_SHORT: Final = 0.05
+# of the stiffness along the line of centres: rounding of the arm of a contact on that line
+_ACROSS: Final = 1e-20
 _STEPS: Final = 200
 _HALVINGS: Final = 12
 _LOWEST: Final = LEAST_LOGARITHM
@@ -35,22 +51,29 @@ _jit = compiled_with(fastmath={"contract"})
 
 @_jit
 def _approach(law, force, soft, scale):
-    """Return approach (m) and compliance (m/N) under a force > 0 (N): F soft | soft F (scale - ln F) | soft F^0.9 + scale F."""
+    """Return approach (m) and compliance (m/N) under a force > 0 (N): F soft | soft F (scale - ln
+    F) | soft F^0.9 + scale F.
+    """
     if law == LINEAR:
         return force * soft, soft
     if law == LOGARITHMIC:
         height = scale - np.log(force)
         if height >= _LOWEST:
             return soft * force * height, soft * (height - 1.0)
-        edge = np.exp(scale - _LOWEST)  # beyond the range of the law: continued linearly, and the result is marked as not converged
+        # beyond the range of the law: continued linearly, and the result is marked as not converged
+        edge = np.exp(scale - _LOWEST)
         return soft * (edge * _LOWEST + (force - edge) * (_LOWEST - 1.0)), soft * (_LOWEST - 1.0)
     bending = soft * force**_POWER
     return bending + scale * force, _POWER * bending / force + scale
 
 
 @_jit
-def _left_over(law, x, v, state, compliance, side, across, arm, gap, soft, scale, flexible, moved, left, sums):
-    """Write the displacements of the bodies, what remains of the equation of each contact (m), and the sums over the contacts."""
+def _left_over(
+    law, x, v, state, compliance, side, across, arm, gap, soft, scale, flexible, moved, left, sums
+):
+    """Write the displacements of the bodies, what remains of the equation of each contact (m), and
+    the sums over the contacts.
+    """
     count = arm.shape[0]
     along = around = total = length = largest = 0.0
     moved[:] = 0.0
@@ -64,17 +87,27 @@ def _left_over(law, x, v, state, compliance, side, across, arm, gap, soft, scale
                 moved[i] += flexible[j, i] * force
     for i in range(count):
         force = state[i]
-        approach = _approach(law, force, soft[i], scale[i])[0] if force > 0.0 else compliance * force
+        approach = (
+            _approach(law, force, soft[i], scale[i])[0] if force > 0.0 else compliance * force
+        )
         rigid = across[i] * x + side * arm[i] * v - gap[i]
         left[i] = rigid - approach - moved[i]
         length = max(length, abs(left[i]))
         largest = max(largest, abs(arm[i] * v) + abs(gap[i]) + abs(moved[i]))
-    sums[_ALONG], sums[_AROUND], sums[_TOTAL], sums[_LENGTH], sums[_LARGEST] = along, around, total, length, largest
+    sums[_ALONG], sums[_AROUND], sums[_TOTAL], sums[_LENGTH], sums[_LARGEST] = (
+        along,
+        around,
+        total,
+        length,
+        largest,
+    )
 
 
 @_jit
 def _factorise(law, state, side, across, arm, soft, scale, flexible, loaded, matrix, columns, left):
-    """Factorise the compliance matrix of the loaded contacts; write its inverse times left, n_x and arm to the columns. Returns their number."""
+    """Factorise the compliance matrix of the loaded contacts; write its inverse times left, n_x and
+    arm to the columns. Returns their number.
+    """
     count = 0
     for i in range(arm.shape[0]):
         if state[i] > 0.0:
@@ -109,7 +142,9 @@ def _factorise(law, state, side, across, arm, soft, scale, flexible, loaded, mat
 
 @_jit
 def _start(law, pull, side, arm, gap, soft, scale, flexible, state, moved):
-    """Write a start value of s for each contact, from shares of the load in proportion to the arms. Returns v and the compliance c."""
+    """Write a start value of s for each contact, from shares of the load in proportion to the arms.
+    Returns v and the compliance c.
+    """
     count = arm.shape[0]
     weight, longest = 0.0, 0
     for i in range(count):
@@ -123,7 +158,12 @@ def _start(law, pull, side, arm, gap, soft, scale, flexible, state, moved):
         force = unit * abs(arm[longest])
         compliance = _approach(law, force, soft[longest], scale[longest])[0] / force
     else:  # interference alone
-        compliance = _approach(law, max(1e-6 * np.exp(scale[longest]), 1e-300) if law == LOGARITHMIC else 1.0, soft[longest], scale[longest])[1]
+        compliance = _approach(
+            law,
+            max(1e-6 * np.exp(scale[longest]), 1e-300) if law == LOGARITHMIC else 1.0,
+            soft[longest],
+            scale[longest],
+        )[1]
     moved[:] = 0.0
     for j in range(count):
         if side * arm[j] > _SHORT:
@@ -143,7 +183,9 @@ def _start(law, pull, side, arm, gap, soft, scale, flexible, state, moved):
 
 @_jit
 def _nearest(law, pull, x, side, across, arm, gap, soft, scale, flexible, state, moved):
-    """Load the driving contact that is nearest to touching, where none is loaded. Returns v, or its former value."""
+    """Load the driving contact that is nearest to touching, where none is loaded. Returns v, or its
+    former value.
+    """
     best, at = np.inf, -1
     for i in range(arm.shape[0]):
         a = side * arm[i]
@@ -155,21 +197,58 @@ def _nearest(law, pull, x, side, across, arm, gap, soft, scale, flexible, state,
         return 0.0
     force = pull / (side * arm[at])
     state[at] = force
-    return best + (_approach(law, force, soft[at], scale[at])[0] + flexible[at, at] * force) / (side * arm[at])
+    return best + (_approach(law, force, soft[at], scale[at])[0] + flexible[at, at] * force) / (
+        side * arm[at]
+    )
 
 
 @_jit
-def _equilibrium(law, pull, push, spring, side, across, arm, gap, soft, scale, flexible, room, matrix, columns, loaded, sums):
-    """Return x, v and the residual at which contacts, bodies and bearing balance the pull (T/r, positive) and the push along the line of centres.
+def _equilibrium(
+    law,
+    pull,
+    push,
+    spring,
+    side,
+    across,
+    arm,
+    gap,
+    soft,
+    scale,
+    flexible,
+    room,
+    matrix,
+    columns,
+    loaded,
+    sums,
+):
+    """Return x, v and the residual at which contacts, bodies and bearing balance the pull (T/r,
+    positive) and the push along the line of centres.
 
-    An infinite spring holds x. The rows of `room` are the states, the states of a trial, displacements of the bodies, and what remains.
+    An infinite spring holds x. The rows of `room` are the states, the states of a trial,
+    displacements of the bodies, and what remains.
     """
     state, trial, moved, left = room[0], room[1], room[2], room[3]
     rigid = not np.isfinite(spring)
     count = arm.shape[0]
     x = 0.0
     v, compliance = _start(law, pull, side, arm, gap, soft, scale, flexible, state, moved)
-    _left_over(law, x, v, state, compliance, side, across, arm, gap, soft, scale, flexible, moved, left, sums)
+    _left_over(
+        law,
+        x,
+        v,
+        state,
+        compliance,
+        side,
+        across,
+        arm,
+        gap,
+        soft,
+        scale,
+        flexible,
+        moved,
+        left,
+        sums,
+    )
     unit = pull if pull > 0.0 else sums[_TOTAL] + abs(push)
     if unit == 0.0:
         return x, v, 0.0
@@ -179,14 +258,19 @@ def _equilibrium(law, pull, push, spring, side, across, arm, gap, soft, scale, f
         rx = 0.0 if rigid else push - spring * x - sums[_ALONG]
         rv = pull - sums[_AROUND]
         error = max(max(abs(rx), abs(rv)) / unit, sums[_LENGTH] / length)
-        rounded = max(abs(rx), abs(rv)) <= _ROUNDING * sums[_TOTAL] and sums[_LENGTH] <= _ROUNDING * sums[_LARGEST]
+        rounded = (
+            max(abs(rx), abs(rv)) <= _ROUNDING * sums[_TOTAL]
+            and sums[_LENGTH] <= _ROUNDING * sums[_LARGEST]
+        )
         if error <= _GOAL or (error <= _STALLED and error >= 0.5 * best) or rounded:
             return x, v, error
         best = min(best, error)
         merit = (rx / unit) ** 2 + (rv / unit) ** 2
         for i in range(count):
             merit += (left[i] / length) ** 2
-        number = _factorise(law, state, side, across, arm, soft, scale, flexible, loaded, matrix, columns, left)
+        number = _factorise(
+            law, state, side, across, arm, soft, scale, flexible, loaded, matrix, columns, left
+        )
         nr = nn = na = ar = aa = 0.0
         for p in range(number):
             n, a = across[loaded[p]], side * arm[loaded[p]]
@@ -197,7 +281,23 @@ def _equilibrium(law, pull, push, spring, side, across, arm, gap, soft, scale, f
             aa += a * columns[p, 2]
         if aa <= _ACROSS * (nn + (0.0 if rigid else spring)):  # no driving flank is in contact
             v = _nearest(law, pull, x, side, across, arm, gap, soft, scale, flexible, state, moved)
-            _left_over(law, x, v, state, compliance, side, across, arm, gap, soft, scale, flexible, moved, left, sums)
+            _left_over(
+                law,
+                x,
+                v,
+                state,
+                compliance,
+                side,
+                across,
+                arm,
+                gap,
+                soft,
+                scale,
+                flexible,
+                moved,
+                left,
+                sums,
+            )
             continue
         dx = 0.0
         if not rigid:
@@ -221,7 +321,23 @@ def _equilibrium(law, pull, push, spring, side, across, arm, gap, soft, scale, f
             state[i], trial[i] = trial[i], state[i]  # trial is the state before the step
         for halving in range(_HALVINGS):
             x, v = before[0] + share * dx, before[1] + share * dv
-            _left_over(law, x, v, state, compliance, side, across, arm, gap, soft, scale, flexible, moved, left, sums)
+            _left_over(
+                law,
+                x,
+                v,
+                state,
+                compliance,
+                side,
+                across,
+                arm,
+                gap,
+                soft,
+                scale,
+                flexible,
+                moved,
+                left,
+                sums,
+            )
             there = 0.0 if rigid else ((push - spring * x - sums[_ALONG]) / unit) ** 2
             there += ((pull - sums[_AROUND]) / unit) ** 2
             for i in range(count):
@@ -268,7 +384,24 @@ def solve_cases(
         k = stiffness[draw]
         g = gap[c % gap.shape[0], draw % gap.shape[1]]
         bodies = flexible[1 if side < 0.0 else 0, c]
-        _, v, error = _equilibrium(law, pull, push, k, side, across[c], arm[c], g, soft[c], scale[c], bodies, room, matrix, columns, loaded, sums)
+        _, v, error = _equilibrium(
+            law,
+            pull,
+            push,
+            k,
+            side,
+            across[c],
+            arm[c],
+            g,
+            soft[c],
+            scale[c],
+            bodies,
+            room,
+            matrix,
+            columns,
+            loaded,
+            sums,
+        )
         lobes, fx, fv, valid = 0, 0.0, 0.0, error <= TOLERANCE
         for i in range(pins):
             force = max(room[0, i], 0.0)
@@ -277,15 +410,33 @@ def solve_cases(
             forces[case, i] = force
             fx += force * across[c, i]
             fv += force * side * arm[c, i]
-        number = _factorise(law, room[0], side, across[c], arm[c], soft[c], scale[c], bodies, loaded, matrix, columns, room[3])
+        number = _factorise(
+            law,
+            room[0],
+            side,
+            across[c],
+            arm[c],
+            soft[c],
+            scale[c],
+            bodies,
+            loaded,
+            matrix,
+            columns,
+            room[3],
+        )
         nn = na = aa = 0.0
         for p in range(number):
             i = loaded[p]
             nn += across[c, i] * columns[p, 1]
             na += across[c, i] * columns[p, 2]
             aa += side * arm[c, i] * columns[p, 2]
-        # d(theta)/d(torque): compliance of contacts and bodies to push and pull, plus that of the bearing, over r
-        soft_v = (nn + k + na * thrust * radius) / ((nn + k) * aa - na * na) + 1.0 / k if np.isfinite(k) else 1.0 / aa
+        # d(theta)/d(torque): compliance of contacts and bodies to push and pull, plus that of the
+        # bearing, over r
+        soft_v = (
+            (nn + k + na * thrust * radius) / ((nn + k) * aa - na * na) + 1.0 / k
+            if np.isfinite(k)
+            else 1.0 / aa
+        )
         out[case, ROTATION] = side * (v + pull / k) / radius
         out[case, SOFTNESS] = soft_v / (radius * radius)
         out[case, BEARING] = np.sqrt((fx - push) ** 2 + fv * fv)

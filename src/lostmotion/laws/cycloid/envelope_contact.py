@@ -1,14 +1,18 @@
-"""Contact of the disc with an envelope ring along its whole flank, where contacts of both branches merge: wind-up and pressure.
+"""Contact of the disc with an envelope ring along its whole flank, where contacts of both branches
+merge: wind-up and pressure.
 
-Both contacts of a flank near the junction of the two branches are one wide contact, and the hollow of the second branch fits the disc almost exactly.
-So neither is a Hertz contact of its own. Here each flank of the disc is divided into short elements of uniform pressure, which never pull. The normal
-displacement by a pressure p on an element at the distance s is that of two half-planes, 2 p/(pi E*) ln(d/s) per length. It ends at a distance d: the
-rest of the bodies is not included, as in Johnson's law, with which a single contact agrees for d = 2 Req/exp(1).
+Both contacts of a flank near the junction of the two branches are one wide contact, and the hollow
+of the second branch fits the disc almost exactly. So neither is a Hertz contact of its own. Here
+each flank of the disc is divided into short elements of uniform pressure, which never pull. The
+normal displacement by a pressure p on an element at the distance s is that of two half-planes, 2
+p/(pi E*) ln(d/s) per length. It ends at a distance d: the rest of the bodies is not included, as in
+Johnson's law, with which a single contact agrees for d = 2 Req/exp(1).
 
-Valid for a rigid eccentric, static load without friction, and contacts that are small compared with the lobes. Its largest pressures agree with
-finite elements to 6 %.
+Valid for a rigid eccentric, static load without friction, and contacts that are small compared with
+the lobes. Its largest pressures agree with finite elements to 6 %.
 
-Source: K. Johnson, Contact Mechanics, 1985, sections 2.2 and 5.9 (line loads, pressure in elements); equilibrium as an active set of elements.
+Source: K. Johnson, Contact Mechanics, 1985, sections 2.2 and 5.9 (line loads, pressure in
+elements); equilibrium as an active set of elements.
 """
 
 from __future__ import annotations
@@ -23,7 +27,14 @@ import numpy as np
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.envelope import ring_of_second_branch
-from lostmotion.laws.cycloid.geometry import Modification, arms, contact_radius, flank, gaps, pin_angles
+from lostmotion.laws.cycloid.geometry import (
+    Modification,
+    arms,
+    contact_radius,
+    flank,
+    gaps,
+    pin_angles,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,7 +53,8 @@ _FLANK_POINTS: Final = 4001
 _STEPS: Final = 60
 # Unbalanced torque, as a share, at which separate contacts are in equilibrium.
 _BALANCED: Final = 1e-13
-# Share of the longest arm below which a contact on the line of centres only rounds to one that drives.
+# Share of the longest arm below which a contact on the line of centres only rounds to one that
+# drives.
 _SHORT: Final = 1e-6
 # Elements that touch at this share of the largest wind-up are those of the first estimate.
 _EARLY: Final = 0.4
@@ -57,7 +69,8 @@ class EnvelopeContact:
     """Equilibrium of one disc on an envelope ring; each (crank,).
 
     rotation  of the disc from its position without gaps, rad
-    alone     rotation with the contacts of the first branch alone, each a Hertz contact to the same depth, rad
+    alone     rotation with the contacts of the first branch alone, each a Hertz contact to the same
+              depth, rad
     peak      largest pressure, Pa
     largest   largest force of one contact area, N
     areas     number of contact areas
@@ -72,7 +85,9 @@ class EnvelopeContact:
 
 @dataclass(slots=True)
 class _Flank:
-    """The part of one lobe's flank that can touch: influence (m/Pa), arms (m), gaps (m), elements in contact, their pressure (Pa), number, theta."""
+    """The part of one lobe's flank that can touch: influence (m/Pa), arms (m), gaps (m), elements
+    in contact, their pressure (Pa), number, theta.
+    """
 
     influence: Floats
     arm: Floats
@@ -84,20 +99,30 @@ class _Flank:
 
 
 def johnson_depth(stage: Stage) -> float:
-    """Return the depth d = 2 Req/exp(1), m, with which a contact approaches as by Johnson's law, of the mean contact.
+    """Return the depth d = 2 Req/exp(1), m, with which a contact approaches as by Johnson's law, of
+    the mean contact.
 
-    The mean of ln Req over the loaded half of the first branch, weighted by the squared arms, as the contacts share the wind-up.
+    The mean of ln Req over the loaded half of the first branch, weighted by the squared arms, as
+    the contacts share the wind-up.
     """
     theta = (np.arange(_DEPTHS) + 0.5) * math.pi / _DEPTHS
-    return 2 / math.e * math.exp(float(np.average(np.log(contact_radius(stage, theta)), weights=arms(stage, theta) ** 2)))
+    return (
+        2
+        / math.e
+        * math.exp(
+            float(np.average(np.log(contact_radius(stage, theta)), weights=arms(stage, theta) ** 2))
+        )
+    )
 
 
 @functools.lru_cache(maxsize=64)
 def stiffening_by_solution(stage: Stage) -> float:
-    """Return by how many times the second branch stiffens the contacts of the first one, by the contact along the whole flank without gaps.
+    """Return by how many times the second branch stiffens the contacts of the first one, by the
+    contact along the whole flank without gaps.
 
-    Averaged over a pitch of the crank, to `johnson_depth`, under the load of a steel lobe of 3.5 mm with 100 N/mm. A third or three times that load
-    changes the result by 1 %. Raises ValueError for another kind of stage.
+    Averaged over a pitch of the crank, to `johnson_depth`, under the load of a steel lobe of 3.5 mm
+    with 100 N/mm. A third or three times that load changes the result by 1 %. Raises ValueError for
+    another kind of stage.
     """
     flanks = Flanks(1.0, 1.0)
     torque = _LOAD * stage.pin_radius * stage.planet_pitch_radius * stage.pins / 4
@@ -114,31 +139,46 @@ def envelope_contact(
     relief: Modification | None = None,
     depth: float | None = None,
 ) -> EnvelopeContact:
-    """Return the equilibrium of one disc on an envelope ring under a torque (N m, positive) at crank angles (crank,), rad.
+    """Return the equilibrium of one disc on an envelope ring under a torque (N m, positive) at
+    crank angles (crank,), rad.
 
     flanks  their width and modulus; law and bending are not used
     relief  of the disc
     depth   d, m, at which the displacement by a pressure ends; default: `johnson_depth`
 
-    Raises ValueError for another kind of stage, DidNotConvergeError where the load is beyond the law of a contact or no equilibrium is found.
+    Raises ValueError for another kind of stage, DidNotConvergeError where the load is beyond the
+    law of a contact or no equilibrium is found.
     """
     if stage.kind != "lobe envelope":
         raise ValueError(f"a stage with {stage.kind} has no second branch")
     to = johnson_depth(stage) if depth is None else depth
-    found = [_solved(stage, flanks, torque, float(each), relief or Modification(), to) for each in crank]
+    found = [
+        _solved(stage, flanks, torque, float(each), relief or Modification(), to) for each in crank
+    ]
     return EnvelopeContact(*(np.array(each) for each in zip(*found, strict=True)))
 
 
-def separate_contacts(stage: Stage, flanks: Flanks, torque: float, crank: float, relief: Modification, depth: Floats | float) -> tuple[float, Floats]:
-    """Return the rotation (rad) of a disc on the first branch alone, and the load per width (N/m) of each driving contact.
+def separate_contacts(
+    stage: Stage,
+    flanks: Flanks,
+    torque: float,
+    crank: float,
+    relief: Modification,
+    depth: Floats | float,
+) -> tuple[float, Floats]:
+    """Return the rotation (rad) of a disc on the first branch alone, and the load per width (N/m)
+    of each driving contact.
 
-    Each is a Hertz contact: delta = p/(pi E*) ln(pi E* d^2 exp(1)/(p Req)). Arguments and errors as `envelope_contact`; depth one or (N,).
+    Each is a Hertz contact: delta = p/(pi E*) ln(pi E* d^2 exp(1)/(p Req)). Arguments and errors as
+    `envelope_contact`; depth one or (N,).
     """
     from scipy.special import lambertw
 
     theta = pin_angles(stage, np.array([crank]))[0]
     arm, gap = np.maximum(arms(stage, theta), 0.0), gaps(stage, theta, relief)
-    scale = math.pi * flanks.modulus * math.e * np.asarray(depth) ** 2 / contact_radius(stage, theta)
+    scale = (
+        math.pi * flanks.modulus * math.e * np.asarray(depth) ** 2 / contact_radius(stage, theta)
+    )
     wanted = torque / flanks.width
 
     def loads(rotation: float) -> tuple[Floats, float]:
@@ -156,7 +196,8 @@ def separate_contacts(stage: Stage, flanks: Flanks, torque: float, crank: float,
         step *= 1.5
         high = first + step
     rotation = high
-    for _ in range(_STEPS):  # every load is a convex function of the rotation, so that Newton's method approaches from above
+    # every load is a convex function of the rotation, so that Newton's method approaches from above
+    for _ in range(_STEPS):
         found, slope = loads(rotation)
         excess = float(found @ arm) - wanted
         if excess <= _BALANCED * wanted:
@@ -165,7 +206,9 @@ def separate_contacts(stage: Stage, flanks: Flanks, torque: float, crank: float,
     return rotation, found
 
 
-def _solved(stage: Stage, flanks: Flanks, torque: float, crank: float, relief: Modification, depth: float) -> tuple[float, ...]:
+def _solved(
+    stage: Stage, flanks: Flanks, torque: float, crank: float, relief: Modification, depth: float
+) -> tuple[float, ...]:
     # The first branch alone is softer, so its rotation bounds the true one.
     alone, loads = separate_contacts(stage, flanks, torque, crank, relief, depth)
     reach = contact_radius(stage, pin_angles(stage, np.array([crank]))[0])
@@ -173,14 +216,24 @@ def _solved(stage: Stage, flanks: Flanks, torque: float, crank: float, relief: M
     parts = _candidates(stage, flanks.modulus, crank, relief, depth, size, alone)
     rotation = _equilibrium(parts, torque / flanks.width / size)
     areas = np.concatenate([_areas(each) for each in parts]) * size * flanks.width
-    return rotation, alone, max(float(each.pressure.max()) for each in parts), float(areas.max()), float(len(areas))
+    return (
+        rotation,
+        alone,
+        max(float(each.pressure.max()) for each in parts),
+        float(areas.max()),
+        float(len(areas)),
+    )
 
 
-def flank_moments(stage: Stage, crank: float, lobe: int, rotation: float, half: float, depth: float, theta: Floats) -> Floats:
-    """Return the moments (contact,) per width and modulus E* (m) on one flank of a disc that is turned by `rotation` (rad), by its whole contact.
+def flank_moments(
+    stage: Stage, crank: float, lobe: int, rotation: float, half: float, depth: float, theta: Floats
+) -> Floats:
+    """Return the moments (contact,) per width and modulus E* (m) on one flank of a disc that is
+    turned by `rotation` (rad), by its whole contact.
 
     crank  rad
-    lobe   of the disc, counted from the line of centres at crank zero; its flank is that with positive arms
+    lobe   of the disc, counted from the line of centres at crank zero; its flank is that with
+           positive arms
     half   half-width of its contact, m, roughly; depth: as for `envelope_contact`
     theta  (contact,) of its contacts, rad, between which its pressure is divided
 
@@ -203,9 +256,19 @@ def _areas(part: _Flank) -> Floats:
 
 
 def _candidates(  # noqa: PLR0913 - stage, contact, elements
-    stage: Stage, modulus: float, crank: float, relief: Modification, depth: float, size: float, bound: float, *, lobe: int | None = None
+    stage: Stage,
+    modulus: float,
+    crank: float,
+    relief: Modification,
+    depth: float,
+    size: float,
+    bound: float,
+    *,
+    lobe: int | None = None,
 ) -> list[_Flank]:
-    """Return the parts of all flanks, or of one lobe's, that a rotation of `bound` (rad) can bring into contact, in elements of `size` (m)."""
+    """Return the parts of all flanks, or of one lobe's, that a rotation of `bound` (rad) can bring
+    into contact, in elements of `size` (m).
+    """
     z = stage.lobes
     fine, length = _along(stage)
     count = math.ceil(length[-1] / size)
@@ -214,7 +277,9 @@ def _candidates(  # noqa: PLR0913 - stage, contact, elements
     arm = arms(stage, -z * at)
     relieved = gaps(stage, -z * at, relief)
     coarse = np.unique(np.append(np.arange(0, count, _COARSE), count - 1))
-    turns = np.exp(2j * math.pi * (np.arange(z) if lobe is None else np.array([lobe])) / z - 1j * crank / z)[:, None]
+    turns = np.exp(
+        2j * math.pi * (np.arange(z) if lobe is None else np.array([lobe])) / z - 1j * crank / z
+    )[:, None]
     centre = stage.eccentricity * np.exp(1j * crank)
     limit = 2 * arm[coarse] * bound + (_COARSE * size) ** 2 / stage.pin_radius
     within = float(limit.max() - min(relieved.min(), 0.0))
@@ -232,8 +297,16 @@ def _candidates(  # noqa: PLR0913 - stage, contact, elements
         k, gap = k[can], gap[can]
         if not len(k):
             continue
-        table = 2 / (math.pi * modulus) * np.diff(_integral((np.arange(k[-1] - k[0] + 2) - 0.5) * size, depth))
-        parts.append(_Flank(table[np.abs(k[:, None] - k)], arm[k], gap, k >= 0, np.zeros(len(k)), k, -z * at[k]))
+        table = (
+            2
+            / (math.pi * modulus)
+            * np.diff(_integral((np.arange(k[-1] - k[0] + 2) - 0.5) * size, depth))
+        )
+        parts.append(
+            _Flank(
+                table[np.abs(k[:, None] - k)], arm[k], gap, k >= 0, np.zeros(len(k)), k, -z * at[k]
+            )
+        )
     first = min(float((each.gap / each.arm).min()) for each in parts)
     for each in parts:
         each.touching = each.gap < each.arm * (first + _EARLY * (bound - first))
@@ -242,28 +315,42 @@ def _candidates(  # noqa: PLR0913 - stage, contact, elements
 
 @functools.lru_cache(maxsize=8)
 def _along(stage: Stage) -> tuple[Floats, Floats]:
-    """Return parameters t (rad) of a flank with positive arms, theta = -z t, and the length (m) along it from its tip."""
+    """Return parameters t (rad) of a flank with positive arms, theta = -z t, and the length (m)
+    along it from its tip.
+    """
     fine = np.linspace(-math.pi / stage.lobes, 0.0, _FLANK_POINTS)
-    return fine, np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(flank(stage, fine)[0], axis=0), axis=1))])
+    return fine, np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(flank(stage, fine)[0], axis=0), axis=1))]
+    )
 
 
 def _integral(distance: Floats, depth: float) -> Floats:
-    """Return the integral of ln(depth/s), zero beyond the depth, from zero to a distance (m) of either sign."""
+    """Return the integral of ln(depth/s), zero beyond the depth, from zero to a distance (m) of
+    either sign.
+    """
     size = np.clip(np.abs(distance), np.finfo(float).tiny, depth)
     return np.asarray(np.sign(distance) * size * (np.log(depth / size) + 1))
 
 
 def _distance(stage: Stage, place: np.ndarray, within: float) -> Floats:
-    """Return the distance (m) of places (complex, m) from the envelope ring; infinite where the second branch is not `within` reach (m)."""
+    """Return the distance (m) of places (complex, m) from the envelope ring; infinite where the
+    second branch is not `within` reach (m).
+    """
     n = stage.pins
-    turned = (place * np.exp(-2j * math.pi / n * np.round(np.angle(place) * n / (2 * math.pi)))).ravel()
+    turned = (
+        place * np.exp(-2j * math.pi / n * np.round(np.angle(place) * n / (2 * math.pi)))
+    ).ravel()
     turned = turned.real + 1j * np.abs(turned.imag)
     tree, points, tangents, bends = _ring(stage)
     step = float(np.abs(np.diff(points)).max())
-    away, nearest = tree.query(np.stack([turned.real, turned.imag], axis=-1), distance_upper_bound=within + step)
+    away, nearest = tree.query(
+        np.stack([turned.real, turned.imag], axis=-1), distance_upper_bound=within + step
+    )
     known = np.minimum(nearest, len(points) - 1)
     beside = (turned - points[known]) * tangents[known].conj()
-    of_cut = np.where(np.isfinite(away), np.abs(beside.imag - bends[known] * beside.real**2 / 2), np.inf)
+    of_cut = np.where(
+        np.isfinite(away), np.abs(beside.imag - bends[known] * beside.real**2 / 2), np.inf
+    )
     from_pin = turned - stage.ring_radius
     on_arc = np.angle(-from_pin.conj()) < np.angle(-(points[0] - stage.ring_radius).conj())
     return np.where(on_arc, np.abs(from_pin) - stage.pin_radius, of_cut).reshape(place.shape)
@@ -271,21 +358,31 @@ def _distance(stage: Stage, place: np.ndarray, within: float) -> Floats:
 
 @functools.lru_cache(maxsize=8)
 def _ring(stage: Stage) -> tuple[KDTree, np.ndarray, np.ndarray, Floats]:
-    """Return half a pitch of the ring's second branch, slightly beyond its root: search tree, points and tangents (complex, m), curvature (1/m)."""
+    """Return half a pitch of the ring's second branch, slightly beyond its root: search tree,
+    points and tangents (complex, m), curvature (1/m).
+    """
     from scipy.spatial import KDTree
 
     start = math.acos(stage.shortening) / stage.lobes
-    points = ring_of_second_branch(stage, np.linspace(start, 1.02 * math.pi / stage.lobes, _RING_POINTS)) @ np.array([1, 1j])
+    points = ring_of_second_branch(
+        stage, np.linspace(start, 1.02 * math.pi / stage.lobes, _RING_POINTS)
+    ) @ np.array([1, 1j])
     along = np.gradient(points)
     bends = np.gradient(np.unwrap(np.angle(along))) / np.abs(along)
-    return KDTree(np.stack([points.real, points.imag], axis=-1)), points, along / np.abs(along), bends
+    return (
+        KDTree(np.stack([points.real, points.imag], axis=-1)),
+        points,
+        along / np.abs(along),
+        bends,
+    )
 
 
 def _equilibrium(parts: list[_Flank], torque: float | None, rotation: float = 0.0) -> float:
-    """Return the rotation (rad) at which all pressures balance a torque per width and element (N/m), and write the pressures to the parts.
+    """Return the rotation (rad) at which all pressures balance a torque per width and element
+    (N/m), and write the pressures to the parts.
 
-    Without a torque the rotation is the given one. An element with a negative pressure is released, one that overlaps is added, until neither exists.
-    Raises DidNotConvergeError.
+    Without a torque the rotation is the given one. An element with a negative pressure is released,
+    one that overlaps is added, until neither exists. Raises DidNotConvergeError.
     """
     from scipy.linalg import cho_factor, cho_solve
 
@@ -295,7 +392,11 @@ def _equilibrium(parts: list[_Flank], torque: float | None, rotation: float = 0.
         for each in parts:
             here = each.touching
             both = np.stack([each.arm[here], each.gap[here]], axis=1)
-            solved = cho_solve(cho_factor(each.influence[np.ix_(here, here)]), both) if here.any() else both
+            solved = (
+                cho_solve(cho_factor(each.influence[np.ix_(here, here)]), both)
+                if here.any()
+                else both
+            )
             stiff += float(each.arm[here] @ solved[:, 0])
             free += float(each.arm[here] @ solved[:, 1])
             pushed.append(solved)
@@ -313,4 +414,6 @@ def _equilibrium(parts: list[_Flank], torque: float | None, rotation: float = 0.
             each.touching = touching
         if not changed:
             return rotation
-    raise DidNotConvergeError(f"no pressure along the flanks that balances the torque was found in {_STEPS} steps")
+    raise DidNotConvergeError(
+        f"no pressure along the flanks that balances the torque was found in {_STEPS} steps"
+    )

@@ -1,17 +1,23 @@
-"""Coulomb friction of a cycloidal stage: hysteresis with the input held, efficiency in both directions, and self-locking.
+"""Coulomb friction of a cycloidal stage: hysteresis with the input held, efficiency in both
+directions, and self-locking.
 
-Three places rub, and each loses a share of the torque that passes through it, in series from the load to the input:
+Three places rub, and each loses a share of the torque that passes through it, in series from the
+load to the input:
 
 * output pins in their holes, loaded by the torque at the output;
-* flanks. The forces on a disc with friction at each contact balance about its centre and about the pitch point: T_disc = T_n -+ mu sum(F h) and
-  T_crank = T_disc +- mu sum(F d), for an input that drives and one that is driven back. T_n is the moment of the normal forces F about the centre, d
-  the distance of a contact from the pitch point, and h that from the centre along its normal, usually a little smaller;
-* the eccentric's bearing, loaded by the force on the crank, with mu r F on the disc and, times the turns of the crank, on the input.
+* flanks. The forces on a disc with friction at each contact balance about its centre and about the
+  pitch point: T_disc = T_n -+ mu sum(F h) and T_crank = T_disc +- mu sum(F d), for an input that
+  drives and one that is driven back. T_n is the moment of the normal forces F about the centre, d
+  the distance of a contact from the pitch point, and h that from the centre along its normal,
+  usually a little smaller;
+* the eccentric's bearing, loaded by the force on the crank, with mu r F on the disc and, times the
+  turns of the crank, on the input.
 
-So flanks alone, h = d, of a friction m T_n leave the efficiency 1 - m where the input drives: at m = 1 it cannot turn the output. Where a load drives
-the input back they leave 1/(1 + m), never zero. Bearing and output pins of shares m leave 1/(1 + m) and 1 - m: an eccentric is self-locking once its
-friction circle mu r reaches the eccentricity. Normal forces are those without friction, which changes their shares. Grease, seals and a first stage
-are not included.
+So flanks alone, h = d, of a friction m T_n leave the efficiency 1 - m where the input drives: at m
+= 1 it cannot turn the output. Where a load drives the input back they leave 1/(1 + m), never zero.
+Bearing and output pins of shares m leave 1/(1 + m) and 1 - m: an eccentric is self-locking once its
+friction circle mu r reaches the eccentricity. Normal forces are those without friction, which
+changes their shares. Grease, seals and a first stage are not included.
 """
 
 from __future__ import annotations
@@ -42,8 +48,10 @@ class Friction:
     """Coulomb friction coefficients of a cycloidal stage; zero for none.
 
     flank           between disc and lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
-    bearing         of the eccentric's bearing at its `bearing_radius` (m): about 0.002 with rolling elements
-    output          of the output pins in their holes; with sleeves, times bore radius over sleeve radius
+    bearing         of the eccentric's bearing at its `bearing_radius` (m): about 0.002 with rolling
+                    elements
+    output          of the output pins in their holes; with sleeves, times bore radius over sleeve
+                    radius
     pin_circle      radius of the output pins, m
     """
 
@@ -56,7 +64,9 @@ class Friction:
 
 @dataclass(frozen=True, slots=True)
 class FrictionTorques:
-    """Friction torques of one disc at the output (torque, crank, draw), N m: on the `disc` about its centre, on the `crank`, and of output `pins`."""
+    """Friction torques of one disc at the output (torque, crank, draw), N m: on the `disc` about
+    its centre, on the `crank`, and of output `pins`.
+    """
 
     disc: Floats
     crank: Floats
@@ -64,23 +74,33 @@ class FrictionTorques:
 
 
 def friction_torques(
-    stage: Stage, crank: Floats | Sequence[float], answer: LoadSharing, friction: Friction, turns: float | None = None
+    stage: Stage,
+    crank: Floats | Sequence[float],
+    answer: LoadSharing,
+    friction: Friction,
+    turns: float | None = None,
 ) -> FrictionTorques:
-    """Return the Coulomb friction torques of one disc for the load sharing `answer` at these crank angles (crank,), rad.
+    """Return the Coulomb friction torques of one disc for the load sharing `answer` at these crank
+    angles (crank,), rad.
 
-    Per radian of the output each flank slides by its distance from the pitch point, R D - Rr (planet pins: + Rr), and the output pins by e N (planet
-    pins: e z). The crank turns by `turns`; default: those with the ring held.
+    Per radian of the output each flank slides by its distance from the pitch point, R D - Rr
+    (planet pins: + Rr), and the output pins by e N (planet pins: e z). The crank turns by `turns`;
+    default: those with the ring held.
     """
     theta = pin_angles(stage, np.atleast_1d(np.asarray(crank, dtype=float)))
     away = pitch_distance(stage, theta)
     reach = stage.ring_radius * away + (1 if stage.has_planet_pins else -1) * stage.pin_radius
     beyond = np.sign(reach) * stage.planet_pitch_radius * (np.cos(theta) - stage.shortening) / away
-    slide, offset = (friction.flank * (answer.forces * each[None, :, None, :]).sum(axis=-1) for each in (np.abs(reach), beyond))
+    slide, offset = (
+        friction.flank * (answer.forces * each[None, :, None, :]).sum(axis=-1)
+        for each in (np.abs(reach), beyond)
+    )
     bearing = friction.bearing * friction.bearing_radius * answer.bearing_force
     moment = np.abs((answer.forces * arms(stage, theta)[None, :, None, :]).sum(axis=-1))
     return FrictionTorques(
         disc=slide + offset + bearing,
-        crank=bearing * (stage.planet_pitch_radius / stage.eccentricity if turns is None else turns) - offset,
+        crank=bearing * (stage.planet_pitch_radius / stage.eccentricity if turns is None else turns)
+        - offset,
         pins=friction.output * stage.ring_pitch_radius * 4 / math.pi * moment / friction.pin_circle,
     )
 
@@ -109,33 +129,49 @@ class DriveFriction:
 
     @property
     def in_loop(self) -> Floats:
-        """Return the friction (level,), N m, between the output pins and the springs, with the input held."""
+        """Return the friction (level,), N m, between the output pins and the springs, with the
+        input held.
+        """
         return self.constant + self.discs
 
     @property
     def drives(self) -> bool:
-        """Return whether the input can turn the output, which is whether the springs unload: friction on the discs below their torque."""
+        """Return whether the input can turn the output, which is whether the springs unload:
+        friction on the discs below their torque.
+        """
         return unloads(self.levels, self.discs)
 
     @property
     def self_locking(self) -> bool:
-        """Return whether no load at the output can turn the input: friction of the crank or of the output pins takes all of it."""
+        """Return whether no load at the output can turn the input: friction of the crank or of the
+        output pins takes all of it.
+        """
         return self.pins >= 1 or bool((self.crank[1:] >= self.levels[1:]).all())
 
     @property
     def backdriving_torque(self) -> float:
-        """Return the torque at the output (N m) above which it turns an input without load; infinite for a self-locking drive."""
+        """Return the torque at the output (N m) above which it turns an input without load;
+        infinite for a self-locking drive.
+        """
         return math.inf if self.self_locking else self.constant / (1 - self.pins)
 
     def driving(self, load: Floats) -> Floats:
-        """Return the torque of the input times the ratio, N m, that moves loads (any shape, N m) at the output; infinite where none does."""
+        """Return the torque of the input times the ratio, N m, that moves loads (any shape, N m) at
+        the output; infinite where none does.
+        """
         on_discs = load * (1 + self.pins) + self.constant
         carried = torque_behind_friction(on_discs, self.levels, self.discs, -1)
-        moves = carried - interpolated(carried, self.levels, self.discs) >= on_discs * (1 - _ROUNDING)
-        return np.asarray(np.where(moves, carried + interpolated(carried, self.levels, self.crank), np.inf))
+        moves = carried - interpolated(carried, self.levels, self.discs) >= on_discs * (
+            1 - _ROUNDING
+        )
+        return np.asarray(
+            np.where(moves, carried + interpolated(carried, self.levels, self.crank), np.inf)
+        )
 
     def driven_back(self, load: Floats) -> Floats:
-        """Return the torque times the ratio, N m, that loads (any shape, N m) at the output exert on the input; zero where friction holds them."""
+        """Return the torque times the ratio, N m, that loads (any shape, N m) at the output exert
+        on the input; zero where friction holds them.
+        """
         on_discs = np.maximum(load * (1 - self.pins) - self.constant, 0.0)
         carried = torque_behind_friction(on_discs, self.levels, self.discs, 1)
         return np.asarray(np.maximum(carried - interpolated(carried, self.levels, self.crank), 0.0))

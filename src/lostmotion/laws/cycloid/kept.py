@@ -1,4 +1,6 @@
-"""Arrays that a law keeps from one run of the program to the next: nowhere, unless the edge of the program provides a store."""
+"""Arrays that a law keeps from one run of the program to the next: nowhere, unless the edge of the
+program provides a store.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ def keep_in(store: Store | None) -> None:
 
 
 def recalled(key: str, compute: Callable[[], tuple[Floats, ...]]) -> tuple[Floats, ...]:
-    """Return what `compute` returns, from the store where it is there. The key states everything that the arrays follow from."""
+    """Return what `compute` returns, from the store where it is there. The key states everything
+    that the arrays follow from.
+    """
     store = _Kept.store
     if store is None:
         return compute()

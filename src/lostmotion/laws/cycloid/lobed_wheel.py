@@ -1,16 +1,21 @@
-"""Deformation of a solid cycloidal disc on its hub, or of an envelope ring in its housing, by forces at contacts: the exact profile, not a circle.
+"""Deformation of a solid cycloidal disc on its hub, or of an envelope ring in its housing, by
+forces at contacts: the exact profile, not a circle.
 
-A force on the profile is Flamant's solution of the half-plane whose edge is the tangent there. Its tractions on the true, curved profile are small
-and smooth, and are cancelled by point forces (Kelvin's solution) off the profile and beyond the fixed circle: method of fundamental solutions, with
-strengths by least squares. Profile, points and point forces repeat with the lobes. So the equations of a discrete Fourier transform over the lobes
-are independent and small. Small displacements, linear material. Accurate to about 0.1 % of the rotation; the error shows in displacements that are
-not reciprocal.
+A force on the profile is Flamant's solution of the half-plane whose edge is the tangent there. Its
+tractions on the true, curved profile are small and smooth, and are cancelled by point forces
+(Kelvin's solution) off the profile and beyond the fixed circle: method of fundamental solutions,
+with strengths by least squares. Profile, points and point forces repeat with the lobes. So the
+equations of a discrete Fourier transform over the lobes are independent and small. Small
+displacements, linear material. Accurate to about 0.1 % of the rotation; the error shows in
+displacements that are not reciprocal.
 
-A ring surrounds the force, so the cut of Flamant's logarithm would cross it. Its logarithm has a second pole at the ring's centre, with a
-dislocation that leaves the displacement single-valued; both lie in the hole of the ring, and their tractions are cancelled with the others.
+A ring surrounds the force, so the cut of Flamant's logarithm would cross it. Its logarithm has a
+second pole at the ring's centre, with a dislocation that leaves the displacement single-valued;
+both lie in the hole of the ring, and their tractions are cancelled with the others.
 
-Source: N. Muskhelishvili, Some Basic Problems of the Mathematical Theory of Elasticity, 1953, sections 57 and 93 (potentials of a force in the plane
-and on its edge), 38 (many-valued displacements); G. Fairweather, A. Karageorghis, Adv. Comput. Math. 9 (1998) 69 (the method).
+Source: N. Muskhelishvili, Some Basic Problems of the Mathematical Theory of Elasticity, 1953,
+sections 57 and 93 (potentials of a force in the plane and on its edge), 38 (many-valued
+displacements); G. Fairweather, A. Karageorghis, Adv. Comput. Math. 9 (1998) 69 (the method).
 """
 
 from __future__ import annotations
@@ -38,24 +43,28 @@ if TYPE_CHECKING:
 
     Complexes = npt.NDArray[np.complex128]
 
-# Point forces per lobe outside the flank, the later ones for sharp flanks and small pins; points of the flank per force, and distance of a force from
-# the flank over the spacing.
+# Point forces per lobe outside the flank, the later ones for sharp flanks and small pins; points of
+# the flank per force, and distance of a force from the flank over the spacing.
 _DENSITIES: Final = (24, 48, 96)
 _POINTS: Final = 3
 _OFF: Final = 2.0
 # Largest distance of a force from the flank, over the radius of the valley.
 _IN_VALLEY: Final = 0.6
-# Least and largest number of forces around the fixed circle, and their number per length of the thinnest wall between it and the profile.
+# Least and largest number of forces around the fixed circle, and their number per length of the
+# thinnest wall between it and the profile.
 _HUB: Final = 64
 _MOST: Final = 1000
 _PER_WALL: Final = 4
-# Unit of length over the radius of the rim; logarithms of a unit circle would make the equations singular.
+# Unit of length over the radius of the rim; logarithms of a unit circle would make the equations
+# singular.
 _UNIT: Final = 3.0
 # Step of the parameter of a pitch, for the ring's normal.
 _STEP: Final = 1e-5
-# Singular values below this share of the largest are omitted, with columns of unit length: nearly dependent forces stay small.
+# Singular values below this share of the largest are omitted, with columns of unit length: nearly
+# dependent forces stay small.
 _RANK: Final = 1e-11
-# Difference between a displacement and its reciprocal one, over the largest displacement: below which no more forces are tried, and largest one.
+# Difference between a displacement and its reciprocal one, over the largest displacement: below
+# which no more forces are tried, and largest one.
 _GOAL: Final = 1e-3
 _ASYMMETRY: Final = 1e-2
 # Distance, in units of length, within which a point is that of the force.
@@ -64,7 +73,9 @@ _AT_FORCE: Final = 1e-7
 
 @dataclass(frozen=True, slots=True)
 class _Lobe:
-    """Points and point forces of one of `count` lobes, in units of length: `points` with outward normals, the first `rim` of them on the profile."""
+    """Points and point forces of one of `count` lobes, in units of length: `points` with outward
+    normals, the first `rim` of them on the profile.
+    """
 
     points: Complexes
     normals: Complexes
@@ -74,16 +85,21 @@ class _Lobe:
     count: int
 
 
-def contact_flexibility(stage: Stage, body: Annulus, crank: float, part: Part = "planet", second: Floats | None = None) -> Floats:
-    """Return the displacements (m/N) of a wheel along contact i under a unit force at contact j, symmetric, with a fixed circle that does not move.
+def contact_flexibility(
+    stage: Stage, body: Annulus, crank: float, part: Part = "planet", second: Floats | None = None
+) -> Floats:
+    """Return the displacements (m/N) of a wheel along contact i under a unit force at contact j,
+    symmetric, with a fixed circle that does not move.
 
     stage   with a disc that has the lobes; for a ring with envelope lobes
-    body    its material, width and fixed radius, which must be at least a tenth of the disc's; the loaded radius is not used
+    body    its material, width and fixed radius, which must be at least a tenth of the disc's; the
+            loaded radius is not used
     crank   crank angle, rad
-    second  parameters (contact,) of the disc's flank at contacts of the second branch, rad, which follow the N of the first branch
+    second  parameters (contact,) of the disc's flank at contacts of the second branch, rad, which
+            follow the N of the first branch
 
-    Johnson's law of approach includes the wheel down to the depth 2 Req exp((1 + nu')/2 - 1); the diagonal is what it does not include. Raises
-    DidNotConvergeError where the profile is too sharp.
+    Johnson's law of approach includes the wheel down to the depth 2 Req exp((1 + nu')/2 - 1); the
+    diagonal is what it does not include. Raises DidNotConvergeError where the profile is too sharp.
     """
     for density in _DENSITIES:
         out = _attempt(stage, body, crank, density, part, second)
@@ -92,13 +108,23 @@ def contact_flexibility(stage: Stage, body: Annulus, crank: float, part: Part = 
             break
     if not error < _ASYMMETRY:
         raise DidNotConvergeError(
-            "the flank of this disc is too sharp for its deformation to be resolved: take larger pins or a smaller eccentricity"
+            "the flank of this disc is too sharp for its deformation to be resolved: take "
+            "larger pins or a smaller eccentricity"
         )
     return np.asarray((out + out.T) / 2)
 
 
-def _attempt(stage: Stage, body: Annulus, crank: float, density: int, part: Part = "planet", second: Floats | None = None) -> Floats:
-    """Return the displacements (m/N) along contact i under a unit force at contact j, with this number of point forces per lobe."""
+def _attempt(
+    stage: Stage,
+    body: Annulus,
+    crank: float,
+    density: int,
+    part: Part = "planet",
+    second: Floats | None = None,
+) -> Floats:
+    """Return the displacements (m/N) along contact i under a unit force at contact j, with this
+    number of point forces per lobe.
+    """
     lobe, solve = _prepared(stage, body.fixed, body.kolosov, density, part)
     touch, into, radius = _contacts(stage, crank, part, np.zeros(0) if second is None else second)
     touch = touch / lobe.unit
@@ -113,20 +139,35 @@ def _attempt(stage: Stage, body: Annulus, crank: float, density: int, part: Part
     wanted = -np.concatenate([pulled, moved], axis=1) * around.conj()[:, None, None]
     strength = around[:, None, None] * solve(wanted)
     forces = (around[:, None] * lobe.forces).ravel()
-    smooth = _kelvin_displacement(body.kolosov, touch[:, None], forces, strength.reshape(len(forces), -1))
-    # Off the diagonal, the displacement of the surface; on it, that of the depth which the law of the contact includes, in the half-plane.
+    smooth = _kelvin_displacement(
+        body.kolosov, touch[:, None], forces, strength.reshape(len(forces), -1)
+    )
+    # Off the diagonal, the displacement of the surface; on it, that of the depth which the law of
+    # the contact includes, in the half-plane.
     depth = 2 * radius * math.exp((1 + body.plane_nu) / 2 - 1) / lobe.unit
     at = touch[:, None] + np.diag(depth * into)
-    whole = _flamant_displacement(body.kolosov, at, touch, into, touch[:, None] if about_centre else None) + smooth
-    return np.asarray((whole * into[:, None].conj()).real * (1 + body.nu) / (body.young * body.width))
+    whole = (
+        _flamant_displacement(
+            body.kolosov, at, touch, into, touch[:, None] if about_centre else None
+        )
+        + smooth
+    )
+    return np.asarray(
+        (whole * into[:, None].conj()).real * (1 + body.nu) / (body.young * body.width)
+    )
 
 
-def _contacts(stage: Stage, crank: float, part: Part, second: Floats) -> tuple[Complexes, Complexes, Floats]:
-    """Return places (m), unit vectors into the wheel and equivalent radii (m) of all contacts, in the wheel's own axes about its centre."""
+def _contacts(
+    stage: Stage, crank: float, part: Part, second: Floats
+) -> tuple[Complexes, Complexes, Floats]:
+    """Return places (m), unit vectors into the wheel and equivalent radii (m) of all contacts, in
+    the wheel's own axes about its centre.
+    """
     theta = pin_angles(stage, np.array([crank]))[0]
     outward = normals(stage, theta) @ np.array([1, 1j])
     place = stage.ring_radius * np.exp(1j * theta) - stage.eccentricity - stage.pin_radius * outward
-    turn = np.exp(1j * crank * (1 + 1 / stage.lobes))  # from the line of centres to the disc's own axes
+    # from the line of centres to the disc's own axes
+    turn = np.exp(1j * crank * (1 + 1 / stage.lobes))
     of_second, away = (each @ np.array([1, 1j]) for each in flank(stage, second))
     touch, normal = np.append(place * turn, of_second), np.append(outward * turn, away)
     radius = np.append(contact_radius(stage, theta), second_radius(stage, second))
@@ -137,22 +178,38 @@ def _contacts(stage: Stage, crank: float, part: Part, second: Floats) -> tuple[C
 
 
 @functools.lru_cache(maxsize=16)
-def _prepared(stage: Stage, fixed: float, kolosov: float, density: int, part: Part) -> tuple[_Lobe, Callable[[Complexes], Complexes]]:
-    """Return points and point forces of a lobe, and the function from wanted conditions to strengths, both (lobe, ..., load) in each lobe's axes."""
+def _prepared(
+    stage: Stage, fixed: float, kolosov: float, density: int, part: Part
+) -> tuple[_Lobe, Callable[[Complexes], Complexes]]:
+    """Return points and point forces of a lobe, and the function from wanted conditions to
+    strengths, both (lobe, ..., load) in each lobe's axes.
+    """
     lobe = _lobe(stage, fixed, density, part)
     count = lobe.count
     around = np.exp(2j * math.pi * np.arange(count) / count)
-    points, along = ((around[:, None] * each).ravel()[:, None] for each in (lobe.points, lobe.normals))
+    points, along = (
+        (around[:, None] * each).ravel()[:, None] for each in (lobe.points, lobe.normals)
+    )
     block = np.empty((count, len(lobe.points), 2, len(lobe.forces), 2))
     for k, strength in enumerate((1.0, 1j)):
-        moved = _kelvin_displacement(kolosov, points, lobe.forces, None, strength).reshape(count, len(lobe.points), -1)
-        pulled = _kelvin_traction(kolosov, points, along, lobe.forces, strength).reshape(count, len(lobe.points), -1)
-        both = np.concatenate([pulled[:, : lobe.rim], moved[:, lobe.rim :]], axis=1) * around.conj()[:, None, None]
+        moved = _kelvin_displacement(kolosov, points, lobe.forces, None, strength).reshape(
+            count, len(lobe.points), -1
+        )
+        pulled = _kelvin_traction(kolosov, points, along, lobe.forces, strength).reshape(
+            count, len(lobe.points), -1
+        )
+        both = (
+            np.concatenate([pulled[:, : lobe.rim], moved[:, lobe.rim :]], axis=1)
+            * around.conj()[:, None, None]
+        )
         block[:, :, 0, :, k], block[:, :, 1, :, k] = both.real, both.imag
     # a fixed circle of any size must neither move nor turn
     held = np.full(len(lobe.points) - lobe.rim, (stage.ring_radius / fixed) ** 2)
     weight = np.repeat(np.concatenate([np.abs(np.gradient(lobe.points[: lobe.rim])), held]), 2)
-    harmonics = np.fft.rfft(block.reshape(count, 2 * len(lobe.points), 2 * len(lobe.forces)), axis=0) * weight[:, None]
+    harmonics = (
+        np.fft.rfft(block.reshape(count, 2 * len(lobe.points), 2 * len(lobe.forces)), axis=0)
+        * weight[:, None]
+    )
     size = np.sqrt((np.abs(harmonics) ** 2).sum(axis=1))[:, None]
     inverse = np.linalg.pinv(harmonics / size, rcond=_RANK)
 
@@ -167,7 +224,9 @@ def _prepared(stage: Stage, fixed: float, kolosov: float, density: int, part: Pa
 
 
 def _lobe(stage: Stage, fixed: float, density: int, part: Part) -> _Lobe:
-    """Return points and point forces of one lobe, from valley to valley or from root to root, and of its share of the fixed circle."""
+    """Return points and point forces of one lobe, from valley to valley or from root to root, and
+    of its share of the fixed circle.
+    """
     unit = _UNIT * stage.ring_radius
     ring = part == "ring"
     count = stage.pins if ring else stage.lobes
@@ -196,13 +255,24 @@ def _lobe(stage: Stage, fixed: float, density: int, part: Part) -> _Lobe:
     beyond = 1 + _OFF * pitch / inside if ring else max(1 - _OFF * pitch / inside, 0.3)
     points = np.concatenate([rim, fixed / unit * on_circle])
     directions = np.concatenate([outward, on_circle if ring else -on_circle])
-    return _Lobe(points, directions, len(rim), np.concatenate([forces, beyond * fixed / unit * around]), unit, count)
+    return _Lobe(
+        points,
+        directions,
+        len(rim),
+        np.concatenate([forces, beyond * fixed / unit * around]),
+        unit,
+        count,
+    )
 
 
 def _profile(stage: Stage, part: Part, at: Floats) -> tuple[Complexes, Complexes]:
-    """Return points of one pitch, m, and unit normals out of the wheel, at parameters from -1 to 1: between tips of the disc or roots of the ring."""
+    """Return points of one pitch, m, and unit normals out of the wheel, at parameters from -1 to 1:
+    between tips of the disc or roots of the ring.
+    """
     if part == "planet":
-        point, normal = (each @ np.array([1, 1j]) for each in flank(stage, at * math.pi / stage.lobes))
+        point, normal = (
+            each @ np.array([1, 1j]) for each in flank(stage, at * math.pi / stage.lobes)
+        )
         return point, normal
     point = _ring_points(stage, at)
     normal = 1j * (_ring_points(stage, at + _STEP) - _ring_points(stage, at - _STEP))
@@ -210,35 +280,60 @@ def _profile(stage: Stage, part: Part, at: Floats) -> tuple[Complexes, Complexes
 
 
 def _ring_points(stage: Stage, at: Floats) -> Complexes:
-    """Return points (m) of an envelope ring's pitch: up to 1/2 of either side the arc of the pin, then the second branch."""
+    """Return points (m) of an envelope ring's pitch: up to 1/2 of either side the arc of the pin,
+    then the second branch.
+    """
     off, start = np.abs(at), junction(stage)
     turn = 2 * math.asin(stage.shortening) * off
     arc = stage.ring_radius - stage.pin_radius * np.exp(-1j * turn)
-    cut = ring_of_second_branch(stage, np.maximum(start + (2 * off - 1) * (math.pi / stage.lobes - start), start)) @ np.array([1, 1j])
+    cut = ring_of_second_branch(
+        stage, np.maximum(start + (2 * off - 1) * (math.pi / stage.lobes - start), start)
+    ) @ np.array([1, 1j])
     half = np.where(off < 1 / 2, arc, cut)
     return np.asarray(np.where(at < 0, half.conj(), half))
 
 
-def _kelvin_displacement(kolosov: float, z: Complexes, at: Complexes, strengths: Complexes | None, strength: complex = 1.0) -> Complexes:
-    """Return 2 G times the displacement at points z (point, 1) of forces in the plane: of each (point, force), or of all (point, load)."""
+def _kelvin_displacement(
+    kolosov: float,
+    z: Complexes,
+    at: Complexes,
+    strengths: Complexes | None,
+    strength: complex = 1.0,
+) -> Complexes:
+    """Return 2 G times the displacement at points z (point, 1) of forces in the plane: of each
+    (point, force), or of all (point, load).
+    """
     w = z - at
-    direct, conjugate = -kolosov * np.log(np.abs(w)) / (math.pi * (1 + kolosov)), w / w.conj() / (2 * math.pi * (1 + kolosov))
+    direct, conjugate = (
+        -kolosov * np.log(np.abs(w)) / (math.pi * (1 + kolosov)),
+        w / w.conj() / (2 * math.pi * (1 + kolosov)),
+    )
     if strengths is None:
         return np.asarray(direct * strength + conjugate * np.conj(strength))
     return np.asarray(direct @ strengths + conjugate @ strengths.conj())
 
 
-def _kelvin_traction(kolosov: float, z: Complexes, normal: Complexes, at: Complexes, strength: complex) -> Complexes:
-    """Return the traction (point, force) at points z with normals (point, 1) of forces in the plane."""
+def _kelvin_traction(
+    kolosov: float, z: Complexes, normal: Complexes, at: Complexes, strength: complex
+) -> Complexes:
+    """Return the traction (point, force) at points z with normals (point, 1) of forces in the
+    plane.
+    """
     w = z - at
     c = -strength / (2 * math.pi * (1 + kolosov))
-    return np.asarray(2 * normal * (c / w).real + normal.conj() * (w * (c / w**2).conj() + kolosov * c / w.conj()))
+    return np.asarray(
+        2 * normal * (c / w).real + normal.conj() * (w * (c / w**2).conj() + kolosov * c / w.conj())
+    )
 
 
-def _flamant_displacement(kolosov: float, z: Complexes, at: Complexes, force: Complexes, centre: Complexes | None = None) -> Complexes:
-    """Return 2 G times displacement at points z of a force on the edge of a half-plane along its inward normal.
+def _flamant_displacement(
+    kolosov: float, z: Complexes, at: Complexes, force: Complexes, centre: Complexes | None = None
+) -> Complexes:
+    """Return 2 G times displacement at points z of a force on the edge of a half-plane along its
+    inward normal.
 
-    centre  places about the ring's centre, for the dislocation there; None for a disc, behind whose edge the logarithm has its cut
+    centre  places about the ring's centre, for the dislocation there; None for a disc, behind whose
+            edge the logarithm has its cut
     """
     w = _from_force(z, at, force)
     c = -force / (2 * math.pi)
@@ -246,7 +341,9 @@ def _flamant_displacement(kolosov: float, z: Complexes, at: Complexes, force: Co
         logarithm, closing = np.log(w * force.conj()), np.zeros_like(c)
     else:
         logarithm, a = np.log(w / centre), _dislocation(kolosov, force)
-        closing = (c * (kolosov + 1) + a * (kolosov - 1)) * np.log(np.abs(centre)) - centre * (a / centre).conj()
+        closing = (c * (kolosov + 1) + a * (kolosov - 1)) * np.log(np.abs(centre)) - centre * (
+            a / centre
+        ).conj()
     return np.asarray(kolosov * c * logarithm - w * (c / w).conj() + c * logarithm.conj() + closing)
 
 
@@ -255,20 +352,32 @@ def _dislocation(kolosov: float, force: Complexes) -> Complexes:
     return force * (kolosov - 1) / (2 * math.pi * (kolosov + 1))
 
 
-def _dislocation_traction(kolosov: float, z: Complexes, normal: Complexes, force: Complexes) -> Complexes:
-    """Return the traction at points z with these normals of the dislocation at the ring's centre."""
+def _dislocation_traction(
+    kolosov: float, z: Complexes, normal: Complexes, force: Complexes
+) -> Complexes:
+    """Return the traction at points z with these normals of the dislocation at the ring's
+    centre.
+    """
     a = _dislocation(kolosov, force)
-    return np.asarray(2 * normal * (a / z).real + normal.conj() * (z * (a / z**2).conj() - a / z.conj()))
+    return np.asarray(
+        2 * normal * (a / z).real + normal.conj() * (z * (a / z**2).conj() - a / z.conj())
+    )
 
 
-def _flamant_traction(z: Complexes, normal: Complexes, at: Complexes, force: Complexes) -> Complexes:
+def _flamant_traction(
+    z: Complexes, normal: Complexes, at: Complexes, force: Complexes
+) -> Complexes:
     """Return the traction at points z with these normals of the same force."""
     w = _from_force(z, at, force)
     c = -force / (2 * math.pi)
-    return np.asarray(2 * normal * (c / w).real + normal.conj() * (w * (c / w**2).conj() + c / w.conj()))
+    return np.asarray(
+        2 * normal * (c / w).real + normal.conj() * (w * (c / w**2).conj() + c / w.conj())
+    )
 
 
 def _from_force(z: Complexes, at: Complexes, force: Complexes) -> Complexes:
-    """Return the places of points z from that of a force; one at the force is moved along the edge, where the traction vanishes."""
+    """Return the places of points z from that of a force; one at the force is moved along the edge,
+    where the traction vanishes.
+    """
     w = z - at
     return np.asarray(np.where(np.abs(w) > _AT_FORCE, w, 1j * _AT_FORCE * force))

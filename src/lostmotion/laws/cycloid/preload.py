@@ -1,11 +1,13 @@
-"""Discs that push against each other without torque (preload): their rest angle, and the wind-up from there.
+"""Discs that push against each other without torque (preload): their rest angle, and the wind-up
+from there.
 
-Each disc at an angle of the output carries a torque T_d of either sign, which does not decrease with the angle. The output is at the angle where the
-sum over the discs is the torque on it. At rest that sum is zero: one disc pushes forwards, another backwards. Wind-up is the angle under torque less
-the rest angle, so it has the sign of the torque and grows with it.
+Each disc at an angle of the output carries a torque T_d of either sign, which does not decrease
+with the angle. The output is at the angle where the sum over the discs is the torque on it. At rest
+that sum is zero: one disc pushes forwards, another backwards. Wind-up is the angle under torque
+less the rest angle, so it has the sign of the torque and grows with it.
 
-Source: equilibrium of springs in parallel, each a contact problem of its own (`cycloid.contact`). Checked against one minimisation of the energy of
-both discs over all their displacements.
+Source: equilibrium of springs in parallel, each a contact problem of its own (`cycloid.contact`).
+Checked against one minimisation of the energy of both discs over all their displacements.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ if TYPE_CHECKING:
     from lostmotion.laws.cycloid.drive import Drive
     from lostmotion.spatial import Floats
 
-# The angle of one disc is computed at a geometric series of torques with this ratio, from this share of the smallest torque.
+# The angle of one disc is computed at a geometric series of torques with this ratio, from this
+# share of the smallest torque.
 _STEP: Final = 1.2
 _LEAST: Final = 0.1
 
@@ -32,7 +35,8 @@ class ClearanceEffects:
     """Effect of clearances and misplaced output pins on the angles of the discs, rad.
 
     low, high  (disc, crank, gearbox) ends of the range in which a disc carries no torque
-    shift      (direction, crank, gearbox) added to the angle of a disc that is loaded forwards, and subtracted from that of one loaded backwards
+    shift      (direction, crank, gearbox) added to the angle of a disc that is loaded forwards, and
+               subtracted from that of one loaded backwards
     """
 
     low: Floats
@@ -41,18 +45,27 @@ class ClearanceEffects:
 
 
 def preloaded_discs(
-    drive: Drive, torque: Floats, crank: Floats, gap: Floats, effects: ClearanceEffects, *, threads: int = 1
+    drive: Drive,
+    torque: Floats,
+    crank: Floats,
+    gap: Floats,
+    effects: ClearanceEffects,
+    *,
+    threads: int = 1,
 ) -> tuple[Floats, Floats]:
-    """Return the rest angles (end, crank, gearbox), rad, and the angle under each torque (torque, crank, gearbox), rad.
+    """Return the rest angles (end, crank, gearbox), rad, and the angle under each torque (torque,
+    crank, gearbox), rad.
 
     torque   (torque,) N m of either sign, not empty and without zeros
     crank    (crank,) crank angles, rad
     gap      (disc, crank, gearbox, N) m
     effects  of clearances and misplaced output pins
 
-    The two ends of the rest angles, behind and ahead, differ where clearances leave play. The angles of a disc are interpolated linearly between
-    torques 20 % apart: the wind-up of preloaded discs is within 0.1 %. That of discs that barely touch is within 2 % from 0.3 % of the rated torque
-    on and 6 % below, on average over gearboxes 0.3 %. Raises DidNotConvergeError where the preload or a torque is beyond the contact law.
+    The two ends of the rest angles, behind and ahead, differ where clearances leave play. The
+    angles of a disc are interpolated linearly between torques 20 % apart: the wind-up of preloaded
+    discs is within 0.1 %. That of discs that barely touch is within 2 % from 0.3 % of the rated
+    torque on and 6 % below, on average over gearboxes 0.3 %. Raises DidNotConvergeError where the
+    preload or a torque is beyond the contact law.
     """
     wanted = np.array([0.0, 0.0, *torque])
     most = float(np.abs(torque).max())
@@ -64,39 +77,57 @@ def preloaded_discs(
         torques = np.concatenate([-loads[::-1], [0.0, 0.0], loads])
         angles = _joined(tables, effects)
         low, high = angles[:, 0].max(axis=0), angles[:, -1].min(axis=0)
-        least, largest = (sum(carried_torque(each, torques, end) for each in angles) for end in (low, high))
+        least, largest = (
+            sum(carried_torque(each, torques, end) for each in angles) for end in (low, high)
+        )
         if (low < high).all() and (least <= wanted.min()).all() and (largest >= wanted.max()).all():
             break
         more = np.asarray(loads[-1] * _STEP ** np.arange(1.0, 4.0), dtype=float)
         tables.append(_table(drive, more, crank, gap, effects, threads))
         loads = np.concatenate([loads, more])
     points = angles.reshape(-1, *angles.shape[2:])
-    sums = np.stack([sum(carried_torque(each, torques, point) for each in angles) for point in points])
-    # The first rest angle is where the sum stops being negative, the second one where it becomes positive.
-    found = [crossing(points, sums, sums <= 0 if k == 1 else sums < whole, whole) for k, whole in enumerate(wanted)]
+    sums = np.stack(
+        [sum(carried_torque(each, torques, point) for each in angles) for point in points]
+    )
+    # The first rest angle is where the sum stops being negative, the second one where it becomes
+    # positive.
+    found = [
+        crossing(points, sums, sums <= 0 if k == 1 else sums < whole, whole)
+        for k, whole in enumerate(wanted)
+    ]
     rest, turned = np.sort(found[:2], axis=0), np.array(found[2:])
-    # Without play the two ends differ by rounding, which must not appear as a rotation against the torque.
-    return rest, np.where(torque[:, None, None] > 0, np.maximum(turned, rest[1]), np.minimum(turned, rest[0]))
+    # Without play the two ends differ by rounding, which must not appear as a rotation against the
+    # torque.
+    return rest, np.where(
+        torque[:, None, None] > 0, np.maximum(turned, rest[1]), np.minimum(turned, rest[0])
+    )
 
 
 def crossing(points: Floats, sums: Floats, below: np.ndarray, whole: float) -> Floats:
-    """Return the angle (crank, gearbox), rad, at which the torque of all discs reaches `whole` (N m).
+    """Return the angle (crank, gearbox), rad, at which the torque of all discs reaches `whole` (N
+    m).
 
     points  (point, crank, gearbox) angles, in any order, between which the torque is linear
     sums    (point, crank, gearbox) N m, the torque at them
     below   (point, crank, gearbox) mask of the angles before the one that is sought
     """
-    last, first = (np.where(chosen, points, bound) for chosen, bound in ((below, -np.inf), (~below, np.inf)))
+    last, first = (
+        np.where(chosen, points, bound) for chosen, bound in ((below, -np.inf), (~below, np.inf))
+    )
     at = last.argmax(axis=0)[None], first.argmin(axis=0)[None]
-    (start, end), (low, high) = ([np.take_along_axis(each, k, axis=0)[0] for k in at] for each in (points, sums))
+    (start, end), (low, high) = (
+        [np.take_along_axis(each, k, axis=0)[0] for k in at] for each in (points, sums)
+    )
     share = (whole - low) / np.where(high > low, high - low, 1.0)
     return np.asarray(start + np.clip(share, 0.0, 1.0) * (end - start))
 
 
 def carried_torque(alone: Floats, loads: Floats, angle: Floats) -> Floats:
-    """Return the torque (crank, gearbox), N m, of one disc at an angle (crank, gearbox), by linear interpolation.
+    """Return the torque (crank, gearbox), N m, of one disc at an angle (crank, gearbox), by linear
+    interpolation.
 
-    alone  (load, crank, gearbox) angles of the disc under the torques `loads` (load,), rad and N m; beyond them the torque of the nearer end
+    alone  (load, crank, gearbox) angles of the disc under the torques `loads` (load,), rad and N m;
+           beyond them the torque of the nearer end
     """
     at = np.clip((alone <= angle).sum(axis=0), 1, len(loads) - 1)
     below, above = (np.take_along_axis(alone, k[None], axis=0)[0] for k in (at - 1, at))
@@ -104,25 +135,34 @@ def carried_torque(alone: Floats, loads: Floats, angle: Floats) -> Floats:
     return np.asarray(loads[at - 1] + np.minimum(share, 1.0) * (loads[at] - loads[at - 1]))
 
 
-def _table(drive: Drive, loads: Floats, crank: Floats, gap: Floats, effects: ClearanceEffects, threads: int) -> Floats:
-    """Return the angles (direction, disc, load, crank, gearbox), rad, of the discs under loads (load,), N m, forwards and backwards."""
+def _table(
+    drive: Drive, loads: Floats, crank: Floats, gap: Floats, effects: ClearanceEffects, threads: int
+) -> Floats:
+    """Return the angles (direction, disc, load, crank, gearbox), rad, of the discs under loads
+    (load,), N m, forwards and backwards.
+    """
     out = np.empty((2, drive.discs, len(loads), *gap.shape[1:3]))
     for direction, sign in enumerate((1.0, -1.0)):
         for disc in range(drive.discs):
             turned = crank + 2 * math.pi * disc / drive.discs
             for k, each in enumerate(loads):
-                rotation = loaded_disc(drive, sign * float(each), turned, gap[disc], threads=threads).rotation[0]
+                rotation = loaded_disc(
+                    drive, sign * float(each), turned, gap[disc], threads=threads
+                ).rotation[0]
                 out[direction, disc, k] = rotation + sign * effects.shift[direction]
     return out
 
 
 def _joined(tables: list[Floats], effects: ClearanceEffects) -> Floats:
-    """Return the angles (disc, load, crank, gearbox), rad, of the discs for loads from the most negative to the largest, with two of no load."""
+    """Return the angles (disc, load, crank, gearbox), rad, of the discs for loads from the most
+    negative to the largest, with two of no load.
+    """
     ahead, behind = np.concatenate(tables, axis=2)
     high, low = np.minimum(effects.high, ahead[:, 0]), np.maximum(effects.low, behind[:, 0])
     middle = (high + low) / 2
     high, low = np.maximum(high, middle), np.minimum(low, middle)
-    # Each load has its own secant stiffness of the bearings, which must not reverse the order of two similar loads.
+    # Each load has its own secant stiffness of the bearings, which must not reverse the order of
+    # two similar loads.
     ahead = np.maximum.accumulate(np.concatenate([high[:, None], ahead], axis=1), axis=1)
     behind = np.minimum.accumulate(np.concatenate([low[:, None], behind], axis=1), axis=1)
     return np.concatenate([behind[:, ::-1], ahead], axis=1)

@@ -1,7 +1,9 @@
-"""Kernel of the shaft's equilibrium: many unilateral contacts, solved case by case. Compiled by Numba and cached; single-threaded.
+"""Kernel of the shaft's equilibrium: many unilateral contacts, solved case by case. Compiled by
+Numba and cached; single-threaded.
 
-The stored energy is convex in the displacement, so Newton's method with a line search on the energy converges to its only minimum. Displacements are
-in metres throughout: tilts are multiplied by `reach`.
+The stored energy is convex in the displacement, so Newton's method with a line search on the energy
+converges to its only minimum. Displacements are in metres throughout: tilts are multiplied by
+`reach`.
 """
 
 from __future__ import annotations
@@ -12,12 +14,15 @@ import numpy as np
 
 from lostmotion.compiled import compiled_with
 
-_STEPS: Final = 2000  # hundreds of steps are needed where a very small load in a large clearance closes one contact after another
+# hundreds of steps are needed where a very small load in a large clearance closes one contact after
+# another
+_STEPS: Final = 2000
 _TRIES: Final = 40  # per step
 _FIRST: Final = 1e-6  # m, the first step
 _CONVERGED: Final = 1e-11
 _ROUNDING: Final = 5e-16
-# Directions with less than this share of the largest stiffness count as free: without load they do not move.
+# Directions with less than this share of the largest stiffness count as free: without load they do
+# not move.
 _SOFTEST: Final = 1e-12
 _POINT: Final = 1.5  # exponent of a point contact, computed faster by a square root
 
@@ -26,7 +31,9 @@ _jit = compiled_with(fastmath={"contract"})
 
 @_jit
 def _closed(contact, clearance, displacement):
-    """Return the closure of a contact (m), the magnitude of its terms (for rounding), and its direction (components of across and along)."""
+    """Return the closure of a contact (m), the magnitude of its terms (for rounding), and its
+    direction (components of across and along).
+    """
     radial, axial = contact.radial - contact.share * clearance, contact.axial
     start = radial
     for k in range(5):
@@ -34,7 +41,8 @@ def _closed(contact, clearance, displacement):
         axial += contact.along[k] * displacement[k]
     if contact.apart == 0.0:
         return radial, abs(radial) + 2.0 * abs(start), 1.0, 0.0
-    if axial <= 0.0 and not contact.shoulders:  # towards the side without a shoulder the ball stays at the bottom of the groove
+    # towards the side without a shoulder the ball stays at the bottom of the groove
+    if axial <= 0.0 and not contact.shoulders:
         return abs(radial) - contact.apart, abs(radial), 1.0 if radial > 0.0 else -1.0, 0.0
     length = np.sqrt(radial * radial + axial * axial)
     return length - contact.apart, length, radial / length, axial / length
@@ -43,12 +51,16 @@ def _closed(contact, clearance, displacement):
 @_jit
 def _push(contact, approach):
     """Return the force (N) of a contact with the closure `approach` (m)."""
-    return contact.stiffness * (approach * np.sqrt(approach) if contact.exponent == _POINT else approach**contact.exponent)
+    return contact.stiffness * (
+        approach * np.sqrt(approach) if contact.exponent == _POINT else approach**contact.exponent
+    )
 
 
 @_jit
 def _hold(contacts, clearance, displacement, held, slope, way, bow):
-    """Write the supported load to `held` (5,) and its derivative to `slope` (5, 5; lower triangle). Return the rounding of the sums, N."""
+    """Write the supported load to `held` (5,) and its derivative to `slope` (5, 5; lower triangle).
+    Return the rounding of the sums, N.
+    """
     noise = 0.0
     for k in range(5):
         held[k] = 0.0
@@ -60,8 +72,11 @@ def _hold(contacts, clearance, displacement, held, slope, way, bow):
         if approach > 0.0:
             force = _push(contact, approach)
             stiff = contact.exponent * force / approach
-            # A ball's line of action also rotates; at the bottom of its groove, and for a straight contact, the direction is fixed.
-            turns = force / size if contact.apart > 0.0 and (contact.shoulders or sine > 0.0) else 0.0
+            # A ball's line of action also rotates; at the bottom of its groove, and for a straight
+            # contact, the direction is fixed.
+            turns = (
+                force / size if contact.apart > 0.0 and (contact.shoulders or sine > 0.0) else 0.0
+            )
             noise += force + stiff * size
             for k in range(5):
                 way[k] = cosine * contact.across[k] + sine * contact.along[k]
@@ -83,7 +98,9 @@ def _dot(one, other):
 
 @_jit
 def _step(slope, lack, root, step):
-    """Solve slope step = lack by Cholesky factorisation (`root`), with almost no step along directions without stiffness and load."""
+    """Solve slope step = lack by Cholesky factorisation (`root`), with almost no step along
+    directions without stiffness and load.
+    """
     largest = 1.0
     for k in range(5):
         largest = max(largest, slope[k, k])
@@ -108,11 +125,15 @@ def _step(slope, lack, root, step):
 
 
 @_jit
-def _balance(contacts, clearance, wanted, reach, displacement, held, slope, trial, lack, step, root, way, bow):
-    """Find the displacement at which the contacts support the load. Return the residual (N) and its ratio to the tolerance; above 1: no equilibrium.
+def _balance(
+    contacts, clearance, wanted, reach, displacement, held, slope, trial, lack, step, root, way, bow
+):
+    """Find the displacement at which the contacts support the load. Return the residual (N) and its
+    ratio to the tolerance; above 1: no equilibrium.
 
-    Where no contact is closed, the step is along the load and is doubled until contacts support half of it. All other steps are Newton's. Each step
-    is shortened until the magnitude of the energy's slope along it has fallen to half or less.
+    Where no contact is closed, the step is along the load and is doubled until contacts support
+    half of it. All other steps are Newton's. Each step is shortened until the magnitude of the
+    energy's slope along it has fallen to half or less.
     """
     size = np.sqrt(_dot(wanted, wanted))
     for k in range(5):
@@ -139,7 +160,9 @@ def _balance(contacts, clearance, wanted, reach, displacement, held, slope, tria
             if high == np.inf:
                 share *= 2.0
             else:  # bisection, alternating with the zero of a straight line
-                share = low + (high - low) * (min(max(at_low / (at_low - at_high), 0.1), 0.9) if tries % 2 else 0.5)
+                share = low + (high - low) * (
+                    min(max(at_low / (at_low - at_high), 0.1), 0.9) if tries % 2 else 0.5
+                )
             continue
         for k in range(5):
             displacement[k] = trial[k]
@@ -154,7 +177,8 @@ def _balance(contacts, clearance, wanted, reach, displacement, held, slope, tria
                 step[k] = wanted[k] * (_FIRST / size)
         else:
             _step(slope, lack, root, step)
-            # No step is longer than the distance so far plus the clearance, so that directions without support do not diverge.
+            # No step is longer than the distance so far plus the clearance, so that directions
+            # without support do not diverge.
             cut = min(1.0, (far + abs(clearance) + _FIRST) / np.sqrt(_dot(step, step)))
             for k in range(5):
                 step[k] *= cut
@@ -177,11 +201,32 @@ def solve_cases(
     converged,  # out (case,)
 ):
     """Solve all cases. Where no equilibrium is found, all results but the residual are NaN."""
-    held, trial, lack, step, way, bow = np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5)
+    held, trial, lack, step, way, bow = (
+        np.zeros(5),
+        np.zeros(5),
+        np.zeros(5),
+        np.zeros(5),
+        np.zeros(5),
+        np.zeros(5),
+    )
     half, root = np.zeros((5, 5)), np.zeros((5, 5))
     for case in range(wanted.shape[0]):
         at = displacement[case]
-        residual[case], ratio = _balance(contacts, clearance[case], wanted[case], reach, at, held, half, trial, lack, step, root, way, bow)
+        residual[case], ratio = _balance(
+            contacts,
+            clearance[case],
+            wanted[case],
+            reach,
+            at,
+            held,
+            half,
+            trial,
+            lack,
+            step,
+            root,
+            way,
+            bow,
+        )
         converged[case] = ratio <= 1.0
         blank = 0.0 if ratio <= 1.0 else np.nan
         for element in range(loads.shape[1]):

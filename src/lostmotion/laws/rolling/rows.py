@@ -1,11 +1,13 @@
 """Rows of rolling elements, described by their contacts: direction, position and stiffness.
 
-There are two kinds of contacts. The closure of a straight one (roller, slice of a roller) is radial + across . displacement. The closure of a ball
-between two grooves is the change of distance between the groove centres: hypot(radial + across . displacement, axial + along . displacement) - apart.
-Both are convex in the displacement (x, y, z, about x, about y; m and rad) of the inner ring. A share of the row's clearance is subtracted from
-`radial`.
+There are two kinds of contacts. The closure of a straight one (roller, slice of a roller) is radial
++ across . displacement. The closure of a ball between two grooves is the change of distance between
+the groove centres: hypot(radial + across . displacement, axial + along . displacement) - apart.
+Both are convex in the displacement (x, y, z, about x, about y; m and rad) of the inner ring. A
+share of the row's clearance is subtracted from `radial`.
 
-Source: ISO/TS 16281:2008, 4.2 and 4.3 (balls and sliced rollers); T. Harris, Rolling Bearing Analysis, 4th ed., chapter 7.
+Source: ISO/TS 16281:2008, 4.2 and 4.3 (balls and sliced rollers); T. Harris, Rolling Bearing
+Analysis, 4th ed., chapter 7.
 """
 
 from __future__ import annotations
@@ -17,7 +19,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.laws.rolling.radial import BALL_EXPONENT, BEARING_STEEL, ROLLER_EXPONENT, ball_stiffness, element_angles, roller_stiffness
+from lostmotion.laws.rolling.radial import (
+    BALL_EXPONENT,
+    BEARING_STEEL,
+    ROLLER_EXPONENT,
+    ball_stiffness,
+    element_angles,
+    roller_stiffness,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,7 +44,8 @@ CONTACT: Final = np.dtype(
         ("radial", float),  # m, without displacement and clearance
         ("axial", float),
         ("apart", float),  # m, between the groove centres without load; 0 for a straight contact
-        ("shoulders", bool),  # whether a ball is supported in both axial directions, or towards +axial only
+        # whether a ball is supported in both axial directions, or towards +axial only
+        ("shoulders", bool),
         ("across", float, 5),  # change of `radial` and `axial` per displacement
         ("along", float, 5),
     ],
@@ -74,7 +84,8 @@ class Row(ABC):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BallRow(Row):
-    """A row of balls: deep-groove (contact_angle 0, both shoulders) or angular-contact (above 0, a shoulder against +z only).
+    """A row of balls: deep-groove (contact_angle 0, both shoulders) or angular-contact (above 0, a
+    shoulder against +z only).
 
     ball, pitch    diameters, m
     grooves        radius of the inner and outer groove over the ball's diameter
@@ -94,7 +105,9 @@ class BallRow(Row):
     @property
     def spring(self) -> tuple[float, float]:
         """Return K and n of Hertz's point contacts at both races in series."""
-        return ball_stiffness(self.ball, self.pitch, *self.grooves, self.contact_angle, self.material), BALL_EXPONENT
+        return ball_stiffness(
+            self.ball, self.pitch, *self.grooves, self.contact_angle, self.material
+        ), BALL_EXPONENT
 
     @property
     def pitch_diameter(self) -> float:
@@ -121,11 +134,13 @@ class BallRow(Row):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RollerRow(Row):
-    """A row of cylindrical rollers, divided into slices so that a tilt loads their ends; they carry no axial load.
+    """A row of cylindrical rollers, divided into slices so that a tilt loads their ends; they carry
+    no axial load.
 
     length, roller, pitch  effective length, diameter and pitch diameter, m
     slices                 number of slices of each roller
-    crowned                rollers with the profile of ISO/TS 16281, 0.35 µm per mm of diameter x ln(1/(1 - (2x/l)^2)), at each race
+    crowned                rollers with the profile of ISO/TS 16281, 0.35 µm per mm of diameter x
+                           ln(1/(1 - (2x/l)^2)), at each race
     first                  angle of the first roller from x, rad
     """
 
@@ -139,7 +154,9 @@ class RollerRow(Row):
 
     @property
     def spring(self) -> tuple[float, float]:
-        """Return K and n of Palmgren's line contact, with the stiffness divided among the slices."""
+        """Return K and n of Palmgren's line contact, with the stiffness divided among the
+        slices.
+        """
         return roller_stiffness(self.length) / self.slices, ROLLER_EXPONENT
 
     @property
@@ -149,24 +166,41 @@ class RollerRow(Row):
 
     @property
     def contacts(self) -> Contacts:
-        """Return one contact per slice. Its closure is the ring's displacement there, less half the clearance and the profile at both races."""
+        """Return one contact per slice. Its closure is the ring's displacement there, less half the
+        clearance and the profile at both races.
+        """
         angles = np.repeat(element_angles(self.count, self.first), self.slices)
-        place = np.tile(((np.arange(self.slices) + 0.5) / self.slices - 0.5) * self.length, self.count)
-        profile = -0.00035 * self.roller * np.log1p(-((2 * place / self.length) ** 2)) if self.crowned else np.zeros_like(place)
+        place = np.tile(
+            ((np.arange(self.slices) + 0.5) / self.slices - 0.5) * self.length, self.count
+        )
+        profile = (
+            -0.00035 * self.roller * np.log1p(-((2 * place / self.length) ** 2))
+            if self.crowned
+            else np.zeros_like(place)
+        )
         cosine, sine = np.cos(angles), np.sin(angles)
-        across = np.stack([cosine, sine, np.zeros_like(angles), -place * sine, place * cosine], axis=-1)
-        return self._contacts(np.repeat(np.arange(self.count), self.slices), share=0.5, radial=-2 * profile, across=across)
+        across = np.stack(
+            [cosine, sine, np.zeros_like(angles), -place * sine, place * cosine], axis=-1
+        )
+        return self._contacts(
+            np.repeat(np.arange(self.count), self.slices),
+            share=0.5,
+            radial=-2 * profile,
+            across=across,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CrossedRow(Row):
-    """One row of crossed rollers, alternately inclined, so that one pair of rings carries loads in all directions.
+    """One row of crossed rollers, alternately inclined, so that one pair of rings carries loads in
+    all directions.
 
     length, pitch  effective length of a roller and pitch diameter, m
     lean           angle of the lines of contact from the plane of the bearing, rad
     first          angle of the first roller from x, rad
 
-    A negative clearance is preload, the usual state of these bearings. Raises ValueError for an odd number of rollers.
+    A negative clearance is preload, the usual state of these bearings. Raises ValueError for an odd
+    number of rollers.
     """
 
     count: int
@@ -176,7 +210,9 @@ class CrossedRow(Row):
     first: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse an odd number of rollers, with which two neighbours would have the same inclination."""
+        """Refuse an odd number of rollers, with which two neighbours would have the same
+        inclination.
+        """
         if self.count % 2:
             raise ValueError("crossed rollers come in pairs: an even count is needed")
 
@@ -195,11 +231,17 @@ class CrossedRow(Row):
         """Return one contact per roller, along its line of action."""
         across, along = _directions(element_angles(self.count, self.first), self.pitch / 2)
         leaning = np.where(np.arange(self.count) % 2, -1.0, 1.0)[:, None] * math.sin(self.lean)
-        return self._contacts(np.arange(self.count), share=math.cos(self.lean) / 2, across=math.cos(self.lean) * across + leaning * along)
+        return self._contacts(
+            np.arange(self.count),
+            share=math.cos(self.lean) / 2,
+            across=math.cos(self.lean) * across + leaning * along,
+        )
 
 
 def _directions(angles: Floats, radius: float) -> tuple[Floats, Floats]:
-    """Return the radial and the axial motion of the inner race at each element per unit displacement, both (element, 5)."""
+    """Return the radial and the axial motion of the inner race at each element per unit
+    displacement, both (element, 5).
+    """
     cosine, sine, zero = np.cos(angles), np.sin(angles), np.zeros_like(angles)
     across = np.stack([cosine, sine, zero, zero, zero], axis=-1)
     along = np.stack([zero, zero, zero + 1, radius * sine, -radius * cosine], axis=-1)
@@ -214,7 +256,8 @@ class Seat:
     mirrored       whether its shoulder faces -z
     preload_shift  displacement of its inner ring along its own +z before any load, m
 
-    Two angular-contact rows, one of them mirrored, with the same `preload_shift` are a preloaded pair.
+    Two angular-contact rows, one of them mirrored, with the same `preload_shift` are a preloaded
+    pair.
     """
 
     row: Row

@@ -1,12 +1,15 @@
-"""Displacement of a shaft on two rows of rolling elements by interpolation in a table, in microseconds per load instead of a Newton solution.
+"""Displacement of a shaft on two rows of rolling elements by interpolation in a table, in
+microseconds per load instead of a Newton solution.
 
-The displacement of a row depends on its radial reaction, which follows from statics, and on its part of the axial force; its own tilt has little
-effect. So the shaft's displacement follows from three numbers: the magnitudes of the two radial reactions, in whatever directions, and the axial
-force. `shaft_equilibrium` fills the table. One row of crossed rollers is such a pair too: its two families of rollers act pitch diameter x tan(lean)
-apart.
+The displacement of a row depends on its radial reaction, which follows from statics, and on its
+part of the axial force; its own tilt has little effect. So the shaft's displacement follows from
+three numbers: the magnitudes of the two radial reactions, in whatever directions, and the axial
+force. `shaft_equilibrium` fills the table. One row of crossed rollers is such a pair too: its two
+families of rollers act pitch diameter x tan(lean) apart.
 
-Exact where the rows carry no moment of their own and have many elements. tests/laws/test_rolling_table.py measures the error for few balls and for
-wide rows. The result is the mean over angular positions of the elements. The pair must be symmetric about its centre.
+Exact where the rows carry no moment of their own and have many elements.
+tests/laws/test_rolling_table.py measures the error for few balls and for wide rows. The result is
+the mean over angular positions of the elements. The pair must be symmetric about its centre.
 """
 
 from __future__ import annotations
@@ -31,17 +34,21 @@ if TYPE_CHECKING:
 _NODES: Final = (17, 11, 13)
 # With one shoulder per row, the load passes from one row to the other within a few degrees.
 _NODES_ANGULAR: Final = (17, 15, 17)
-# With crossed rollers the load passes from one family to the other within a few degrees. Their contacts are solved faster.
+# With crossed rollers the load passes from one family to the other within a few degrees. Their
+# contacts are solved faster.
 _NODES_CROSSED: Final = (17, 21, 21)
 # Exponent by which nodes are concentrated near zero axial load.
 _DENSER: Final = 1.5
-# Rotation, as a share of the spacing of the elements, at which the displacements equal their average over a turn.
+# Rotation, as a share of the spacing of the elements, at which the displacements equal their
+# average over a turn.
 _BETWEEN: Final = 0.25
 # Lowest load of the table over the largest: it closes any clearance with negligible deformation.
 BOTTOM: Final = 1e-8
-# A negative clearance beyond this (m) is a preload; a smaller one is lost under loads far below those of the table.
+# A negative clearance beyond this (m) is a preload; a smaller one is lost under loads far below
+# those of the table.
 _LEAST_PRELOAD: Final = 3e-7
-# Distance (rad) of the edge of the table from a row without load, which would be free in its clearance.
+# Distance (rad) of the edge of the table from a row without load, which would be free in its
+# clearance.
 RIM: Final = 2e-3
 
 
@@ -65,10 +72,15 @@ class Pair:
 
     def turned(self, share: float) -> Pair:
         """Return this pair with its elements rotated by a share of their spacing."""
-        return replace(self, seats=tuple(replace(seat, row=_turned(seat.row, share)) for seat in self.seats))
+        return replace(
+            self, seats=tuple(replace(seat, row=_turned(seat.row, share)) for seat in self.seats)
+        )
 
-    def solve(self, behind: Floats, ahead: Floats, along: Floats, clearance: float) -> tuple[Floats, Floats, Floats]:
-        """Return the radial displacements of the rows behind and ahead and the axial displacement of the shaft (load,), m.
+    def solve(
+        self, behind: Floats, ahead: Floats, along: Floats, clearance: float
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return the radial displacements of the rows behind and ahead and the axial displacement
+        of the shaft (load,), m.
 
         behind, ahead  (load,) radial reactions of the rows in one plane, N
         along          (load,) axial force, N
@@ -77,12 +89,18 @@ class Pair:
         Raises DidNotConvergeError for a load without equilibrium.
         """
         zero = np.zeros_like(behind)
-        loads = np.stack([behind + ahead, zero, along, zero, (ahead - behind) * self.span / 2], axis=-1)
+        loads = np.stack(
+            [behind + ahead, zero, along, zero, (ahead - behind) * self.span / 2], axis=-1
+        )
         found = shaft_equilibrium(self.seats, loads, clearance)
         if not found.converged.all():
-            failed = f"no equilibrium of a shaft on its bearings in {np.count_nonzero(~found.converged)} of {len(loads)} cases"
+            failed = (
+                "no equilibrium of a shaft on its bearings in "
+                f"{np.count_nonzero(~found.converged)} of {len(loads)} cases"
+            )
             raise DidNotConvergeError(
-                f"{failed}, the largest load among them {np.abs(loads[~found.converged][:, :3]).max():.4g} N\n  check these loads"
+                f"{failed}, the largest load among them "
+                f"{np.abs(loads[~found.converged][:, :3]).max():.4g} N\n  check these loads"
             )
         x, z, tilt = found.displacement[:, 0], found.displacement[:, 2], found.displacement[:, 4]
         return x - tilt * self.span / 2, x + tilt * self.span / 2, z
@@ -101,10 +119,14 @@ def _nodes(row: object) -> tuple[int, int, int]:
 
 
 class ShiftTable:
-    """Displacements of a pair at one clearance (m), for loads up to `top` (N, all reactions together); larger loads are solved one by one."""
+    """Displacements of a pair at one clearance (m), for loads up to `top` (N, all reactions
+    together); larger loads are solved one by one.
+    """
 
     def __init__(self, pair: Pair, clearance: float, top: float) -> None:
-        """Fill the table. Raises DidNotConvergeError for a load without equilibrium, ValueError for a `top` that is not positive and finite."""
+        """Fill the table. Raises DidNotConvergeError for a load without equilibrium, ValueError for
+        a `top` that is not positive and finite.
+        """
         from scipy.interpolate import NdBSpline, make_interp_spline
 
         if not (math.isfinite(top) and top > 0):
@@ -117,7 +139,11 @@ class ShiftTable:
             # Denser near zero axial load, where the axial displacement changes fastest.
             axes.append((math.pi / 2 - RIM) * np.linspace(0, 1, nodes[2]) ** _DENSER)
         grid = np.meshgrid(*axes, indexing="ij")
-        behind, ahead, along = self._loads(grid[0].ravel(), grid[1].ravel(), grid[2].ravel() if pair.axial else np.zeros(grid[0].size))
+        behind, ahead, along = self._loads(
+            grid[0].ravel(),
+            grid[1].ravel(),
+            grid[2].ravel() if pair.axial else np.zeros(grid[0].size),
+        )
         values = np.stack(pair.turned(_BETWEEN).solve(behind, ahead, along, clearance), axis=-1)
         coefficients = values.reshape(*grid[0].shape, 3) / self._growth(grid[0])[..., None]
         if pair.axial:
@@ -133,7 +159,8 @@ class ShiftTable:
         self.spline: NdBSpline = NdBSpline(tuple(knots), coefficients, 3)
 
     def shifts(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
-        """Return the displacements of the rows behind and ahead along their reactions, and of the shaft along its axis: (load, 3), m.
+        """Return the displacements of the rows behind and ahead along their reactions, and of the
+        shaft along its axis: (load, 3), m.
 
         behind, ahead  (load,) magnitudes of the radial reactions, N
         along          (load,) axial force, signed, N
@@ -142,16 +169,22 @@ class ShiftTable:
         out = self._at(np.minimum(size, 1.0), split, lean)
         beyond = size > 1
         if beyond.any():
-            out[beyond] = np.stack(self.pair.solve(behind[beyond], ahead[beyond], along[beyond], self.clearance), axis=-1)
+            out[beyond] = np.stack(
+                self.pair.solve(behind[beyond], ahead[beyond], along[beyond], self.clearance),
+                axis=-1,
+            )
         return out
 
     def edges(self, behind: Floats, ahead: Floats, along: Floats) -> Floats:
-        """Return the displacements (load, 3), m, at which these loads begin to deform the contacts: at the edge of the clearance; zero without it."""
+        """Return the displacements (load, 3), m, at which these loads begin to deform the contacts:
+        at the edge of the clearance; zero without it.
+        """
         _, split, lean = self.coordinates(behind, ahead, along)
         if self.clearance <= 0:
             return np.zeros((len(split), 3))
         found = self._at(np.zeros_like(split), split, lean)
-        # The interpolation overshoots slightly at corners of the edge; the shaft never moves against its load.
+        # The interpolation overshoots slightly at corners of the edge; the shaft never moves
+        # against its load.
         found[:, :2] = np.maximum(found[:, :2], 0.0)
         return found
 
@@ -165,27 +198,40 @@ class ShiftTable:
     @property
     def preloaded(self) -> bool:
         """Return whether the rows are preloaded."""
-        return self.clearance <= -_LEAST_PRELOAD or (self.clearance <= 0 and any(seat.preload_shift for seat in self.pair.seats))
+        return self.clearance <= -_LEAST_PRELOAD or (
+            self.clearance <= 0 and any(seat.preload_shift for seat in self.pair.seats)
+        )
 
     def _growth(self, size: Floats) -> Floats:
-        """Return the factor by which displacements grow with the load; the table stores their ratio to it, for accuracy under light loads.
+        """Return the factor by which displacements grow with the load; the table stores their ratio
+        to it, for accuracy under light loads.
 
-        Preloaded rows deform in proportion to a light load. With clearance, or rows that just touch, the factor is one: a row without load is free to
-        move, so displacements do not vanish with the load.
+        Preloaded rows deform in proportion to a light load. With clearance, or rows that just
+        touch, the factor is one: a row without load is free to move, so displacements do not vanish
+        with the load.
         """
         if not self.preloaded:
             return np.ones_like(size)
-        return np.asarray(np.maximum(size, BOTTOM ** (1 / self._exponent / 2)) ** (2 * self._exponent))
+        return np.asarray(
+            np.maximum(size, BOTTOM ** (1 / self._exponent / 2)) ** (2 * self._exponent)
+        )
 
-    def coordinates(self, behind: Floats, ahead: Floats, along: Floats) -> tuple[Floats, Floats, Floats]:
+    def coordinates(
+        self, behind: Floats, ahead: Floats, along: Floats
+    ) -> tuple[Floats, Floats, Floats]:
         """Return magnitude (1 at the edge of the table) and direction of loads.
 
-        Components are taken to the power 1/n of the contacts, in which displacements are nearly linear.
+        Components are taken to the power 1/n of the contacts, in which displacements are nearly
+        linear.
         """
         power = 1 / self._exponent
         one, two, axial = behind**power, ahead**power, np.sign(along) * np.abs(along) ** power
         whole = np.sqrt(one**2 + two**2 + axial**2)
-        return np.sqrt(whole / self.top**power), np.arctan2(two, one), np.arctan2(axial, np.hypot(one, two))
+        return (
+            np.sqrt(whole / self.top**power),
+            np.arctan2(two, one),
+            np.arctan2(axial, np.hypot(one, two)),
+        )
 
     def _loads(self, size: Floats, split: Floats, lean: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the loads at the nodes: the inverse of `coordinates`."""
@@ -198,5 +244,7 @@ class ShiftTable:
 
 @functools.lru_cache(maxsize=64)
 def shift_table(pair: Pair, clearance: float, top: float) -> ShiftTable:
-    """Return the table of this pair, cached for all joints with the same bearings. Arguments and errors as `ShiftTable`."""
+    """Return the table of this pair, cached for all joints with the same bearings. Arguments and
+    errors as `ShiftTable`.
+    """
     return ShiftTable(pair, clearance, top)

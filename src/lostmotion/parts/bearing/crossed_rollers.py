@@ -1,4 +1,6 @@
-"""One crossed-roller bearing from its drawing: alternating rollers are inclined in opposite directions, so that it carries all loads."""
+"""One crossed-roller bearing from its drawing: alternating rollers are inclined in opposite
+directions, so that it carries all loads.
+"""
 
 from __future__ import annotations
 
@@ -41,11 +43,21 @@ class CrossedRollerBearing(DrawnBearing):
 
     @model_validator(mode="after")
     def _is_a_bearing(self) -> Self:
-        check_sizes(self.pitch_diameter, self.roller_diameter, self.rollers, self.bore, self.outside_diameter)
+        check_sizes(
+            self.pitch_diameter,
+            self.roller_diameter,
+            self.rollers,
+            self.bore,
+            self.outside_diameter,
+        )
         if self.clearance_error:
             raise refuse_drawing(*self.clearance_error)
         if self.rollers % 2:
-            raise refuse_drawing(f"{self.rollers} crossed rollers", "an even number: their directions alternate", "rollers = 48")
+            raise refuse_drawing(
+                f"{self.rollers} crossed rollers",
+                "an even number: their directions alternate",
+                "rollers = 48",
+            )
         return self
 
     @property
@@ -60,10 +72,16 @@ class CrossedRollerBearing(DrawnBearing):
 
     @property
     def rows(self) -> Pair:
-        """Return the row, and the distance on the axis between the pressure centres of its two families of rollers."""
-        row = CrossedRow(count=self.rollers, length=self.roller_length, pitch=self.pitch_diameter, lean=self.lean)
+        """Return the row, and the distance on the axis between the pressure centres of its two
+        families of rollers.
+        """
+        row = CrossedRow(
+            count=self.rollers, length=self.roller_length, pitch=self.pitch_diameter, lean=self.lean
+        )
         return Pair((Seat(row),), self.pitch_diameter * math.tan(self.lean), axial=True)
 
     def pressure(self, load: Floats) -> Floats:
         """Return the Hertz line-contact pressure (Pa) at the inner race."""
-        return roller_pressure(load, self.roller_length, self.roller_diameter, self.pitch_diameter, self.lean)
+        return roller_pressure(
+            load, self.roller_length, self.roller_diameter, self.pitch_diameter, self.lean
+        )

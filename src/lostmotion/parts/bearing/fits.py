@@ -40,14 +40,18 @@ class MountedBearing(Sourced):
     """A bearing on its shaft and in its housing.
 
     bore, outside_diameter  of the bearing: the sizes of its seats
-    clearance               radial internal clearance as delivered, diametral; ± over bearings. In a file also a group of ISO 5753-1: "CN"
-    shaft_interference      of the shaft in the inner ring, on the diameter; below zero loose. In a file also by zone: shaft_fit = "k5"
-    housing_interference    of the outer ring in its housing. In a file also by zone: housing_fit = "H7"
+    clearance               radial internal clearance as delivered, diametral; ± over bearings. In a
+                            file also a group of ISO 5753-1: "CN" shaft_interference      of the
+                            shaft in the inner ring, on the diameter; below zero loose. In a file
+                            also by zone: shaft_fit = "k5" housing_interference    of the outer ring
+                            in its housing. In a file also by zone: housing_fit = "H7"
     finish                  of the seats, "ground" or "turned": fitting flattens its roughness
     inner_share, outer_share  share of an interference that reduces the clearance
     inner_ring_warmer       temperature of the inner ring above that of the outer ring
-    shaft_expansion, housing_expansion  thermal expansion, 1/K; default: that of the rings, which are of steel
-    temperature_rise        of the whole unit above the temperature at which its fits are stated; default: that of the arm
+    shaft_expansion, housing_expansion  thermal expansion, 1/K; default: that of the rings, which
+                                        are of steel
+    temperature_rise        of the whole unit above the temperature at which its fits are stated;
+                            default: that of the arm
     """
 
     bore: LengthPlus
@@ -65,7 +69,9 @@ class MountedBearing(Sourced):
 
     @property
     def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, with the customary shares of an interference."""
+        """Return the values that are not stated as facts: key to reason, with the customary shares
+        of an interference.
+        """
         fits = {"inner_share": self.shaft_interference, "outer_share": self.housing_interference}
         default = {
             name: f"default, {CUSTOMARY_SHARE:.0%} of the interference".replace("%", " %")
@@ -84,7 +90,10 @@ class MountedBearing(Sourced):
         """Return the mean, deviation and limits of the clearance at each of `STEPS`."""
         shares = self.inner_share, self.outer_share
         delivered, *stated = (_limits_and_quantiles(each) for each in self._stated)
-        (shaft, housing, _), (warm_shaft, warm_housing, lost) = self._losses(*stated), self._losses(*self._warm(*stated))
+        (shaft, housing, _), (warm_shaft, warm_housing, lost) = (
+            self._losses(*stated),
+            self._losses(*self._warm(*stated)),
+        )
         none = np.zeros_like(delivered)
         return {
             "delivered": clearance_range(delivered, none, none, none),
@@ -94,60 +103,111 @@ class MountedBearing(Sourced):
 
     @functools.cached_property
     def working(self) -> Toleranced:
-        """Return the working clearance: mean and ± over bearings with the deviation of all dimensions, uniform where the delivered one is."""
+        """Return the working clearance: mean and ± over bearings with the deviation of all
+        dimensions, uniform where the delivered one is.
+        """
         spread = self.spreads["working"]
-        return Toleranced(spread.mean, spread.deviation * of_tolerance(self.clearance.law).bound, self.clearance.law)
+        return Toleranced(
+            spread.mean,
+            spread.deviation * of_tolerance(self.clearance.law).bound,
+            self.clearance.law,
+        )
 
     def sample(self, count: int, seed: int) -> dict[str, Floats]:
-        """Return clearances (bearing,), m, of `count` simulated bearings at each of `STEPS`, each dimension drawn from its own distribution."""
+        """Return clearances (bearing,), m, of `count` simulated bearings at each of `STEPS`, each
+        dimension drawn from its own distribution.
+        """
         rng = np.random.default_rng(seed)
         stated = []
         for each in self._stated:
             law = of_tolerance(each.law)
             uniform = rng.uniform(np.finfo(float).tiny, 1.0, count)
             stated.append(each.nominal + each.tolerance / law.bound * law.quantile(uniform))
-        cold, warm = self._losses(*stated[1:]), self._losses(*self._warm(stated[1], stated[2], stated[3]))
-        mounted, before_heating = (stated[0] - self.inner_share * shaft - self.outer_share * housing for shaft, housing, _ in (cold, warm))
+        cold, warm = (
+            self._losses(*stated[1:]),
+            self._losses(*self._warm(stated[1], stated[2], stated[3])),
+        )
+        mounted, before_heating = (
+            stated[0] - self.inner_share * shaft - self.outer_share * housing
+            for shaft, housing, _ in (cold, warm)
+        )
         return dict(zip(STEPS, (stated[0], mounted, before_heating - warm[2]), strict=True))
 
     @property
     def _stated(self) -> tuple[Toleranced, ...]:
-        return self.clearance, self.shaft_interference, self.housing_interference, self.inner_ring_warmer
+        return (
+            self.clearance,
+            self.shaft_interference,
+            self.housing_interference,
+            self.inner_ring_warmer,
+        )
 
     def warmed(self, rise: Toleranced | None) -> Self:
-        """Return this bearing at the temperature rise of its arm, K; itself where it states its own, or where all is of steel."""
+        """Return this bearing at the temperature rise of its arm, K; itself where it states its
+        own, or where all is of steel.
+        """
         if rise is None or not rise.nominal or not self._follows_temperature:
             return self
         return self.model_copy(update={"temperature_rise": rise.nominal})
 
     def clearance_per_kelvin(self, rise: Toleranced | None) -> float:
-        """Return the change of the working clearance per kelvin within the ± of the temperature rise of its arm, m/K; zero without a ±."""
+        """Return the change of the working clearance per kelvin within the ± of the temperature
+        rise of its arm, m/K; zero without a ±.
+        """
         if rise is None or not rise.tolerance or not self._follows_temperature:
             return 0.0
-        hot, cold = (self.model_copy(update={"temperature_rise": rise.nominal + sign * rise.tolerance}).working.nominal for sign in (1, -1))
+        hot, cold = (
+            self.model_copy(
+                update={"temperature_rise": rise.nominal + sign * rise.tolerance}
+            ).working.nominal
+            for sign in (1, -1)
+        )
         return (hot - cold) / (2 * rise.tolerance)
 
     @property
     def _follows_temperature(self) -> bool:
-        """Return whether its fits change with the temperature of its arm: not all is of steel, and it states no temperature of its own."""
+        """Return whether its fits change with the temperature of its arm: not all is of steel, and
+        it states no temperature of its own.
+        """
         all_steel = self.shaft_expansion == self.housing_expansion == STEEL_EXPANSION
         return not all_steel and self.temperature_rise is None
 
-    def _warm(self, shaft: Floats, housing: Floats, heating: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return interferences and heating of the inner ring at the temperature rise of the unit."""
+    def _warm(
+        self, shaft: Floats, housing: Floats, heating: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return interferences and heating of the inner ring at the temperature rise of the
+        unit.
+        """
         rise = self.temperature_rise or 0.0
         inner = interference_at(shaft, rise, self.bore, inside=self.shaft_expansion)
-        return inner, interference_at(housing, rise, self.outside_diameter, outside=self.housing_expansion), heating
+        return (
+            inner,
+            interference_at(housing, rise, self.outside_diameter, outside=self.housing_expansion),
+            heating,
+        )
 
-    def _losses(self, shaft: Floats, housing: Floats, heating: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the effective interferences and the loss of clearance to the temperature rise, m."""
-        thermal = thermal_loss(heating, raceway_diameter(self.bore, self.outside_diameter, self.elements))
-        inner, outer = (effective_interference(tight, size, self.finish) for tight, size in ((shaft, self.bore), (housing, self.outside_diameter)))
+    def _losses(
+        self, shaft: Floats, housing: Floats, heating: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return the effective interferences and the loss of clearance to the temperature rise,
+        m.
+        """
+        thermal = thermal_loss(
+            heating, raceway_diameter(self.bore, self.outside_diameter, self.elements)
+        )
+        inner, outer = (
+            effective_interference(tight, size, self.finish)
+            for tight, size in ((shaft, self.bore), (housing, self.outside_diameter))
+        )
         return inner, outer, thermal
 
 
 def _limits_and_quantiles(dimension: Toleranced) -> Floats:
-    """Return the lower and upper limit of a dimension, and its quantiles at the middles of equal shares of probability."""
+    """Return the lower and upper limit of a dimension, and its quantiles at the middles of equal
+    shares of probability.
+    """
     law = of_tolerance(dimension.law)
-    share = np.concatenate([[-1.0, 1.0], law.quantile((np.arange(_QUANTILES) + 0.5) / _QUANTILES) / law.bound])
+    share = np.concatenate(
+        [[-1.0, 1.0], law.quantile((np.arange(_QUANTILES) + 0.5) / _QUANTILES) / law.bound]
+    )
     return np.asarray(dimension.nominal + dimension.tolerance * share)

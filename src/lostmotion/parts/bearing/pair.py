@@ -1,4 +1,6 @@
-"""Two spaced bearings from their drawing: deep-groove or angular-contact balls, or cylindrical rollers."""
+"""Two spaced bearings from their drawing: deep-groove or angular-contact balls, or cylindrical
+rollers.
+"""
 
 from __future__ import annotations
 
@@ -26,26 +28,43 @@ ContactAngle = Annotated[float, Quantity("rad", "25 deg", low=0, high=1.1)]
 
 def refuse_drawing(why: str, expected: str, example: str) -> PydanticCustomError:
     """Return the validation error of an impossible bearing drawing."""
-    return PydanticCustomError("limits", "{why}", {"why": why, "expected": expected, "example": example})
+    return PydanticCustomError(
+        "limits", "{why}", {"why": why, "expected": expected, "example": example}
+    )
 
 
 def check_sizes(pitch: float, element: float, count: int, bore: float, outside: float) -> None:
-    """Refuse elements that do not fit between bore and outside, or not side by side around the pitch circle."""
+    """Refuse elements that do not fit between bore and outside, or not side by side around the
+    pitch circle.
+    """
     if not bore < pitch - element < pitch + element < outside:
-        found = f"elements of {element * 1e3:g} mm on a pitch circle of {pitch * 1e3:g} mm, in a bearing of {bore * 1e3:g} x {outside * 1e3:g} mm"
-        raise refuse_drawing(found, "elements between bore and outside_diameter", 'pitch_diameter = "65 mm"')
+        found = (
+            f"elements of {element * 1e3:g} mm on a pitch circle of {pitch * 1e3:g} mm, in a "
+            f"bearing of {bore * 1e3:g} x {outside * 1e3:g} mm"
+        )
+        raise refuse_drawing(
+            found, "elements between bore and outside_diameter", 'pitch_diameter = "65 mm"'
+        )
     if count * math.asin(min(element / pitch, 1.0)) > math.pi:
-        raise refuse_drawing(f"{count} elements of {element * 1e3:g} mm side by side", "no more than fit on the pitch circle", "balls = 9")
+        raise refuse_drawing(
+            f"{count} elements of {element * 1e3:g} mm side by side",
+            "no more than fit on the pitch circle",
+            "balls = 9",
+        )
 
 
 class BallPair(DrawnBearing):
-    """Two ball bearings of one kind, `span` apart: deep-groove, or angular-contact ones mirrored to each other.
+    """Two ball bearings of one kind, `span` apart: deep-groove, or angular-contact ones mirrored to
+    each other.
 
     balls, ball_diameter, pitch_diameter  of each bearing
     groove_conformity   radius of the inner and the outer groove over the ball's diameter
-    contact_angle       0: deep groove, axial load in both directions; above 0: each in one direction
-    arrangement         of angular-contact bearings: "back-to-back" (pressure centres outside the span) or "face-to-face"
-    preload             axial force between two angular-contact bearings as mounted; they have no clearance
+    contact_angle       0: deep groove, axial load in both directions; above 0: each in one
+                        direction
+    arrangement         of angular-contact bearings: "back-to-back" (pressure centres outside the
+                        span) or "face-to-face"
+    preload             axial force between two angular-contact bearings as mounted; they have no
+                        clearance
     """
 
     kind: Literal["ball pair"] = "ball pair"
@@ -60,16 +79,30 @@ class BallPair(DrawnBearing):
 
     @model_validator(mode="after")
     def _is_a_bearing(self) -> Self:
-        check_sizes(self.pitch_diameter, self.ball_diameter, self.balls, self.bore, self.outside_diameter)
+        check_sizes(
+            self.pitch_diameter, self.ball_diameter, self.balls, self.bore, self.outside_diameter
+        )
         if not self.contact_angle and self.preload:
-            raise refuse_drawing("a preload of deep-groove bearings", "a preload of angular-contact ones only", 'contact_angle = "25 deg"')
+            raise refuse_drawing(
+                "a preload of deep-groove bearings",
+                "a preload of angular-contact ones only",
+                'contact_angle = "25 deg"',
+            )
         if self.contact_angle and (self.clearance.nominal or self.clearance.tolerance):
-            raise refuse_drawing("a clearance of angular-contact bearings", "their preload instead", 'preload = "200 N"')
+            raise refuse_drawing(
+                "a clearance of angular-contact bearings",
+                "their preload instead",
+                'preload = "200 N"',
+            )
         if self.clearance_error:
             raise refuse_drawing(*self.clearance_error)
         if self.preload > self.balls * self.static_load:
             found = f"a preload of {self.preload:.4g} N"
-            raise refuse_drawing(found, f"at most {self.balls * self.static_load:.4g} N, the balls' static limit", 'preload = "200 N"')
+            raise refuse_drawing(
+                found,
+                f"at most {self.balls * self.static_load:.4g} N, the balls' static limit",
+                'preload = "200 N"',
+            )
         if self.rows.span <= 0:
             raise refuse_drawing(
                 "face-to-face bearings so close that their pressure centres coincide",
@@ -106,21 +139,43 @@ class BallPair(DrawnBearing):
         if not self.contact_angle:
             return _spaced(row, self.span, axial=True)
         back = self.arrangement == "back-to-back"
-        preload_shift = float(shaft_equilibrium([Seat(row)], [[0.0, 0.0, self.preload, 0.0, 0.0]]).displacement[0, 2]) if self.preload else 0.0
+        preload_shift = (
+            float(
+                shaft_equilibrium([Seat(row)], [[0.0, 0.0, self.preload, 0.0, 0.0]]).displacement[
+                    0, 2
+                ]
+            )
+            if self.preload
+            else 0.0
+        )
         out = self.span / 2 if back else -self.span / 2
-        seats = Seat(row, -out, preload_shift=preload_shift), Seat(row, out, mirrored=True, preload_shift=preload_shift)
+        seats = (
+            Seat(row, -out, preload_shift=preload_shift),
+            Seat(row, out, mirrored=True, preload_shift=preload_shift),
+        )
         beyond = self.pitch_diameter * math.tan(self.contact_angle)
-        return Pair(seats if back else seats[::-1], self.span + beyond if back else self.span - beyond, axial=True)
+        return Pair(
+            seats if back else seats[::-1],
+            self.span + beyond if back else self.span - beyond,
+            axial=True,
+        )
 
     def pressure(self, load: Floats) -> Floats:
         """Return the Hertz point-contact pressure (Pa) at the inner groove."""
-        return ball_pressure(load, self.ball_diameter, self.pitch_diameter, self.groove_conformity[0], self.contact_angle)
+        return ball_pressure(
+            load,
+            self.ball_diameter,
+            self.pitch_diameter,
+            self.groove_conformity[0],
+            self.contact_angle,
+        )
 
 
 class RollerPair(DrawnBearing):
     """Two cylindrical roller bearings of one kind, `span` apart; they carry no axial load.
 
-    rollers, roller_diameter, roller_length, pitch_diameter  of each bearing; the length is the effective one, without the rounded ends
+    rollers, roller_diameter, roller_length, pitch_diameter  of each bearing; the length is the
+                                                             effective one, without the rounded ends
     """
 
     kind: Literal["roller pair"] = "roller pair"
@@ -132,7 +187,13 @@ class RollerPair(DrawnBearing):
 
     @model_validator(mode="after")
     def _is_a_bearing(self) -> Self:
-        check_sizes(self.pitch_diameter, self.roller_diameter, self.rollers, self.bore, self.outside_diameter)
+        check_sizes(
+            self.pitch_diameter,
+            self.roller_diameter,
+            self.rollers,
+            self.bore,
+            self.outside_diameter,
+        )
         if self.clearance_error:
             raise refuse_drawing(*self.clearance_error)
         return self
@@ -150,11 +211,18 @@ class RollerPair(DrawnBearing):
     @property
     def rows(self) -> Pair:
         """Return the two rows of crowned rollers."""
-        row = RollerRow(count=self.rollers, length=self.roller_length, roller=self.roller_diameter, pitch=self.pitch_diameter)
+        row = RollerRow(
+            count=self.rollers,
+            length=self.roller_length,
+            roller=self.roller_diameter,
+            pitch=self.pitch_diameter,
+        )
         return _spaced(row, self.span, axial=False)
 
     def pressure(self, load: Floats) -> Floats:
-        """Return the Hertz line-contact pressure (Pa) at the inner race, uniform along the roller."""
+        """Return the Hertz line-contact pressure (Pa) at the inner race, uniform along the
+        roller.
+        """
         return roller_pressure(load, self.roller_length, self.roller_diameter, self.pitch_diameter)
 
 

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 
 class RigidBearing(Sourced, ErrorSource):
-    """A bearing or guide that is declared ideal: rigid, without clearance and runout. In a file `rigid = true` suffices.
+    """A bearing or guide that is declared ideal: rigid, without clearance and runout. In a file
+    `rigid = true` suffices.
 
     rigid  true
     """

@@ -1,4 +1,6 @@
-"""One ball or cylindrical roller bearing by itself. A joint needs two, or one of crossed rollers: a single row carries almost no moment."""
+"""One ball or cylindrical roller bearing by itself. A joint needs two, or one of crossed rollers: a
+single row carries almost no moment.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ OF_PAIRS: Final = ("span", "arrangement", "preload")
 
 
 def _one(pair: Pair, reach: float) -> Pair:
-    """Return the first row of a pair alone, in the middle, with the pitch diameter instead of the span."""
+    """Return the first row of a pair alone, in the middle, with the pitch diameter instead of the
+    span.
+    """
     row = pair.seats[0].row
     return Pair((type(pair.seats[0])(row),), reach, pair.axial)
 
@@ -39,11 +43,15 @@ class _Single(DrawnBearing):
     def terms(self, motion: Motion) -> NoReturn:
         """Raise ValueError."""
         del motion
-        raise ValueError("a single bearing cannot be part of an arm: one row carries almost no moment")
+        raise ValueError(
+            "a single bearing cannot be part of an arm: one row carries almost no moment"
+        )
 
 
 class SingleBallBearing(_Single, BallPair):
-    """One deep-groove or angular-contact ball bearing. An angular-contact one carries axial load towards +z only."""
+    """One deep-groove or angular-contact ball bearing. An angular-contact one carries axial load
+    towards +z only.
+    """
 
     @property
     def rows(self) -> Pair:
@@ -64,5 +72,7 @@ def single(pair: BallPair | RollerPair) -> SingleBallBearing | SingleRollerBeari
     """Return one bearing of a checked pair."""
     stated: dict[str, Any] = {name: getattr(pair, name) for name in type(pair).model_fields}
     kind: Any = SingleBallBearing if isinstance(pair, BallPair) else SingleRollerBearing
-    out: SingleBallBearing | SingleRollerBearing = kind.model_construct(pair.model_fields_set, **stated)
+    out: SingleBallBearing | SingleRollerBearing = kind.model_construct(
+        pair.model_fields_set, **stated
+    )
     return out

@@ -1,4 +1,6 @@
-"""Gearboxes, one file per kind. A line here makes a kind known to arm files, their schema, and every analysis."""
+"""Gearboxes, one file per kind. A line here makes a kind known to arm files, their schema, and
+every analysis.
+"""
 
 from lostmotion.parts.gearbox.ball_screw import BallScrew as BallScrew
 from lostmotion.parts.gearbox.belt import BeltDrive as BeltDrive

@@ -21,8 +21,10 @@ class BallScrew(SlideFigures):
 
     root_diameter      of the screw
     length             between its two bearings
-    start              from the bearing on the motor's side to the nut where the joint's value is zero; it grows with that value
-    support            "fixed-free": the far bearing holds the screw across its axis only; "fixed-fixed": both hold it axially
+    start              from the bearing on the motor's side to the nut where the joint's value is
+                       zero; it grows with that value
+    support            "fixed-free": the far bearing holds the screw across its axis only;
+                       "fixed-fixed": both hold it axially
     nut_stiffness      axial, of the nut and its seat; default: rigid
     bearing_stiffness  axial, of each bearing that holds the screw axially; default: rigid
     """
@@ -39,7 +41,11 @@ class BallScrew(SlideFigures):
     @model_validator(mode="after")
     def _starts_on_the_screw(self) -> Self:
         if self.start >= self.length:
-            raise refuse("a start beyond the length of the screw", "a start shorter than length", 'length = "600 mm", start = "80 mm"')
+            raise refuse(
+                "a start beyond the length of the screw",
+                "a start shorter than length",
+                'length = "600 mm", start = "80 mm"',
+            )
         return self
 
     def compliance_at(self, position: Floats) -> Floats:
@@ -47,11 +53,28 @@ class BallScrew(SlideFigures):
         bearing = self.bearing_stiffness or math.inf
         far = bearing if self.support == "fixed-fixed" else None
         at, nut = self.start + position, self.nut_stiffness or math.inf
-        return screw_compliance(at, self.length, self.root_diameter, lead=self.lead, nut=nut, near_bearing=bearing, far_bearing=far)
+        return screw_compliance(
+            at,
+            self.length,
+            self.root_diameter,
+            lead=self.lead,
+            nut=nut,
+            near_bearing=bearing,
+            far_bearing=far,
+        )
 
     def range_error(self, limits: tuple[float, float]) -> tuple[str, str, str] | None:
-        """Return what was found, what is expected and an example where the nut would leave the screw within a joint's range."""
+        """Return what was found, what is expected and an example where the nut would leave the
+        screw within a joint's range.
+        """
         if self.start + limits[0] > 0 and self.start + limits[1] < self.length:
             return None
-        expected = f"the nut between the bearings at both limits: start above {-limits[0]:g} m, length above start + {limits[1]:g} m"
-        return "a range in which the nut leaves the screw", expected, 'length = "600 mm", start = "80 mm"'
+        expected = (
+            f"the nut between the bearings at both limits: start above {-limits[0]:g} m, length "
+            f"above start + {limits[1]:g} m"
+        )
+        return (
+            "a range in which the nut leaves the screw",
+            expected,
+            'length = "600 mm", start = "80 mm"',
+        )

@@ -1,4 +1,6 @@
-"""Timing belts: of a carriage, whose strands change their length with its position, and between two pulleys of a turning joint."""
+"""Timing belts: of a carriage, whose strands change their length with its position, and between two
+pulleys of a turning joint.
+"""
 
 from __future__ import annotations
 
@@ -23,10 +25,13 @@ class BeltDrive(SlideFigures):
     """A carriage on an open belt over a drive pulley and an idler; figures as in `SlideFigures`.
 
     belt_stiffness  EA, force per strain: specific stiffness x width
-    belt_length     free length of the belt from the drive pulley to the carriage and from there round the idler back to the drive pulley
-    start           free length from the drive pulley to the carriage where the joint's value is zero; it grows with that value
+    belt_length     free length of the belt from the drive pulley to the carriage and from there
+                    round the idler back to the drive pulley start           free length from the
+                    drive pulley to the carriage where the joint's value is zero; it grows with that
+                    value
 
-    Valid while the pretension keeps both strands taut. A belt on the carriage's own motor (omega drive) has the same lengths.
+    Valid while the pretension keeps both strands taut. A belt on the carriage's own motor (omega
+    drive) has the same lengths.
     """
 
     kind: Literal["belt"] = "belt"
@@ -38,7 +43,11 @@ class BeltDrive(SlideFigures):
     @model_validator(mode="after")
     def _starts_on_the_belt(self) -> Self:
         if self.start >= self.belt_length:
-            raise refuse("a start beyond the length of the belt", "a start shorter than belt_length", 'belt_length = "3 m", start = "0.2 m"')
+            raise refuse(
+                "a start beyond the length of the belt",
+                "a start shorter than belt_length",
+                'belt_length = "3 m", start = "0.2 m"',
+            )
         return self
 
     def compliance_at(self, position: Floats) -> Floats:
@@ -46,22 +55,33 @@ class BeltDrive(SlideFigures):
         return belt_compliance(self.start + position, self.belt_length, self.belt_stiffness)
 
     def range_error(self, limits: tuple[float, float]) -> tuple[str, str, str] | None:
-        """Return what was found, what is expected and an example where a strand would vanish within a joint's range."""
+        """Return what was found, what is expected and an example where a strand would vanish within
+        a joint's range.
+        """
         if self.start + limits[0] > 0 and self.start + limits[1] < self.belt_length:
             return None
-        expected = f"a strand of some length at both limits: start above {-limits[0]:g} m, belt_length above start + {limits[1]:g} m"
-        return "a range in which the carriage reaches the drive pulley", expected, 'belt_length = "3 m", start = "0.2 m"'
+        expected = (
+            f"a strand of some length at both limits: start above {-limits[0]:g} m, belt_length "
+            f"above start + {limits[1]:g} m"
+        )
+        return (
+            "a range in which the carriage reaches the drive pulley",
+            expected,
+            'belt_length = "3 m", start = "0.2 m"',
+        )
 
 
 class BeltStage(TurningFigures, OfClass):
-    """A closed timing belt from the motor's pulley to that of a turning joint; figures as in `Gearbox`.
+    """A closed timing belt from the motor's pulley to that of a turning joint; figures as in
+    `Gearbox`.
 
     ratio           turns of the motor per turn of the joint
     belt_stiffness  EA, force per strain: specific stiffness x width
     strand          free length of each of the two strands
     pulley_radius   pitch radius of the joint's pulley
-    pulley_error, motor_pulley_error  amplitude at the output of the harmonic that each pulley's eccentricity makes: once per turn of it
-    stiffness       of all but the belt, in series with it
+    pulley_error, motor_pulley_error  amplitude at the output of the harmonic that each pulley's
+                                      eccentricity makes: once per turn of it stiffness       of all
+                                      but the belt, in series with it
 
     Valid while the pretension keeps both strands taut.
     """
@@ -82,4 +102,7 @@ class BeltStage(TurningFigures, OfClass):
         return [1 / (1 / belt + 1 / rest) for rest in super().zones] or [belt]
 
     def _own_harmonics(self) -> list[tuple[str, float, float]]:
-        return [("pulley", self.pulley_error, 1.0), ("motor pulley", self.motor_pulley_error, self.ratio)]
+        return [
+            ("pulley", self.pulley_error, 1.0),
+            ("motor pulley", self.motor_pulley_error, self.ratio),
+        ]

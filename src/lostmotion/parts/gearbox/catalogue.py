@@ -1,7 +1,7 @@
 """A gearbox by the figures of its data sheet, with a stated ratio.
 
-On a turning joint its quantities are angles. On a sliding joint the same class describes a screw or belt drive: quantities are lengths at the slide,
-and the screw or pulley makes a turn per `lead`.
+On a turning joint its quantities are angles. On a sliding joint the same class describes a screw or
+belt drive: quantities are lengths at the slide, and the screw or pulley makes a turn per `lead`.
 """
 
 from __future__ import annotations
@@ -19,11 +19,14 @@ if TYPE_CHECKING:
 
 
 class CatalogueGearbox(Gearbox[AmountT, PlayT, StiffnessT, LoadT, FrictionT], OfClass):
-    """A reducer or drive described by catalogue values, as `Gearbox` lists them; an omitted value is assumed ideal.
+    """A reducer or drive described by catalogue values, as `Gearbox` lists them; an omitted value
+    is assumed ideal.
 
     ratio  turns of the motor per turn of the output, or of the screw
-    lead   travel per turn of the screw or pulley, on a sliding joint; there the transmission error counts the screw's turns
-    lead_error  on a sliding joint: ± share by which its travel is too long or too short, in proportion to the joint's value
+    lead   travel per turn of the screw or pulley, on a sliding joint; there the transmission error
+           counts the screw's turns
+    lead_error  on a sliding joint: ± share by which its travel is too long or too short, in
+                proportion to the joint's value
     """
 
     kind: Literal["catalogue"] = "catalogue"

@@ -35,7 +35,9 @@ def _of_default_kind(stated: Any) -> Any:  # noqa: ANN401 - whatever a file hold
     return {"kind": DEFAULT_KIND, **stated} if isinstance(stated, dict) else stated
 
 
-_Slide: TypeAlias = CatalogueGearbox[LengthAmount, ClearanceDim, LinearStiffness, ForceAmount, FrictionForce]
+_Slide: TypeAlias = CatalogueGearbox[
+    LengthAmount, ClearanceDim, LinearStiffness, ForceAmount, FrictionForce
+]
 # Kinds described by data-sheet figures, on a turning joint and on a sliding one.
 if TYPE_CHECKING:
     _StatedTurning: TypeAlias = TurningFigures
@@ -43,10 +45,21 @@ if TYPE_CHECKING:
 else:
     _ALL = [each for each in vars(package).values() if isinstance(each, type)]
     _TURNING = [each for each in _ALL if issubclass(each, TurningFigures)]
-    _StatedTurning = Union[(CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque], *_TURNING)]
+    _StatedTurning = Union[
+        (
+            CatalogueGearbox[AngleAmount, PlayDim, AngularStiffness, TorqueAmount, FrictionTorque],
+            *_TURNING,
+        )
+    ]
     _StatedSliding = Union[(_Slide, *(each for each in _ALL if issubclass(each, SlideFigures)))]
-TurningGearbox = Annotated[_StatedTurning | CycloidalGearbox, Field(discriminator="kind"), BeforeValidator(_of_default_kind)]
-SlidingDrive = Annotated[_StatedSliding, Field(discriminator="kind"), BeforeValidator(_of_default_kind)]
+TurningGearbox = Annotated[
+    _StatedTurning | CycloidalGearbox,
+    Field(discriminator="kind"),
+    BeforeValidator(_of_default_kind),
+]
+SlidingDrive = Annotated[
+    _StatedSliding, Field(discriminator="kind"), BeforeValidator(_of_default_kind)
+]
 # Described by data-sheet figures, on a turning or a sliding joint; and of any kind.
 StatedGearbox: TypeAlias = _StatedTurning | _StatedSliding
 AnyGearbox: TypeAlias = StatedGearbox | CycloidalGearbox
@@ -67,5 +80,7 @@ def is_drawn(gearbox: object) -> TypeIs[CycloidalGearbox]:
 
 
 def is_sliding(gearbox: object) -> bool:
-    """Return whether a gearbox is the drive of a sliding joint, whose quantities are lengths and forces."""
+    """Return whether a gearbox is the drive of a sliding joint, whose quantities are lengths and
+    forces.
+    """
     return isinstance(gearbox, _SLIDES)

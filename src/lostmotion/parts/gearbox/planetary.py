@@ -13,12 +13,15 @@ from lostmotion.parts.gearbox.gearbox import MOST_PLANETS, Planets, TurningFigur
 
 
 class PlanetaryGearbox(TurningFigures):
-    """One planetary stage with its ring held; data-sheet figures as in `Gearbox`, and numbers of teeth.
+    """One planetary stage with its ring held; data-sheet figures as in `Gearbox`, and numbers of
+    teeth.
 
     sun_teeth, ring_teeth, planet_teeth   planet_teeth default: from the other two
     planets       their number, equally spaced
-    sun_error, planet_error, ring_error, mesh_error  amplitude at the output of the harmonic of each: once per turn of the sun or of a
-                  planet relative to the carrier, once per turn of the output (ring), once per tooth (mesh)
+    sun_error, planet_error, ring_error, mesh_error  amplitude at the output of the harmonic of
+                                                     each: once per turn of the sun or of a
+                  planet relative to the carrier, once per turn of the output (ring), once per tooth
+                  (mesh)
 
     Teeth without profile shift: ring = sun + 2 x planet.
     """
@@ -46,7 +49,12 @@ class PlanetaryGearbox(TurningFigures):
             planet = self.planet_teeth or max(fitting, 1)
             planets = _nearest_planets(self.planets, sun, planet)
             raise refuse(
-                f"sun {sun}, ring {ring}" + (f", planet {self.planet_teeth} teeth" if self.planet_teeth else " teeth, which leaves no whole planet"),
+                f"sun {sun}, ring {ring}"
+                + (
+                    f", planet {self.planet_teeth} teeth"
+                    if self.planet_teeth
+                    else " teeth, which leaves no whole planet"
+                ),
                 "ring = sun + 2 x planet",
                 f"sun_teeth = {sun}, planet_teeth = {planet}, ring_teeth = {sun + 2 * planet}"
                 + (f", planets = {planets}" if planets != self.planets else ""),
@@ -54,12 +62,19 @@ class PlanetaryGearbox(TurningFigures):
         if (sun + ring) % self.planets:
             raise refuse(
                 f"{self.planets} planets with sun + ring = {sun + ring} teeth",
-                "a number of planets that divides sun + ring: otherwise equally spaced planets cannot be assembled",
+                (
+                    "a number of planets that divides sun + ring: otherwise equally spaced "
+                    "planets cannot be assembled"
+                ),
                 f"planets = {_nearest_planets(self.planets, sun, fitting)}",
             )
         if not _have_room(self.planets, sun, fitting):
             found = f"{self.planets} planets of {fitting} teeth around a sun of {sun}"
-            raise refuse(found, "planets that do not touch each other", f"planets = {_nearest_planets(self.planets, sun, fitting)}")
+            raise refuse(
+                found,
+                "planets that do not touch each other",
+                f"planets = {_nearest_planets(self.planets, sun, fitting)}",
+            )
         return self
 
     def _own_harmonics(self) -> list[tuple[str, float, float]]:
@@ -79,5 +94,9 @@ def _have_room(planets: int, sun: int, planet: int) -> bool:
 
 def _nearest_planets(wanted: int, sun: int, planet: int) -> int:
     """Return the possible number of equally spaced planets that is nearest to the wanted one."""
-    fit = [count for count in range(1, MOST_PLANETS + 1) if not 2 * (sun + planet) % count and _have_room(count, sun, planet)]
+    fit = [
+        count
+        for count in range(1, MOST_PLANETS + 1)
+        if not 2 * (sun + planet) % count and _have_room(count, sun, planet)
+    ]
     return min(fit, key=lambda count: (abs(count - wanted), count))

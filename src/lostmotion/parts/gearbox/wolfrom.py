@@ -1,4 +1,6 @@
-"""A Wolfrom (3K) gearbox: sun in, one ring held, a second ring out, stepped planets between them on a carrier that runs free."""
+"""A Wolfrom (3K) gearbox: sun in, one ring held, a second ring out, stepped planets between them on
+a carrier that runs free.
+"""
 
 from __future__ import annotations
 
@@ -19,10 +21,14 @@ class WolfromGearbox(TurningFigures):
     sun_teeth, planet_teeth, fixed_ring_teeth   the planet's wheel between sun and held ring
     output_planet_teeth, output_ring_teeth      its other wheel, in the ring that is the output
     planets       their number, equally spaced
-    sun_error, planet_error, first_mesh_error, second_mesh_error  amplitude at the output of the harmonic of each: once per turn of the sun
-                  or of a planet relative to the carrier, once per tooth of the held or of the output ring
+    sun_error, planet_error, first_mesh_error, second_mesh_error  amplitude at the output of the
+                                                                  harmonic of each: once per turn of
+                                                                  the sun
+                  or of a planet relative to the carrier, once per tooth of the held or of the
+                  output ring
 
-    Such wheels are often profile-shifted, so that numbers of teeth do not determine whether they mesh: this is not checked.
+    Such wheels are often profile-shifted, so that numbers of teeth do not determine whether they
+    mesh: this is not checked.
     """
 
     kind: Literal["wolfrom"] = "wolfrom"
@@ -39,8 +45,16 @@ class WolfromGearbox(TurningFigures):
 
     @property
     def ratio(self) -> float:
-        """Return the turns of the sun per turn of the output ring, negative for opposite directions."""
-        return wolfrom_ratio(self.sun_teeth, self.planet_teeth, self.fixed_ring_teeth, self.output_planet_teeth, self.output_ring_teeth)
+        """Return the turns of the sun per turn of the output ring, negative for opposite
+        directions.
+        """
+        return wolfrom_ratio(
+            self.sun_teeth,
+            self.planet_teeth,
+            self.fixed_ring_teeth,
+            self.output_planet_teeth,
+            self.output_ring_teeth,
+        )
 
     @property
     def carrier_turns(self) -> float:
@@ -52,22 +66,40 @@ class WolfromGearbox(TurningFigures):
         sun, planet, fixed = self.sun_teeth, self.planet_teeth, self.fixed_ring_teeth
         second, out = self.output_planet_teeth, self.output_ring_teeth
         if fixed <= planet:
-            near = planet + 1 + -(sun + planet + 1) % self.planets  # so that the planets can be assembled as well
-            raise refuse(f"a fixed ring of {fixed} teeth around a planet of {planet}", _RING, f"fixed_ring_teeth = {near}")
+            # so that the planets can be assembled as well
+            near = planet + 1 + -(sun + planet + 1) % self.planets
+            raise refuse(
+                f"a fixed ring of {fixed} teeth around a planet of {planet}",
+                _RING,
+                f"fixed_ring_teeth = {near}",
+            )
         if out <= second:
             near = second + 1 if planet * (second + 1) != fixed * second else second + 2
-            raise refuse(f"an output ring of {out} teeth around a planet of {second}", _RING, f"output_ring_teeth = {near}")
+            raise refuse(
+                f"an output ring of {out} teeth around a planet of {second}",
+                _RING,
+                f"output_ring_teeth = {near}",
+            )
         if planet * out == fixed * second:
             raise refuse(
-                f"an output that stands still: {fixed}/{planet} = {out}/{second}, both rings drive the planets at the same speed",
+                (
+                    f"an output that stands still: {fixed}/{planet} = {out}/{second}, both rings "
+                    "drive the planets at the same speed"
+                ),
                 "rings whose ratios to their planets differ",
                 f"output_ring_teeth = {out + 1}",
             )
         if (sun + fixed) % self.planets:
-            near = min((n for n in range(1, MOST_PLANETS + 1) if not (sun + fixed) % n), key=lambda n: (abs(n - self.planets), n))
+            near = min(
+                (n for n in range(1, MOST_PLANETS + 1) if not (sun + fixed) % n),
+                key=lambda n: (abs(n - self.planets), n),
+            )
             raise refuse(
                 f"{self.planets} planets with sun + fixed ring = {sun + fixed} teeth",
-                "a number of planets that divides sun + fixed ring: otherwise equally spaced planets cannot be assembled",
+                (
+                    "a number of planets that divides sun + fixed ring: otherwise equally spaced "
+                    "planets cannot be assembled"
+                ),
                 f"planets = {near}",
             )
         return self
@@ -83,5 +115,9 @@ class WolfromGearbox(TurningFigures):
             ("sun", self.sun_error, carrier * self.fixed_ring_teeth / self.sun_teeth),
             ("planet", self.planet_error, carrier * self.fixed_ring_teeth / self.planet_teeth),
             ("first mesh", self.first_mesh_error, carrier * self.fixed_ring_teeth),
-            ("second mesh", self.second_mesh_error, abs(1 - self.carrier_turns) * self.output_ring_teeth),
+            (
+                "second mesh",
+                self.second_mesh_error,
+                abs(1 - self.carrier_turns) * self.output_ring_teeth,
+            ),
         ]

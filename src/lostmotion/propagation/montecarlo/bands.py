@@ -1,8 +1,10 @@
-"""How far the figures of a study depend on values that are only known to lie in a range ("1.3 .. 3.0 GPa").
+"""How far the figures of a study depend on values that are only known to lie in a range ("1.3 ..
+3.0 GPa").
 
-A range is ignorance: its value is the same for all robots. So the study is repeated for draws of all ranges, with the same robots, visits and poses,
-and the 5th to the 95th percentile over the draws is the band of a figure. It stands beside the confidence interval, which counts robots and poses,
-and is never combined with it.
+A range is ignorance: its value is the same for all robots. So the study is repeated for draws of
+all ranges, with the same robots, visits and poses, and the 5th to the 95th percentile over the
+draws is the band of a figure. It stands beside the confidence interval, which counts robots and
+poses, and is never combined with it.
 """
 
 from __future__ import annotations
@@ -35,11 +37,13 @@ _LEVEL: Final = 0.95
 
 @dataclass(frozen=True)
 class Bands:
-    """Figures of a study over draws of its unknown values, from runs of `poses` x `robots` x `visits`.
+    """Figures of a study over draws of its unknown values, from runs of `poses` x `robots` x
+    `visits`.
 
     unknown  the ranges
     shares   (draw, value) at which each range was taken
-    ratios   (figure, draw) of each of `figures` to the one with the middle of every range; NaN for a figure that is zero there
+    ratios   (figure, draw) of each of `figures` to the one with the middle of every range; NaN for
+             a figure that is zero there
     approach sign of the joints' last motion, 0 where it is drawn
     """
 
@@ -54,17 +58,28 @@ class Bands:
     @property
     def figures(self) -> tuple[str, ...]:
         """Return the names of the figures that have a band."""
-        return "mean", "95th percentile", "AP, 95th percentile of robots", f"{rp_name(self.approach)}, 95th percentile of robots"
+        return (
+            "mean",
+            "95th percentile",
+            "AP, 95th percentile of robots",
+            f"{rp_name(self.approach)}, 95th percentile of robots",
+        )
 
     def band(self, figure: str, value: float) -> tuple[float, float]:
-        """Return the 5th and 95th percentile of a figure of `figures` that has this value with the middle of every range."""
+        """Return the 5th and 95th percentile of a figure of `figures` that has this value with the
+        middle of every range.
+        """
         low, high = band(self.ratios[self.figures.index(figure)])
         return low * value, high * value
 
     def influence(self, figure: str) -> dict[str, float]:
-        """Return the share of a figure's variance over the draws that each range explains alone: its name to the share, largest first."""
+        """Return the share of a figure's variance over the draws that each range explains alone:
+        its name to the share, largest first.
+        """
         shares = influence(self.shares, self.ratios[self.figures.index(figure)])
-        each = {unknown.name: float(share) for unknown, share in zip(self.unknown, shares, strict=True)}
+        each = {
+            unknown.name: float(share) for unknown, share in zip(self.unknown, shares, strict=True)
+        }
         return dict(sorted(each.items(), key=lambda item: -item[1]))
 
 
@@ -79,10 +94,12 @@ def bands(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Bands | None:
-    """Return the figures of a study over draws of its unknown values; None for an arm whose values are all known.
+    """Return the figures of a study over draws of its unknown values; None for an arm whose values
+    are all known.
 
-    At most 256 of the poses and 128 robots, the same ones in every draw and with the middles. Arguments as `montecarlo.run`. Raises InputError where
-    a draw makes an impossible part, DidNotConvergeError where one cannot be computed.
+    At most 256 of the poses and 128 robots, the same ones in every draw and with the middles.
+    Arguments as `montecarlo.run`. Raises InputError where a draw makes an impossible part,
+    DidNotConvergeError where one cannot be computed.
     """
     unknown = unknown_values(arm)
     if not unknown:
@@ -103,9 +120,16 @@ def bands(  # noqa: PLR0913 - a study is these numbers
 
 
 def _figures(sampled: Sampled) -> Floats:
-    """Return the figures of `Bands` of a run, m; those of ISO 9283 are zero where there is one visit alone."""
+    """Return the figures of `Bands` of a run, m; those of ISO 9283 are zero where there is one
+    visit alone.
+    """
     means = sampled.robot_means
-    error = [pooled_mean(means[:, :, 0]).value, pooled_quantile(sampled.group_hist, sampled.replicate_hist, _LEVEL).value]
+    error = [
+        pooled_mean(means[:, :, 0]).value,
+        pooled_quantile(sampled.group_hist, sampled.replicate_hist, _LEVEL).value,
+    ]
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         return np.array([*error, 0.0, 0.0])
-    return np.array([*error, *(pooled_robots_quantile(means[:, :, column], _LEVEL).value for column in (1, 2))])
+    return np.array(
+        [*error, *(pooled_robots_quantile(means[:, :, column], _LEVEL).value for column in (1, 2))]
+    )

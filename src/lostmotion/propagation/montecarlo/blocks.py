@@ -1,4 +1,6 @@
-"""One block of poses: the draws of the robots that visit them, and the sample that the kernel computes."""
+"""One block of poses: the draws of the robots that visit them, and the sample that the kernel
+computes.
+"""
 
 from __future__ import annotations
 
@@ -35,13 +37,16 @@ MOST_VISITS: Final = 10_000
 _MOST_GROUPS: Final = 32
 
 
-# Factor of a robot on a column: the sum over (stream, weight) of weight times the robot's draw; for the stream None the draw is one.
+# Factor of a robot on a column: the sum over (stream, weight) of weight times the robot's draw; for
+# the stream None the draw is one.
 Factor: TypeAlias = "tuple[tuple[Stream | None, float], ...]"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The arguments of a run, as for `montecarlo.run`; `groups` is the number of groups of robots for the intervals of pooled quantiles."""
+    """The arguments of a run, as for `montecarlo.run`; `groups` is the number of groups of robots
+    for the intervals of pooled quantiles.
+    """
 
     arm: Arm
     poses: Poses
@@ -51,15 +56,26 @@ class Plan:
     approach: float
     groups: int
     device: Device = "cpu"
-    # Draws of all robots by stream, and tables of draws in the layout of the kernel: nearly all blocks use the same ones.
+    # Draws of all robots by stream, and tables of draws in the layout of the kernel: nearly all
+    # blocks use the same ones.
     _robot_draws: dict[Stream, Floats] = field(default_factory=dict, init=False)
     _laid_out: dict[str, tuple[list[Any], Floats]] = field(default_factory=dict, init=False)
 
     @classmethod
-    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float, device: Device = "cpu") -> Self:
+    def of(
+        cls,
+        arm: Arm,
+        poses: Poses,
+        robots: int,
+        visits: int,
+        seed: int,
+        approach: float,
+        device: Device = "cpu",
+    ) -> Self:
         """Return the plan of a run.
 
-        Raises InputError for robots, visits, approach or device out of range, LostmotionError for a GPU that is not available.
+        Raises InputError for robots, visits, approach or device out of range, LostmotionError for a
+        GPU that is not available.
         """
         for name, value, most in (("robots", robots, MOST_ROBOTS), ("visits", visits, MOST_VISITS)):
             if not isinstance(value, Integral) or not 1 <= value <= most:
@@ -72,13 +88,20 @@ class Plan:
         return cls(arm, poses, robots, visits, seed, approach, groups, device)
 
     def of_robots(self, what: str, factors: list[Factor], *, pad: bool = False) -> Floats:
-        """Return these factors of each robot (tile, factor, LANES); with `pad`, zeros fill it up to a multiple of four factors.
+        """Return these factors of each robot (tile, factor, LANES); with `pad`, zeros fill it up to
+        a multiple of four factors.
 
         The result is cached under the name `what` until it is called with other factors.
         """
 
         def laid_out() -> Floats:
-            out = np.zeros((-(-self.robots // draw_kernel.LANES), len(factors) + (-len(factors) % 4 if pad else 0), draw_kernel.LANES))
+            out = np.zeros(
+                (
+                    -(-self.robots // draw_kernel.LANES),
+                    len(factors) + (-len(factors) % 4 if pad else 0),
+                    draw_kernel.LANES,
+                )
+            )
             for row, factor in enumerate(factors):
                 for stream, weight in factor:
                     out[:, row] += weight * (1.0 if stream is None else self._drawn(stream))
@@ -92,16 +115,23 @@ class Plan:
         return self._robot_draws[stream]
 
     def tables(self, streams: list[Stream | None]) -> Floats:
-        """Return the tables of visit draws of these streams, one after another (stream x ROW,); for None all draws are one."""
+        """Return the tables of visit draws of these streams, one after another (stream x ROW,); for
+        None all draws are one.
+        """
 
         def laid_out() -> Floats:
-            rows = [np.ones(draw_kernel.ROW) if stream is None else visit_table(self.seed, stream) for stream in streams]
+            rows = [
+                np.ones(draw_kernel.ROW) if stream is None else visit_table(self.seed, stream)
+                for stream in streams
+            ]
             return np.concatenate(rows or [np.zeros(draw_kernel.ROW)])
 
         return self._cached("visits", streams, laid_out)
 
     def frictions(self, closings: list[Closing | None]) -> Floats:
-        """Return the uniform of each robot that decides whether its play is closed (tile, closing, LANES); zeros for None."""
+        """Return the uniform of each robot that decides whether its play is closed (tile, closing,
+        LANES); zeros for None.
+        """
 
         def laid_out() -> Floats:
             out = np.zeros((-(-self.robots // draw_kernel.LANES), len(closings), draw_kernel.LANES))
@@ -126,9 +156,11 @@ class BlockSample:
     per_pose    (pose, kernel.COLUMNS)
     ap_rp       (pose, 2, robot) AP and RP; no robots where there is one visit
     robot_sums  (robot,) sum over poses of each robot's mean error
-    bins        range of the histogram's bins that are in `hist` and `group_hist`; all other bins are empty
+    bins        range of the histogram's bins that are in `hist` and `group_hist`; all other bins
+                are empty
     hist        (bin,) counts of the samples of this block
-    group_hist  (group, bin) counts by group of robots, summed over all blocks of the batch up to this one
+    group_hist  (group, bin) counts by group of robots, summed over all blocks of the batch up to
+                this one
     """
 
     per_pose: Floats
@@ -139,13 +171,19 @@ class BlockSample:
     group_hist: np.ndarray
 
     def over_robots(self) -> Floats:
-        """Return the mean of AP and RP over robots, their 95th percentile and its interval (pose, 2, 4), m; NaN where there is one visit."""
+        """Return the mean of AP and RP over robots, their 95th percentile and its interval (pose,
+        2, 4), m; NaN where there is one visit.
+        """
         if not self.ap_rp.shape[2]:
             return np.full((len(self.per_pose), 2, 4), np.nan)
-        return np.concatenate([self.ap_rp.mean(axis=2)[..., None], robots_quantile(self.ap_rp)], axis=-1)
+        return np.concatenate(
+            [self.ap_rp.mean(axis=2)[..., None], robots_quantile(self.ap_rp)], axis=-1
+        )
 
     def over_poses(self) -> Floats:
-        """Return the sums over poses of each robot's mean error, AP and RP (robot, 3), m; AP and RP are NaN where there is one visit."""
+        """Return the sums over poses of each robot's mean error, AP and RP (robot, 3), m; AP and RP
+        are NaN where there is one visit.
+        """
         out = np.column_stack([self.robot_sums, np.full((len(self.robot_sums), 2), np.nan)])
         if self.ap_rp.shape[2]:
             out[:, 1:] = self.ap_rp.sum(axis=0).T
@@ -159,7 +197,9 @@ class BlockSample:
 
 
 def check_device(device: str) -> None:
-    """Raise InputError for an unknown device, and LostmotionError for "gpu" without a GPU or without JAX."""
+    """Raise InputError for an unknown device, and LostmotionError for "gpu" without a GPU or
+    without JAX.
+    """
     if device not in DEVICES:
         raise refuse_argument("device", device, "one of " + ", ".join(DEVICES), device="cpu")
     if device == "gpu":
@@ -169,21 +209,36 @@ def check_device(device: str) -> None:
 
 
 def sample_block(plan: Plan, matrix: PoseMatrix, first: int) -> BlockSample:
-    """Return the sample of one block of poses; the first pose of the matrix is number `first` of the study."""
+    """Return the sample of one block of poses; the first pose of the matrix is number `first` of
+    the study.
+    """
     return next(sample_blocks(plan, matrix, [(first, first + len(matrix.tool))]))
 
 
-def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) -> Iterator[BlockSample]:
-    """Yield the sample of each block of poses; `spans` are first and last (exclusive) poses in the study, and the matrix begins at the first one."""
+def sample_blocks(
+    plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]
+) -> Iterator[BlockSample]:
+    """Yield the sample of each block of poses; `spans` are first and last (exclusive) poses in the
+    study, and the matrix begins at the first one.
+    """
     merged = matrix.merged
-    robot = [k for k in merged.columns("robot") if merged.square_sums[k] != 0 and merged.infos[k].closing is None]
+    robot = [
+        k
+        for k in merged.columns("robot")
+        if merged.square_sums[k] != 0 and merged.infos[k].closing is None
+    ]
     changing = [each for each in _changing(matrix) if each.screw.any()]
-    visit, both = ([each for each in changing if (each.factor == ALWAYS and each.closing is None) == plain] for plain in (True, False))
+    visit, both = (
+        [each for each in changing if (each.factor == ALWAYS and each.closing is None) == plain]
+        for plain in (True, False)
+    )
     tables: dict[Stream | None, int] = {}
     for each in (*visit, *both):
         tables.setdefault(each.stream, len(tables))
     work = _kernel(plan, moves=any(each.stream is not None for each in changing))
-    shift = np.concatenate([merged.along_poses[3:, robot], *(each.screw[:, None] for each in (*visit, *both))], axis=1)
+    shift = np.concatenate(
+        [merged.along_poses[3:, robot], *(each.screw[:, None] for each in (*visit, *both))], axis=1
+    )
     columns = np.arange(shift.shape[1])
     first_visit, first_both = len(robot), len(robot) + len(visit)
     drawn = (
@@ -210,16 +265,22 @@ def sample_blocks(plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]) 
         ap_rp = np.zeros((last - first, 2, plan.robots if plan.visits > 1 else 0))
         robot_sums = np.zeros(plan.robots)
         bias, moves = (np.ascontiguousarray(x) for x in (matrix.bias[here, 3:], shift[:, :, here]))
-        low, high = work(first, bias, moves, plays[here], *drawn, per_pose, ap_rp, robot_sums, counts)
+        low, high = work(
+            first, bias, moves, plays[here], *drawn, per_pose, ap_rp, robot_sums, counts
+        )
         lowest, highest = min(lowest, low), max(highest, high)
         bins = slice(lowest, highest + 1)
         counted = counts[:, bins].sum(axis=0)
-        yield BlockSample(per_pose, ap_rp, robot_sums, bins, counted - before[bins], counts[:, bins])
+        yield BlockSample(
+            per_pose, ap_rp, robot_sums, bins, counted - before[bins], counts[:, bins]
+        )
         before[bins] = counted
 
 
 def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
-    """Return the kernel for this device and number of visits; `moves`: whether any error changes between visits."""
+    """Return the kernel for this device and number of visits; `moves`: whether any error changes
+    between visits.
+    """
     if plan.device == "gpu":
         from lostmotion.propagation.montecarlo import jax_kernel
 
@@ -237,7 +298,8 @@ class Changing(NamedTuple):
     stream   draw per visit; None: one
     factor   factor of each robot
     closing  decides whether its play is closed; None: it does not depend on a play
-    whole    True where some robots have the screw and others do not; False where it is multiplied by `closing.standardised`
+    whole    True where some robots have the screw and others do not; False where it is multiplied
+             by `closing.standardised`
     """
 
     screw: Floats
@@ -248,19 +310,26 @@ class Changing(NamedTuple):
 
 
 def _changing(matrix: PoseMatrix) -> Iterator[Changing]:
-    """Yield the errors that change with every visit or with the closed plays; columns of one form and the same visit draw are one error.
+    """Yield the errors that change with every visit or with the closed plays; columns of one form
+    and the same visit draw are one error.
 
-    Such columns, for example a play and its scatter, differ only in size and in the robot's draw, so their sum is one column with a factor per robot.
-    The two columns of a play that a load closes in some robots (mean and deviation) are one error too, unless their scales differ.
+    Such columns, for example a play and its scatter, differ only in size and in the robot's draw,
+    so their sum is one column with a factor per robot. The two columns of a play that a load closes
+    in some robots (mean and deviation) are one error too, unless their scales differ.
     """
     found: dict[tuple[Stream | None, int, Form], dict[Closing | None, list[int]]] = {}
     for k, info in enumerate(matrix.infos):
         if (info.visit is not None or info.closing is not None) and matrix.scale[k] != 0:
-            found.setdefault((info.visit, info.of.place, info.of.term.form), {}).setdefault(info.closing, []).append(k)
+            found.setdefault((info.visit, info.of.place, info.of.term.form), {}).setdefault(
+                info.closing, []
+            ).append(k)
     shift = matrix.along_poses[3:]
     for (stream, _, _), members in found.items():
         factors = {
-            closing: tuple((matrix.infos[k].robot, float(matrix.scale[k] / matrix.scale[first])) for k in (first, *others))
+            closing: tuple(
+                (matrix.infos[k].robot, float(matrix.scale[k] / matrix.scale[first]))
+                for k in (first, *others)
+            )
             for closing, (first, *others) in members.items()
         }
         closing = next(reversed(members))
@@ -268,14 +337,22 @@ def _changing(matrix: PoseMatrix) -> Iterator[Changing]:
             (mean, *_), (changed, *_) = members.values()
             if matrix.scale[mean] == matrix.scale[changed] and factors[None] == factors[closing]:
                 draw = standardised(0.0 if closing.above else 1.0, matrix.closed[closing.row])
-                yield Changing(shift[:, mean] + draw * shift[:, changed], stream, factors[closing], closing, whole=True)
+                yield Changing(
+                    shift[:, mean] + draw * shift[:, changed],
+                    stream,
+                    factors[closing],
+                    closing,
+                    whole=True,
+                )
                 continue
         for each, (first, *_) in members.items():
             yield Changing(shift[:, first], stream, factors[each], each, whole=False)
 
 
 def _plays(matrix: PoseMatrix, both: list[Changing]) -> Floats:
-    """Return (pose, column, 3): the share of robots whose play is closed, the factor of a closed play, and the factor of an open play."""
+    """Return (pose, column, 3): the share of robots whose play is closed, the factor of a closed
+    play, and the factor of an open play.
+    """
     out = np.ones((len(both), 3, len(matrix.tool)))
     for (closed, if_closed, if_open), each in zip(out, both, strict=True):
         if each.closing is not None:
@@ -286,13 +363,22 @@ def _plays(matrix: PoseMatrix, both: list[Changing]) -> Floats:
 
 
 def _padded(columns: np.ndarray) -> np.ndarray:
-    """Return the columns, filled up to a multiple of four with -1, which stands for a term without effect."""
+    """Return the columns, filled up to a multiple of four with -1, which stands for a term without
+    effect.
+    """
     return np.concatenate([columns, np.full(-len(columns) % 4, -1)])
 
 
-def _reading(seed: int, columns: list[Changing], tables: dict[Stream | None, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the table of each visit stream and the key of its positions, padded with zeros to a multiple of four."""
+def _reading(
+    seed: int, columns: list[Changing], tables: dict[Stream | None, int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of the table of each visit stream and the key of its positions, padded with
+    zeros to a multiple of four.
+    """
     rows = [tables[each.stream] for each in columns]
-    keys = [np.uint64(0) if each.stream is None else visit_key(seed, each.stream.name) for each in columns]
+    keys = [
+        np.uint64(0) if each.stream is None else visit_key(seed, each.stream.name)
+        for each in columns
+    ]
     pad = [0] * (-len(rows) % 4)
     return np.array(rows + pad, dtype=np.int64), np.array(keys + pad, dtype=np.uint64)

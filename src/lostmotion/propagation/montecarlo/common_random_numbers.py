@@ -1,4 +1,6 @@
-"""Studies with common random numbers: the same robots and visits with some errors scaled, so that only those errors make a difference."""
+"""Studies with common random numbers: the same robots and visits with some errors scaled, so that
+only those errors make a difference.
+"""
 
 from __future__ import annotations
 
@@ -38,17 +40,29 @@ class Sample:
 
 @dataclass(frozen=True)
 class Paired:
-    """A smaller study that can be run repeatedly with its errors scaled; it has one pose matrix per independent set of poses."""
+    """A smaller study that can be run repeatedly with its errors scaled; it has one pose matrix per
+    independent set of poses.
+    """
 
     plan: Plan
     matrices: tuple[PoseMatrix, ...]
 
     @classmethod
-    def of(cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float) -> Self:
-        """Prepare a study of these robots and at most four visits. Arguments and errors as for `montecarlo.run`."""
+    def of(
+        cls, arm: Arm, poses: Poses, robots: int, visits: int, seed: int, approach: float
+    ) -> Self:
+        """Prepare a study of these robots and at most four visits. Arguments and errors as for
+        `montecarlo.run`.
+        """
         plan = Plan.of(arm, poses, robots, min(visits, _VISITS), seed, approach)
         each = len(poses) // poses.replicates
-        return cls(plan, tuple(screws(arm, poses.q[first : first + each], approach=approach) for first in range(0, len(poses), each)))
+        return cls(
+            plan,
+            tuple(
+                screws(arm, poses.q[first : first + each], approach=approach)
+                for first in range(0, len(poses), each)
+            ),
+        )
 
     @property
     def samples(self) -> int:
@@ -56,8 +70,13 @@ class Paired:
         return len(self.plan.poses) * self.plan.robots * self.plan.visits
 
     def run(self, factors: Floats) -> Sample:
-        """Return the errors of these robots with every column of the pose matrix scaled by its factor (column,)."""
-        groups, sets = (np.zeros((count, error_bins.BINS), np.int64) for count in (self.plan.groups, len(self.matrices)))
+        """Return the errors of these robots with every column of the pose matrix scaled by its
+        factor (column,).
+        """
+        groups, sets = (
+            np.zeros((count, error_bins.BINS), np.int64)
+            for count in (self.plan.groups, len(self.matrices))
+        )
         means, largest, first = [], 0.0, 0
         for of_set, matrix in zip(sets, self.matrices, strict=True):
             block = sample_block(self.plan, matrix.scaled(factors), first)
@@ -70,9 +89,20 @@ class Paired:
 
 
 def thinned(poses: Poses, most: int) -> Poses:
-    """Return at most `most` of the poses: the first ones of each independent set, or equally spaced ones where there is only one set."""
+    """Return at most `most` of the poses: the first ones of each independent set, or equally spaced
+    ones where there is only one set.
+    """
     if poses.replicates > 1:
         each = len(poses) // poses.replicates
         count = min(each, max(most // poses.replicates, 1))
-        return Poses(poses.q.reshape(poses.replicates, each, -1)[:, :count].reshape(poses.replicates * count, -1), poses.law, poses.replicates)
-    return Poses(poses.q[np.unique(np.linspace(0, len(poses) - 1, min(most, len(poses))).astype(int))], poses.law)
+        return Poses(
+            poses.q.reshape(poses.replicates, each, -1)[:, :count].reshape(
+                poses.replicates * count, -1
+            ),
+            poses.law,
+            poses.replicates,
+        )
+    return Poses(
+        poses.q[np.unique(np.linspace(0, len(poses) - 1, min(most, len(poses))).astype(int))],
+        poses.law,
+    )

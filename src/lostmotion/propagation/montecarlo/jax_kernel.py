@@ -1,7 +1,9 @@
-"""The Monte Carlo kernel in JAX, for a graphics processor: the same draws and sums in float64, with whole arrays instead of loops.
+"""The Monte Carlo kernel in JAX, for a graphics processor: the same draws and sums in float64, with
+whole arrays instead of loops.
 
-It differs from `kernel` and `single_visit_kernel` only by rounding (sums run in another order): a sample that is within rounding of a bin's edge may
-be counted in the next bin. JAX is imported here and nowhere else.
+It differs from `kernel` and `single_visit_kernel` only by rounding (sums run in another order): a
+sample that is within rounding of a bin's edge may be counted in the next bin. JAX is imported here
+and nowhere else.
 """
 
 from __future__ import annotations
@@ -41,12 +43,15 @@ _AT_ONCE: Final = 4_000_000
 def refuse_without_gpu() -> None:
     """Raise LostmotionError where JAX is not installed, or finds no graphics processor."""
     if importlib.util.find_spec("jax") is None:
-        raise LostmotionError("a study on a GPU needs JAX, which is not installed\n  pip install 'lostmotion[gpu]'")
+        raise LostmotionError(
+            "a study on a GPU needs JAX, which is not installed\n  pip install 'lostmotion[gpu]'"
+        )
     import jax
 
     if jax.default_backend() == "cpu":
         raise LostmotionError(
-            "JAX finds no GPU here, only the processor\n  leave device = \"gpu\" out, or install JAX for your GPU: pip install 'lostmotion[gpu]'\n"
+            'JAX finds no GPU here, only the processor\n  leave device = "gpu" out, or '
+            "install JAX for your GPU: pip install 'lostmotion[gpu]'\n"
             "  to see why: python -c 'import jax; jax.devices()'"
         )
 
@@ -76,7 +81,9 @@ def run_block(
     robot_sums: Floats,
     group_hist: np.ndarray,
 ) -> tuple[int, int]:
-    """Form the errors of every pose, robot and visit of one block of poses, and reduce them. Arguments and answer as of `kernel.run_block`."""
+    """Form the errors of every pose, robot and visit of one block of poses, and reduce them.
+    Arguments and answer as of `kernel.run_block`.
+    """
     import jax
 
     poses, tiles = len(bias), len(robot_draws)
@@ -92,8 +99,22 @@ def run_block(
             # The last step is filled up with repetitions of the last pose, which do not count.
             rows = np.minimum(np.arange(start, start + step), poses - 1)
             real = np.arange(start, start + step) < poses
-            screws = [_taken(shift, columns, rows) for columns in (robot_columns, visit_columns, product_columns)]
-            found = work(first_pose + rows, real, bias[rows], plays[rows], *screws, *steady, z, robots=robots, visits=visits, groups=groups)
+            screws = [
+                _taken(shift, columns, rows)
+                for columns in (robot_columns, visit_columns, product_columns)
+            ]
+            found = work(
+                first_pose + rows,
+                real,
+                bias[rows],
+                plays[rows],
+                *screws,
+                *steady,
+                z,
+                robots=robots,
+                visits=visits,
+                groups=groups,
+            )
             table, both, sums, counts = (np.asarray(x) for x in found)
             per_pose[rows[real]] = table[real]
             if visits > 1:
@@ -107,7 +128,11 @@ def run_block(
 
 def _taken(shift: Floats, columns: np.ndarray, rows: np.ndarray) -> Floats:
     """Return the screws (term, 3, pose) of these columns; a column below zero has no effect."""
-    return np.asarray(np.where((columns >= 0)[:, None, None], shift[:, columns][:, :, rows].transpose(1, 0, 2), 0.0))
+    return np.asarray(
+        np.where(
+            (columns >= 0)[:, None, None], shift[:, columns][:, :, rows].transpose(1, 0, 2), 0.0
+        )
+    )
 
 
 @functools.cache
@@ -139,7 +164,9 @@ def _reduced(
     visits: int,
     groups: int,
 ) -> tuple[Array, Array, Array, Array]:
-    """Return the table (pose, COLUMNS), AP and RP (pose, 2, tile, lane), each robot's summed mean error (tile, lane), all counts (group x bin)."""
+    """Return the table (pose, COLUMNS), AP and RP (pose, 2, tile, lane), each robot's summed mean
+    error (tile, lane), all counts (group x bin).
+    """
     import jax
     import jax.numpy as jnp
 
@@ -147,7 +174,9 @@ def _reduced(
     robot = jnp.arange(tiles * LANES).reshape(tiles, LANES)
     built = robot < robots
     # Everything below lies as (pose, tile, visit, lane), the components of a vector before it.
-    fixed = bias.T[:, :, None, None] + jnp.einsum("tcp,ntl->cpnl", robot_screws, robot_draws, precision=jax.lax.Precision.HIGHEST)
+    fixed = bias.T[:, :, None, None] + jnp.einsum(
+        "tcp,ntl->cpnl", robot_screws, robot_draws, precision=jax.lax.Precision.HIGHEST
+    )
     errors = jnp.broadcast_to(fixed[:, :, :, None], (3, len(pose), tiles, visits, LANES))
     reads = _reader(pose, tiles, visits, tables)
 
@@ -159,16 +188,28 @@ def _reduced(
         screw, table, key, factor, friction, play = term
         closed, shut, opened = (play[:, None, None, k] for k in range(3))
         weight = factor * jnp.where(friction <= closed, shut, opened)
-        return errors + screw[:, :, None, None, None] * (weight[:, :, None] * reads(table, key)), None
+        return errors + screw[:, :, None, None, None] * (
+            weight[:, :, None] * reads(table, key)
+        ), None
 
     errors, _ = jax.lax.scan(add, errors, (visit_screws, visit_tables, visit_keys))
-    of_robots = (product_factors.transpose(1, 0, 2), frictions.transpose(1, 0, 2), plays.transpose(1, 0, 2))
-    errors, _ = jax.lax.scan(add_product, errors, (product_screws, product_tables, product_keys, *of_robots))
+    of_robots = (
+        product_factors.transpose(1, 0, 2),
+        frictions.transpose(1, 0, 2),
+        plays.transpose(1, 0, 2),
+    )
+    errors, _ = jax.lax.scan(
+        add_product, errors, (product_screws, product_tables, product_keys, *of_robots)
+    )
 
     square = (errors * errors).sum(axis=0)
     size = jnp.sqrt(square)
     counted = jnp.broadcast_to(built[:, None] & real[:, None, None, None], square.shape)
-    bins = jnp.clip((jax.lax.bitcast_convert_type(square, jnp.int64) >> (52 - MANTISSA_BITS)) - FIRST_BIN, 0, BINS - 1)
+    bins = jnp.clip(
+        (jax.lax.bitcast_convert_type(square, jnp.int64) >> (52 - MANTISSA_BITS)) - FIRST_BIN,
+        0,
+        BINS - 1,
+    )
     row = jnp.minimum(robot, robots - 1) * groups // robots * ROW_OF_BINS
     counts = jnp.zeros(groups * ROW_OF_BINS, jnp.int64).at[row[:, None] + bins].add(counted)
 
@@ -179,27 +220,44 @@ def _reduced(
     variance = mean_square - mean**2
     between = jnp.where(variance > 0, jnp.clip(of_means / variance, 0.0, 1.0), 0.0)
 
-    table = jnp.zeros((len(pose), COLUMNS)).at[:, MEAN].set(mean).at[:, MEAN_SQUARE].set(mean_square)
+    table = (
+        jnp.zeros((len(pose), COLUMNS)).at[:, MEAN].set(mean).at[:, MEAN_SQUARE].set(mean_square)
+    )
     table = table.at[:, MEAN_ERROR].set(z * jnp.sqrt(of_means / max(robots - 1, 1)))
     # A pose that does not count has no robots either: it is separated afterwards, not here.
     ranked = jnp.where(built[:, None], square, -1.0).reshape(len(pose), -1)
     at = ranked.argmax(axis=1)
     high = jnp.sqrt(ranked.max(axis=1))
     low = jnp.sqrt(jnp.where(built[:, None], square, jnp.inf).min(axis=(1, 2, 3)))
-    table = table.at[:, LARGEST].set(high).at[:, LARGEST_ROBOT].set(at // (visits * LANES) * LANES + at % LANES)
+    table = (
+        table.at[:, LARGEST]
+        .set(high)
+        .at[:, LARGEST_ROBOT]
+        .set(at // (visits * LANES) * LANES + at % LANES)
+    )
     table = table.at[:, LARGEST_VISIT].set(at // LANES % visits)
     table = table.at[:, FIRST_QUANTILE:].set(_quantiles(size, built, low, high, between, z, robots))
-    return table, _accuracy_and_repeatability(errors), (mean_of_robot * real[:, None, None]).sum(axis=0), counts
+    return (
+        table,
+        _accuracy_and_repeatability(errors),
+        (mean_of_robot * real[:, None, None]).sum(axis=0),
+        counts,
+    )
 
 
 def _reader(pose: Array, tiles: int, visits: int, tables: Array) -> Callable[[Array, Array], Array]:
-    """Return what a stream reads at every pose, tile, visit and lane, by its table and key: `kernel.place_in_table` on whole arrays."""
+    """Return what a stream reads at every pose, tile, visit and lane, by its table and key:
+    `kernel.place_in_table` on whole arrays.
+    """
     import jax.numpy as jnp
 
     def scattered(factor: int, axis: Array) -> Array:
         return axis.astype(jnp.uint64) * jnp.uint64(factor)
 
-    here = scattered(0x9E3779B97F4A7C15, pose)[:, None, None] + scattered(0xD1B54A32D192ED03, jnp.arange(tiles))[:, None]
+    here = (
+        scattered(0x9E3779B97F4A7C15, pose)[:, None, None]
+        + scattered(0xD1B54A32D192ED03, jnp.arange(tiles))[:, None]
+    )
     here = here + scattered(0xABC98388FB8FAC03, jnp.arange(visits))
 
     def read(table: Array, key: Array) -> Array:
@@ -212,8 +270,12 @@ def _reader(pose: Array, tiles: int, visits: int, tables: Array) -> Callable[[Ar
     return read
 
 
-def _quantiles(size: Array, built: Array, low: Array, high: Array, between: Array, z: Array, robots: int) -> Array:
-    """Return each pose's quantiles and the ends of their intervals (pose, 3 x quantile), as `kernel` does."""
+def _quantiles(
+    size: Array, built: Array, low: Array, high: Array, between: Array, z: Array, robots: int
+) -> Array:
+    """Return each pose's quantiles and the ends of their intervals (pose, 3 x quantile), as
+    `kernel` does.
+    """
     import jax
     import jax.numpy as jnp
 
@@ -221,32 +283,61 @@ def _quantiles(size: Array, built: Array, low: Array, high: Array, between: Arra
     samples = robots * visits
     width = (high - low) / FINE
     scale = jnp.where(width > 0, 1.0 / width, 0.0).astype(jnp.float32)
-    above = (size.astype(jnp.float32) - low.astype(jnp.float32)[:, None, None, None]) * scale[:, None, None, None]
+    above = (size.astype(jnp.float32) - low.astype(jnp.float32)[:, None, None, None]) * scale[
+        :, None, None, None
+    ]
     bins = jnp.clip(above.astype(jnp.int32), 0, FINE - 1)
     row = jnp.arange(poses)[:, None, None, None]
-    hist = jnp.zeros((poses, FINE), jnp.int64).at[row, bins].add(jnp.broadcast_to(built[:, None], bins.shape))
+    hist = (
+        jnp.zeros((poses, FINE), jnp.int64)
+        .at[row, bins]
+        .add(jnp.broadcast_to(built[:, None], bins.shape))
+    )
     ladder = jnp.cumsum(hist, axis=1).astype(jnp.float64)
 
     def at(rank: Array) -> tuple[Array, Array, Array]:
-        """Find the bin of this rank at every pose, how many lie below its end, and the error there."""
+        """Find the bin of this rank at every pose, how many lie below its end, and the error
+        there.
+        """
         found = jnp.minimum(jax.vmap(jnp.searchsorted)(ladder, rank), FINE - 1)
         below = jnp.take_along_axis(ladder, found[:, None], axis=1)[:, 0]
-        before = jnp.where(found > 0, jnp.take_along_axis(ladder, jnp.maximum(found - 1, 0)[:, None], axis=1)[:, 0], 0.0)
-        return found, below, low + width * (found + jnp.maximum(rank - before, 0.0) / jnp.maximum(below - before, 1.0))
+        before = jnp.where(
+            found > 0,
+            jnp.take_along_axis(ladder, jnp.maximum(found - 1, 0)[:, None], axis=1)[:, 0],
+            0.0,
+        )
+        return (
+            found,
+            below,
+            low
+            + width * (found + jnp.maximum(rank - before, 0.0) / jnp.maximum(below - before, 1.0)),
+        )
 
     columns = []
     for level in QUANTILES:
         found, below, value = at(jnp.full(poses, level * samples))
         per_robot = jnp.where(built, (bins <= found[:, None, None, None]).sum(axis=2), 0)
-        clusters = (per_robot**2).sum(axis=(1, 2)) / (float(visits) * visits * robots) - (below / samples) ** 2
-        error = z * jnp.sqrt(jnp.maximum(clusters / max(robots - 1, 1), level * (1 - level) * (1 + (visits - 1) * between) / samples))
+        clusters = (per_robot**2).sum(axis=(1, 2)) / (float(visits) * visits * robots) - (
+            below / samples
+        ) ** 2
+        error = z * jnp.sqrt(
+            jnp.maximum(
+                clusters / max(robots - 1, 1),
+                level * (1 - level) * (1 + (visits - 1) * between) / samples,
+            )
+        )
         columns.append(value)
-        columns += [jnp.where((end > 0) & (end < 1), at(end * samples)[2], jnp.nan) for end in (level - error, level + error)]
+        columns += [
+            jnp.where((end > 0) & (end < 1), at(end * samples)[2], jnp.nan)
+            for end in (level - error, level + error)
+        ]
     return jnp.stack(columns, axis=1)
 
 
 def _accuracy_and_repeatability(errors: Array) -> Array:
-    """Return AP and RP (pose, 2, tile, lane) of errors (3, pose, tile, visit, lane); of no use where there is one visit."""
+    """Return AP and RP (pose, 2, tile, lane) of errors (3, pose, tile, visit, lane); of no use
+    where there is one visit.
+    """
     import jax.numpy as jnp
 
     visits = errors.shape[3]

@@ -1,8 +1,11 @@
-"""The fused Monte Carlo kernel: error = screws @ draws, tile by tile, reduced on the spot; no sample is kept.
+"""The fused Monte Carlo kernel: error = screws @ draws, tile by tile, reduced on the spot; no
+sample is kept.
 
-Robots are the lanes of a tile; the draws of one tile fit in the first-level cache. Every sum over terms runs in the order of the terms, in fused
-multiply-adds, so the bits of a sample depend neither on the tiling, nor on which other terms are zero, nor on the processor. Compiled once by Numba
-and cached; it uses no threads. For one visit per pose, `single_visit_kernel` computes the same figures faster.
+Robots are the lanes of a tile; the draws of one tile fit in the first-level cache. Every sum over
+terms runs in the order of the terms, in fused multiply-adds, so the bits of a sample depend neither
+on the tiling, nor on which other terms are zero, nor on the processor. Compiled once by Numba and
+cached; it uses no threads. For one visit per pose, `single_visit_kernel` computes the same figures
+faster.
 """
 
 from __future__ import annotations
@@ -30,7 +33,9 @@ _MOST: Final = np.iinfo(np.int64).max
 
 @compiled
 def _take(shift, columns, p, out):
-    """Copy the screws (3, term) of these columns at one pose to `out`; a column below zero has no effect."""
+    """Copy the screws (3, term) of these columns at one pose to `out`; a column below zero has no
+    effect.
+    """
     for t in range(len(columns)):
         for c in range(3):
             out[c, t] = shift[c, columns[t], p] if columns[t] >= 0 else 0.0
@@ -38,7 +43,8 @@ def _take(shift, columns, p, out):
 
 @compiled
 def _add_terms(width, out, screws, draws, starts):
-    """Add terms, in their order, to the three components of `width` errors: four at a time, so that draws are loaded once.
+    """Add terms, in their order, to the three components of `width` errors: four at a time, so that
+    draws are loaded once.
 
     The draws of a term begin at its position in `starts` (term,) of the flat array `draws`.
     """
@@ -47,7 +53,12 @@ def _add_terms(width, out, screws, draws, starts):
         x0, x1, x2, x3 = screws[0, t], screws[0, t + 1], screws[0, t + 2], screws[0, t + 3]
         y0, y1, y2, y3 = screws[1, t], screws[1, t + 1], screws[1, t + 2], screws[1, t + 3]
         z0, z1, z2, z3 = screws[2, t], screws[2, t + 1], screws[2, t + 2], screws[2, t + 3]
-        d0, d1, d2, d3 = draws[starts[t] :], draws[starts[t + 1] :], draws[starts[t + 2] :], draws[starts[t + 3] :]
+        d0, d1, d2, d3 = (
+            draws[starts[t] :],
+            draws[starts[t + 1] :],
+            draws[starts[t + 2] :],
+            draws[starts[t + 3] :],
+        )
         for i in range(width):
             a, b, c, d = d0[i], d1[i], d2[i], d3[i]
             x[i] = fma(x3, d, fma(x2, c, fma(x1, b, fma(x0, a, x[i]))))
@@ -57,7 +68,9 @@ def _add_terms(width, out, screws, draws, starts):
 
 @compiled
 def _sum_up_visit(width, e, sums, squares, sizes):
-    """Add the errors of one visit (3, LANES) to the sums of each lane: of magnitudes, their squares, and the three components."""
+    """Add the errors of one visit (3, LANES) to the sums of each lane: of magnitudes, their
+    squares, and the three components.
+    """
     for i in range(width):
         x, y, z = e[0, i], e[1, i], e[2, i]
         square = fma(z, z, fma(y, y, x * x))
@@ -73,7 +86,9 @@ def _sum_up_visit(width, e, sums, squares, sizes):
 
 @compiled
 def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
-    """Write each lane's AP and RP to ap_rp (2, lane), m, from its errors at every visit, kept (visit, 3, LANES), and their sums."""
+    """Write each lane's AP and RP to ap_rp (2, lane), m, from its errors at every visit, kept
+    (visit, 3, LANES), and their sums.
+    """
     visits = len(kept)
     length, centre = sums[:2], sums[2:]
     length[:] = 0.0
@@ -82,7 +97,11 @@ def _accuracy_and_repeatability(width, count, kept, sums, ap_rp):
             centre[c, i] /= visits
     for v in range(visits):
         for i in range(width):
-            x, y, z = kept[v, 0, i] - centre[0, i], kept[v, 1, i] - centre[1, i], kept[v, 2, i] - centre[2, i]
+            x, y, z = (
+                kept[v, 0, i] - centre[0, i],
+                kept[v, 1, i] - centre[1, i],
+                kept[v, 2, i] - centre[2, i],
+            )
             square = x * x + y * y + z * z
             length[0, i] += np.sqrt(square)
             length[1, i] += square
@@ -101,7 +120,9 @@ def bin_of(square):
 
 @compiled
 def _bin_of(ladder, rank):
-    """Return the first bin whose cumulative count reaches `rank`, or the last bin. By bisection: NumPy's search takes a second to compile."""
+    """Return the first bin whose cumulative count reaches `rank`, or the last bin. By bisection:
+    NumPy's search takes a second to compile.
+    """
     low, high = 0, len(ladder) - 1
     while low < high:
         middle = (low + high) // 2
@@ -114,7 +135,9 @@ def _bin_of(ladder, rank):
 
 @compiled
 def _quantile(ladder, rank, low, width):
-    """Return the error with `rank` samples below it, linear within a bin; `ladder` counts up the bins, which begin at `low`."""
+    """Return the error with `rank` samples below it, linear within a bin; `ladder` counts up the
+    bins, which begin at `low`.
+    """
     b = _bin_of(ladder, rank)
     before = ladder[b - 1] if b > 0 else 0.0
     return low + width * (b + max(rank - before, 0.0) / max(ladder[b] - before, 1.0))
@@ -122,11 +145,14 @@ def _quantile(ladder, rank, low, width):
 
 @compiled
 def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, shares, out):
-    """Write one pose's quantiles and their intervals to `out` (3 per quantile: value, low end, high end), m.
+    """Write one pose's quantiles and their intervals to `out` (3 per quantile: value, low end, high
+    end), m.
 
-    sizes (tile, visit, LANES) hold the errors, between low and high; `between` is the share of their variance that lies between robots.
-    Intervals count robots: Woodruff's method for clusters (J. Am. Stat. Assoc. 47 (1952) 635), and never narrower than the design effect
-    1 + (visits - 1) between allows (L. Kish, Survey Sampling, 1965, 5.4). An end that the sample cannot determine is NaN.
+    sizes (tile, visit, LANES) hold the errors, between low and high; `between` is the share of
+    their variance that lies between robots. Intervals count robots: Woodruff's method for clusters
+    (J. Am. Stat. Assoc. 47 (1952) 635), and never narrower than the design effect
+    1 + (visits - 1) between allows (L. Kish, Survey Sampling, 1965, 5.4). An end that the sample
+    cannot determine is NaN.
     """
     tiles, visits = sizes.shape[0], sizes.shape[1]
     samples = robots * visits
@@ -137,7 +163,12 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, sh
         count = min(LANES, robots - tile * LANES)
         for v in range(visits):
             for i in range(count):
-                bins[tile, v, i] = np.uint16(min(max(np.int32((sizes[tile, v, i] - low32) * scale), np.int32(0)), np.int32(FINE - 1)))
+                bins[tile, v, i] = np.uint16(
+                    min(
+                        max(np.int32((sizes[tile, v, i] - low32) * scale), np.int32(0)),
+                        np.int32(FINE - 1),
+                    )
+                )
             for i in range(count):
                 hist[bins[tile, v, i]] += 1
     counted = 0
@@ -165,19 +196,31 @@ def _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, sh
         at_least = level * (1 - level) * (1 + (visits - 1) * between) / samples
         error = z * np.sqrt(max(clusters, at_least))
         out[3 * k] = _quantile(ladder, level * samples, low, width)
-        out[3 * k + 1] = _quantile(ladder, (level - error) * samples, low, width) if level - error > 0 else np.nan
-        out[3 * k + 2] = _quantile(ladder, (level + error) * samples, low, width) if level + error < 1 else np.nan
+        out[3 * k + 1] = (
+            _quantile(ladder, (level - error) * samples, low, width)
+            if level - error > 0
+            else np.nan
+        )
+        out[3 * k + 2] = (
+            _quantile(ladder, (level + error) * samples, low, width)
+            if level + error < 1
+            else np.nan
+        )
 
 
 @compiled
 def counts(play):
-    """Return whether a term counts in any robot: play (3,) holds the share with a closed play, and the factors of a closed and of an open one."""
+    """Return whether a term counts in any robot: play (3,) holds the share with a closed play, and
+    the factors of a closed and of an open one.
+    """
     return (play[0] > 0.0 and play[1] != 0.0) or (play[0] < 1.0 and play[2] != 0.0)
 
 
 @compiled
 def weigh(width, factors, play, frictions, out):
-    """Write each robot's factor on a term to out (lane,): its own factor times that of its play, closed where friction is at most the share."""
+    """Write each robot's factor on a term to out (lane,): its own factor times that of its play,
+    closed where friction is at most the share.
+    """
     for i in range(width):
         out[i] = factors[i] * (play[1] if frictions[i] <= play[0] else play[2])
 
@@ -187,8 +230,11 @@ def run_block(
     first_pose,  # index of the first pose in the whole study
     bias,  # (pose, 3)
     shift,  # (3, column, pose) what every term does to the tool point per unit drawn
-    plays,  # (pose, product term, 3) share of robots whose play is closed, and the factors of a closed and of an open one
-    robot_columns,  # (term,) columns of `shift`, a multiple of four; -1 for a term that does nothing
+    # (pose, product term, 3) share of robots whose play is closed, and the factors of a closed and
+    # of an open one
+    plays,
+    # (term,) columns of `shift`, a multiple of four; -1 for a term that does nothing
+    robot_columns,
     robot_draws,  # (tile, term, LANES)
     visit_columns,  # (term,) likewise
     visit_tables,  # (term,) row in `tables`
@@ -206,13 +252,24 @@ def run_block(
     per_pose,  # out (pose, COLUMNS)
     ap_rp,  # out (pose, 2, robot), used where visits > 1
     robot_sums,  # out (robot,) sum over poses of the robot's mean error
-    group_hist,  # out (group, ROW_OF_BINS), to which the errors of all poses in this block are added
+    # out (group, ROW_OF_BINS), to which the errors of all poses in this block are added
+    group_hist,
 ):
-    """Form the errors of every pose, robot and visit of one block of poses, and reduce them; return the lowest and the highest bin they fell into."""
+    """Form the errors of every pose, robot and visit of one block of poses, and reduce them; return
+    the lowest and the highest bin they fell into.
+    """
     tiles = robot_draws.shape[0]
     n_robot, n_visit, n_product = len(robot_columns), len(visit_columns), len(product_columns)
-    robot_screws, visit_screws, product_screws = np.empty((3, n_robot)), np.empty((3, n_visit)), np.empty((3, n_product))
-    at_robot, at_visit, at_product = np.empty(n_robot, np.int64), np.empty(n_visit, np.int64), np.empty(n_product, np.int64)
+    robot_screws, visit_screws, product_screws = (
+        np.empty((3, n_robot)),
+        np.empty((3, n_visit)),
+        np.empty((3, n_product)),
+    )
+    at_robot, at_visit, at_product = (
+        np.empty(n_robot, np.int64),
+        np.empty(n_visit, np.int64),
+        np.empty(n_product, np.int64),
+    )
     for t in range(n_robot):
         at_robot[t] = t * LANES
     fixed = np.empty((3, LANES))
@@ -249,12 +306,18 @@ def run_block(
             sums[:, :] = 0.0
             for t in range(n_product):
                 if counts(plays[p, t]):
-                    weigh(width, product_factors[tile, t], plays[p, t], frictions[tile, t], weights[t])
+                    weigh(
+                        width, product_factors[tile, t], plays[p, t], frictions[tile, t], weights[t]
+                    )
             for v in range(visits):
                 for t in range(n_visit):
-                    at_visit[t] = visit_tables[t] * ROW + place_in_table(first_pose + p, tile, v, visit_keys[t])
+                    at_visit[t] = visit_tables[t] * ROW + place_in_table(
+                        first_pose + p, tile, v, visit_keys[t]
+                    )
                 for t in range(n_product):
-                    at_product[t] = product_tables[t] * ROW + place_in_table(first_pose + p, tile, v, product_keys[t])
+                    at_product[t] = product_tables[t] * ROW + place_in_table(
+                        first_pose + p, tile, v, product_keys[t]
+                    )
                 e = kept[v]
                 for c in range(3):
                     for i in range(LANES):
@@ -301,12 +364,27 @@ def run_block(
         samples = robots * visits
         mean = total.sum() / robots
         per_pose[p, MEAN] = mean
-        per_pose[p, MEAN_ERROR] = z * np.sqrt(max(between2.sum() / robots - mean * mean, 0.0) / max(robots - 1, 1))
+        per_pose[p, MEAN_ERROR] = z * np.sqrt(
+            max(between2.sum() / robots - mean * mean, 0.0) / max(robots - 1, 1)
+        )
         per_pose[p, MEAN_SQUARE] = total2.sum() / samples
         per_pose[p, LARGEST] = high
-        # Sums of squares and of squared robot means give the variance of all sizes and of the robots' means.
+        # Sums of squares and of squared robot means give the variance of all sizes and of the
+        # robots' means.
         variance = total2.sum() / samples - mean * mean
         of_means = between2.sum() / robots - mean * mean
         between = min(max(of_means / variance, 0.0), 1.0) if variance > 0 else 0.0
-        _pose_quantiles(sizes, robots, low, high, between, z, bins, hist, ladder, shares, per_pose[p, FIRST_QUANTILE:])
+        _pose_quantiles(
+            sizes,
+            robots,
+            low,
+            high,
+            between,
+            z,
+            bins,
+            hist,
+            ladder,
+            shares,
+            per_pose[p, FIRST_QUANTILE:],
+        )
     return bin_of(least_of_all), bin_of(largest_of_all)

@@ -1,6 +1,7 @@
 """The study by Monte Carlo: robots x visits at every pose, in fixed blocks of poses, on threads.
 
-The result of a block does not depend on the thread that computes it, and blocks are summed in order, so results do not depend on threads or tiling.
+The result of a block does not depend on the thread that computes it, and blocks are summed in
+order, so results do not depend on threads or tiling.
 """
 
 from __future__ import annotations
@@ -31,9 +32,11 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 BLOCK: Final = 1280
-# A block stores AP and RP of every robot at each of its poses. With many robots it has fewer poses, so that memory stays bounded.
+# A block stores AP and RP of every robot at each of its poses. With many robots it has fewer poses,
+# so that memory stays bounded.
 _MOST_PAIRS: Final = 2_000_000
-# Small blocks share one pose matrix, up to this number of samples: NumPy's calls for the matrix would take longer than the samples.
+# Small blocks share one pose matrix, up to this number of samples: NumPy's calls for the matrix
+# would take longer than the samples.
 _FEW_SAMPLES: Final = 1_000_000
 # Number of poses of the check by exact composition, evenly spaced over the study.
 _CHECKED_POSES: Final = 12
@@ -45,13 +48,16 @@ _CHECKED_VISITS: Final = 4
 class Sampled:
     """Figures of every pose and pooled counts of a run; all lengths in m.
 
-    per_pose      (pose, kernel.COLUMNS) mean, mean square, largest error and quantiles; columns as in `kernel`
-    accuracy      (pose, 4) AP over robots: mean, 95th percentile, and the interval of the latter; NaN where visits < 2
+    per_pose      (pose, kernel.COLUMNS) mean, mean square, largest error and quantiles; columns as
+                  in `kernel`
+    accuracy      (pose, 4) AP over robots: mean, 95th percentile, and the interval of the latter;
+                  NaN where visits < 2
     repeatability (pose, 4) RP likewise
     worst, rss    (pose,) worst case and root-sum-square bound
     bias          (pose, 6) mean error, the same in every robot and visit, rad and m
     rotation_ms   (pose,) mean square of the tool's rotation, rad^2
-    robot_means   (replicate, robot, 3) mean error, AP and RP of each robot over each independent set of poses
+    robot_means   (replicate, robot, 3) mean error, AP and RP of each robot over each independent
+                  set of poses
     group_hist    (group, bin) counts of samples by group of robots; bins as `error_bins`
     replicate_hist (replicate, bin) counts of samples by independent set of poses
     tally         error budget over all poses
@@ -74,13 +80,19 @@ class Sampled:
     exact: exact.ExactCheck
 
     def of_poses(self, column: int) -> Floats:
-        """Return the mean over robots at each pose (pose,), m, of the figure in this column of `robot_means`."""
-        return (self.per_pose[:, kernel.MEAN], self.accuracy[:, 0], self.repeatability[:, 0])[column]
+        """Return the mean over robots at each pose (pose,), m, of the figure in this column of
+        `robot_means`.
+        """
+        return (self.per_pose[:, kernel.MEAN], self.accuracy[:, 0], self.repeatability[:, 0])[
+            column
+        ]
 
 
 @dataclass(frozen=True)
 class _Block:
-    """Reduced sample of one block: `spread` (pose, 2, 4) as `BlockSample.over_robots`, `sums` (robot, 3) as `BlockSample.over_poses`."""
+    """Reduced sample of one block: `spread` (pose, 2, 4) as `BlockSample.over_robots`, `sums`
+    (robot, 3) as `BlockSample.over_poses`.
+    """
 
     first: int
     last: int
@@ -93,7 +105,9 @@ class _Block:
 
 @dataclass(frozen=True)
 class _Batch:
-    """Results of a few blocks that share one pose matrix; arrays of all their poses as in `Sampled`."""
+    """Results of a few blocks that share one pose matrix; arrays of all their poses as in
+    `Sampled`.
+    """
 
     blocks: list[_Block]
     bins: slice
@@ -124,14 +138,20 @@ def run(  # noqa: PLR0913 - a study is these numbers
     robots, visits  1 to 1 000 000 robots, and 1 to 10 000 visits of each robot to each pose
     seed            of all draws
     approach        sign of the joints' last motion, -1 or 1; 0: drawn at every visit
-    threads, tile   number of threads, and of batches of blocks per task of a thread; neither changes a bit of the result
-    device          "gpu" computes the errors with JAX on its graphics processor: the same figures except for rounding
-    progress        called with the name of the step, the number of poses done, and the number of all poses
+    threads, tile   number of threads, and of batches of blocks per task of a thread; neither
+                    changes a bit of the result
+    device          "gpu" computes the errors with JAX on its graphics processor: the same figures
+                    except for rounding
+    progress        called with the name of the step, the number of poses done, and the number of
+                    all poses
 
-    Raises InputError for robots, visits, threads, tile, approach or device out of range, LostmotionError for a GPU that is not available.
+    Raises InputError for robots, visits, threads, tile, approach or device out of range,
+    LostmotionError for a GPU that is not available.
     """
     if threads < 1 or tile < 1:
-        raise refuse_argument("threads, tile", f"{threads}, {tile}", "at least 1 of each", threads=2)
+        raise refuse_argument(
+            "threads, tile", f"{threads}, {tile}", "at least 1 of each", threads=2
+        )
     plan = Plan.of(arm, poses, robots, visits, seed, approach, device)
     out = _empty(plan)
     total: Tally | None = None
@@ -195,7 +215,9 @@ def _batches(plan: Plan, threads: int, tile: int) -> Iterator[_Batch]:
     with ThreadPoolExecutor(threads) as pool:
         waiting: deque[Future[list[_Batch]]] = deque()
         for of_tile in (batches[k : k + tile] for k in range(0, len(batches), tile)):
-            waiting.append(pool.submit(lambda some: [_batch(plan, spans) for spans in some], of_tile))
+            waiting.append(
+                pool.submit(lambda some: [_batch(plan, spans) for spans in some], of_tile)
+            )
             if len(waiting) > 2 * threads:
                 yield from waiting.popleft().result()
         while waiting:
@@ -203,10 +225,13 @@ def _batches(plan: Plan, threads: int, tile: int) -> Iterator[_Batch]:
 
 
 def _spans(plan: Plan) -> list[tuple[int, int]]:
-    """Return the first and last pose (exclusive) of every block; all poses of a block are of one replicate."""
+    """Return the first and last pose (exclusive) of every block; all poses of a block are of one
+    replicate.
+    """
     replicates = plan.poses.replicates
     each = len(plan.poses) // replicates
-    # With one visit no AP and RP are stored, and longer blocks save time for the layout of the robots' draws.
+    # With one visit no AP and RP are stored, and longer blocks save time for the layout of the
+    # robots' draws.
     pairs = _MOST_PAIRS if plan.visits > 1 else 10 * _MOST_PAIRS
     parts = math.ceil(each / max(min(BLOCK, pairs // plan.robots), 1))
     ends = [each * k // parts for k in range(parts + 1)]
@@ -232,7 +257,16 @@ def _batch(plan: Plan, spans: list[tuple[int, int]]) -> _Batch:
     rows = checked[(checked >= first) & (checked < last)] - first
     blocks = []
     for span, sample in zip(spans, sample_blocks(plan, matrix, spans), strict=True):
-        blocks.append(_Block(*span, sample.per_pose, sample.bins, sample.hist, sample.over_robots(), sample.over_poses()))
+        blocks.append(
+            _Block(
+                *span,
+                sample.per_pose,
+                sample.bins,
+                sample.hist,
+                sample.over_robots(),
+                sample.over_poses(),
+            )
+        )
     return _Batch(
         blocks,
         sample.bins,
@@ -241,11 +275,20 @@ def _batch(plan: Plan, spans: list[tuple[int, int]]) -> _Batch:
         matrix.bias,
         _rotation_ms(matrix),
         Tally.of(matrix),
-        exact.check(matrix, first, rows, plan.seed, min(plan.robots, _CHECKED_ROBOTS), min(plan.visits, _CHECKED_VISITS)),
+        exact.check(
+            matrix,
+            first,
+            rows,
+            plan.seed,
+            min(plan.robots, _CHECKED_ROBOTS),
+            min(plan.visits, _CHECKED_VISITS),
+        ),
     )
 
 
 def _rotation_ms(matrix: PoseMatrix) -> Floats:
-    """Return the mean square of the tool's rotation (pose,), rad^2: the square of the bias plus the variances of all draws."""
+    """Return the mean square of the tool's rotation (pose,), rad^2: the square of the bias plus the
+    variances of all draws.
+    """
     turn = matrix.merged.along_poses[:3]
     return np.asarray(sum(turn[c, k] ** 2 for k in range(turn.shape[1]) for c in range(3)))

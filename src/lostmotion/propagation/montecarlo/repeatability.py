@@ -1,4 +1,6 @@
-"""Repeatability RP of joints that arrive in the standard's cycle, and of joints that arrive from either side."""
+"""Repeatability RP of joints that arrive in the standard's cycle, and of joints that arrive from
+either side.
+"""
 
 from __future__ import annotations
 
@@ -51,11 +53,16 @@ class Repeatability:
 
     @property
     def causes(self) -> tuple[tuple[str, float], ...]:
-        """Return each kind of error with its share of the mean square between visits, the largest first; exact, and empty without scatter."""
+        """Return each kind of error with its share of the mean square between visits, the largest
+        first; exact, and empty without scatter.
+        """
         whole = self.budget.levels[2]
         if self.none or not whole > 0:
             return ()
-        shares = sorted(((cost.part, cost.levels[2] / whole) for cost in self.budget.causes), key=lambda each: -each[1])
+        shares = sorted(
+            ((cost.part, cost.levels[2] / whole) for cost in self.budget.causes),
+            key=lambda each: -each[1],
+        )
         return tuple((name, share) for name, share in shares if share)
 
 
@@ -73,8 +80,9 @@ def both_repeatabilities(  # noqa: PLR0913 - a study is these numbers
 ) -> tuple[Repeatability, ...]:
     """Return the RP of the standard's cycle, then that of any approach; none for a single visit.
 
-    The one that `sampled` has is its own. The other has the same draws, on at most 512 of the poses and 512 robots, with the side of every joint's
-    last motion fixed or drawn. The fixed sign does not matter: every scatter between visits is independent of it.
+    The one that `sampled` has is its own. The other has the same draws, on at most 512 of the poses
+    and 512 robots, with the side of every joint's last motion fixed or drawn. The fixed sign does
+    not matter: every scatter between visits is independent of it.
 
     sampled  the run of these poses, with error budget `blame`
     many     poses by which to check whether these are too few (`few_poses.many_poses`)
@@ -85,8 +93,23 @@ def both_repeatabilities(  # noqa: PLR0913 - a study is these numbers
         return ()
     own = _repeatability(approach, poses, sampled, blame)
     other, chosen = 0.0 if approach else 1.0, thinned(poses, _POSES)
-    run_of_other = run(arm, chosen, min(sampled.robots, _ROBOTS), sampled.visits, seed, approach=other, threads=threads)
-    budget_of_other = budget(arm, chosen.q, f"over {len(chosen)} poses", approach=other, replicates=chosen.replicates, many=many)
+    run_of_other = run(
+        arm,
+        chosen,
+        min(sampled.robots, _ROBOTS),
+        sampled.visits,
+        seed,
+        approach=other,
+        threads=threads,
+    )
+    budget_of_other = budget(
+        arm,
+        chosen.q,
+        f"over {len(chosen)} poses",
+        approach=other,
+        replicates=chosen.replicates,
+        many=many,
+    )
     if progress is not None:
         progress("arriving from one side" if other else "arriving from either side", 1, 1)
     found = (own, _repeatability(other, chosen, run_of_other, budget_of_other))
@@ -94,7 +117,9 @@ def both_repeatabilities(  # noqa: PLR0913 - a study is these numbers
 
 
 def _repeatability(approach: float, poses: Poses, sampled: Sampled, blame: Budget) -> Repeatability:
-    """Return the RP of a run; exactly zero where no error differs between visits, and not what rounding leaves."""
+    """Return the RP of a run; exactly zero where no error differs between visits, and not what
+    rounding leaves.
+    """
     means, per_pose = sampled.robot_means[:, :, 2], sampled.repeatability
     if not blame.levels[2] > 0:
         means, per_pose = np.zeros_like(means), np.zeros_like(per_pose)

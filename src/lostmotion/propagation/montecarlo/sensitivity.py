@@ -1,4 +1,6 @@
-"""Effect of halving the errors of one part on the 95th percentile of all errors, with common random numbers."""
+"""Effect of halving the errors of one part on the 95th percentile of all errors, with common random
+numbers.
+"""
 
 from __future__ import annotations
 
@@ -37,9 +39,11 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Halving:
-    """Return the decrease of the 95th percentile when the errors of each part, and of each kind, are halved; draws are the same.
+    """Return the decrease of the 95th percentile when the errors of each part, and of each kind,
+    are halved; draws are the same.
 
-    Monte Carlo on at most 512 of the poses, `most` robots and 4 visits. Intervals count robots and sets of poses.
+    Monte Carlo on at most 512 of the poses, `most` robots and 4 visits. Intervals count robots and
+    sets of poses.
 
     by    grouping of the terms: "part", or "term", "cause" or "level" instead
 
@@ -50,8 +54,12 @@ def halving(  # noqa: PLR0913 - a study is these numbers
     before = paired.run(np.ones(len(infos)))
     groupings: tuple[By, ...] = (by, "cause")
     labels = tuple(label_of(each) for each in groupings)
-    unmoving = tuple({cost.part for cost in costs(_tally(paired, each)) if cost.alone == 0} for each in groupings)
-    wanted = [(k, name) for k, label in enumerate(labels) for name in dict.fromkeys(map(label, infos))]
+    unmoving = tuple(
+        {cost.part for cost in costs(_tally(paired, each)) if cost.alone == 0} for each in groupings
+    )
+    wanted = [
+        (k, name) for k, label in enumerate(labels) for name in dict.fromkeys(map(label, infos))
+    ]
 
     def gain(k: int, name: str) -> Estimate:
         if name in unmoving[k]:
@@ -61,17 +69,25 @@ def halving(  # noqa: PLR0913 - a study is these numbers
 
     gains: list[dict[str, Estimate]] = [{}, {}]
     with ThreadPoolExecutor(threads) as pool:
-        for done, ((k, name), found) in enumerate(zip(wanted, pool.map(gain, *zip(*wanted, strict=True)), strict=True), start=1):
+        for done, ((k, name), found) in enumerate(
+            zip(wanted, pool.map(gain, *zip(*wanted, strict=True)), strict=True), start=1
+        ):
             gains[k][name] = found
             if progress is not None:
                 progress("halving each error", done, len(wanted))
     return Halving(gains[0], quantile(before.groups.sum(axis=0), LEVEL), paired.samples, gains[1])
 
 
-def halving_at(arm: Arm, poses: Poses, seed: int, *, approach: float = 0.0, threads: int = 1) -> Halving:
-    """Return `halving` at one pose or in a zone, with more robots where there are fewer poses, so that the number of samples stays the same."""
+def halving_at(
+    arm: Arm, poses: Poses, seed: int, *, approach: float = 0.0, threads: int = 1
+) -> Halving:
+    """Return `halving` at one pose or in a zone, with more robots where there are fewer poses, so
+    that the number of samples stays the same.
+    """
     robots = _POSES * _ROBOTS // min(len(poses), _POSES)
-    return halving(arm, poses, robots, _VISITS, seed, most=robots, approach=approach, threads=threads)
+    return halving(
+        arm, poses, robots, _VISITS, seed, most=robots, approach=approach, threads=threads
+    )
 
 
 def _tally(paired: Paired, by: By) -> Tally:

@@ -1,7 +1,10 @@
-"""The Monte Carlo kernel for one error per robot and pose: one visit, or no error that changes from visit to visit.
+"""The Monte Carlo kernel for one error per robot and pose: one visit, or no error that changes from
+visit to visit.
 
-AP and RP then do not need the direction of the error, and a sample takes little more time than its product. Sixteen poses are computed at a time, so
-that a tile of draws is loaded once for all of them. Each step runs over these poses before the next step begins, to use the first-level cache well.
+AP and RP then do not need the direction of the error, and a sample takes little more time than its
+product. Sixteen poses are computed at a time, so that a tile of draws is loaded once for all of
+them. Each step runs over these poses before the next step begins, to use the first-level cache
+well.
 """
 
 from __future__ import annotations
@@ -42,7 +45,9 @@ _LOWEST: Final = FIRST_BIN << _SHIFT
 
 @compiled
 def _measure(count, squares, sizes, sums, robots):
-    """Store each error's magnitude, and add it to the sums of its lane (magnitude, square) and of its robot."""
+    """Store each error's magnitude, and add it to the sums of its lane (magnitude, square) and of
+    its robot.
+    """
     for i in range(count):
         size = np.sqrt(squares[i])
         sizes[i] = np.float32(size)
@@ -53,7 +58,9 @@ def _measure(count, squares, sizes, sums, robots):
 
 @compiled
 def _smallest(count, words, value):
-    """Return the smallest of these words and `value`. Bits of squares, which are not negative, are in the order of their values."""
+    """Return the smallest of these words and `value`. Bits of squares, which are not negative, are
+    in the order of their values.
+    """
     for i in range(count):
         value = min(value, words[i])
     return value
@@ -68,16 +75,22 @@ def _largest(count, words, value):
 
 @compiled
 def _bins_of(count, words, rows, out):
-    """Return where each square is counted: its bin, in the row of its robot's group. All in 32 bits, of which a register holds more."""
+    """Return where each square is counted: its bin, in the row of its robot's group. All in 32
+    bits, of which a register holds more.
+    """
     for i in range(count):
         above = np.int32(np.int32(words[i] >> np.int64(32)) - np.int32(_LOWEST))
-        out[i] = np.uint32(rows[i] + min(max(np.int32(above >> np.int32(_SHIFT)), np.int32(0)), np.int32(BINS - 1)))
+        out[i] = np.uint32(
+            rows[i] + min(max(np.int32(above >> np.int32(_SHIFT)), np.int32(0)), np.int32(BINS - 1))
+        )
 
 
 @compiled
 def _fine_bins_of(count, sizes, low, scale, out):
     for i in range(count):
-        out[i] = np.uint32(min(max(np.int32((sizes[i] - low) * scale), np.int32(0)), np.int32(FINE - 1)))
+        out[i] = np.uint32(
+            min(max(np.int32((sizes[i] - low) * scale), np.int32(0)), np.int32(FINE - 1))
+        )
 
 
 @compiled
@@ -99,7 +112,9 @@ def _sum_of(lanes):
 
 @compiled
 def _find(hist, before_chunk, rank):
-    """Return the bin of the sample of this rank, the count below its end, and the position of the rank within the bin."""
+    """Return the bin of the sample of this rank, the count below its end, and the position of the
+    rank within the bin.
+    """
     whole = np.int64(np.ceil(rank))
     chunk = 0
     while chunk + 1 < len(before_chunk) and before_chunk[chunk + 1] < whole:
@@ -113,9 +128,11 @@ def _find(hist, before_chunk, rank):
 
 @compiled
 def _quantiles(hist, before_chunk, robots, low, width, z, out):
-    """Put one pose's quantiles and their intervals into `out` (3 per quantile: value, low end, high end): straight line within a bin.
+    """Put one pose's quantiles and their intervals into `out` (3 per quantile: value, low end, high
+    end): straight line within a bin.
 
-    hist (FINE,) counts robots in bins of this width from `low` on. Every robot is a sample: the interval is the binomial's, in ranks.
+    hist (FINE,) counts robots in bins of this width from `low` on. Every robot is a sample: the
+    interval is the binomial's, in ranks.
     """
     counted = np.int64(0)
     for chunk in range(len(before_chunk)):
@@ -128,7 +145,9 @@ def _quantiles(hist, before_chunk, robots, low, width, z, out):
         level = LEVELS[k]
         at, below, inside = _find(hist, before_chunk, level * robots)
         share = below / robots
-        error = z * np.sqrt(max(share * (1 - share) / max(robots - 1, 1), level * (1 - level) / robots))
+        error = z * np.sqrt(
+            max(share * (1 - share) / max(robots - 1, 1), level * (1 - level) / robots)
+        )
         out[3 * k] = low + width * (at + inside)
         out[3 * k + 1] = out[3 * k + 2] = np.nan
         if level - error > 0:
@@ -182,9 +201,15 @@ def run_once(
     robot_sums,
     group_hist,
 ):
-    """Form the one error of every robot at every pose of one block of poses, and reduce them. Arguments and answer as of `kernel.run_block`."""
+    """Form the one error of every robot at every pose of one block of poses, and reduce them.
+    Arguments and answer as of `kernel.run_block`.
+    """
     tiles = robot_draws.shape[0]
-    n_robot, n_visit, n_product = _present(robot_columns), _present(visit_columns), len(product_columns)
+    n_robot, n_visit, n_product = (
+        _present(robot_columns),
+        _present(visit_columns),
+        len(product_columns),
+    )
     n_steady = n_robot + n_visit
     screws = np.empty((_POSES, n_steady + n_product, 3))
     at = np.empty((_POSES, n_steady + n_product), np.uintp)
@@ -203,7 +228,11 @@ def run_once(
         rows[r] = r * groups // robots * ROW_OF_BINS
     counted = group_hist.ravel() if visits == 1 else np.zeros(group_hist.size, np.int64)
     least_of_all, largest_of_all = _MOST, np.int64(-1)
-    draws_at, tables_at, weights_at = robot_draws.ctypes.data, tables.ctypes.data, weights.ctypes.data
+    draws_at, tables_at, weights_at = (
+        robot_draws.ctypes.data,
+        tables.ctypes.data,
+        weights.ctypes.data,
+    )
     for start in range(0, len(bias), together):
         some = min(together, len(bias) - start)
         for k in range(some):
@@ -226,12 +255,22 @@ def run_once(
                 for t in range(n_robot):
                     at[k, t] = draws_at + np.uintp(8 * LANES * (tile * robot_draws.shape[1] + t))
                 for t in range(n_visit):
-                    place = visit_tables[t] * ROW + place_in_table(first_pose + start + k, tile, 0, visit_keys[t])
+                    place = visit_tables[t] * ROW + place_in_table(
+                        first_pose + start + k, tile, 0, visit_keys[t]
+                    )
                     at[k, n_robot + t] = tables_at + np.uintp(8 * place)
                 for j in range(terms[k] - n_steady):
                     t = product[k, j]
-                    place = product_tables[t] * ROW + place_in_table(first_pose + start + k, tile, 0, product_keys[t])
-                    weigh(width, product_factors[tile, t], plays[start + k, t], frictions[tile, t], weights[k, t])
+                    place = product_tables[t] * ROW + place_in_table(
+                        first_pose + start + k, tile, 0, product_keys[t]
+                    )
+                    weigh(
+                        width,
+                        product_factors[tile, t],
+                        plays[start + k, t],
+                        frictions[tile, t],
+                        weights[k, t],
+                    )
                     for i in range(width):
                         weights[k, t, i] *= tables[place + i]
                     at[k, n_steady + j] = weights_at + np.uintp(8 * LANES * (k * n_product + t))
@@ -259,12 +298,17 @@ def run_once(
                         ap_rp[start + k, 1, first + i] = 0.0
         for k in range(some):
             found = per_pose[start + k]
-            least_of_all, largest_of_all = min(least_of_all, least[k]), max(largest_of_all, largest[k])
+            least_of_all, largest_of_all = (
+                min(least_of_all, least[k]),
+                max(largest_of_all, largest[k]),
+            )
             words[0, 0], words[0, 1] = least[k], largest[k]
             low, high = np.sqrt(squares[0, 0]), np.sqrt(squares[0, 1])
             mean, mean_square = _sum_of(sums[k, 0]) / robots, _sum_of(sums[k, 1]) / robots
             found[MEAN] = mean
-            found[MEAN_ERROR] = z * np.sqrt(max(mean_square - mean * mean, 0.0) / max(robots - 1, 1))
+            found[MEAN_ERROR] = z * np.sqrt(
+                max(mean_square - mean * mean, 0.0) / max(robots - 1, 1)
+            )
             found[MEAN_SQUARE] = mean_square
             found[LARGEST] = high
             step = (high - low) / FINE
@@ -272,7 +316,9 @@ def run_once(
             fine[:] = 0
             for tile in range(tiles):
                 count = min(LANES, robots - tile * LANES)
-                _fine_bins_of(count, sizes[k, tile * LANES :], np.float32(low), np.float32(scale), places[0])
+                _fine_bins_of(
+                    count, sizes[k, tile * LANES :], np.float32(low), np.float32(scale), places[0]
+                )
                 _count(count, places[0], fine)
             _quantiles(fine, before_chunk, robots, low, step, z, found[FIRST_QUANTILE:])
     if visits > 1:

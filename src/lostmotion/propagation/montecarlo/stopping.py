@@ -1,11 +1,14 @@
 """Stages of Monte Carlo with a stopping rule: the robots and poses that a given precision requires.
 
-The method is that of JCGM 101:2008, 7.9, in the form of two stages (G. Wübbeler et al., Metrologia 47 (2010) 317). The first run estimates the
-scatter of its figures. From that follow the numbers of robots, and of poses where they are sampled, that the requested half-width requires. A larger
-run begins with the same robots and poses, so it extends the smaller one; every interval is that of the last run. The second run may be too small,
-because its scatter is larger than that of the first run, or because its size was limited while the variances were uncertain. Then further runs
-follow, up to four in all. Each run tests nearly the same figures again, so the intervals cover the true values slightly less often than those of a
-run of fixed size. tests/propagation/test_stopping.py measures the coverage.
+The method is that of JCGM 101:2008, 7.9, in the form of two stages (G. Wübbeler et al., Metrologia
+47 (2010) 317). The first run estimates the scatter of its figures. From that follow the numbers of
+robots, and of poses where they are sampled, that the requested half-width requires. A larger run
+begins with the same robots and poses, so it extends the smaller one; every interval is that of the
+last run. The second run may be too small, because its scatter is larger than that of the first run,
+or because its size was limited while the variances were uncertain. Then further runs follow, up to
+four in all. Each run tests nearly the same figures again, so the intervals cover the true values
+slightly less often than those of a run of fixed size. tests/propagation/test_stopping.py measures
+the coverage.
 """
 
 from __future__ import annotations
@@ -19,7 +22,15 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import numpy as np
 
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.error_model.intervals import Spread, mean_spread, pooled_mean, pooled_quantile, pooled_robots_quantile, quantile_spread, share_spread
+from lostmotion.error_model.intervals import (
+    Spread,
+    mean_spread,
+    pooled_mean,
+    pooled_quantile,
+    pooled_robots_quantile,
+    quantile_spread,
+    share_spread,
+)
 from lostmotion.error_model.small_counts import counting_floor
 from lostmotion.errors import refuse_argument
 from lostmotion.propagation.montecarlo.blocks import MOST_ROBOTS as ROBOTS_THERE_CAN_BE
@@ -37,14 +48,18 @@ if TYPE_CHECKING:
 STAGES: Final = 4
 MOST_ROBOTS: Final = 10_000
 MOST_POSES: Final = 65_536
-# The second stage aims at this share of the requested half-width, since the scatter that the first stage estimates is uncertain.
+# The second stage aims at this share of the requested half-width, since the scatter that the first
+# stage estimates is uncertain.
 _AIM: Final = 0.85
-# The same for the last stage, after a stage that was not precise enough: no further stage can follow.
+# The same for the last stage, after a stage that was not precise enough: no further stage can
+# follow.
 _AIM_LAST: Final = 0.6
 _FOR_POSES: Final = 0.5
-# Variances estimated from few robots or few independent sets of poses are themselves uncertain, and the variance over a Sobol sequence falls faster
-# than with the number of poses. So a first growth that needs more poses, or starts from few robots, is limited to this factor of samples, if it would
-# exceed the square of this factor. Below that square an intermediate stage saves too little time.
+# Variances estimated from few robots or few independent sets of poses are themselves uncertain, and
+# the variance over a Sobol sequence falls faster than with the number of poses. So a first growth
+# that needs more poses, or starts from few robots, is limited to this factor of samples, if it
+# would exceed the square of this factor. Below that square an intermediate stage saves too little
+# time.
 _MOST_GROWTH: Final = 8.0
 _FEW_ROBOTS: Final = 30
 # A stage that adds less than this is not worth its time.
@@ -67,7 +82,9 @@ class Tolerance:
 
     @classmethod
     def of(cls, until: float | str) -> Tolerance:
-        """Return the tolerance for 0.01, "1 %" or "2 digits". Raises InputError for any other value."""
+        """Return the tolerance for 0.01, "1 %" or "2 digits". Raises InputError for any other
+        value.
+        """
         given = until
         if isinstance(until, str):
             match = re.fullmatch(r"\s*(\d{1,6}(?:\.\d{1,6})?)\s*(%|digits?)\s*", until)
@@ -86,12 +103,20 @@ class Tolerance:
     def half(self, value: float) -> float:
         """Return the allowed half-width for a figure of this value, in its unit."""
         if self.digits:
-            return 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - self.digits + 1) if value else 0.0
+            return (
+                0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - self.digits + 1)
+                if value
+                else 0.0
+            )
         return self.share * abs(value)
 
     def __str__(self) -> str:
         """Return the requested precision as text."""
-        return f"{self.digits} significant digit{'s' if self.digits > 1 else ''}" if self.digits else f"{100 * self.share:g} %"
+        return (
+            f"{self.digits} significant digit{'s' if self.digits > 1 else ''}"
+            if self.digits
+            else f"{100 * self.share:g} %"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,14 +162,20 @@ class Stopping:
 
     @property
     def missed(self) -> tuple[str, ...]:
-        """Return the figures of the last stage that are not precise enough, the least precise first."""
+        """Return the figures of the last stage that are not precise enough, the least precise
+        first.
+        """
         found = self.stages[-1].figures
         ratios = {name: _ratio(self.tolerance, each) for name, each in found.items()}
-        return tuple(sorted((name for name in found if ratios[name] > 1), key=lambda name: -ratios[name]))
+        return tuple(
+            sorted((name for name in found if ratios[name] > 1), key=lambda name: -ratios[name])
+        )
 
     @property
     def limited_by(self) -> str:
-        """Return the limit that prevented the requested precision: "robots", "poses" or "stages"; empty where it was reached."""
+        """Return the limit that prevented the requested precision: "robots", "poses" or "stages";
+        empty where it was reached.
+        """
         if self.reached:
             return ""
         last = self.stages[-1]
@@ -180,13 +211,20 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
     poses, robots  of the first run
     tolerance      requested precision
     most_robots    largest number of robots, at least `robots`
-    more           returns a given number of poses, which begin with the same ones; None: the poses are fixed
+    more           returns a given number of poses, which begin with the same ones; None: the poses
+                   are fixed
     most_poses     largest number of poses; default: 65 536
 
-    Other arguments and errors as for `montecarlo.run`. Raises InputError for `most_robots` below `robots` or above 1 000 000.
+    Other arguments and errors as for `montecarlo.run`. Raises InputError for `most_robots` below
+    `robots` or above 1 000 000.
     """
     if not robots <= most_robots <= ROBOTS_THERE_CAN_BE:
-        raise refuse_argument("most_robots", most_robots, f"from {robots}, the robots of the first run, to {ROBOTS_THERE_CAN_BE}", most_robots=10000)
+        raise refuse_argument(
+            "most_robots",
+            most_robots,
+            f"from {robots}, the robots of the first run, to {ROBOTS_THERE_CAN_BE}",
+            most_robots=10000,
+        )
     visited = {len(poses): poses}
     runs = 0
 
@@ -196,16 +234,35 @@ def run_until(  # noqa: PLR0913 - a study is these numbers
         if count not in visited and more is not None:
             visited[count] = more(count)
         staged = None if progress is None else _by_stage(progress, runs)
-        return run(arm, visited[count], robots, visits, seed, approach=approach, threads=threads, tile=tile, device=device, progress=staged)
+        return run(
+            arm,
+            visited[count],
+            robots,
+            visits,
+            seed,
+            approach=approach,
+            threads=threads,
+            tile=tile,
+            device=device,
+            progress=staged,
+        )
 
     most_poses = len(poses) if more is None else max(most_poses or MOST_POSES, len(poses))
     found, stopping = settle(
-        sample, partial(watched, approach=approach), len(poses), robots, tolerance, most_poses=most_poses, most_robots=most_robots
+        sample,
+        partial(watched, approach=approach),
+        len(poses),
+        robots,
+        tolerance,
+        most_poses=most_poses,
+        most_robots=most_robots,
     )
     return visited[stopping.stages[-1].poses], found, stopping
 
 
-def _by_stage(progress: Callable[[str, int, int], None], stage: int) -> Callable[[str, int, int], None]:
+def _by_stage(
+    progress: Callable[[str, int, int], None], stage: int
+) -> Callable[[str, int, int], None]:
     return lambda what, done, whole: progress(f"{what}, stage {stage}", done, whole)
 
 
@@ -219,10 +276,11 @@ def settle(
     most_poses: int,
     most_robots: int = MOST_ROBOTS,
 ) -> tuple[_Found, Stopping]:
-    """Return the last run and all stages of `sample(poses, robots)`, repeated until every figure of `watch` meets the tolerance.
+    """Return the last run and all stages of `sample(poses, robots)`, repeated until every figure of
+    `watch` meets the tolerance.
 
-    It also ends after four stages, or where no more robots and poses are allowed. The number of poses grows by factors of two up to `most_poses`;
-    for fixed poses, pass their number.
+    It also ends after four stages, or where no more robots and poses are allowed. The number of
+    poses grows by factors of two up to `most_poses`; for fixed poses, pass their number.
     """
     stages: list[Stage] = []
     was_capped = capped = False
@@ -231,7 +289,9 @@ def settle(
         stages.append(Stage(poses, robots, watch(found)))
         missed = [each for each in stages[-1].figures.values() if _ratio(tolerance, each) > 1]
         short = was_capped and not capped and len(stages) == STAGES - 1
-        wanted = _larger(stages[-1], tolerance, most_poses, most_robots, _AIM_LAST if short else _AIM)
+        wanted = _larger(
+            stages[-1], tolerance, most_poses, most_robots, _AIM_LAST if short else _AIM
+        )
         if not missed or len(stages) == STAGES or wanted == (poses, robots):
             return found, Stopping(tolerance, tuple(stages), most_robots, most_poses)
         following = wanted if was_capped else _capped(stages[-1], *wanted)
@@ -241,15 +301,21 @@ def settle(
 
 
 def _ratio(tolerance: Tolerance, figure: Watched) -> float:
-    """Return the half-width divided by the allowed one: zero for an arm without errors, infinite where the sample cannot determine it."""
+    """Return the half-width divided by the allowed one: zero for an arm without errors, infinite
+    where the sample cannot determine it.
+    """
     if figure.half == 0:
         return 0.0
     allowed = tolerance.half(figure.value)
     return figure.half / allowed if allowed > 0 and math.isfinite(figure.half) else math.inf
 
 
-def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: int, aim: float) -> tuple[int, int]:
-    """Return the numbers of poses and robots with the fewest samples that suffice, since variances fall with them; the largest allowed if none do."""
+def _larger(
+    stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: int, aim: float
+) -> tuple[int, int]:
+    """Return the numbers of poses and robots with the fewest samples that suffice, since variances
+    fall with them; the largest allowed if none do.
+    """
     ratios = [(_ratio(tolerance, each) / aim, each.of_poses) for each in stage.figures.values()]
     if any(math.isinf(ratio) for ratio, _ in ratios):  # too few robots for any interval
         return stage.poses, min(4 * stage.robots, max(most_robots, stage.robots))
@@ -258,30 +324,47 @@ def _larger(stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: in
         left = [1 - ratio**2 * of_poses * stage.poses / poses for ratio, of_poses in ratios]
         if min(left) <= 0:
             continue
-        factor = max((ratio**2 * (1 - of_poses) / room for (ratio, of_poses), room in zip(ratios, left, strict=True)), default=1.0)
+        factor = max(
+            (
+                ratio**2 * (1 - of_poses) / room
+                for (ratio, of_poses), room in zip(ratios, left, strict=True)
+            ),
+            default=1.0,
+        )
         if factor * stage.robots <= most_robots:
             choices.append((poses, math.ceil(stage.robots * max(factor, 1.0))))
-    if not choices:  # the largest number of robots, and enough poses that half of the requested variance remains for the robots
+    # the largest number of robots, and enough poses that half of the requested variance remains for
+    # the robots
+    if not choices:
         enough = (
             poses
             for poses in _doubled(stage.poses, most_poses)
-            if all(ratio**2 * of_poses * stage.poses <= _FOR_POSES * poses for ratio, of_poses in ratios)
+            if all(
+                ratio**2 * of_poses * stage.poses <= _FOR_POSES * poses
+                for ratio, of_poses in ratios
+            )
         )
         return next(enough, max(_doubled(stage.poses, most_poses))), max(most_robots, stage.robots)
     poses, robots = min(choices, key=lambda choice: choice[0] * choice[1])
     if poses == stage.poses:
-        robots = min(max(robots, math.ceil(_LEAST_GROWTH * stage.robots)), max(most_robots, stage.robots))
+        robots = min(
+            max(robots, math.ceil(_LEAST_GROWTH * stage.robots)), max(most_robots, stage.robots)
+        )
     return poses, robots
 
 
 def _capped(stage: Stage, poses: int, robots: int) -> tuple[int, int]:
-    """Return these numbers with limited growth while the variances are uncertain; poses and robots grow in the same proportion (logarithmic)."""
+    """Return these numbers with limited growth while the variances are uncertain; poses and robots
+    grow in the same proportion (logarithmic).
+    """
     growth = poses * robots / (stage.poses * stage.robots)
     if growth <= _MOST_GROWTH**2 or (poses == stage.poses and stage.robots >= _FEW_ROBOTS):
         return poses, robots
     share = math.log(_MOST_GROWTH) / math.log(growth)
     doublings = round(share * math.log2(poses / stage.poses))
-    return stage.poses << doublings, max(min(math.ceil(stage.robots * _MOST_GROWTH / 2**doublings), robots), stage.robots)
+    return stage.poses << doublings, max(
+        min(math.ceil(stage.robots * _MOST_GROWTH / 2**doublings), robots), stage.robots
+    )
 
 
 def _doubled(count: int, most: int) -> Iterator[int]:
@@ -292,28 +375,41 @@ def _doubled(count: int, most: int) -> Iterator[int]:
 
 
 def watched(found: Sampled, approach: float = 0.0) -> dict[str, Watched]:
-    """Return the figures that the stopping rule tests: mean and 95th percentile of all errors; mean and 95th percentile over robots of AP and RP.
+    """Return the figures that the stopping rule tests: mean and 95th percentile of all errors; mean
+    and 95th percentile over robots of AP and RP.
 
     `approach` of the joints names RP.
     """
     means, at_poses = found.robot_means[:, :, 0], found.of_poses(0)
     out = {"mean": _watched(pooled_mean(means, at_poses), mean_spread(means, at_poses))}
     q95 = pooled_quantile(found.group_hist, found.replicate_hist, 0.95)
-    out["95th percentile"] = _watched(q95, share_spread(found.group_hist, found.replicate_hist, q95.value))
+    out["95th percentile"] = _watched(
+        q95, share_spread(found.group_hist, found.replicate_hist, q95.value)
+    )
     if np.isfinite(found.robot_means[:, :, 1:]).all():
         for column, name in ((1, "AP"), (2, rp_name(approach))):
             means, at_poses = found.robot_means[:, :, column], found.of_poses(column)
             of_mean = mean_spread(means, at_poses)
-            out[f"{name}, mean over poses and robots"] = _watched(pooled_mean(means, at_poses), of_mean)
+            out[f"{name}, mean over poses and robots"] = _watched(
+                pooled_mean(means, at_poses), of_mean
+            )
             highest = pooled_robots_quantile(means, of_poses=at_poses)
             half = highest.half
             variance = (half / 1.96) ** 2
-            of_poses = max(quantile_spread(means), counting_floor(at_poses, len(means)) ** 2 / 1.96**2)
-            out[f"{name}, 95th percentile of robots"] = _watched(highest, Spread(max(variance - of_poses, 0.0), of_poses, half))
+            of_poses = max(
+                quantile_spread(means), counting_floor(at_poses, len(means)) ** 2 / 1.96**2
+            )
+            out[f"{name}, 95th percentile of robots"] = _watched(
+                highest, Spread(max(variance - of_poses, 0.0), of_poses, half)
+            )
     return out
 
 
 def _watched(estimate: Estimate, spread: Spread) -> Watched:
     half = estimate.half
     whole = spread.of_poses + spread.of_robots
-    return Watched(estimate.value, half if math.isfinite(half) else math.inf, spread.of_poses / whole if whole > 0 else 0.0)
+    return Watched(
+        estimate.value,
+        half if math.isfinite(half) else math.inf,
+        spread.of_poses / whole if whole > 0 else 0.0,
+    )

@@ -1,4 +1,5 @@
-"""Effect of remedies on the 95th percentile: the same robots and visits, without the errors that each remedy removes.
+"""Effect of remedies on the 95th percentile: the same robots and visits, without the errors that
+each remedy removes.
 
 The remedies are those of `error_model.remedies`, each of them ideal.
 """
@@ -26,7 +27,9 @@ _ROBOTS: Final = 512
 
 @dataclass(frozen=True)
 class Stage:
-    """The remaining position error at one stage, m: its mean, its 95th percentile, and the reduction of the latter from the first stage."""
+    """The remaining position error at one stage, m: its mean, its 95th percentile, and the
+    reduction of the latter from the first stage.
+    """
 
     name: str
     mean: Estimate
@@ -36,7 +39,8 @@ class Stage:
 
 @dataclass(frozen=True)
 class Waterfall:
-    """The remaining position error at each stage, in the order of `EVERY_STAGE`, from a run of `poses` x `robots` x `visits`.
+    """The remaining position error at each stage, in the order of `EVERY_STAGE`, from a run of
+    `poses` x `robots` x `visits`.
 
     constant  names of the terms that an ideal calibration of the geometry finds, sorted
     """
@@ -59,14 +63,17 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
     threads: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Waterfall:
-    """Return the position error as manufactured, and with each of the remedies of `error_model.remedies`.
+    """Return the position error as manufactured, and with each of the remedies of
+    `error_model.remedies`.
 
-    Monte Carlo on at most 512 of the poses, 512 robots and 4 visits, the same ones at every stage. Intervals count robots and sets of poses.
-    Arguments and errors as for `montecarlo.run`.
+    Monte Carlo on at most 512 of the poses, 512 robots and 4 visits, the same ones at every stage.
+    Intervals count robots and sets of poses. Arguments and errors as for `montecarlo.run`.
     """
     chosen = thinned(poses, _POSES)
     sides = {approach_at_stage(name, approach) for name in EVERY_STAGE}
-    arriving = {side: Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, side) for side in sides}
+    arriving = {
+        side: Paired.of(arm, chosen, min(robots, _ROBOTS), visits, seed, side) for side in sides
+    }
     geometry = geometry_of(arm)
 
     def sample_at(name: str) -> Sample:
@@ -79,11 +86,22 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
             samples.append(sample)
             if progress is not None:
                 progress("calibrating and compensating", len(samples), len(EVERY_STAGE))
-    stages = [_stage(name, sample, samples[0]) for name, sample in zip(EVERY_STAGE, samples, strict=True)]
+    stages = [
+        _stage(name, sample, samples[0]) for name, sample in zip(EVERY_STAGE, samples, strict=True)
+    ]
     plan = arriving[approach].plan
     return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), plan.robots, plan.visits)
 
 
 def _stage(name: str, sample: Sample, first: Sample) -> Stage:
-    reduction = Estimate(0.0, 0.0, 0.0) if sample is first else quantile_drop((first.groups, first.sets), (sample.groups, sample.sets), LEVEL)
-    return Stage(name, pooled_mean(sample.means), pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest), reduction)
+    reduction = (
+        Estimate(0.0, 0.0, 0.0)
+        if sample is first
+        else quantile_drop((first.groups, first.sets), (sample.groups, sample.sets), LEVEL)
+    )
+    return Stage(
+        name,
+        pooled_mean(sample.means),
+        pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest),
+        reduction,
+    )

@@ -11,9 +11,16 @@ if TYPE_CHECKING:
 
 
 def policy(scripts: Iterable[str]) -> str:
-    """Return the content-security policy under which these scripts run, by their hashes, and no other; nothing is fetched.
+    """Return the content-security policy under which these scripts run, by their hashes, and no
+    other; nothing is fetched.
 
     Styles are allowed in place: charts set widths and colours by attributes.
     """
-    allowed = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()}'" for code in scripts)
-    return f"default-src 'none'; script-src {allowed or chr(39) + 'none' + chr(39)}; style-src 'unsafe-inline'; img-src data:"
+    allowed = " ".join(
+        f"'sha256-{base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()}'"
+        for code in scripts
+    )
+    return (
+        f"default-src 'none'; script-src {allowed or chr(39) + 'none' + chr(39)}; style-src "
+        "'unsafe-inline'; img-src data:"
+    )

@@ -1,7 +1,8 @@
 """The viewer of a page: the arm in three dimensions, which the reader turns, cuts and zooms.
 
-Its script is `viewer.js`, built from the folder `viewer` of the repository. It lies compressed in the page. A short loader unpacks and runs it.
-Without JavaScript or WebGL, and on paper, the page shows the pictures that stand below the viewer.
+Its script is `viewer.js`, built from the folder `viewer` of the repository. It lies compressed in
+the page. A short loader unpacks and runs it. Without JavaScript or WebGL, and on paper, the page
+shows the pictures that stand below the viewer.
 """
 
 from __future__ import annotations
@@ -30,32 +31,58 @@ if TYPE_CHECKING:
 _PLACES: Final = 4
 # A square of the floor over the size of the picture.
 _SQUARE: Final = 1 / 12
-_CUTS: Final = (("arm", "through the arm"), ("x", "across x"), ("y", "across y"), ("z", "across z"), ("all", "none"), ("none", "arm alone"))
-_LABEL: Final = "The arm in three dimensions, as described below. The arrow keys turn it, plus and minus zoom, 0 shows it as at first."
-# The policy of the page allows a script by its text, so that of the viewer runs only if it is what this package was built with.
+_CUTS: Final = (
+    ("arm", "through the arm"),
+    ("x", "across x"),
+    ("y", "across y"),
+    ("z", "across z"),
+    ("all", "none"),
+    ("none", "arm alone"),
+)
+_LABEL: Final = (
+    "The arm in three dimensions, as described below. The arrow keys turn it, plus and minus "
+    "zoom, 0 shows it as at first."
+)
+# The policy of the page allows a script by its text, so that of the viewer runs only if it is what
+# this package was built with.
 _LOADER: Final = """addEventListener("DOMContentLoaded",async()=>{
 const packed=Uint8Array.from(atob(document.getElementById("viewer-code").textContent),each=>each.charCodeAt(0));
 const script=document.createElement("script");
 script.textContent=await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
-document.body.append(script)})"""
+document.body.append(script)})"""  # noqa: E501
 
 
 def scripts() -> tuple[str, ...]:
-    """Return the scripts of a page with a viewer, for its policy: the loader, and the viewer itself."""
+    """Return the scripts of a page with a viewer, for its policy: the loader, and the viewer
+    itself.
+    """
     return _LOADER, _code()
 
 
 def script_elements() -> str:
     """Return the elements that hold the viewer's script, compressed, and the loader."""
-    return f'<script type="text/plain" id="viewer-code">{_packed(_code().encode())}</script>\n<script>{_LOADER}</script>\n'
+    return (
+        f'<script type="text/plain" id="viewer-code">{_packed(_code().encode())}</script>\n'
+        f"<script>{_LOADER}</script>\n"
+    )
 
 
 def viewer(scene: ArmScene) -> str:
-    """Return the viewer of a scene with its controls and legend. It is hidden until the script has found that it can draw."""
+    """Return the viewer of a scene with its controls and legend. It is hidden until the script has
+    found that it can draw.
+    """
     buttons = "".join(
-        f'<button type="button" aria-pressed="{"false" if k else "true"}">{escaped(pose.name)}</button>' for k, pose in enumerate(scene.poses)
+        (
+            '<button type="button" '
+            f'aria-pressed="{"false" if k else "true"}">{escaped(pose.name)}</button>'
+        )
+        for k, pose in enumerate(scene.poses)
     )
-    group = f'<span role="group" aria-label="Pose of the arm">{buttons}</span>\n' if len(scene.poses) > 1 else ""
+    group = (
+        f'<span role="group" aria-label="Pose of the arm">{buttons}</span>\n'
+        if len(scene.poses) > 1
+        else ""
+    )
     cuts = [cut for cut in _CUTS if not (scene.flat and cut[0] == "arm")]
     if scene.flat:
         cuts.sort(key=lambda cut: cut[0] != "z")
@@ -71,12 +98,17 @@ def viewer(scene: ArmScene) -> str:
 
 
 def _legend(cells: Cells) -> str:
-    names = "".join(f'<span><i class="k{k}"></i>{spaced(name)}</span>' for k, name in enumerate(class_names(cells.limits)))
+    names = "".join(
+        f'<span><i class="k{k}"></i>{spaced(name)}</span>'
+        for k, name in enumerate(class_names(cells.limits))
+    )
     return f'<p class="legend"><b>{escaped(cells.what)} [{escaped(cells.unit)}]</b>{names}</p>\n'
 
 
 def _data(scene: ArmScene) -> str:
-    """Return what the script draws, as JSON in which no tag can begin; lengths in m. The arm and its error lie between low and high."""
+    """Return what the script draws, as JSON in which no tag can begin; lengths in m. The arm and
+    its error lie between low and high.
+    """
     at = [frames(scene.arm, pose.q[None])[:, 0] for pose in scene.poses]
     tools = [each[-1, :3, 3] for each in at]
     bodies = scene.arm.bodies
@@ -87,7 +119,11 @@ def _data(scene: ArmScene) -> str:
     size = float(np.linalg.norm(high - low)) or 1.0
     if scene.cells is not None:
         size = max(size, scene.cells.edge * float(np.linalg.norm(scene.cells.classes.shape)))
-    feet = [float(each[:, 2].min()) for each, body in zip(corners, len(at) * bodies, strict=True) if body.kind == "base"]
+    feet = [
+        float(each[:, 2].min())
+        for each, body in zip(corners, len(at) * bodies, strict=True)
+        if body.kind == "base"
+    ]
     data: dict[str, Any] = {
         "size": round(size, _PLACES),
         "low": _rounded(low),
@@ -115,13 +151,22 @@ def _data(scene: ArmScene) -> str:
         ],
         "cells": None if scene.cells is None else _cells(scene.cells),
     }
-    return json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False).replace(
+        "<", "\\u003c"
+    )
 
 
 def _cells(cells: Cells) -> dict[str, Any]:
-    """Return the cells: a byte for each, x fastest, 0 where the tool never is, else its class from 1."""
+    """Return the cells: a byte for each, x fastest, 0 where the tool never is, else its class from
+    1.
+    """
     codes = (cells.classes + 1).astype(np.uint8).tobytes(order="F")
-    return {"edge": round(cells.edge, 6), "low": _rounded(cells.low), "shape": list(cells.classes.shape), "classes": _packed(codes)}
+    return {
+        "edge": round(cells.edge, 6),
+        "low": _rounded(cells.low),
+        "shape": list(cells.classes.shape),
+        "classes": _packed(codes),
+    }
 
 
 def _rounded(values: Floats | Sequence[float]) -> list[float]:

@@ -1,4 +1,6 @@
-"""The arm at its worst and at its best pose in a cut through its workspace, coloured by the error: the pictures of the first screen."""
+"""The arm at its worst and at its best pose in a cut through its workspace, coloured by the error:
+the pictures of the first screen.
+"""
 
 from __future__ import annotations
 
@@ -30,12 +32,17 @@ if TYPE_CHECKING:
 
 # The enlarged error is at most this share of the longest side of the workspace long.
 _ERROR: Final = 0.15
-# The mean error vector is drawn where its part in the plane of the cut is more than this share of it.
+# The mean error vector is drawn where its part in the plane of the cut is more than this share of
+# it.
 _SHOWN: Final = 0.2
-# Semi-axis over standard deviation of the ellipsoid that contains 95 % of a normal vector: root of the quantile of chi-square with three degrees.
+# Semi-axis over standard deviation of the ellipsoid that contains 95 % of a normal vector: root of
+# the quantile of chi-square with three degrees.
 _WITHIN_95: Final = 2.7955
 _FILLS: Final = {"base": "quiet", "joint": "quiet", "tool": "warn", "payload": "warn"}
-_MEANING: Final = {"worst": "the pose with the largest mean error", "best": "the pose with the smallest mean error"}
+_MEANING: Final = {
+    "worst": "the pose with the largest mean error",
+    "best": "the pose with the smallest mean error",
+}
 _WHAT: Final = "95 % of positions within"
 
 
@@ -78,7 +85,9 @@ class PoseErrors:
 
 @dataclass(frozen=True)
 class _Scale:
-    """What both pictures share: limits between the classes in a unit, and the factor by which errors are drawn larger."""
+    """What both pictures share: limits between the classes in a unit, and the factor by which
+    errors are drawn larger.
+    """
 
     limits: Sequence[float]
     unit: str
@@ -86,90 +95,184 @@ class _Scale:
 
 
 def arm_in_workspace(found: PoseErrors) -> Iterator[Plot]:
-    """Yield the arm at the poses with the largest and the smallest mean error, each in the cut through its workspace that holds base axis and tool.
+    """Yield the arm at the poses with the largest and the smallest mean error, each in the cut
+    through its workspace that holds base axis and tool.
 
-    A cell has the mean of the 95th percentile over the poses that put the tool nearest to it; for fewer poses than a cell takes, none is coloured.
-    The first plot has the scene for the viewer. Where all poses have one error there is one plot.
+    A cell has the mean of the 95th percentile over the poses that put the tool nearest to it; for
+    fewer poses than a cell takes, none is coloured. The first plot has the scene for the viewer.
+    Where all poses have one error there is one plot.
     """
-    chosen = {"worst": int(found.mean.argmax()), "best": int(found.mean.argmin())} if np.ptp(found.mean) > 0 else {"shown": 0}
+    chosen = (
+        {"worst": int(found.mean.argmax()), "best": int(found.mean.argmin())}
+        if np.ptp(found.mean) > 0
+        else {"shown": 0}
+    )
     bias, axes = _errors(found, list(chosen.values()))
     longest = max(float(np.linalg.norm(each, axis=-1).max()) for each in (bias, axes))
     unit = length(float(found.within.max())).unit
-    limits = class_limits(*(float(each) * PER_UNIT[unit] for each in np.percentile(found.within, COVERED)))
+    limits = class_limits(
+        *(float(each) * PER_UNIT[unit] for each in np.percentile(found.within, COVERED))
+    )
     scale = _Scale(limits, unit, _factor(_ERROR * found.size / longest) if longest else 1.0)
     shown = [
-        ShownPose(f"{name} pose", found.q[k], bias[n], axes[n], _words(found, name, k, scale.factor)) for n, (name, k) in enumerate(chosen.items())
+        ShownPose(
+            f"{name} pose", found.q[k], bias[n], axes[n], _words(found, name, k, scale.factor)
+        )
+        for n, (name, k) in enumerate(chosen.items())
     ]
-    scene = ArmScene(found.arm, shown, scale.factor, found.flat, _cells(found, scale) if len(found.q) >= NEAREST else None)
+    scene = ArmScene(
+        found.arm,
+        shown,
+        scale.factor,
+        found.flat,
+        _cells(found, scale) if len(found.q) >= NEAREST else None,
+    )
     for n, (name, k) in enumerate(chosen.items()):
-        yield Plot(f"arm-{name}" if n else "arm", FIRST_SCREEN, *_picture(found, name, k, bias[n], scale), None if n else scene)
+        yield Plot(
+            f"arm-{name}" if n else "arm",
+            FIRST_SCREEN,
+            *_picture(found, name, k, bias[n], scale),
+            None if n else scene,
+        )
 
 
 def sections_of(found: PoseErrors) -> PoseValues:
-    """Return the 95th percentile at each pose for sections in the classes of the pictures above, with the worst pose marked."""
+    """Return the 95th percentile at each pose for sections in the classes of the pictures above,
+    with the worst pose marked.
+    """
     unit = length(float(found.within.max())).unit
-    values, target = found.within * PER_UNIT[unit], None if found.target is None else found.target * PER_UNIT[unit]
-    return PoseValues(found.arm, found.tool, values, _WHAT, unit, int(found.mean.argmax()), "worst pose", found.reachable, target)
+    values, target = (
+        found.within * PER_UNIT[unit],
+        None if found.target is None else found.target * PER_UNIT[unit],
+    )
+    return PoseValues(
+        found.arm,
+        found.tool,
+        values,
+        _WHAT,
+        unit,
+        int(found.mean.argmax()),
+        "worst pose",
+        found.reachable,
+        target,
+    )
 
 
 def _errors(found: PoseErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
-    """Return the mean error vectors (pose, 3), and the semi-axes (pose, axis, 3) of the ellipsoids with 95 % of the positions about them, m."""
+    """Return the mean error vectors (pose, 3), and the semi-axes (pose, axis, 3) of the ellipsoids
+    with 95 % of the positions about them, m.
+    """
     matrix = screws(found.arm, found.q[poses], approach=found.approach)
-    drawn = matrix.merged.tool[:, 3:][:, :, matrix.merged.columns("robot", "visit", "robot x visit")]
+    drawn = matrix.merged.tool[:, 3:][
+        :, :, matrix.merged.columns("robot", "visit", "robot x visit")
+    ]
     squares, axes = np.linalg.eigh(drawn @ drawn.transpose(0, 2, 1))
-    axes = axes * np.linalg.det(axes)[:, None, None]  # right-handed, or the viewer would draw its surface inside out
-    return matrix.bias[:, 3:], _WITHIN_95 * np.sqrt(np.maximum(squares, 0.0))[:, :, None] * axes.transpose(0, 2, 1)
+    # right-handed, or the viewer would draw its surface inside out
+    axes = axes * np.linalg.det(axes)[:, None, None]
+    return matrix.bias[:, 3:], _WITHIN_95 * np.sqrt(np.maximum(squares, 0.0))[
+        :, :, None
+    ] * axes.transpose(0, 2, 1)
 
 
 def _words(found: PoseErrors, name: str, pose: int, factor: float) -> str:
     """Return what the viewer shows at a pose."""
     within, mean = (length(float(each[pose])) for each in (found.within, found.mean))
-    errors = f" Arrow: mean error; ellipsoid: 95 % of positions about it; both drawn {factor:g} times larger." if found.mean[pose] else ""
-    return f"{name.capitalize()} pose: mean error {mean}, 95 % of positions within {within}.{errors}"
+    errors = (
+        (
+            f" Arrow: mean error; ellipsoid: 95 % of positions about it; both drawn {factor:g} "
+            "times larger."
+        )
+        if found.mean[pose]
+        else ""
+    )
+    return (
+        f"{name.capitalize()} pose: mean error {mean}, 95 % of positions within {within}.{errors}"
+    )
 
 
 def _cells(found: PoseErrors, scale: _Scale) -> Cells:
     """Return the coloured cells of the workspace."""
     edge = found.size / CELLS
-    low, values = cells_in_space(found.reachable, found.tool, found.within * PER_UNIT[scale.unit], edge, symmetry_axis(found.arm))
+    low, values = cells_in_space(
+        found.reachable,
+        found.tool,
+        found.within * PER_UNIT[scale.unit],
+        edge,
+        symmetry_axis(found.arm),
+    )
     return Cells(edge, low, class_of(values, scale.limits), scale.limits, _WHAT, scale.unit)
 
 
-def _picture(found: PoseErrors, name: str, pose: int, bias: Floats, scale: _Scale) -> tuple[Figure, str]:
+def _picture(
+    found: PoseErrors, name: str, pose: int, bias: Floats, scale: _Scale
+) -> tuple[Figure, str]:
     """Return the figure of the arm at a pose in its cut, and what it shows in words."""
     tool, edge, error = found.tool[pose], found.size / CELLS, scale.factor * bias
     view, names = _view(tool, flat=found.flat)
     drawn, on = one("", 132, width=178)
     shown, axis = found.within * PER_UNIT[scale.unit], symmetry_axis(found.arm)
-    across, up, values = cells_of_cut(found.reachable, found.tool, shown, view, float(view[2] @ tool), edge, axis)
+    across, up, values = cells_of_cut(
+        found.reachable, found.tool, shown, view, float(view[2] @ tool), edge, axis
+    )
     coloured = len(found.q) >= NEAREST
     if coloured:
         cells(on, across * 1e3, up * 1e3, class_of(values, scale.limits))
         class_legend(drawn, scale.limits, f"{_WHAT} [{scale.unit}]")
     else:
         cells(on, across * 1e3, up * 1e3, np.where(np.isfinite(values), 0, -1), (LIGHT["line"],))
-    seen = np.concatenate([*_arm(on, found, pose, view), 1e3 * np.column_stack([across[[0, -1]], up[[0, -1]]])])
+    seen = np.concatenate(
+        [*_arm(on, found, pose, view), 1e3 * np.column_stack([across[[0, -1]], up[[0, -1]]])]
+    )
     on.set_xlim(float(seen[:, 0].min()) - 1e3 * edge, float(seen[:, 0].max()) + 1e3 * edge)
     on.set_ylim(float(seen[:, 1].min()) - 1e3 * edge, float(seen[:, 1].max()) + 1e3 * edge)
     arrow = ""
     if float(np.linalg.norm(view[:2] @ bias)) > _SHOWN * float(np.linalg.norm(bias)):
         start, end = (1e3 * (view[:2] @ each) for each in (tool, tool + error))
-        on.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": LIGHT["warn"], "lw": 2.2, "mutation_scale": 14}, zorder=6)
-        arrow = f" The arrow is the mean error vector in this plane, drawn {scale.factor:g} times larger."
+        on.annotate(
+            "",
+            end,
+            start,
+            arrowprops={
+                "arrowstyle": "-|>",
+                "color": LIGHT["warn"],
+                "lw": 2.2,
+                "mutation_scale": 14,
+            },
+            zorder=6,
+        )
+        arrow = (
+            f" The arrow is the mean error vector in this plane, drawn {scale.factor:g} times "
+            "larger."
+        )
     on.set_aspect("equal")
     label_axes(on, *(f"{each} [mm]" for each in names))
-    of_cells = f"Cells: mean over the {NEAREST} nearest poses." if coloured else "Grey: what the tool reaches."
+    of_cells = (
+        f"Cells: mean over the {NEAREST} nearest poses."
+        if coloured
+        else "Grey: what the tool reaches."
+    )
     mean = length(float(found.mean[pose]))
-    return drawn, f"The arm at {_MEANING.get(name, 'a pose')}, {mean}, in the cut through its workspace at the tool. {of_cells}{arrow}"
+    return (
+        drawn,
+        (
+            f"The arm at {_MEANING.get(name, 'a pose')}, {mean}, in the cut through its workspace "
+            f"at the tool. {of_cells}{arrow}"
+        ),
+    )
 
 
 def _view(tool: Floats, *, flat: bool) -> tuple[Floats, tuple[str, str]]:
-    """Return the directions to the right, upwards and towards the viewer (3, 3) of the cut through a tool point, and the names of the first two."""
+    """Return the directions to the right, upwards and towards the viewer (3, 3) of the cut through
+    a tool point, and the names of the first two.
+    """
     if flat:
         return np.eye(3), ("x", "y")
     azimuth = math.atan2(tool[1], tool[0])
     right = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
-    return np.array([right, [0.0, 0.0, 1.0], np.cross(right, [0.0, 0.0, 1.0])]), ("distance from the base's axis", "z")
+    return np.array([right, [0.0, 0.0, 1.0], np.cross(right, [0.0, 0.0, 1.0])]), (
+        "distance from the base's axis",
+        "z",
+    )
 
 
 def _arm(on: Axes, found: PoseErrors, pose: int, view: Floats) -> list[Floats]:
@@ -177,13 +280,25 @@ def _arm(on: Axes, found: PoseErrors, pose: int, view: Floats) -> list[Floats]:
     from matplotlib.patches import Polygon
 
     at = frames(found.arm, found.q[pose : pose + 1])[:, 0]
-    bodies = sorted(found.arm.bodies, key=lambda body: float(view[2] @ (at[body.place] @ body.pose)[:3, 3]))
+    bodies = sorted(
+        found.arm.bodies, key=lambda body: float(view[2] @ (at[body.place] @ body.pose)[:3, 3])
+    )
     outlines = [body.silhouette(at[body.place], view[:2]) * 1e3 for body in bodies]
     for body, outline in zip(bodies, outlines, strict=True):
-        on.add_patch(Polygon(outline, facecolor=LIGHT[_FILLS.get(body.kind, "line")], edgecolor=LIGHT["ink"], linewidth=0.7, zorder=5))
+        on.add_patch(
+            Polygon(
+                outline,
+                facecolor=LIGHT[_FILLS.get(body.kind, "line")],
+                edgecolor=LIGHT["ink"],
+                linewidth=0.7,
+                zorder=5,
+            )
+        )
     return outlines
 
 
 def _factor(most: float) -> float:
-    """Return the largest of 1, 2 and 5 times a power of ten that is at most this, and at least 1."""
+    """Return the largest of 1, 2 and 5 times a power of ten that is at most this, and at least
+    1.
+    """
     return max(1.0, round_below(most))

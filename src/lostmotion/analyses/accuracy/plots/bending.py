@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def bending(answer: Answer) -> Figure:
-    """Draw the largest deflection of each link (µm), stacked by cause; a cause that reduces the bending extends to the left."""
+    """Draw the largest deflection of each link (µm), stacked by cause; a cause that reduces the
+    bending extends to the left.
+    """
     links = answer.bending
     figure, on = one("Largest deflection of each link", 36 + 8 * len(links))
     rows = []

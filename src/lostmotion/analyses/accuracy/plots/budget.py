@@ -25,22 +25,38 @@ if TYPE_CHECKING:
     from lostmotion.error_model.budget import Budget, Cost
     from lostmotion.spatial import Floats
 
-LEVELS_TEXT: Final = "Stacked bars of the r.m.s. error as manufactured, with load and pose compensated, and each robot mapped as well."
+LEVELS_TEXT: Final = (
+    "Stacked bars of the r.m.s. error as manufactured, with load and pose compensated, and each "
+    "robot mapped as well."
+)
 CAUSES_TEXT: Final = "Stacked bars of each kind of error's share of the mean square, by level."
 _PARTS_SHOWN: Final = 15
 _LEAST_SHOWN: Final = 5e-4  # would show as 0.0 %
 
 
 def levels(found: Budget) -> Figure:
-    """Draw the r.m.s. error as manufactured, compensated, and with each robot mapped, split by level."""
+    """Draw the r.m.s. error as manufactured, compensated, and with each robot mapped, split by
+    level.
+    """
     squares = found.rms**2 * np.maximum(found.levels, 0.0)
     stages = ("as manufactured", "load and pose\ncompensated", "and each robot\nmapped")
     left = np.array([squares[k:].sum() for k in range(len(stages))])
     shown = in_one_unit([length(math.sqrt(whole)) for whole in left])
     unit, size = shown[0].unit, np.array([each.value for each in shown])
     figure, on = one("Remaining r.m.s. error", 66)
-    share = [np.array([squares[k] / whole if stage <= k and whole > 0 else 0.0 for stage, whole in enumerate(left)]) for k in range(len(stages))]
-    stacked(on, [(name, colour, size * each) for (name, colour), each in zip(LEVELS, share, strict=True)])
+    share = [
+        np.array(
+            [
+                squares[k] / whole if stage <= k and whole > 0 else 0.0
+                for stage, whole in enumerate(left)
+            ]
+        )
+        for k in range(len(stages))
+    ]
+    stacked(
+        on,
+        [(name, colour, size * each) for (name, colour), each in zip(LEVELS, share, strict=True)],
+    )
     for stage, remaining in enumerate(shown):
         text(on, remaining.value, stage, str(remaining), xytext=(4, 0), va="center")
     named_rows(on, stages)
@@ -51,7 +67,9 @@ def levels(found: Budget) -> Figure:
 
 
 def budget(answer: Answer) -> Figure:
-    """Draw the error budget by part: shares of the mean-square error in %, largest on top; a negative one cancels others."""
+    """Draw the error budget by part: shares of the mean-square error in %, largest on top; a
+    negative one cancels others.
+    """
     found = costs(answer.sampled.tally)
     by_size = sorted(found, key=lambda cost: -abs(cost.share))
     shown = sorted(by_size[:_PARTS_SHOWN], key=lambda cost: -cost.share)
@@ -64,7 +82,12 @@ def budget(answer: Answer) -> Figure:
     figure, on = one("Share of mean square by part", 24 + 5.2 * len(names))
     values = np.array(shares)
     stacked(
-        on, [("adds to the error", LIGHT["robot"], np.maximum(values, 0.0)), ("cancels others", LIGHT["design"], np.minimum(values, 0.0))], height=0.7
+        on,
+        [
+            ("adds to the error", LIGHT["robot"], np.maximum(values, 0.0)),
+            ("cancels others", LIGHT["design"], np.minimum(values, 0.0)),
+        ],
+        height=0.7,
     )
     for row, share in enumerate(shares):
         text(on, max(share, 0.0), row, str(Number(share, "%")), xytext=(4, 0), va="center")
@@ -84,9 +107,13 @@ def by_level(found: Sequence[Cost], title: str) -> Figure:
         names.append(f"{len(rest)} other{'s' if len(rest) > 1 else ''}")
         shares = np.vstack([shares, 100 * np.sum([cost.levels for cost in rest], axis=0)])
     figure, on = one(title, 30 + 5.2 * len(names))
-    low, high = stacked(on, [(name, colour, shares[:, k]) for k, (name, colour) in enumerate(LEVELS)], height=0.7)
+    low, high = stacked(
+        on, [(name, colour, shares[:, k]) for k, (name, colour) in enumerate(LEVELS)], height=0.7
+    )
     for row, of_levels in enumerate(shares):
-        text(on, high[row], row, str(Number(float(of_levels.sum()), "%")), xytext=(4, 0), va="center")
+        text(
+            on, high[row], row, str(Number(float(of_levels.sum()), "%")), xytext=(4, 0), va="center"
+        )
     _shares(on, names, np.concatenate([low, high]))
     legend(figure)
     return figure
@@ -109,7 +136,12 @@ def of_budget(found: Budget, places: Sequence[Budget]) -> list[Plot]:
     causes = by_level(found.causes, "Share of mean square by kind of error")
     return [
         Plot("levels", "levels", levels(found), LEVELS_TEXT),
-        Plot("budget", "budget_levels", parts, "Stacked bars of each part's share of the mean square, by level."),
+        Plot(
+            "budget",
+            "budget_levels",
+            parts,
+            "Stacked bars of each part's share of the mean square, by level.",
+        ),
         Plot("causes", "causes_levels", causes, CAUSES_TEXT),
         *at_places(places),
     ]
@@ -118,7 +150,12 @@ def of_budget(found: Budget, places: Sequence[Budget]) -> list[Plot]:
 def at_places(places: Sequence[Budget]) -> list[Plot]:
     """Return the plots of the error budgets at poses and in zones."""
     return [
-        Plot(f"budget-at-{k}", f"budget_at_{k}", by_level(found.parts, "Share of mean square by part"), f"Stacked bars by part: {found.where}.")
+        Plot(
+            f"budget-at-{k}",
+            f"budget_at_{k}",
+            by_level(found.parts, "Share of mean square by part"),
+            f"Stacked bars by part: {found.where}.",
+        )
         for k, found in enumerate(places, start=1)
         if found.parts
     ]

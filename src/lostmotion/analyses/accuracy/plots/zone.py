@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 
 def errors_in_zone(answer: Answer, zone: FoundInZone) -> Figure:
-    """Draw the distribution of the error in a zone over that of the workspace, with the zone's 95th percentile."""
+    """Draw the distribution of the error in a zone over that of the workspace, with the zone's 95th
+    percentile.
+    """
     inside = seen_in(answer, zone).sampled
     here, whole = inside.replicate_hist.sum(axis=0), answer.sampled.replicate_hist.sum(axis=0)
     edges, _ = linear_bins(here + whole)
@@ -30,7 +32,16 @@ def errors_in_zone(answer: Answer, zone: FoundInZone) -> Figure:
     histogram(on, edges * factor, shares[0], LIGHT["line"], "whole workspace")
     on.stairs(shares[1], edges * factor, color=LIGHT["robot"], linewidth=1.5, label="in the zone")
     on.set_ylim(bottom=0)
-    mark(on, pooled_quantile(inside.group_hist, inside.replicate_hist, 0.95), "95th percentile, in the zone", unit)
-    label_axes(on, f"position error [{unit}]", f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [%]")
+    mark(
+        on,
+        pooled_quantile(inside.group_hist, inside.replicate_hist, 0.95),
+        "95th percentile, in the zone",
+        unit,
+    )
+    label_axes(
+        on,
+        f"position error [{unit}]",
+        f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [%]",
+    )
     legend(figure)
     return figure

@@ -10,13 +10,25 @@ import numpy as np
 
 from lostmotion.analyses.accuracy.tables.bars import blame_bars, rms_bars
 from lostmotion.analyses.accuracy.tables.brief import trust, where, zone_sentence
-from lostmotion.analyses.accuracy.tables.budget import by_level_sections, halved_sections, levels_section, requested_sections
+from lostmotion.analyses.accuracy.tables.budget import (
+    by_level_sections,
+    halved_sections,
+    levels_section,
+    requested_sections,
+)
 from lostmotion.analyses.accuracy.tables.error import few_poses, limit_rows
 from lostmotion.analyses.accuracy.tables.headline import headline, on_condition, rms_remedy_sentence
 from lostmotion.analyses.accuracy.tables.waterfall import rms_section
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
 from lostmotion.error_model.few_poses import ERROR
-from lostmotion.error_model.intervals import Estimate, of_length, pooled_mean, pooled_quantile, root_mean_square, standard_deviation
+from lostmotion.error_model.intervals import (
+    Estimate,
+    of_length,
+    pooled_mean,
+    pooled_quantile,
+    root_mean_square,
+    standard_deviation,
+)
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
@@ -54,15 +66,37 @@ if TYPE_CHECKING:
 
 _UNKNOWN: Final = "uncertain by more than 5 %: use Monte Carlo"
 _REMEDY: Final = 'use Monte Carlo (--method montecarlo, in Python method="montecarlo")'
-# First order in the errors is no more precise than this share, however small the uncertainty of the figures is.
+# First order in the errors is no more precise than this share, however small the uncertainty of the
+# figures is.
 _LEAST_UNCERTAIN: Final = 1e-4
 _WORDS: Final = (
-    ("position error", "distance between the point the tool was sent to and the point it reaches, over all robots and visits together."),
-    ("without sampling", "mean vector and covariance are exact sums over terms; lengths follow by integration, or from 16 384 Sobol points."),
-    ("share", "of the mean-square error, exact. Shares add to 100 %; a negative one cancels part of the others: the arm would be worse without it."),
+    (
+        "position error",
+        (
+            "distance between the point the tool was sent to and the point it reaches, over all "
+            "robots and visits together."
+        ),
+    ),
+    (
+        "without sampling",
+        (
+            "mean vector and covariance are exact sums over terms; lengths follow by integration, "
+            "or from 16 384 Sobol points."
+        ),
+    ),
+    (
+        "share",
+        (
+            "of the mean-square error, exact. Shares add to 100 %; a negative one cancels part of "
+            "the others: the arm would be worse without it."
+        ),
+    ),
     (
         "uncertain",
-        "no figure is printed that is uncertain by more than 5 %: a level falls into a gap between few two-sided errors. Mean squares hold.",
+        (
+            "no figure is printed that is uncertain by more than 5 %: a level falls into a gap "
+            "between few two-sided errors. Mean squares hold."
+        ),
     ),
 )
 
@@ -79,16 +113,25 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     remedied: Mapping[str, Estimate],
     approach: float = 0.0,
 ) -> Sheet:
-    """Return the sheet of a study without sampling, over all poses, and at the stated poses and in the stated zones.
+    """Return the sheet of a study without sampling, over all poses, and at the stated poses and in
+    the stated zones.
 
-    blame: error budget over all poses; places: at every stated pose and in every zone. remedied: r.m.s. error that each
+    blame: error budget over all poses; places: at every stated pose and in every zone. remedied:
+    r.m.s. error that each
     remedy leaves (`remaining_rms`), m. approach: the sign of the joints' last motion.
     """
     section = analytic_section(arm, poses, found, whole, blame)
     known = with_limits(states(arm), arm, poses.q, approach)
     in_zones = analytic_zone_sections(arm, zones, section)
-    inside = [(zone.name, find_row(in_zones, f"zone_{k}_analytic", "95th percentile")) for k, zone in enumerate(zones, 1)]
-    found_in = {name: row.figures[0] for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside) if row is not None}
+    inside = [
+        (zone.name, find_row(in_zones, f"zone_{k}_analytic", "95th percentile"))
+        for k, zone in enumerate(zones, 1)
+    ]
+    found_in = {
+        name: row.figures[0]
+        for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside)
+        if row is not None
+    }
     halved = halved_sections("halving", "Effect of halving on the 95th percentile", blame)
     overloaded = overloads(arm, poses)
     largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
@@ -97,11 +140,15 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
         verdict=_verdict(found_in[""], blame, known, arm, overloaded),
-        cards=bounded_cards(_cards(section, found_in, largest), known, ("95 % of", "mean", "root", "worst")),
+        cards=bounded_cards(
+            _cards(section, found_in, largest), known, ("95 % of", "mean", "root", "worst")
+        ),
         sections=(
             *bounded_sections((section, *in_zones), known, ("analytic", "zone_")),
             levels_section(blame),
-            *bounded_sections((rms_section(remedied, len(poses)),) if blame.rms > 0 else (), known, ("remedies",)),
+            *bounded_sections(
+                (rms_section(remedied, len(poses)),) if blame.rms > 0 else (), known, ("remedies",)
+            ),
             *by_level_sections(blame),
             *halved,
             *requested_sections(places),
@@ -110,7 +157,10 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
         warnings=(*arm.warnings, *overload_warnings(overloaded), *few_poses(blame, 1, approach)),
         notes=arm.remarks,
         words=_WORDS,
-        source=f"{several(len(poses), 'pose')} ({poses.law}); only the poses were drawn, and samples for the effect of halving",
+        source=(
+            f"{several(len(poses), 'pose')} ({poses.law}); only the poses were drawn, and samples "
+            "for the effect of halving"
+        ),
         arrays="the figures of every pose",
         facts={
             "arm": arm.name,
@@ -131,24 +181,44 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     )
 
 
-def _verdict(figure: Figure, blame: Budget, known: States, arm: Arm, overloaded: Sequence[Overload]) -> str:
-    """Return the headline: the error over all poses, what compensation leaves of it, and what is assumed or missing."""
+def _verdict(
+    figure: Figure, blame: Budget, known: States, arm: Arm, overloaded: Sequence[Overload]
+) -> str:
+    """Return the headline: the error over all poses, what compensation leaves of it, and what is
+    assumed or missing.
+    """
     remedy = rms_remedy_sentence(blame, known, temperature=arm.has_temperatures)
     if math.isfinite(figure.value):
         return headline(figure, "", remedy, known, overloaded)
     uncertain = f"Without sampling the 95 % error is uncertain by more than 5 %; {_REMEDY}."
-    rms = on_condition(f"The root mean square over all poses is {at_least(length(blame.rms), known)}.", overloaded)
-    return " ".join(each for each in (uncertain, rms, remedy, *missing_sentences(known), *rests_on_sentences(known)) if each)
+    rms = on_condition(
+        f"The root mean square over all poses is {at_least(length(blame.rms), known)}.", overloaded
+    )
+    return " ".join(
+        each
+        for each in (uncertain, rms, remedy, *missing_sentences(known), *rests_on_sentences(known))
+        if each
+    )
 
 
-def _brief(arm: Arm, poses: Poses, found: Analytic, found_in: dict[str, Figure], known: States) -> tuple[tuple[str, str], ...]:
+def _brief(
+    arm: Arm, poses: Poses, found: Analytic, found_in: dict[str, Figure], known: States
+) -> tuple[tuple[str, str], ...]:
     """Return the statements of the first screen besides the headline."""
     out = []
     for zone, figure in found_in.items():
         if zone and math.isfinite(figure.value):
             out.append(("Zone", zone_sentence(zone, figure, known)))
         elif zone:
-            out.append(("Zone", f"Without sampling the 95 % error in the zone {zone} is uncertain by more than 5 %; {_REMEDY}."))
+            out.append(
+                (
+                    "Zone",
+                    (
+                        f"Without sampling the 95 % error in the zone {zone} is uncertain by more "
+                        f"than 5 %; {_REMEDY}."
+                    ),
+                )
+            )
     out += [("Where", where(arm, poses.q, found.mean, known)), *trust(known)]
     return tuple((word, text) for word, text in out if text)
 
@@ -163,51 +233,103 @@ def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) 
     )
     rows = [(title, find_row([section], "analytic", label)) for title, label in wanted]
     found = [(title, row.figures[0]) for title, row in rows if row is not None]
-    found += [(f"95 % of positions within, {zone}", figure) for zone, figure in found_in.items() if zone]
-    out = [Card(title, str(figure), f"interval {figure.between}" if figure.between else "") for title, figure in found]
+    found += [
+        (f"95 % of positions within, {zone}", figure) for zone, figure in found_in.items() if zone
+    ]
+    out = [
+        Card(title, str(figure), f"interval {figure.between}" if figure.between else "")
+        for title, figure in found
+    ]
     if largest is not None:
-        out.append(Card("largest contributor, share of mean square", str(Figure(100 * largest.share, "%")), short_name(largest.part)))
+        out.append(
+            Card(
+                "largest contributor, share of mean square",
+                str(Figure(100 * largest.share, "%")),
+                short_name(largest.part),
+            )
+        )
     return out
 
 
 def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Section) -> list[Section]:
-    """Return the error in each zone beside that of the whole workspace, and with Monte Carlo their difference there."""
+    """Return the error in each zone beside that of the whole workspace, and with Monte Carlo their
+    difference there.
+    """
     out = []
     for k, zone in enumerate(zones, 1):
         if zone.analytic is None or zone.pooled is None:
             continue
         here = analytic_section(arm, zone.poses, zone.analytic, zone.pooled, zone.budget, OWN)
         title = f"{whole.title}, in the zone {zone.name}"
-        out.append(Section(f"zone_{k}_analytic", title, BESIDE, beside(here, whole), f"{sampling_note(zone)}; {here.note}"))
+        out.append(
+            Section(
+                f"zone_{k}_analytic",
+                title,
+                BESIDE,
+                beside(here, whole),
+                f"{sampling_note(zone)}; {here.note}",
+            )
+        )
         if zone.sampled is not None:
             out += [
-                replace(apart, key=f"zone_{k}_{apart.key}", title=f"{apart.title}, in the zone {zone.name}")
+                replace(
+                    apart,
+                    key=f"zone_{k}_{apart.key}",
+                    title=f"{apart.title}, in the zone {zone.name}",
+                )
                 for apart in comparisons(zone.analytic, zone.pooled, zone.sampled)
             ]
     return out
 
 
-def analytic_section(arm: Arm, poses: Poses, found: Analytic, whole: Pooled, blame: Budget, where: str = "") -> Section:
-    """Return mean and quantiles over all poses and at the worst one, limits, and how many poses are valid. `where` follows the number of poses."""
-    mean, deviation, *quantiles = (blame.known_ends(each, *ERROR) for each in (whole.mean, whole.deviation, *whole.quantiles))
+def analytic_section(
+    arm: Arm, poses: Poses, found: Analytic, whole: Pooled, blame: Budget, where: str = ""
+) -> Section:
+    """Return mean and quantiles over all poses and at the worst one, limits, and how many poses are
+    valid. `where` follows the number of poses.
+    """
+    mean, deviation, *quantiles = (
+        blame.known_ends(each, *ERROR) for each in (whole.mean, whole.deviation, *whole.quantiles)
+    )
     counted = f"sums over terms, {several(len(poses), 'pose')}{where}"
     rows = [
         _row("mean", mean, counted),
         _row("standard deviation", deviation, counted, "of the position error about its mean"),
-        *(_row(f"{100 * level:.4g}th percentile", one, counted) for level, one in zip(whole.levels, quantiles, strict=True)),
+        *(
+            _row(f"{100 * level:.4g}th percentile", one, counted)
+            for level, one in zip(whole.levels, quantiles, strict=True)
+        ),
         *_worst_pose(arm, poses, found),
     ]
-    normal, valid = (Figure(100 * float(each.mean()), "%", samples=counted) for each in (found.nearly_normal, found.valid))
-    square = blame.known_ends(root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1)), *ERROR)
+    normal, valid = (
+        Figure(100 * float(each.mean()), "%", samples=counted)
+        for each in (found.nearly_normal, found.valid)
+    )
+    square = blame.known_ends(
+        root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1)), *ERROR
+    )
     rows += [
-        Row("root mean square", (length(square.value, square.low, square.high, counted),), "exact at the visited poses"),
+        Row(
+            "root mean square",
+            (length(square.value, square.low, square.high, counted),),
+            "exact at the visited poses",
+        ),
         *limit_rows(arm, float(found.rss.max()), float(found.worst.max()), counted),
-        Row("poses with a nearly normal error", (normal,), "integrated; the others are from Sobol points"),
+        Row(
+            "poses with a nearly normal error",
+            (normal,),
+            "integrated; the others are from Sobol points",
+        ),
         Row("poses with every figure to 5 %", (valid,), "at the others a level falls into a gap"),
-        Row("excess, median pose", (Figure(float(np.median(found.excess)), "1", samples=counted),), "0 if normal, less if flat or two-sided"),
+        Row(
+            "excess, median pose",
+            (Figure(float(np.median(found.excess)), "1", samples=counted),),
+            "0 if normal, less if flat or two-sided",
+        ),
     ]
     note = (
-        "intervals over all poses: what the choice of poses leaves and the uncertainty of the figures; of the root mean square the former, "
+        "intervals over all poses: what the choice of poses leaves and the uncertainty of the "
+        "figures; of the root mean square the former, "
         "at a pose the latter alone"
     )
     return Section("analytic", "Position error without sampling", ("value",), tuple(rows), note)
@@ -220,9 +342,20 @@ def _worst_pose(arm: Arm, poses: Poses, found: Analytic) -> list[Row]:
     figures = (
         ("mean", found.mean, found.mean_uncertainty, where),
         ("standard deviation", found.deviation, found.deviation_uncertainty, ""),
-        *((f"{100 * level:.4g}th percentile", found.quantiles[:, k], found.quantiles_uncertainty[:, k], "") for k, level in enumerate(found.levels)),
+        *(
+            (
+                f"{100 * level:.4g}th percentile",
+                found.quantiles[:, k],
+                found.quantiles_uncertainty[:, k],
+                "",
+            )
+            for k, level in enumerate(found.levels)
+        ),
     )
-    return [_row(f"worst pose, {name}", _at_pose(float(values[at]), float(off[at])), here, note) for name, values, off, note in figures]
+    return [
+        _row(f"worst pose, {name}", _at_pose(float(values[at]), float(off[at])), here, note)
+        for name, values, off, note in figures
+    ]
 
 
 def _at_pose(value: float, uncertainty: float) -> Estimate:
@@ -235,60 +368,108 @@ def _at_pose(value: float, uncertainty: float) -> Estimate:
 def _row(label: str, one: Estimate, counted: str, note: str = "") -> Row:
     """Return a line; one without a value says why."""
     if math.isnan(one.value):
-        return Row(label, (Figure(math.nan, "1", samples=counted),), "; ".join(each for each in (_UNKNOWN, note) if each))
+        return Row(
+            label,
+            (Figure(math.nan, "1", samples=counted),),
+            "; ".join(each for each in (_UNKNOWN, note) if each),
+        )
     return Row(label, (length(one.value, one.low, one.high, counted),), note)
 
 
 def comparisons(found: Analytic, whole: Pooled, sampled: Sampled) -> tuple[Section, Section]:
-    """Return the differences between both routes over all poses, and at each pose, in half-widths of Monte Carlo's interval."""
+    """Return the differences between both routes over all poses, and at each pose, in half-widths
+    of Monte Carlo's interval.
+    """
     return _over_all(whole, sampled), _at_each(found, sampled)
 
 
 def _over_all(whole: Pooled, sampled: Sampled) -> Section:
-    """Compare every figure that is printed over all poses; 99.7 % here alone, since Monte Carlo keeps no such quantile at each pose."""
+    """Compare every figure that is printed over all poses; 99.7 % here alone, since Monte Carlo
+    keeps no such quantile at each pose.
+    """
     largest = float(sampled.per_pose[:, kernel.LARGEST].max())
     by_samples = [
         pooled_mean(sampled.robot_means[:, :, 0], sampled.of_poses(0)),
-        *(pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in whole.levels),
+        *(
+            pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest)
+            for level in whole.levels
+        ),
     ]
     square = float(sampled.per_pose[:, kernel.MEAN_SQUARE].mean())
-    by_samples.append(standard_deviation(sampled.group_hist, sampled.replicate_hist, by_samples[0].value, square))
-    names = ["mean", *(f"{100 * level:.4g}th percentile" for level in whole.levels), "standard deviation"]
+    by_samples.append(
+        standard_deviation(sampled.group_hist, sampled.replicate_hist, by_samples[0].value, square)
+    )
+    names = [
+        "mean",
+        *(f"{100 * level:.4g}th percentile" for level in whole.levels),
+        "standard deviation",
+    ]
     poses = len(sampled.per_pose)
-    drawn = f"{several(poses, 'pose')} x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
+    drawn = (
+        f"{several(poses, 'pose')} x {several(sampled.robots, 'robot')} x "
+        f"{several(sampled.visits, 'visit')}"
+    )
     rows = []
-    for name, summed, one in zip(names, (whole.mean, *whole.quantiles, whole.deviation), by_samples, strict=True):
+    for name, summed, one in zip(
+        names, (whole.mean, *whole.quantiles, whole.deviation), by_samples, strict=True
+    ):
         half = one.half
         apart = abs(summed.value - one.value) / half if half > 0 else math.nan
         if not math.isfinite(summed.value):
             why = f"nothing to compare: {_UNKNOWN}"
         elif not math.isfinite(apart):
-            why = "nothing to compare: " + ("nothing errs" if half == 0 else "too few robots for Monte Carlo's interval")
+            why = "nothing to compare: " + (
+                "nothing errs" if half == 0 else "too few robots for Monte Carlo's interval"
+            )
         else:
             why = "" if apart <= 1 else "beyond the interval"
         values = (length(one.value, one.low, one.high, drawn), Figure(apart, "1", samples=drawn))
         rows.append(Row(name, values, why))
     note = (
-        "over all poses, which both routes share: how far the figure without sampling lies from Monte Carlo's, in half-widths of the latter's 95 % "
+        "over all poses, which both routes share: how far the figure without sampling lies "
+        "from Monte Carlo's, in half-widths of the latter's 95 % "
         "interval; beyond 1 the two disagree, but for one time in twenty"
     )
-    return Section("routes_all", "Without sampling against Monte Carlo, over all poses", ("Monte Carlo", "apart"), tuple(rows), note)
+    return Section(
+        "routes_all",
+        "Without sampling against Monte Carlo, over all poses",
+        ("Monte Carlo", "apart"),
+        tuple(rows),
+        note,
+    )
 
 
 def _at_each(found: Analytic, sampled: Sampled) -> Section:
     table = sampled.per_pose
-    quantiles = np.where(found.quantiles_uncertainty <= MOST_UNCERTAIN * found.quantiles, found.quantiles, np.nan)
+    quantiles = np.where(
+        found.quantiles_uncertainty <= MOST_UNCERTAIN * found.quantiles, found.quantiles, np.nan
+    )
     rows = [_apart("mean", found.mean, table[:, kernel.MEAN], table[:, kernel.MEAN_ERROR])]
     for k, level in enumerate(kernel.QUANTILES):
         if level in found.levels:
             value, low, high = (table[:, kernel.FIRST_QUANTILE + 3 * k + c] for c in range(3))
-            rows.append(_apart(f"{100 * level:.4g}th percentile", quantiles[:, found.levels.index(level)], value, (high - low) / 2))
+            rows.append(
+                _apart(
+                    f"{100 * level:.4g}th percentile",
+                    quantiles[:, found.levels.index(level)],
+                    value,
+                    (high - low) / 2,
+                )
+            )
     kept = ", ".join(f"{100 * level:.4g}" for level in kernel.QUANTILES)
     note = (
-        "differences at each pose in half-widths of Monte Carlo's 95 % interval there: most should lie below 1; all poses share their robots. "
-        f"Monte Carlo keeps {kept} % at each pose: what lies beyond is compared over all poses alone"
+        "differences at each pose in half-widths of Monte Carlo's 95 % interval there: most "
+        "should lie below 1; all poses share their robots. "
+        f"Monte Carlo keeps {kept} % at each pose: what lies beyond is compared over all poses "
+        "alone"
     )
-    return Section("routes", "Without sampling against Monte Carlo, pose by pose", ("typical", "largest"), tuple(rows), note)
+    return Section(
+        "routes",
+        "Without sampling against Monte Carlo, pose by pose",
+        ("typical", "largest"),
+        tuple(rows),
+        note,
+    )
 
 
 def _apart(label: str, summed: Floats, drawn: Floats, half: Floats) -> Row:
@@ -306,5 +487,11 @@ def _apart(label: str, summed: Floats, drawn: Floats, half: Floats) -> Row:
     why = "; ".join(f"{count} {reason}" for count, reason in reasons if count)
     counted = f"{known.sum()} of {several(len(known), 'pose')}"
     note = (counted if known.any() else "no pose to compare") + (f": {why}" if why else "")
-    typical, largest = (float(np.median(shares[known])), float(shares[known].max())) if known.any() else (math.nan, math.nan)
-    return Row(label, (Figure(typical, "1", samples=counted), Figure(largest, "1", samples=counted)), note)
+    typical, largest = (
+        (float(np.median(shares[known])), float(shares[known].max()))
+        if known.any()
+        else (math.nan, math.nan)
+    )
+    return Row(
+        label, (Figure(typical, "1", samples=counted), Figure(largest, "1", samples=counted)), note
+    )

@@ -1,4 +1,6 @@
-"""Statements of a study's first screen besides its headline: repeatability, zones, best and worst pose, drives, precision and trust."""
+"""Statements of a study's first screen besides its headline: repeatability, zones, best and worst
+pose, drives, precision and trust.
+"""
 
 from __future__ import annotations
 
@@ -41,20 +43,46 @@ _ROUNDING: Final = 1e-9
 _NANOMETRE: Final = 1e-3
 
 
-def brief_of(found: Sequence[Section], answer: Answer, known: States) -> tuple[tuple[str, str], ...]:
+def brief_of(
+    found: Sequence[Section], answer: Answer, known: States
+) -> tuple[tuple[str, str], ...]:
     """Return the statements of a study by Monte Carlo, each a word and a sentence or two."""
-    out = [("RP", repeatability_statement(found, answer.repeats, answer.arm, known)), ("Target", _within_target(found, answer, known))]
+    out = [
+        ("RP", repeatability_statement(found, answer.repeats, answer.arm, known)),
+        ("Target", _within_target(found, answer, known)),
+    ]
     for k, zone in enumerate(answer.zones, 1):
         row = find_row(found, f"zone_{k}", "95th percentile")
-        out += [("Zone", zone_sentence(zone.name, row.figures[0], known))] if row is not None else []
+        out += (
+            [("Zone", zone_sentence(zone.name, row.figures[0], known))] if row is not None else []
+        )
     out += [
-        ("Where", where(answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN], known)),
+        (
+            "Where",
+            where(answer.arm, answer.poses.q, answer.sampled.per_pose[:, kernel.MEAN], known),
+        ),
         ("Drives", drives(answer.arm, answer.worst_torques)),
     ]
-    stopped = [] if answer.stopping is None else [f"{outcome(answer.stopping, WHOLE if answer.zones else '')}."]
-    out.append(("Precision", " ".join([*stopped, *(f"{sentence}." for sentence in stopped_in(answer.zones))])))
+    stopped = (
+        []
+        if answer.stopping is None
+        else [f"{outcome(answer.stopping, WHOLE if answer.zones else '')}."]
+    )
+    out.append(
+        (
+            "Precision",
+            " ".join([*stopped, *(f"{sentence}." for sentence in stopped_in(answer.zones))]),
+        )
+    )
     checked = answer.sampled.exact
-    return tuple((word, text) for word, text in (*out, *trust(known, length(checked.largest) if checked.samples else None)) if text)
+    return tuple(
+        (word, text)
+        for word, text in (
+            *out,
+            *trust(known, length(checked.largest) if checked.samples else None),
+        )
+        if text
+    )
 
 
 def _within_target(found: Sequence[Section], answer: Answer, known: States) -> str:
@@ -75,17 +103,23 @@ def zone_sentence(name: str, inside: Figure, known: States) -> str:
 
 
 def where(arm: Arm, q: Floats, mean: Floats, known: States) -> str:
-    """Return the mean error (m) at the best and at the worst of the poses q (pose, joint), rad and m; empty where all are equal."""
+    """Return the mean error (m) at the best and at the worst of the poses q (pose, joint), rad and
+    m; empty where all are equal.
+    """
     if not np.ptp(mean) > 0:
         return ""
     best, worst = int(mean.argmin()), int(mean.argmax())
-    at_best, at_worst = (f"{at_least(length(float(mean[k])), known)} at {_joints(arm, q[k])}" for k in (best, worst))
+    at_best, at_worst = (
+        f"{at_least(length(float(mean[k])), known)} at {_joints(arm, q[k])}" for k in (best, worst)
+    )
     in_order = "" if _named(arm) else " (joints in order)"
     return f"Best pose: mean {at_best}; worst: {at_worst}{in_order}."
 
 
 def _named(arm: Arm) -> bool:
-    """Return whether joint values are printed with the names of their joints: long names would fill the screen."""
+    """Return whether joint values are printed with the names of their joints: long names would fill
+    the screen.
+    """
     return sum(len(joint.name) for joint in arm.moving) <= _LONG_NAMES * len(arm.moving)
 
 
@@ -95,31 +129,51 @@ def _joints(arm: Arm, q: Floats) -> str:
     named = _named(arm)
     for joint, value in zip(arm.moving, q, strict=True):
         turns = joint.type == "revolute"
-        whole = round(math.degrees(value) if turns else 1e3 * value)  # as a whole number, so that nothing is -0
+        # as a whole number, so that nothing is -0
+        whole = round(math.degrees(value) if turns else 1e3 * value)
         texts.append(f"{f'{joint.name} ' if named else ''}{whole}{'°' if turns else ' mm'}")
     return " ".join(texts)
 
 
 def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
-    """Return what the most heavily loaded drives hold, and the share of their rated torque where it is stated."""
-    held = [(abs(each.worst) / rated if rated else math.nan, each) for each, rated in zip(worst, _ratings(arm), strict=True)]
+    """Return what the most heavily loaded drives hold, and the share of their rated torque where it
+    is stated.
+    """
+    held = [
+        (abs(each.worst) / rated if rated else math.nan, each)
+        for each, rated in zip(worst, _ratings(arm), strict=True)
+    ]
     known = sorted((each for each in held if math.isfinite(each[0])), key=lambda each: -each[0])
     loaded = [each for each in known if each[0] > _ROUNDING]
     named = [each for each in loaded if each[0] >= _LEAST_SHARE][:_MOST_DRIVES] or loaded[:1]
-    texts = [f"{_held(each, first=k == 0)}, {Figure(100 * share, '%')}{'' if k else ' of rated'}" for k, (share, each) in enumerate(named)]
+    texts = [
+        f"{_held(each, first=k == 0)}, {Figure(100 * share, '%')}{'' if k else ' of rated'}"
+        for k, (share, each) in enumerate(named)
+    ]
     rest = [(share, each.joint) for share, each in known if (share, each) not in named]
     least = _ROUNDING * max((abs(each.worst) for each in worst), default=0.0)
-    unrated = sorted((each for share, each in held if math.isnan(share) and abs(each.worst) > least), key=lambda each: -abs(each.worst))
+    unrated = sorted(
+        (each for share, each in held if math.isnan(share) and abs(each.worst) > least),
+        key=lambda each: -abs(each.worst),
+    )
     if rest and (texts or unrated):
         most = max(share for share, _ in rest)
-        others = rest[0][1] if len(rest) == 1 else ("other rated drives" if texts else "rated drives") if unrated else "others"
+        others = (
+            rest[0][1]
+            if len(rest) == 1
+            else ("other rated drives" if texts else "rated drives")
+            if unrated
+            else "others"
+        )
         none = f"{others} holds no load" if len(rest) == 1 else f"the {others} hold no load"
         texts.append(f"{others} ≤ {Figure(100 * most, '%')}" if most > _ROUNDING else none)
     if not (texts or unrated):
         return "No drive holds a static load."
     if unrated:
         loads = [_held(each, first=k == 0) for k, each in enumerate(unrated[:_MOST_DRIVES])]
-        more = [f"{len(unrated) - _MOST_DRIVES} more with less"] if len(unrated) > _MOST_DRIVES else []
+        more = (
+            [f"{len(unrated) - _MOST_DRIVES} more with less"] if len(unrated) > _MOST_DRIVES else []
+        )
         texts.append(f"{', '.join([*loads, *more])}, no rated torque stated")
     return f"At the poses studied {'; '.join(texts)}."
 
@@ -133,9 +187,14 @@ def _ratings(arm: Arm) -> Iterable[float | None]:
 
 
 def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, str]]:
-    """Return what is stated, assumed and ideal, the makers' limits, and the error (largest of a sample) of adding errors to first order."""
+    """Return what is stated, assumed and ideal, the makers' limits, and the error (largest of a
+    sample) of adding errors to first order.
+    """
     stated, assumed = sum(each.state == "stated" for each in known.given), known.assumed_count
-    text = f"{several(stated, 'value')} stated, {assumed} assumed{'; intervals cover sampling, not what is assumed' if assumed else ''}."
+    text = (
+        f"{several(stated, 'value')} stated, {assumed} "
+        f"assumed{'; intervals cover sampling, not what is assumed' if assumed else ''}."
+    )
     if not headline_names_all(known):
         text += f" Taken as perfect: {', '.join(missing_kinds(known))}."
     if first_order is not None:

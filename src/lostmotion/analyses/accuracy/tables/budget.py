@@ -30,13 +30,30 @@ def levels_section(found: Budget) -> Section:
         ("from the manufacture of each robot", REMEDIES[1]),
         ("from visit to visit", REMEDIES[2]),
     )
-    lines: list[tuple[str, tuple[int, ...], str]] = [(label, (level,), note) for level, (label, note) in enumerate(names)]
-    lines += [("all together", (0, 1, 2), ""), ("left after compensation of load and pose", (1, 2), "")]
+    lines: list[tuple[str, tuple[int, ...], str]] = [
+        (label, (level,), note) for level, (label, note) in enumerate(names)
+    ]
+    lines += [
+        ("all together", (0, 1, 2), ""),
+        ("left after compensation of load and pose", (1, 2), ""),
+    ]
     rms = in_one_unit([_rms(found, levels, counted) for _, levels, _ in lines])
-    shares = [Figure(100 * sum(found.levels[level] for level in levels), "%", samples=counted) for _, levels, _ in lines]
-    rows = [Row(label, (size, share), note) for (label, _, note), size, share in zip(lines, rms, shares, strict=True)]
+    shares = [
+        Figure(100 * sum(found.levels[level] for level in levels), "%", samples=counted)
+        for _, levels, _ in lines
+    ]
+    rows = [
+        Row(label, (size, share), note)
+        for (label, _, note), size, share in zip(lines, rms, shares, strict=True)
+    ]
     note = INTERVAL_OF_POSES if len(found.of_sets) > 1 else ""
-    return Section("levels", "What can be compensated", ("r.m.s. error", "share of mean square"), tuple(rows), note)
+    return Section(
+        "levels",
+        "What can be compensated",
+        ("r.m.s. error", "share of mean square"),
+        tuple(rows),
+        note,
+    )
 
 
 def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> Figure:
@@ -48,30 +65,54 @@ def budget_section(answer: Answer) -> Section:
     """Return the error budget by part, with the effect of halving each."""
     halving = answer.halving
     found = costs(answer.sampled.tally)
-    rows = _halved_rows(found, [halving.gains[cost.part] for cost in found], len(answer.poses), halving)
+    rows = _halved_rows(
+        found, [halving.gains[cost.part] for cost in found], len(answer.poses), halving
+    )
     read_on = f"{digits(halving.before * 1e3)} mm on {several(halving.samples, 'sample')}"
     note = (
-        "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. Halving: reduction of the 95th percentile when "
-        f"this part's errors are halved, its interval counting robots and sets of poses; from {read_on}"
+        "r.m.s. alone: all other parts ideal. Shares of the mean square add to 100 %. "
+        "Halving: reduction of the 95th percentile when "
+        "this part's errors are halved, its interval counting robots and sets of poses; from "
+        f"{read_on}"
     )
     return Section("budget", "Which part is to blame", ("r.m.s. alone", "share", _OFF), rows, note)
 
 
 def causes_section(answer: Answer) -> Section:
-    """Return the error budget by kind of error, at any joint, with the effect of halving it at all joints."""
+    """Return the error budget by kind of error, at any joint, with the effect of halving it at all
+    joints.
+    """
     halving, found = answer.halving, answer.budget.causes
-    rows = _halved_rows(found, [halving.causes[cost.part] for cost in found], answer.budget.poses, halving)
-    note = "the same mean square, by kind of error instead of part; halving: that kind of error at every joint"
-    return Section("causes", "Error budget by kind of error", ("r.m.s. alone", "share", _OFF), rows, note)
+    rows = _halved_rows(
+        found, [halving.causes[cost.part] for cost in found], answer.budget.poses, halving
+    )
+    note = (
+        "the same mean square, by kind of error instead of part; halving: that kind of error at "
+        "every joint"
+    )
+    return Section(
+        "causes", "Error budget by kind of error", ("r.m.s. alone", "share", _OFF), rows, note
+    )
 
 
-def _halved_rows(found: Sequence[Cost], gains: Sequence[Estimate], poses: int, halving: Halving) -> tuple[Row, ...]:
-    """Return a row for each contributor: its error alone, its share, and what halving it takes off."""
-    exact, counted = f"exact sum over terms, {several(poses, 'pose')}", f"{halving.samples} paired samples"
+def _halved_rows(
+    found: Sequence[Cost], gains: Sequence[Estimate], poses: int, halving: Halving
+) -> tuple[Row, ...]:
+    """Return a row for each contributor: its error alone, its share, and what halving it takes
+    off.
+    """
+    exact, counted = (
+        f"exact sum over terms, {several(poses, 'pose')}",
+        f"{halving.samples} paired samples",
+    )
     alone = in_one_unit([length(cost.alone, samples=exact) for cost in found])
     taken = in_one_unit([_gain(gain, counted) for gain in gains])
     return tuple(
-        Row(short_name(cost.part), (size, Figure(100 * cost.share, "%", samples=exact), off), _CANCELLING if cost.share < _CANCELS else "")
+        Row(
+            short_name(cost.part),
+            (size, Figure(100 * cost.share, "%", samples=exact), off),
+            _CANCELLING if cost.share < _CANCELS else "",
+        )
         for cost, size, off in zip(found, alone, taken, strict=True)
     )
 
@@ -88,38 +129,76 @@ def requested_sections(budgets: Sequence[Budget]) -> list[Section]:
     """Return the error budgets at stated poses and in zones, with the effect of halving there."""
     out = []
     for k, found in enumerate(budgets, start=1):
-        out.append(_crossed(f"budget_at_{k}", f"Which part is to blame: {found.where}", found.parts, found))
-        out.append(_crossed(f"causes_at_{k}", f"Error budget by kind of error: {found.where}", found.causes, found))
-        out += halved_sections(f"halving_at_{k}", f"Effect of halving on the 95th percentile: {found.where}", found)
+        out.append(
+            _crossed(f"budget_at_{k}", f"Which part is to blame: {found.where}", found.parts, found)
+        )
+        out.append(
+            _crossed(
+                f"causes_at_{k}",
+                f"Error budget by kind of error: {found.where}",
+                found.causes,
+                found,
+            )
+        )
+        out += halved_sections(
+            f"halving_at_{k}", f"Effect of halving on the 95th percentile: {found.where}", found
+        )
     return out
 
 
 def halved_sections(key: str, title: str, found: Budget) -> list[Section]:
-    """Return the effect of halving each part and each kind of error there; nothing where that was not asked or no error is described."""
+    """Return the effect of halving each part and each kind of error there; nothing where that was
+    not asked or no error is described.
+    """
     halving = found.halving
     if halving is None or not any(cost.alone > 0 for cost in found.parts):
         return []
     counted = f"{halving.samples} paired samples"
     rows = []
-    for erring, gains, everywhere in ((found.parts, halving.gains, ""), (found.causes, halving.causes, ", at every joint")):
-        kept = [(gains[cost.part], short_name(cost.part) + everywhere) for cost in erring if cost.alone > 0]
+    for erring, gains, everywhere in (
+        (found.parts, halving.gains, ""),
+        (found.causes, halving.causes, ", at every joint"),
+    ):
+        kept = [
+            (gains[cost.part], short_name(cost.part) + everywhere)
+            for cost in erring
+            if cost.alone > 0
+        ]
         kept.sort(key=lambda each: -each[0].value)
         taken = in_one_unit([_gain(gain, counted) for gain, _ in kept])
-        rows += [Row(name, (off,), _CANCELLING if gain.high < 0 else "") for (gain, name), off in zip(kept, taken, strict=True)]
-    note = f"parts, then kinds of error; the 95th percentile here is {digits(halving.before * 1e3)} mm on {counted}"
+        rows += [
+            Row(name, (off,), _CANCELLING if gain.high < 0 else "")
+            for (gain, name), off in zip(kept, taken, strict=True)
+        ]
+    note = (
+        f"parts, then kinds of error; the 95th percentile here is {digits(halving.before * 1e3)} "
+        f"mm on {counted}"
+    )
     return [Section(key, title, ("taken off",), tuple(rows), note)]
 
 
 def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section:
     exact = f"exact sum over terms, {several(of.poses, 'pose')}"
     erring = [cost for cost in found if cost.alone > 0]
-    *alone, together = in_one_unit([length(size, samples=exact) for size in (*(cost.alone for cost in erring), of.rms)])
-    rows = [Row(short_name(cost.part), (size, *_shares(cost, exact))) for cost, size in zip(erring, alone, strict=True)]
+    *alone, together = in_one_unit(
+        [length(size, samples=exact) for size in (*(cost.alone for cost in erring), of.rms)]
+    )
+    rows = [
+        Row(short_name(cost.part), (size, *_shares(cost, exact)))
+        for cost, size in zip(erring, alone, strict=True)
+    ]
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
-    shares = (Figure(100 * share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole))
+    shares = (
+        Figure(100 * share, "%", samples=exact)
+        for share in (sum(cost.share for cost in found), *whole)
+    )
     rows.append(Row("all together", (together, *shares)))
     return Section(
-        key, title, ("r.m.s. alone", "share", *LEVEL_NAMES), tuple(rows), "shares of the mean square; parts without an error here are omitted"
+        key,
+        title,
+        ("r.m.s. alone", "share", *LEVEL_NAMES),
+        tuple(rows),
+        "shares of the mean square; parts without an error here are omitted",
     )
 
 

@@ -1,4 +1,6 @@
-"""The table of classes of drive, and the headline of an arm whose drives are all assumed from classes."""
+"""The table of classes of drive, and the headline of an arm whose drives are all assumed from
+classes.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,8 @@ _RP: Final = rp_name(1.0)
 _RP_KEY: Final = rp_key(1.0).lower()
 _HEADS: Final = ("95 % within", _RP)
 _NOTE: Final = (
-    "the same arm with drives of its class and of the neighbouring ones, each joint's drive for its load; one digit, because every value is "
+    "the same arm with drives of its class and of the neighbouring ones, each joint's drive "
+    "for its load; one digit, because every value is "
     "assumed. RP: pose repeatability of ISO 9283, each joint arriving from one side"
 )
 # Cards of errors, which have more digits than a class supports.
@@ -33,13 +36,17 @@ _SMALLEST_MM: Final = 1e-4
 
 
 def rounded_length(value: float, way: float = 0.0) -> str:
-    """Return a length (m) with one significant digit; `way` -1 rounds down, 1 up, both but for 3 %, 0 to the nearest."""
+    """Return a length (m) with one significant digit; `way` -1 rounds down, 1 up, both but for 3 %,
+    0 to the nearest.
+    """
     if not (math.isfinite(value) and value > 0):
         return "0 µm" if value == 0 else "?"
     unit, factor = ("µm", 1e6) if value < _SMALLEST_MM / 10 else ("mm", 1e3)
     place = math.floor(math.log10(value * factor))
     number = value * factor / 10.0**place
-    digit = {-1.0: math.floor(number * (1 + _SLACK)), 1.0: math.ceil(number / (1 + _SLACK))}.get(way, round(number))
+    digit = {-1.0: math.floor(number * (1 + _SLACK)), 1.0: math.ceil(number / (1 + _SLACK))}.get(
+        way, round(number)
+    )
     text = f"{digit * 10.0**place:.12f}"
     return f"{text.rstrip('0').rstrip('.')} {unit}"
 
@@ -59,25 +66,37 @@ def class_section(figures: Sequence[ClassFigures]) -> Section:
 
 
 def class_sentence(figures: Sequence[ClassFigures]) -> str:
-    """Return the headline: the range of accuracy and of repeatability between the classes, and the figures of the arm's own class."""
+    """Return the headline: the range of accuracy and of repeatability between the classes, and the
+    figures of the arm's own class.
+    """
     own = next(each for each in figures if each.default)
-    within, repeats = (_range(*ClassFigures.ends(figures, key)) for key in ("within", "repeatability"))
+    within, repeats = (
+        _range(*ClassFigures.ends(figures, key)) for key in ("within", "repeatability")
+    )
     first, last = figures[0].name, figures[-1].name
     return (
-        f"Assumed by class of drive, {first} to {last}: expect 95 % of positions within {within}, repeatability ({_RP}) of {repeats}; "
+        f"Assumed by class of drive, {first} to {last}: expect 95 % of positions within "
+        f"{within}, repeatability ({_RP}) of {repeats}; "
         f"as {own.name} arm {rounded_length(own.within)} and {rounded_length(own.repeatability)}."
     )
 
 
 def with_classes(sheet: Sheet, figures: Sequence[ClassFigures], known: States) -> Sheet:
-    """Return the sheet of a study with the table of the classes and their headline, without figures of more digits beside it."""
+    """Return the sheet of a study with the table of the classes and their headline, without figures
+    of more digits beside it.
+    """
     if not figures:
         return sheet
     return replace(
         sheet,
-        verdict=" ".join([class_sentence(figures), *missing_sentences(known), *rests_on_sentences(known)]),
+        verdict=" ".join(
+            [class_sentence(figures), *missing_sentences(known), *rests_on_sentences(known)]
+        ),
         cards=tuple(card for card in sheet.cards if not card.title.startswith(_ERRORS)),
-        brief=(*class_brief(figures), *(each for each in sheet.brief if not each[0].startswith("RP"))),
+        brief=(
+            *class_brief(figures),
+            *(each for each in sheet.brief if not each[0].startswith("RP")),
+        ),
         sections=(class_section(figures), *sheet.sections),
         facts={**sheet.facts, **class_facts(figures)},
     )
@@ -90,12 +109,25 @@ def class_brief(figures: Iterable[ClassFigures]) -> list[tuple[str, str]]:
 
 def _of_class(each: ClassFigures) -> str:
     own = " (this one)" if each.default else ""
-    return f"as {each.name} arm{own}: 95 % within {rounded_length(each.within)}, {_RP}: {rounded_length(each.repeatability)}"
+    return (
+        f"as {each.name} arm{own}: 95 % within {rounded_length(each.within)}, {_RP}: "
+        f"{rounded_length(each.repeatability)}"
+    )
 
 
 def class_facts(figures: Sequence[ClassFigures]) -> dict[str, Any]:
     """Return what result.json holds of the classes, m."""
-    return {KEY: [{"class": each.name, "within_95": each.within, _RP_KEY: each.repeatability, "default": each.default} for each in figures]}
+    return {
+        KEY: [
+            {
+                "class": each.name,
+                "within_95": each.within,
+                _RP_KEY: each.repeatability,
+                "default": each.default,
+            }
+            for each in figures
+        ]
+    }
 
 
 def _figure(value: float) -> Figure:
@@ -103,6 +135,11 @@ def _figure(value: float) -> Figure:
 
 
 def _range(least: float, most: float) -> str:
-    """Return the range of lengths with one digit, rounded outward, in one unit where both ends have it."""
+    """Return the range of lengths with one digit, rounded outward, in one unit where both ends have
+    it.
+    """
     low, high = rounded_length(least, -1.0), rounded_length(most, 1.0)
-    return f"{low.removesuffix(' mm') if high.endswith(' mm') and low.endswith(' mm') else low} to {high}"
+    return (
+        f"{low.removesuffix(' mm') if high.endswith(' mm') and low.endswith(' mm') else low} to "
+        f"{high}"
+    )

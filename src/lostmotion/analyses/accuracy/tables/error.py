@@ -37,25 +37,58 @@ _MOST_NAMES: Final = 3
 
 
 def error_section(answer: Answer, where: str = "") -> Section:
-    """Return the position error over all poses and at the best and the worst of them; `where` follows the number of poses."""
+    """Return the position error over all poses and at the best and the worst of them; `where`
+    follows the number of poses.
+    """
     sampled, poses = answer.sampled, answer.poses
     table = sampled.per_pose
-    counted = f"{several(len(poses), 'pose')}{where} ({poses.law}) x {several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')}"
+    counted = (
+        f"{several(len(poses), 'pose')}{where} ({poses.law}) x {several(sampled.robots, 'robot')} "
+        f"x {several(sampled.visits, 'visit')}"
+    )
     mean = pooled_mean(sampled.robot_means[:, :, 0], sampled.of_poses(0))
-    spread = standard_deviation(sampled.group_hist, sampled.replicate_hist, mean.value, float(table[:, kernel.MEAN_SQUARE].mean()))
+    spread = standard_deviation(
+        sampled.group_hist,
+        sampled.replicate_hist,
+        mean.value,
+        float(table[:, kernel.MEAN_SQUARE].mean()),
+    )
     largest = float(table[:, kernel.LARGEST].max())
-    quantiles = {level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest) for level in kernel.QUANTILES}
-    mean, spread, *pooled = (answer.budget.known_ends(found, *ERROR) for found in (mean, spread, *quantiles.values()))
+    quantiles = {
+        level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest)
+        for level in kernel.QUANTILES
+    }
+    mean, spread, *pooled = (
+        answer.budget.known_ends(found, *ERROR) for found in (mean, spread, *quantiles.values())
+    )
     rows = [
         Row("mean", (as_length(mean, counted),)),
-        Row("standard deviation", (as_length(spread, counted),), "of the position error about its mean, over all robots, poses and visits"),
-        *(Row(f"{100 * level:.0f}th percentile", (as_length(found, counted),)) for level, found in zip(quantiles, pooled, strict=True)),
+        Row(
+            "standard deviation",
+            (as_length(spread, counted),),
+            "of the position error about its mean, over all robots, poses and visits",
+        ),
+        *(
+            Row(f"{100 * level:.0f}th percentile", (as_length(found, counted),))
+            for level, found in zip(quantiles, pooled, strict=True)
+        ),
     ]
     if answer.target is not None:
-        within = share_below(sampled.group_hist, sampled.replicate_hist, answer.target, sampled.robots)
-        rows.append(Row(WITHIN_TARGET, (as_share(within, counted),), f"target: {length(answer.target, stated=True)}"))
+        within = share_below(
+            sampled.group_hist, sampled.replicate_hist, answer.target, sampled.robots
+        )
+        rows.append(
+            Row(
+                WITHIN_TARGET,
+                (as_share(within, counted),),
+                f"target: {length(answer.target, stated=True)}",
+            )
+        )
     at = int(table[:, kernel.LARGEST].argmax())
-    who = f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit {table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
+    who = (
+        f"robot {table[at, kernel.LARGEST_ROBOT]:.0f}, visit "
+        f"{table[at, kernel.LARGEST_VISIT]:.0f}, {described_pose(answer, at)}"
+    )
     rows.append(
         Row(
             "largest",
@@ -64,39 +97,75 @@ def error_section(answer: Answer, where: str = "") -> Section:
         )
     )
     best, worst = int(table[:, kernel.MEAN].argmin()), int(table[:, kernel.MEAN].argmax())
-    each = f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} at one pose{where}"
+    each = (
+        f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} at one "
+        f"pose{where}"
+    )
     for label, k in (("best pose, mean", best), ("worst pose, mean", worst)):
         half = float(table[k, kernel.MEAN_ERROR])
         value = float(table[k, kernel.MEAN])
-        rows.append(Row(label, (as_length(of_length(value, value - half, value + half), each),), described_pose(answer, k)))
+        rows.append(
+            Row(
+                label,
+                (as_length(of_length(value, value - half, value + half), each),),
+                described_pose(answer, k),
+            )
+        )
         q95 = [float(x) for x in table[k, kernel.FIRST_QUANTILE + 3 : kernel.FIRST_QUANTILE + 6]]
-        rows.append(Row(label.replace("mean", "95th percentile"), (as_length(Estimate(*q95), each),)))
+        rows.append(
+            Row(label.replace("mean", "95th percentile"), (as_length(Estimate(*q95), each),))
+        )
     exact = f"exact sum over terms, {several(len(poses), 'pose')}{where}"
     turned = root_mean_square(sampled.rotation_ms.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
         *limit_rows(answer.arm, float(sampled.rss.max()), float(sampled.worst.max()), exact),
         Row(
             "rotation of the tool, r.m.s.",
-            (Figure(turned.value / ARCMIN, "arcmin", turned.low / ARCMIN, turned.high / ARCMIN, exact),),
+            (
+                Figure(
+                    turned.value / ARCMIN,
+                    "arcmin",
+                    turned.low / ARCMIN,
+                    turned.high / ARCMIN,
+                    exact,
+                ),
+            ),
             "exact at the visited poses" if poses.replicates > 1 else "",
             "rotation_rms",
         ),
     ]
-    note = "best and worst pose are those of the visited poses, chosen by the same samples: their intervals are valid for a pose chosen beforehand"
+    note = (
+        "best and worst pose are those of the visited poses, chosen by the same samples: their "
+        "intervals are valid for a pose chosen beforehand"
+    )
     return Section("error", "Position error over the workspace", ("value",), tuple(rows), note)
 
 
 def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> tuple[Row, Row]:
-    """Return the rows of the root-sum-square and the worst case, m; where an error has no limits, a row that says there is no worst case."""
-    rss, squares = length(root_sum_square, samples=counted), "|bias| + root of the sum of squared limits"
+    """Return the rows of the root-sum-square and the worst case, m; where an error has no limits, a
+    row that says there is no worst case.
+    """
+    rss, squares = (
+        length(root_sum_square, samples=counted),
+        "|bias| + root of the sum of squared limits",
+    )
     if math.isfinite(worst):
         bound = "upper bound: sum of the magnitudes of all errors at their limits"
-        upper = Row("worst case, worst pose", (length(worst, samples=counted),), bound, "worst_case")
+        upper = Row(
+            "worst case, worst pose", (length(worst, samples=counted),), bound, "worst_case"
+        )
         return Row("root-sum-square, worst pose", (rss,), squares, "root_sum_square"), upper
     endless = [short_name(of.name) for of in arm.terms if math.isinf(of.term.bound)]
-    names = ", ".join(endless[:_MOST_NAMES]) + (f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else "")
+    names = ", ".join(endless[:_MOST_NAMES]) + (
+        f" and {len(endless) - _MOST_NAMES} more" if len(endless) > _MOST_NAMES else ""
+    )
     return (
-        Row("root-sum-square, worst pose", (rss,), f"{squares}; of errors without limits, the stated three standard deviations", "root_sum_square"),
+        Row(
+            "root-sum-square, worst pose",
+            (rss,),
+            f"{squares}; of errors without limits, the stated three standard deviations",
+            "root_sum_square",
+        ),
         Row(
             "worst case, worst pose",
             (Figure(math.inf, "m", samples=counted, words="none"),),
@@ -125,17 +194,35 @@ def iso_section(answer: Answer, where: str = "") -> Section:
     )
     for each in answer.repeats:
         name, key = rp_name(each.approach), rp_key(each.approach)
-        rows += _rows(name, key, answer.arm, each.poses, each.robot_means, each.per_pose, each.budget, RP, where, each.visits)
-    arriving = "from either side at random" if answer.approach == 0 else f"moving {'up' if answer.approach > 0 else 'down'}"
+        rows += _rows(
+            name,
+            key,
+            answer.arm,
+            each.poses,
+            each.robot_means,
+            each.per_pose,
+            each.budget,
+            RP,
+            where,
+            each.visits,
+        )
+    arriving = (
+        "from either side at random"
+        if answer.approach == 0
+        else f"moving {'up' if answer.approach > 0 else 'down'}"
+    )
     return Section(
         "iso9283",
         "ISO 9283, predicted",
         ("value",),
         tuple(rows),
-        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}. {ISO_CYCLE}: every joint arrives from the same side at "
-        f"every visit, as in the standard, so makers' figures compare with it; any approach: from either side at random. "
+        f"pose accuracy AP and repeatability RP by their definitions at n = {sampled.visits}. "
+        f"{ISO_CYCLE}: every joint arrives from the same side at "
+        "every visit, as in the standard, so makers' figures compare with it; any approach: "
+        "from either side at random. "
         f"AP: joints arrive {arriving}. "
-        "A worst pose is the worst visited one, chosen by the same samples: its interval is valid for a pose chosen beforehand",
+        "A worst pose is the worst visited one, chosen by the same samples: its interval is "
+        "valid for a pose chosen beforehand",
     )
 
 
@@ -151,17 +238,30 @@ def _rows(  # noqa: PLR0913, PLR0917 - one figure's numbers
     where: str,
     visits: int,
 ) -> list[Row]:
-    """Return mean, 95th percentile of robots and worst pose of AP or RP; of_robots (set, robot) and per_pose (pose, 4) in m."""
-    counted = f"{several(of_robots.shape[1], 'robot')}, {several(visits, 'visit')} to each of {several(len(poses), 'pose')}{where}"
+    """Return mean, 95th percentile of robots and worst pose of AP or RP; of_robots (set, robot) and
+    per_pose (pose, 4) in m.
+    """
+    counted = (
+        f"{several(of_robots.shape[1], 'robot')}, {several(visits, 'visit')} to each of "
+        f"{several(len(poses), 'pose')}{where}"
+    )
     mean, highest = (
         blame.known_ends(found, *weights)
-        for found in (pooled_mean(of_robots, per_pose[:, 0]), pooled_robots_quantile(of_robots, of_poses=per_pose[:, 0]))
+        for found in (
+            pooled_mean(of_robots, per_pose[:, 0]),
+            pooled_robots_quantile(of_robots, of_poses=per_pose[:, 0]),
+        )
     )
     at = int(per_pose[:, 1].argmax())
     worst = as_length(Estimate(*(float(x) for x in per_pose[at, 1:])), counted)
     return [
         Row(f"{name}, mean over poses and robots", (as_length(mean, counted),), key=f"{key}_mean"),
-        Row(f"{name}, 95th percentile of robots", (as_length(highest, counted),), "each robot's average over the poses", f"{key}_p95"),
+        Row(
+            f"{name}, 95th percentile of robots",
+            (as_length(highest, counted),),
+            "each robot's average over the poses",
+            f"{key}_p95",
+        ),
         Row(
             f"{name}, at its worst pose, 95th percentile of robots",
             (worst,),
@@ -172,10 +272,18 @@ def _rows(  # noqa: PLR0913, PLR0917 - one figure's numbers
 
 
 def few_poses(blame: Budget, visits: int, approach: float) -> tuple[str, ...]:
-    """Return the sentence that the poses are too few for position error, AP or RP; nothing where they are enough, or not checked."""
+    """Return the sentence that the poses are too few for position error, AP or RP; nothing where
+    they are enough, or not checked.
+    """
     if not blame.of_many:
         return ()
-    return few_poses_warnings(blame.poses, {name: blame.beside_many(*weights) for name, weights in weights_of(visits, approach).items()})
+    return few_poses_warnings(
+        blame.poses,
+        {
+            name: blame.beside_many(*weights)
+            for name, weights in weights_of(visits, approach).items()
+        },
+    )
 
 
 def described_pose(answer: Answer, index: int) -> str:

@@ -1,4 +1,6 @@
-"""The headline of a study: the error of 95 % of positions, the remedy that takes most off it, and what is assumed or missing."""
+"""The headline of a study: the error of 95 % of positions, the remedy that takes most off it, and
+what is assumed or missing.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,12 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.remedies import ALL_KNOWN, OUTPUT_ENCODERS, SIDE_AND_LOAD, SIDE_KNOWN
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.provenance import at_least, error_sentence, rests_on_sentences, zero_error_sentence
+from lostmotion.reporting.provenance import (
+    at_least,
+    error_sentence,
+    rests_on_sentences,
+    zero_error_sentence,
+)
 from lostmotion.reporting.sheet import Figure, length
 
 if TYPE_CHECKING:
@@ -20,12 +27,15 @@ if TYPE_CHECKING:
 
 # Where the mean square comes from, by its largest level.
 _ORIGINS: Final = ("follows {}", "differs from robot to robot", "differs from visit to visit")
-# A remedy is named where it removes a tenth of the 95 % error, a further one where it removes a twentieth more.
+# A remedy is named where it removes a tenth of the 95 % error, a further one where it removes a
+# twentieth more.
 _WORTHWHILE: Final = 0.1
 _FURTHER: Final = 0.05
 
 
-def headline(within: Figure, bands: str, remedy: str, known: States, overloaded: Sequence[Overload]) -> str:
+def headline(
+    within: Figure, bands: str, remedy: str, known: States, overloaded: Sequence[Overload]
+) -> str:
     """Return the headline in one to three sentences.
 
     within      95th percentile of the position error
@@ -43,20 +53,31 @@ def headline(within: Figure, bands: str, remedy: str, known: States, overloaded:
 
 
 def on_condition(sentence: str, overloaded: Sequence[Overload]) -> str:
-    """Return a sentence that holds only where overloaded drives hold, with this condition before it."""
+    """Return a sentence that holds only where overloaded drives hold, with this condition before
+    it.
+    """
     if not overloaded:
         return sentence
     names = [each.joint for each in overloaded]
-    drives = f"drive of {names[0]} holds" if len(names) == 1 else f"drives of {', '.join(names[:-1])} and {names[-1]} hold"
+    drives = (
+        f"drive of {names[0]} holds"
+        if len(names) == 1
+        else f"drives of {', '.join(names[:-1])} and {names[-1]} hold"
+    )
     return f"If the overloaded {drives}, {sentence[0].lower()}{sentence[1:]}"
 
 
 def remedy_sentence(blame: Budget, found: Waterfall, known: States, *, temperature: bool) -> str:
-    """Return where most of the mean square comes from, the largest contributor, and what the best remedy leaves of the 95 % error."""
+    """Return where most of the mean square comes from, the largest contributor, and what the best
+    remedy leaves of the 95 % error.
+    """
     stages = {stage.name: stage for stage in found.stages}
     if not stages["as manufactured"].q95.value > 0:
         return ""
-    return f"{_origin(blame, temperature=temperature)}; {_remedy(stages, _compensation(blame, temperature=temperature), known)}."
+    return (
+        f"{_origin(blame, temperature=temperature)}; "
+        f"{_remedy(stages, _compensation(blame, temperature=temperature), known)}."
+    )
 
 
 def rms_remedy_sentence(blame: Budget, known: States, *, temperature: bool) -> str:
@@ -65,9 +86,19 @@ def rms_remedy_sentence(blame: Budget, known: States, *, temperature: bool) -> s
         return ""
     left = blame.rms_interval(1, 2).value
     if left > (1 - _FURTHER) * blame.rms:
-        return f"{_origin(blame, temperature=temperature)}; compensation of load and pose does not reduce it."
-    of = f"{at_least(length(left), known)} r.m.s. of {length(blame.rms)}" if left > 0 else _nothing(known)
-    return f"{_origin(blame, temperature=temperature)}; {_compensation(blame, temperature=temperature)} leaves {of}."
+        return (
+            f"{_origin(blame, temperature=temperature)}; compensation of load and pose does not "
+            "reduce it."
+        )
+    of = (
+        f"{at_least(length(left), known)} r.m.s. of {length(blame.rms)}"
+        if left > 0
+        else _nothing(known)
+    )
+    return (
+        f"{_origin(blame, temperature=temperature)}; "
+        f"{_compensation(blame, temperature=temperature)} leaves {of}."
+    )
 
 
 def _most(blame: Budget) -> int:
@@ -77,7 +108,10 @@ def _most(blame: Budget) -> int:
 def _origin(blame: Budget, *, temperature: bool) -> str:
     most = _most(blame)
     share = Figure(100 * blame.levels[most], "%")
-    return f"{share} of the mean square {_ORIGINS[most].format(_known(temperature=temperature))} (largest contributor: {_largest(blame.parts)})"
+    return (
+        f"{share} of the mean square {_ORIGINS[most].format(_known(temperature=temperature))} "
+        f"(largest contributor: {_largest(blame.parts)})"
+    )
 
 
 def _known(*, temperature: bool) -> str:
@@ -85,8 +119,13 @@ def _known(*, temperature: bool) -> str:
 
 
 def _compensation(blame: Budget, *, temperature: bool) -> str:
-    """Return the name of the remedy; load and pose are named once, where the sentence begins with them."""
-    return f"a controller that knows {'them' if _most(blame) == 0 else _known(temperature=temperature)}"
+    """Return the name of the remedy; load and pose are named once, where the sentence begins with
+    them.
+    """
+    return (
+        "a controller that knows "
+        f"{'them' if _most(blame) == 0 else _known(temperature=temperature)}"
+    )
 
 
 def _largest(parts: Sequence[Cost]) -> str:
@@ -95,7 +134,9 @@ def _largest(parts: Sequence[Cost]) -> str:
 
 
 def _remedy(stages: dict[str, Stage], compensation: str, known: States) -> str:
-    """Return the clause on the remedies: the best one of a controller or a calibration, what each further one removes, or else other parts."""
+    """Return the clause on the remedies: the best one of a controller or a calibration, what each
+    further one removes, or else other parts.
+    """
     single = {
         "load compensated": compensation,
         "calibrated": "calibration of each robot",
@@ -103,20 +144,31 @@ def _remedy(stages: dict[str, Stage], compensation: str, known: States) -> str:
     }
     best = min(single, key=lambda name: stages[name].q95.value)
     if _taken(stages, stages[best]) >= _WORTHWHILE:
-        return ", ".join([f"{single[best]} leaves {_left(stages[best], known)}", *_further(stages, best, known)])
+        return ", ".join(
+            [f"{single[best]} leaves {_left(stages[best], known)}", *_further(stages, best, known)]
+        )
     together = (
         ("both", f"calibration and {compensation} together help: they leave"),
         (SIDE_AND_LOAD, f"{compensation}, and the side of arrival, helps: it leaves"),
-        ("both, and each robot mapped", f"a map of each robot helps: with {compensation} it leaves"),
+        (
+            "both, and each robot mapped",
+            f"a map of each robot helps: with {compensation} it leaves",
+        ),
         (OUTPUT_ENCODERS, "encoders on the outputs help: they leave"),
-        (ALL_KNOWN, f"a map of each robot helps: with {compensation}, and the side of arrival, it leaves"),
+        (
+            ALL_KNOWN,
+            f"a map of each robot helps: with {compensation}, and the side of arrival, it leaves",
+        ),
     )
     for name, helps in together:
         if _taken(stages, stages[name]) >= _WORTHWHILE:
             return f"only {helps} {_left(stages[name], known)}"
     most = max(_taken(stages, stage) for stage in stages.values())
     if most > 0:
-        return f"no remedy (calibration, compensation, a known side, output encoders) removes more than {Figure(100 * most, '%')} of the 95 % error"
+        return (
+            "no remedy (calibration, compensation, a known side, output encoders) removes more "
+            f"than {Figure(100 * most, '%')} of the 95 % error"
+        )
     return "no remedy (calibration, compensation, a known side, output encoders) reduces it"
 
 
@@ -133,8 +185,14 @@ def _further(stages: dict[str, Stage], best: str, known: States) -> list[str]:
     if _gained(stages, stages[last], stages[name]):
         out.append((what, stages[name]))
         last = name
-    mapped = stages[ALL_KNOWN if last in {SIDE_KNOWN, SIDE_AND_LOAD} else "both, and each robot mapped"]
-    before = stages[last] if last in {SIDE_KNOWN, SIDE_AND_LOAD} else min(stages[last], stages["both"], key=_q95)
+    mapped = stages[
+        ALL_KNOWN if last in {SIDE_KNOWN, SIDE_AND_LOAD} else "both, and each robot mapped"
+    ]
+    before = (
+        stages[last]
+        if last in {SIDE_KNOWN, SIDE_AND_LOAD}
+        else min(stages[last], stages["both"], key=_q95)
+    )
     if _gained(stages, before, mapped):
         out.append(("a map of each robot", mapped))
     return [f"with {what} as well {_left(stage, known)}" for what, stage in out]
@@ -145,7 +203,9 @@ def _q95(stage: Stage) -> float:
 
 
 def _taken(stages: dict[str, Stage], stage: Stage) -> float:
-    """Return the share of the 95 % error that is removed at a stage; zero where the interval of the reduction contains zero."""
+    """Return the share of the 95 % error that is removed at a stage; zero where the interval of the
+    reduction contains zero.
+    """
     if stage.reduction.low < 0:  # false where few robots determine no interval
         return 0.0
     return stage.reduction.value / stages["as manufactured"].q95.value
@@ -156,11 +216,15 @@ def _gained(stages: dict[str, Stage], before: Stage, after: Stage) -> bool:
 
 
 def _left(stage: Stage, known: States) -> str:
-    """Return what a stage leaves, in three digits, as a bound where kinds of error are missing: its interval is in the table."""
+    """Return what a stage leaves, in three digits, as a bound where kinds of error are missing: its
+    interval is in the table.
+    """
     value = stage.q95.value
     return at_least(length(value), known) if value > 0 and math.isfinite(value) else _nothing(known)
 
 
 def _nothing(known: States) -> str:
-    """Return what a remedy leaves that removes every error described: errors add to first order, and what is not described stays."""
+    """Return what a remedy leaves that removes every error described: errors add to first order,
+    and what is not described stays.
+    """
     return f"no {'described ' if known.lower_bound else ''}error to first order"

@@ -1,4 +1,6 @@
-"""The table of joints: what each drive holds, its share of the rated load, its wind-up, and how far its link bends."""
+"""The table of joints: what each drive holds, its share of the rated load, its wind-up, and how far
+its link bends.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,16 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.mechanism.wind_up import wind_ups
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, in_one_unit, in_words, length, several
+from lostmotion.reporting.sheet import (
+    ARCMIN,
+    Figure,
+    Row,
+    Section,
+    in_one_unit,
+    in_words,
+    length,
+    several,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,32 +35,56 @@ _IDEAL: Final = "ideal"
 
 
 def joints_section(answer: Answer, known: States) -> Section:
-    """Return the largest load of each drive, its share of the rated one, the largest wind-up, and the largest deflection of the joint's link."""
+    """Return the largest load of each drive, its share of the rated one, the largest wind-up, and
+    the largest deflection of the joint's link.
+    """
     arm, q = answer.arm, answer.poses.q
     counted = several(len(q), "pose")
     kinds = {each.joint: each.states for each in known.joints}
     wound = {each.joint: abs(each.value) for each in wind_ups(arm, q)}
     bent = {each.joint: each.deflection for each in answer.bending}
-    deflections = dict(zip(bent, in_one_unit([length(size, samples=counted) for size in bent.values()]), strict=True))
+    deflections = dict(
+        zip(
+            bent,
+            in_one_unit([length(size, samples=counted) for size in bent.values()]),
+            strict=True,
+        )
+    )
     rows = []
     for joint, held in zip(arm.moving, answer.worst_torques, strict=True):
         rated = None if joint.gearbox is None else joint.gearbox.rated_torque
-        share = Figure(100 * abs(held.worst) / rated, "%", samples=counted) if rated else in_words("not stated")
+        share = (
+            Figure(100 * abs(held.worst) / rated, "%", samples=counted)
+            if rated
+            else in_words("not stated")
+        )
         of = kinds.get(joint.name, {})
         size = wound.get(joint.name, 0.0)
-        turned = Figure(size / ARCMIN, "arcmin", samples=counted) if joint.type == "revolute" else length(size, samples=counted)
+        turned = (
+            Figure(size / ARCMIN, "arcmin", samples=counted)
+            if joint.type == "revolute"
+            else length(size, samples=counted)
+        )
         winding = turned if joint.name in wound else _of_state(of, "stiffness", counted)
-        bending = deflections[joint.name] if joint.name in deflections else _of_state(of, "link bending", counted)
+        bending = (
+            deflections[joint.name]
+            if joint.name in deflections
+            else _of_state(of, "link bending", counted)
+        )
         assumed = [kind for kind in ("stiffness", "link bending") if of.get(kind) == "assumed"]
-        note = _at(arm, answer.poses, held) + (f"; assumed: {', '.join(assumed)}" if assumed else "")
+        note = _at(arm, answer.poses, held) + (
+            f"; assumed: {', '.join(assumed)}" if assumed else ""
+        )
         rows.append(Row(held.joint, (*_loads(held, counted), share, winding, bending), note))
     return Section(
         "torques",
         "Joints: static load, wind-up and bending",
         (*_LOADS, "of rated", "wind-up", "bending"),
         tuple(rows),
-        "each the largest of the visited poses. The sign of a load is the drive's. Of rated: as the base stands. Wind-up: of nominal "
-        "stiffness, without backlash. Bending: of its link, at the tip. ideal: not described, taken as rigid",
+        "each the largest of the visited poses. The sign of a load is the drive's. Of rated: "
+        "as the base stands. Wind-up: of nominal "
+        "stiffness, without backlash. Bending: of its link, at the tip. ideal: not described, "
+        "taken as rigid",
     )
 
 
@@ -57,18 +92,37 @@ def torques_section(arm: Arm, poses: Poses, worst: Sequence[HoldingTorque]) -> S
     """Return the largest static load of each drive, for an arm without error sources."""
     counted = several(len(poses), "pose")
     rows = tuple(Row(held.joint, _loads(held, counted), _at(arm, poses, held)) for held in worst)
-    return Section("torques", "Static torque of each drive", _LOADS, rows, "largest of the visited poses; its sign is the drive's")
+    return Section(
+        "torques",
+        "Static torque of each drive",
+        _LOADS,
+        rows,
+        "largest of the visited poses; its sign is the drive's",
+    )
 
 
 def _loads(held: HoldingTorque, counted: str) -> tuple[Figure, Figure]:
-    return Figure(held.worst, held.unit, samples=counted), Figure(held.over_tilts, held.unit, samples=counted)
+    return Figure(held.worst, held.unit, samples=counted), Figure(
+        held.over_tilts, held.unit, samples=counted
+    )
 
 
 def _at(arm: Arm, poses: Poses, held: HoldingTorque) -> str:
-    return f"pose {held.worst_index}: {joint_values(arm, poses.q[held.worst_index])}; over tilts pose {held.over_tilts_index}"
+    return (
+        f"pose {held.worst_index}: {joint_values(arm, poses.q[held.worst_index])}; over tilts pose "
+        f"{held.over_tilts_index}"
+    )
 
 
 def _of_state(kinds: Mapping[str, str], kind: str, counted: str) -> Figure:
-    """Return the cell of a deflection that there is none of: of an ideal part, of one that the joint does not have, or of one without a load."""
+    """Return the cell of a deflection that there is none of: of an ideal part, of one that the
+    joint does not have, or of one without a load.
+    """
     state = kinds.get(kind)
-    return in_words(_NONE) if state is None else in_words(_IDEAL) if state == _IDEAL else length(0.0, samples=counted)
+    return (
+        in_words(_NONE)
+        if state is None
+        else in_words(_IDEAL)
+        if state == _IDEAL
+        else length(0.0, samples=counted)
+    )

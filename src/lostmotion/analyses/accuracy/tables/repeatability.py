@@ -1,4 +1,6 @@
-"""Repeatability of a study: its sentence on the first screen, and the table and bars of what it is made of."""
+"""Repeatability of a study: its sentence on the first screen, and the table and bars of what it is
+made of.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +27,14 @@ _LEAST_SHARE: Final = 0.05
 
 
 def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
-    """Return the shares of each kind of error in the mean square between visits, for each way to arrive; nothing without scatter."""
+    """Return the shares of each kind of error in the mean square between visits, for each way to
+    arrive; nothing without scatter.
+    """
     shares = [dict(each.causes) for each in found]
-    names = sorted({name for of in shares for name in of}, key=lambda name: [-of.get(name, 0.0) for of in shares])
+    names = sorted(
+        {name for of in shares for name in of},
+        key=lambda name: [-of.get(name, 0.0) for of in shares],
+    )
     if not names:
         return []
     rows = []
@@ -35,19 +42,37 @@ def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
         figures = (
             in_words("not predicted")
             if each.none
-            else Figure(100 * of.get(name, 0.0), "%", samples=f"exact sum over terms, {several(len(each.poses), 'pose')}")
+            else Figure(
+                100 * of.get(name, 0.0),
+                "%",
+                samples=f"exact sum over terms, {several(len(each.poses), 'pose')}",
+            )
             for of, each in zip(shares, found, strict=True)
         )
         rows.append(Row(short_name(name), tuple(figures)))
     note = (
-        "share of the mean square between visits, by kind of error. RP is not a sum of them, but grows with its root. In the ISO cycle each joint "
-        "arrives from one side: the side of backlash and hysteresis adds a constant, and servo, encoder, friction and open clearances scatter"
+        "share of the mean square between visits, by kind of error. RP is not a sum of them, "
+        "but grows with its root. In the ISO cycle each joint "
+        "arrives from one side: the side of backlash and hysteresis adds a constant, and "
+        "servo, encoder, friction and open clearances scatter"
     )
-    return [Section(_MADE_OF, "What RP is made of", tuple(arrival(each.approach) for each in found), tuple(rows), note)]
+    return [
+        Section(
+            _MADE_OF,
+            "What RP is made of",
+            tuple(arrival(each.approach) for each in found),
+            tuple(rows),
+            note,
+        )
+    ]
 
 
-def with_made_of_bars(found: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States) -> tuple[Section, ...]:
-    """Return the sections of a study, the table of what RP is made of with a block of bars of each of its columns that is predicted."""
+def with_made_of_bars(
+    found: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States
+) -> tuple[Section, ...]:
+    """Return the sections of a study, the table of what RP is made of with a block of bars of each
+    of its columns that is predicted.
+    """
     made_of = next((section for section in found if section.key == _MADE_OF), None)
     if made_of is None:
         return tuple(found)
@@ -57,15 +82,25 @@ def with_made_of_bars(found: Sequence[Section], repeats: Sequence[Repeatability]
         if row is None or each.none:
             continue
         bound = _bounded(row.figures[0], each, arm, known)
-        shown = tuple(Bar(of.label, of.figures[column], of.figures[column].value) for of in made_of.rows)
+        shown = tuple(
+            Bar(of.label, of.figures[column], of.figures[column].value) for of in made_of.rows
+        )
         note = "shares of what is described" if bound.startswith(_AT_LEAST) else ""
         title = f"{rp_name(each.approach)}: {bound}"
-        blocks.append(Bars(_MADE_OF, title, "share of the mean square", shown, note=note, most=100.0))
-    return tuple(replace(section, bars=tuple(blocks)) if section is made_of else section for section in found)
+        blocks.append(
+            Bars(_MADE_OF, title, "share of the mean square", shown, note=note, most=100.0)
+        )
+    return tuple(
+        replace(section, bars=tuple(blocks)) if section is made_of else section for section in found
+    )
 
 
-def repeatability_statement(found: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States) -> str:
-    """Return the sentence on RP in the standard's cycle and from any approach, each with its largest causes; empty for a study of one visit."""
+def repeatability_statement(
+    found: Sequence[Section], repeats: Sequence[Repeatability], arm: Arm, known: States
+) -> str:
+    """Return the sentence on RP in the standard's cycle and from any approach, each with its
+    largest causes; empty for a study of one visit.
+    """
     if not repeats:
         return ""
     if all(each.none for each in repeats):
@@ -87,9 +122,13 @@ def _row_of(found: Sequence[Section], each: Repeatability) -> Row | None:
 
 
 def _bounded(figure: Figure, each: Repeatability, arm: Arm, known: States) -> str:
-    """Return an RP, as a bound where kinds of error are missing, the scatter that one-sided RP comes from among them."""
+    """Return an RP, as a bound where kinds of error are missing, the scatter that one-sided RP
+    comes from among them.
+    """
     bound = repeats_bounded(figure, known)
-    return f"{_AT_LEAST}{figure}" if _missing(each, arm) and not bound.startswith(_AT_LEAST) else bound
+    return (
+        f"{_AT_LEAST}{figure}" if _missing(each, arm) and not bound.startswith(_AT_LEAST) else bound
+    )
 
 
 def _missing(each: Repeatability, arm: Arm) -> tuple[str, ...]:
@@ -97,20 +136,31 @@ def _missing(each: Repeatability, arm: Arm) -> tuple[str, ...]:
 
 
 def one_sided_bounded(found: Sequence[Section], arm: Arm) -> tuple[Section, ...]:
-    """Return sections, RP in the ISO cycle as a lower bound where a joint describes neither a dead band nor a scatter of friction."""
+    """Return sections, RP in the ISO cycle as a lower bound where a joint describes neither a dead
+    band nor a scatter of friction.
+    """
     if not undescribed_scatter(arm):
         return tuple(found)
-    return tuple(replace(section, rows=tuple(map(_one_sided_bounded, section.rows))) for section in found)
+    return tuple(
+        replace(section, rows=tuple(map(_one_sided_bounded, section.rows))) for section in found
+    )
 
 
 def _one_sided_bounded(row: Row) -> Row:
     if not row.key.startswith(rp_key(1.0)):
         return row
-    return replace(row, figures=tuple(figure if figure.words else replace(figure, bound="lower") for figure in row.figures))
+    return replace(
+        row,
+        figures=tuple(
+            figure if figure.words else replace(figure, bound="lower") for figure in row.figures
+        ),
+    )
 
 
 def undescribed_scatter(arm: Arm) -> tuple[str, ...]:
-    """Return the names of the moving joints that describe neither a dead band nor a scatter of friction, from which one-sided RP comes."""
+    """Return the names of the moving joints that describe neither a dead band nor a scatter of
+    friction, from which one-sided RP comes.
+    """
     return tuple(joint.name for joint in arm.moving if not _describes_scatter(joint))
 
 

@@ -4,15 +4,30 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.accuracy.tables.bands import bands_clause, bands_facts, bands_sections, with_band
+from lostmotion.analyses.accuracy.tables.bands import (
+    bands_clause,
+    bands_facts,
+    bands_sections,
+    with_band,
+)
 from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
 from lostmotion.analyses.accuracy.tables.brief import brief_of
-from lostmotion.analyses.accuracy.tables.budget import budget_section, by_level_sections, causes_section, levels_section, requested_sections
+from lostmotion.analyses.accuracy.tables.budget import (
+    budget_section,
+    by_level_sections,
+    causes_section,
+    levels_section,
+    requested_sections,
+)
 from lostmotion.analyses.accuracy.tables.drive_classes import with_classes
 from lostmotion.analyses.accuracy.tables.error import error_section, few_poses, iso_section
 from lostmotion.analyses.accuracy.tables.headline import headline, remedy_sentence
 from lostmotion.analyses.accuracy.tables.joints import joints_section
-from lostmotion.analyses.accuracy.tables.repeatability import made_of_sections, one_sided_bounded, with_made_of_bars
+from lostmotion.analyses.accuracy.tables.repeatability import (
+    made_of_sections,
+    one_sided_bounded,
+    with_made_of_bars,
+)
 from lostmotion.analyses.accuracy.tables.stopping import stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
@@ -26,8 +41,24 @@ from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.exact import share_neglected
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
-from lostmotion.reporting.provenance import bounded_bars, bounded_cards, bounded_sections, provenance_facts, provenance_sections
-from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, find_row, length, several
+from lostmotion.reporting.provenance import (
+    bounded_bars,
+    bounded_cards,
+    bounded_sections,
+    provenance_facts,
+    provenance_sections,
+)
+from lostmotion.reporting.sheet import (
+    ARCMIN,
+    Card,
+    Figure,
+    Row,
+    Section,
+    Sheet,
+    find_row,
+    length,
+    several,
+)
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
@@ -45,14 +76,47 @@ _WORDS: Final = (
     ("position error", "distance between the commanded and the attained point of the tool."),
     (
         "design, robot, visit",
-        "origin of an error: load and pose, the same in every arm of this design; manufacture of each robot; each visit to a pose.",
+        (
+            "origin of an error: load and pose, the same in every arm of this design; manufacture "
+            "of each robot; each visit to a pose."
+        ),
     ),
-    ("AP", "pose accuracy of ISO 9283: distance of the mean of a robot's visits from the commanded point. Predicted here, not certified."),
-    ("RP", "pose repeatability of ISO 9283: scatter of the visits about their mean, mean distance plus three standard deviations."),
-    ("ISO cycle, any approach", "side from which joints arrive at a pose: the same at every visit, as in the standard; or either side at random."),
-    ("interval", "95 % confidence interval. It counts robots and independent sets of poses, not samples. A question mark: too few of them."),
-    ("share", "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others."),
-    ("first order", "small errors are added. An exact composition of a sample shows what is neglected."),
+    (
+        "AP",
+        (
+            "pose accuracy of ISO 9283: distance of the mean of a robot's visits from the "
+            "commanded point. Predicted here, not certified."
+        ),
+    ),
+    (
+        "RP",
+        (
+            "pose repeatability of ISO 9283: scatter of the visits about their mean, mean "
+            "distance plus three standard deviations."
+        ),
+    ),
+    (
+        "ISO cycle, any approach",
+        (
+            "side from which joints arrive at a pose: the same at every visit, as in the "
+            "standard; or either side at random."
+        ),
+    ),
+    (
+        "interval",
+        (
+            "95 % confidence interval. It counts robots and independent sets of poses, not "
+            "samples. A question mark: too few of them."
+        ),
+    ),
+    (
+        "share",
+        "of the mean-square error. Shares add to 100 %; a negative one cancels part of the others.",
+    ),
+    (
+        "first order",
+        "small errors are added. An exact composition of a sample shows what is neglected.",
+    ),
 )
 # Cards that are lower bounds where joints are taken as perfect.
 _ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "RP,")
@@ -70,11 +134,20 @@ def sheet(answer: Answer) -> Sheet:
     whole = Sheet(
         name=answer.arm.name,
         subject="predicted accuracy",
-        counts=f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x {several(len(poses), 'pose')}, seed {answer.seed}",
+        counts=(
+            f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x "
+            f"{several(len(poses), 'pose')}, seed {answer.seed}"
+        ),
         verdict=_verdict(found, answer, known, overloaded),
-        cards=bounded_cards([with_band(card, answer.bands, found) for card in _cards(shown, answer)], known, _ERRORS),
+        cards=bounded_cards(
+            [with_band(card, answer.bands, found) for card in _cards(shown, answer)], known, _ERRORS
+        ),
         sections=(*bounded_sections(shown, known, _BOUNDED), *provenance_sections(known)),
-        warnings=(*answer.arm.warnings, *overload_warnings(overloaded), *few_poses(answer.budget, sampled.visits, answer.approach)),
+        warnings=(
+            *answer.arm.warnings,
+            *overload_warnings(overloaded),
+            *few_poses(answer.budget, sampled.visits, answer.approach),
+        ),
         notes=answer.arm.remarks,
         words=_WORDS,
         source=_source(answer),
@@ -86,7 +159,7 @@ def sheet(answer: Answer) -> Sheet:
             "poses": {"count": len(poses), "law": poses.law, "independent_sets": poses.replicates},
             "robots": sampled.robots,
             "visits": sampled.visits,
-            "intervals": "95 %, counting robots and sets of poses; at a single pose, counting robots",
+            "intervals": "95 %, counting robots and sets of poses; at a single pose, counting robots",  # noqa: E501
             **_zone_facts(answer),
             **bands_facts(answer.bands),
             **provenance_facts(known),
@@ -95,12 +168,17 @@ def sheet(answer: Answer) -> Sheet:
         bars=bounded_bars(_bars(answer), known, ("waterfall",)),
         brief=brief_of(found, answer, known),
     )
-    return with_classes(checked(whole, sampled.exact, _q95(answer), answer.arm), answer.classes, known)
+    return with_classes(
+        checked(whole, sampled.exact, _q95(answer), answer.arm), answer.classes, known
+    )
 
 
 def _bars(answer: Answer) -> tuple[Bars, ...]:
     counted = f"exact sum over terms, {several(len(answer.poses), 'pose')}"
-    return (*blame_bars(costs(answer.sampled.tally), answer.halving.gains, counted), *remedy_bars(answer.waterfall))
+    return (
+        *blame_bars(costs(answer.sampled.tally), answer.halving.gains, counted),
+        *remedy_bars(answer.waterfall),
+    )
 
 
 def sections(answer: Answer) -> list[Section]:
@@ -114,7 +192,8 @@ def sections(answer: Answer) -> list[Section]:
         levels_section(answer.budget),
         *made_of_sections(answer.repeats),
         waterfall_section(answer.waterfall, answer.repeats),
-        *(section for section in (budget_section(answer), causes_section(answer)) if section.rows),  # none where nothing errs
+        # none where nothing errs
+        *(section for section in (budget_section(answer), causes_section(answer)) if section.rows),
         *by_level_sections(answer.budget),
         *requested_sections(answer.places),
         *_bending(answer),
@@ -125,10 +204,20 @@ def sections(answer: Answer) -> list[Section]:
         found.append(stopping_section(answer.stopping, WHOLE if answer.zones else ""))
         found += zone_stopping(answer.zones)
     if answer.analytic is not None and answer.pooled is not None:
-        from lostmotion.analyses.accuracy.tables.analytic import analytic_section, analytic_zone_sections, comparisons
+        from lostmotion.analyses.accuracy.tables.analytic import (
+            analytic_section,
+            analytic_zone_sections,
+            comparisons,
+        )
 
-        whole = analytic_section(answer.arm, answer.poses, answer.analytic, answer.pooled, answer.budget)
-        found += [whole, *comparisons(answer.analytic, answer.pooled, answer.sampled), *analytic_zone_sections(answer.arm, answer.zones, whole)]
+        whole = analytic_section(
+            answer.arm, answer.poses, answer.analytic, answer.pooled, answer.budget
+        )
+        found += [
+            whole,
+            *comparisons(answer.analytic, answer.pooled, answer.sampled),
+            *analytic_zone_sections(answer.arm, answer.zones, whole),
+        ]
     return found
 
 
@@ -136,33 +225,73 @@ def workspace_section(space: Workspace) -> Section:
     """Return the section of the workspace."""
     counted = f"{several(len(space.points), 'pose')}, {space.law}"
     rows = [
-        Row("reach from the base", (length(space.reach, samples=counted),), "largest of the sample; the true reach is not smaller"),
+        Row(
+            "reach from the base",
+            (length(space.reach, samples=counted),),
+            "largest of the sample; the true reach is not smaller",
+        ),
         Row("reach seen from above", (length(space.reach_horizontal, samples=counted),)),
-        Row("nearest to the base", (length(space.nearest, samples=counted),), "smallest of the sample"),
+        Row(
+            "nearest to the base",
+            (length(space.nearest, samples=counted),),
+            "smallest of the sample",
+        ),
     ]
     for k, name in enumerate("XYZ"):
         rows.append(Row(f"least {name}", (length(float(space.low[k]), samples=counted),)))
         rows.append(Row(f"largest {name}", (length(float(space.high[k]), samples=counted),)))
     if space.volume_high > 0:
         volume = Figure(space.volume, "m³", space.volume_low, space.volume_high, counted, "bracket")
-        rows.append(Row("volume", (volume,), f"between the cells well inside and all cells visited; cell {space.cell * 1e3:.0f} mm"))
+        rows.append(
+            Row(
+                "volume",
+                (volume,),
+                (
+                    "between the cells well inside and all cells visited; cell "
+                    f"{space.cell * 1e3:.0f} mm"
+                ),
+            )
+        )
     else:
-        rows.append(Row("volume", (Figure(0.0, "m³", samples=counted),), "the workspace is a line or a surface"))
-    return Section("workspace", "Workspace", ("value",), tuple(rows), "joint limits only: no obstacle, floor or self-collision")
+        rows.append(
+            Row(
+                "volume",
+                (Figure(0.0, "m³", samples=counted),),
+                "the workspace is a line or a surface",
+            )
+        )
+    return Section(
+        "workspace",
+        "Workspace",
+        ("value",),
+        tuple(rows),
+        "joint limits only: no obstacle, floor or self-collision",
+    )
 
 
 def _bending(answer: Answer) -> list[Section]:
     """Return the bending of links, in total and by cause; no section for rigid links."""
     if not answer.bending:
         return []
-    counted, exact = f"the worst of {several(len(answer.poses), 'pose')}", f"exact sum over {several(len(answer.poses), 'pose')}"
+    counted, exact = (
+        f"the worst of {several(len(answer.poses), 'pose')}",
+        f"exact sum over {several(len(answer.poses), 'pose')}",
+    )
     rows = []
     for bent in answer.bending:
         shares = sum(share for _, _, share in bent.by_cause.values())
         within = f", l/{Figure(bent.length / bent.deflection, '1')}" if bent.deflection else ""
-        at = f"pose {bent.deflection_index}{within}" + (f"; slope at pose {bent.slope_index}" if bent.slope_index != bent.deflection_index else "")
+        at = f"pose {bent.deflection_index}{within}" + (
+            f"; slope at pose {bent.slope_index}"
+            if bent.slope_index != bent.deflection_index
+            else ""
+        )
         lines = [(bent.joint, (bent.deflection, bent.slope, shares), at)]
-        lines += [(f"{bent.joint}, {OUTBOARD_CAUSES.get(cause, cause)}", parts, "") for cause, parts in bent.by_cause.items() if any(parts)]
+        lines += [
+            (f"{bent.joint}, {OUTBOARD_CAUSES.get(cause, cause)}", parts, "")
+            for cause, parts in bent.by_cause.items()
+            if any(parts)
+        ]
         rows += [
             Row(
                 label,
@@ -176,10 +305,14 @@ def _bending(answer: Answer) -> list[Section]:
             for label, (deflection, slope, share), note in lines
         ]
     note = (
-        "deflection of each link, named after its joint, at its tip, l away; then the contribution of each cause along the total; "
-        "a negative contribution reduces the bending. Share: of the tool's mean-square error over all poses"
+        "deflection of each link, named after its joint, at its tip, l away; then the "
+        "contribution of each cause along the total; "
+        "a negative contribution reduces the bending. Share: of the tool's mean-square error "
+        "over all poses"
     )
-    return [Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)]
+    return [
+        Section("bending", "Bending by cause", ("deflection", "slope", "share"), tuple(rows), note)
+    ]
 
 
 def _q95(answer: Answer) -> float:
@@ -192,30 +325,49 @@ def _check(answer: Answer) -> Section:
     rows = (
         Row("largest difference", (length(exact.largest, samples=counted),)),
         Row("mean difference", (length(exact.mean, samples=counted),)),
-        Row("largest, share of the 95th percentile", (Figure(100 * share_neglected(exact, q95), "%", samples=counted),), judged(exact, q95)),
+        Row(
+            "largest, share of the 95th percentile",
+            (Figure(100 * share_neglected(exact, q95), "%", samples=counted),),
+            judged(exact, q95),
+        ),
     )
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
-def _verdict(found: Sequence[Section], answer: Answer, known: States, overloaded: Sequence[Overload]) -> str:
-    """Return the headline: position error, the remedy that takes most off it, and what is assumed or missing."""
+def _verdict(
+    found: Sequence[Section], answer: Answer, known: States, overloaded: Sequence[Overload]
+) -> str:
+    """Return the headline: position error, the remedy that takes most off it, and what is assumed
+    or missing.
+    """
     error = find_row(found, "error", "95th percentile")
     if error is None:
         return ""
-    remedy = remedy_sentence(answer.budget, answer.waterfall, known, temperature=answer.arm.has_temperatures)
+    remedy = remedy_sentence(
+        answer.budget, answer.waterfall, known, temperature=answer.arm.has_temperatures
+    )
     return headline(error.figures[0], bands_clause(answer.bands, found), remedy, known, overloaded)
 
 
 def _in_zones(found: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:
     """Return each zone with the row of its 95th percentile."""
-    rows = ((zone, find_row(found, f"zone_{k}", "95th percentile")) for k, zone in enumerate(answer.zones, 1))
+    rows = (
+        (zone, find_row(found, f"zone_{k}", "95th percentile"))
+        for k, zone in enumerate(answer.zones, 1)
+    )
     return [(zone, row) for zone, row in rows if row is not None]
 
 
 def _zone_facts(answer: Answer) -> dict[str, Any]:
     """Return the number of poses of each zone as plain data; nothing without zones."""
     found = [
-        {"name": zone.name, "poses": len(zone.poses), "independent_sets": zone.poses.replicates, "looked_at": zone.tried} for zone in answer.zones
+        {
+            "name": zone.name,
+            "poses": len(zone.poses),
+            "independent_sets": zone.poses.replicates,
+            "looked_at": zone.tried,
+        }
+        for zone in answer.zones
     ]
     return {"zones": found} if found else {}
 
@@ -226,29 +378,61 @@ def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
         ("95 % of positions within", "error", "95th percentile"),
         ("mean position error", "error", "mean"),
         ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95th percentile of robots"),
-        *((f"{name}, 95 % of robots within", "iso9283", f"{name}, 95th percentile of robots") for name in map(rp_name, (1.0, 0.0))),
+        *(
+            (f"{name}, 95 % of robots within", "iso9283", f"{name}, 95th percentile of robots")
+            for name in map(rp_name, (1.0, 0.0))
+        ),
         ("reach from the base", "workspace", "reach from the base"),
     )
     rows = [(title, find_row(found, section, label)) for title, section, label in wanted]
     cards = [
-        Card(title, str(row.figures[0]), f"interval {row.figures[0].interval}" if row.figures[0].interval else row.note)
+        Card(
+            title,
+            str(row.figures[0]),
+            f"interval {row.figures[0].interval}" if row.figures[0].interval else row.note,
+        )
         for title, row in rows
-        if row is not None and row.figures[0].value  # nothing described errs so: zero is not a prediction
+        # nothing described errs so: zero is not a prediction
+        if row is not None and row.figures[0].value
     ]
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts:
-        cards.append(Card("largest contributor, share of mean square", str(parts[0].figures[1]), parts[0].label))
+        cards.append(
+            Card(
+                "largest contributor, share of mean square",
+                str(parts[0].figures[1]),
+                parts[0].label,
+            )
+        )
     for zone, row in _in_zones(found, answer):
         figure = row.figures[0]
-        cards.append(Card(f"95 % of positions within, {zone.name}", str(figure), f"interval {figure.interval}" if figure.interval else ""))
+        cards.append(
+            Card(
+                f"95 % of positions within, {zone.name}",
+                str(figure),
+                f"interval {figure.interval}" if figure.interval else "",
+            )
+        )
     return cards
 
 
 def _source(answer: Answer) -> str:
     sampled, poses = answer.sampled, answer.poses
     sets = f" in {poses.replicates} independent sets" if poses.replicates > 1 else ""
-    arriving = "from either side at random" if answer.approach == 0 else "moving up" if answer.approach > 0 else "moving down"
+    arriving = (
+        "from either side at random"
+        if answer.approach == 0
+        else "moving up"
+        if answer.approach > 0
+        else "moving down"
+    )
     samples = len(poses) * sampled.robots * sampled.visits
-    drawn = f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} = {several(samples, 'sample')}"
+    drawn = (
+        f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} = "
+        f"{several(samples, 'sample')}"
+    )
     counts = f"{several(len(poses), 'pose')} ({poses.law}){sets} x {drawn}"
-    return f"seed {answer.seed}: {counts}; joints arrive {arriving}. The same arm, version, seed and counts give the same bytes."
+    return (
+        f"seed {answer.seed}: {counts}; joints arrive {arriving}. The same arm, version, seed and "
+        "counts give the same bytes."
+    )

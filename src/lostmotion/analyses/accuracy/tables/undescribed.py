@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.accuracy.tables.drive_classes import class_facts, class_section, class_sentence
+from lostmotion.analyses.accuracy.tables.drive_classes import (
+    class_facts,
+    class_section,
+    class_sentence,
+)
 from lostmotion.analyses.accuracy.tables.joints import torques_section
 from lostmotion.analyses.accuracy.tables.study import workspace_section
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
@@ -23,13 +27,22 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.holding_torques import HoldingTorque
 
 _MISSING: Final = (
-    "the backlash, stiffness, hysteresis or transmission error of gearboxes, the play or stiffness of bearings, the errors of encoders, "
+    "the backlash, stiffness, hysteresis or transmission error of gearboxes, the play or "
+    "stiffness of bearings, the errors of encoders, "
     "the sections or length tolerances of links"
 )
 
 
-def undescribed_sheet(arm: Arm, poses: Poses, space: Workspace, worst: Sequence[HoldingTorque], lines: Lines | None = None) -> Sheet:
-    """Return the sheet of an arm without any error source: workspace, holding torques, states of the joints, and `lines` to describe them by."""
+def undescribed_sheet(
+    arm: Arm,
+    poses: Poses,
+    space: Workspace,
+    worst: Sequence[HoldingTorque],
+    lines: Lines | None = None,
+) -> Sheet:
+    """Return the sheet of an arm without any error source: workspace, holding torques, states of
+    the joints, and `lines` to describe them by.
+    """
     known = states(arm)
     reach = workspace_section(space)
     return Sheet(
@@ -37,23 +50,37 @@ def undescribed_sheet(arm: Arm, poses: Poses, space: Workspace, worst: Sequence[
         subject="workspace and statics",
         counts=several(len(poses), "pose"),
         verdict=f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}. What is missing: {_MISSING}.",
-        cards=(Card("reach from the base", str(reach.rows[0].figures[0]), "largest of the sample"),),
+        cards=(
+            Card("reach from the base", str(reach.rows[0].figures[0]), "largest of the sample"),
+        ),
         sections=(reach, torques_section(arm, poses, worst), *provenance_sections(known)),
         warnings=arm_warnings(arm, poses),
         notes=arm.remarks,
-        source=f"{several(len(poses), 'pose')} ({poses.law}). The same arm and version give the same bytes.",
-        facts={"arm": arm.name, "poses": {"count": len(poses), "law": poses.law}, **provenance_facts(known)},
+        source=(
+            f"{several(len(poses), 'pose')} ({poses.law}). The same arm and version give the same "
+            "bytes."
+        ),
+        facts={
+            "arm": arm.name,
+            "poses": {"count": len(poses), "law": poses.law},
+            **provenance_facts(known),
+        },
         lines=lines,
     )
 
 
 def with_first_answer(sheet: Sheet, figures: Sequence[ClassFigures]) -> Sheet:
-    """Return the sheet of an arm that describes no error source, with the figures by class of drive in place of a prediction."""
+    """Return the sheet of an arm that describes no error source, with the figures by class of drive
+    in place of a prediction.
+    """
     if not figures:
         return sheet
     return replace(
         sheet,
-        verdict=f"{class_sentence(figures)} The file itself describes no error source. What is missing: {_MISSING}.",
+        verdict=(
+            f"{class_sentence(figures)} The file itself describes no error source. What is "
+            f"missing: {_MISSING}."
+        ),
         sections=(class_section(figures), *sheet.sections),
         facts={**sheet.facts, **class_facts(figures)},
     )

@@ -30,19 +30,35 @@ def zone_sections(answer: Answer) -> list[Section]:
     for k, zone in enumerate(answer.zones, 1):
         inside = seen_in(answer, zone)
         note = f"by Monte Carlo, the same robots: {sampling_note(zone)}"
-        for key, title, section in (("", "Position error", error_section), ("_iso9283", "ISO 9283, predicted,", iso_section)):
+        for key, title, section in (
+            ("", "Position error", error_section),
+            ("_iso9283", "ISO 9283, predicted,", iso_section),
+        ):
             here, whole = section(inside, OWN), section(answer)
             if not here.rows:
                 continue
             rows = (_counted(zone.poses, answer.poses), *beside(here, whole))
-            out.append(Section(f"zone_{k}{key}", f"{title} in the zone {zone.name}", BESIDE, rows, f"{note}; {here.note}"))
+            out.append(
+                Section(
+                    f"zone_{k}{key}",
+                    f"{title} in the zone {zone.name}",
+                    BESIDE,
+                    rows,
+                    f"{note}; {here.note}",
+                )
+            )
     return out
 
 
 def zone_stopping(zones: Sequence[FoundInZone]) -> list[Section]:
     """Return the precision of each zone's figures, stage by stage."""
     return [
-        stopping_section(zone.stopping, f"in the zone {zone.name}", f"zone_{k}_stopping", scarce=_scarce(zone.stopping))
+        stopping_section(
+            zone.stopping,
+            f"in the zone {zone.name}",
+            f"zone_{k}_stopping",
+            scarce=_scarce(zone.stopping),
+        )
         for k, zone in enumerate(zones, 1)
         if zone.stopping is not None
     ]
@@ -50,7 +66,11 @@ def zone_stopping(zones: Sequence[FoundInZone]) -> list[Section]:
 
 def stopped_in(zones: Sequence[FoundInZone]) -> list[str]:
     """Return a sentence for each zone on whether its figures have the precision asked for."""
-    return [outcome(zone.stopping, f"in the zone {zone.name}", scarce=_scarce(zone.stopping)) for zone in zones if zone.stopping is not None]
+    return [
+        outcome(zone.stopping, f"in the zone {zone.name}", scarce=_scarce(zone.stopping))
+        for zone in zones
+        if zone.stopping is not None
+    ]
 
 
 def _scarce(stopping: Stopping) -> bool:
@@ -59,11 +79,20 @@ def _scarce(stopping: Stopping) -> bool:
 
 
 def seen_in(answer: Answer, zone: FoundInZone) -> Answer:
-    """Return the study as if it had visited the zone's poses alone. Raises ValueError for a zone that was not sampled."""
+    """Return the study as if it had visited the zone's poses alone. Raises ValueError for a zone
+    that was not sampled.
+    """
     if zone.sampled is None:
         raise ValueError(f"no samples in the zone {zone.name}")
     return replace(
-        answer, poses=zone.poses, sampled=zone.sampled, analytic=zone.analytic, pooled=zone.pooled, budget=zone.budget, repeats=zone.repeats, zones=()
+        answer,
+        poses=zone.poses,
+        sampled=zone.sampled,
+        analytic=zone.analytic,
+        pooled=zone.pooled,
+        budget=zone.budget,
+        repeats=zone.repeats,
+        zones=(),
     )
 
 
@@ -71,7 +100,10 @@ def sampling_note(zone: FoundInZone) -> str:
     """Return a note on how the zone's poses were sampled, and what the interval counts."""
     poses = zone.poses
     found = f"{several(len(poses), 'pose')} of the zone ({poses.law}), found among {zone.tried}"
-    own = "they have their own numbers, and the worst of them may be worse than the worst visited pose of the whole workspace"
+    own = (
+        "they have their own numbers, and the worst of them may be worse than the worst visited "
+        "pose of the whole workspace"
+    )
     if poses.replicates > 1:
         return f"{found}, in {poses.replicates} independent sets; {own}"
     return f"{found}; {own}"
@@ -82,11 +114,16 @@ def _counted(here: Poses, whole: Poses) -> Row:
 
 
 def beside(here: Section, whole: Section) -> tuple[Row, ...]:
-    """Put the rows of two sections side by side, by label; with the first one's remark, unless it is that of both and there is a figure."""
+    """Put the rows of two sections side by side, by label; with the first one's remark, unless it
+    is that of both and there is a figure.
+    """
     others = {row.label: row for row in whole.rows}
     none = Row("", (Figure(math.nan, "1"),))
     pairs = ((row, others.get(row.label, none)) for row in here.rows)
-    return tuple(Row(row.label, (row.figures[0], other.figures[0]), _remark(row, other)) for row, other in pairs)
+    return tuple(
+        Row(row.label, (row.figures[0], other.figures[0]), _remark(row, other))
+        for row, other in pairs
+    )
 
 
 def _remark(here: Row, whole: Row) -> str:

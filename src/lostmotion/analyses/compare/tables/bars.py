@@ -1,4 +1,6 @@
-"""Bars of a comparison's first screen: the error of each arm, and the change of the r.m.s. error by part."""
+"""Bars of a comparison's first screen: the error of each arm, and the change of the r.m.s. error by
+part.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,8 @@ from lostmotion.reporting.sheet import Bar, Bars, Figure, digits, in_words, leng
 if TYPE_CHECKING:
     from lostmotion.analyses.compare.comparison import Change, Comparison, PartChange
 
-# Parts with a bar of their own; further arms whose change is drawn by part; share of the largest bar below which a part has none of its own.
+# Parts with a bar of their own; further arms whose change is drawn by part; share of the largest
+# bar below which a part has none of its own.
 _MOST_BARS: Final = 6
 _MOST_ARMS: Final = 2
 _LEAST: Final = 0.005
@@ -23,7 +26,14 @@ _PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
 
 def bars(found: Comparison) -> tuple[Bars, ...]:
     """Return the blocks of bars."""
-    return (*_of_arms(found), *(block for k, change in enumerate(found.changes[:_MOST_ARMS]) for block in _of_parts(found, change, k)))
+    return (
+        *_of_arms(found),
+        *(
+            block
+            for k, change in enumerate(found.changes[:_MOST_ARMS])
+            for block in _of_parts(found, change, k)
+        ),
+    )
 
 
 def _of_arms(found: Comparison) -> list[Bars]:
@@ -31,7 +41,10 @@ def _of_arms(found: Comparison) -> list[Bars]:
     if within is None:
         return []
     sizes = [within.value(each) for each in found.arms]
-    effects: list[Figure | None] = [None, *(figure(change.figures["p95"], "m") for change in found.changes)]
+    effects: list[Figure | None] = [
+        None,
+        *(figure(change.figures["p95"], "m") for change in found.changes),
+    ]
     drawn = tuple(
         Bar(each.label, replace(length(size.value), bound=sign_of(each.known)), size.value, effect)
         for each, size, effect in zip(found.arms, sizes, effects, strict=True)
@@ -47,18 +60,39 @@ def _of_parts(found: Comparison, change: Change, index: int) -> list[Bars]:
     own = [each for each in change.parts if abs(each.share.value) >= _LEAST * largest]
     own = own if len(own) <= _MOST_BARS + 1 else own[:_MOST_BARS]
     others = [each for each in change.parts if each not in own]
-    drawn = [Bar(short_name(each.part), length(each.share.value), each.share.value, _sizes(each)) for each in own]
+    drawn = [
+        Bar(short_name(each.part), length(each.share.value), each.share.value, _sizes(each))
+        for each in own
+    ]
     rest = sum(each.share.value for each in others)
     if abs(rest) >= _LEAST * largest:
-        drawn.append(Bar(f"{len(others)} other{'s' if len(others) > 1 else ''}", length(rest), rest))
+        drawn.append(
+            Bar(f"{len(others)} other{'s' if len(others) > 1 else ''}", length(rest), rest)
+        )
     several = len(found.changes) > 1
     title = f"What changed the r.m.s. error{f' of {change.arm.label}' if several else ''}"
-    return [Bars(f"parts_shares_{index + 2}" if several else "parts_shares", title, "change by part", tuple(drawn), "alone, before → after")]
+    return [
+        Bars(
+            f"parts_shares_{index + 2}" if several else "parts_shares",
+            title,
+            "change by part",
+            tuple(drawn),
+            "alone, before → after",
+        )
+    ]
 
 
 def _sizes(each: PartChange) -> Figure:
-    """Return the r.m.s. error of a part by itself, before and after, in words and in the unit of the larger one."""
+    """Return the r.m.s. error of a part by itself, before and after, in words and in the unit of
+    the larger one.
+    """
     if each.before is None or each.after is None:
-        return in_words(" → ".join(ABSENT if size is None else str(length(size)) for size in (each.before, each.after)))
+        return in_words(
+            " → ".join(
+                ABSENT if size is None else str(length(size)) for size in (each.before, each.after)
+            )
+        )
     unit = length(max(each.before, each.after)).unit
-    return in_words(f"{' → '.join(digits(size * _PER_UNIT[unit]) for size in (each.before, each.after))} {unit}")
+    return in_words(
+        f"{' → '.join(digits(size * _PER_UNIT[unit]) for size in (each.before, each.after))} {unit}"
+    )

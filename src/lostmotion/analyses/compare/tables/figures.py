@@ -15,24 +15,42 @@ if TYPE_CHECKING:
 
 NO_DIFFERENCE_SEEN: Final = "no difference seen"
 EQUAL: Final = "equal"
-_SIZES: Final = {"rad": ("arcmin", ARCMIN), "kg": ("kg", 1.0), "price": ("1", 1.0), "1": ("%", 0.01)}
+_SIZES: Final = {
+    "rad": ("arcmin", ARCMIN),
+    "kg": ("kg", 1.0),
+    "price": ("1", 1.0),
+    "1": ("%", 0.01),
+}
 
 
 def figure(found: Estimate, unit: str, samples: str = "") -> Figure:
-    """Return an estimate in the unit that people read: lengths by their size, angles in arcmin, shares in per cent."""
+    """Return an estimate in the unit that people read: lengths by their size, angles in arcmin,
+    shares in per cent.
+    """
     if unit == "m":
         return length(found.value, found.low, found.high, samples)
     name, size = _SIZES[unit]
-    return Figure(found.value / size, name, found.low / size, found.high / size, samples, stated=unit == "price")
+    return Figure(
+        found.value / size,
+        name,
+        found.low / size,
+        found.high / size,
+        samples,
+        stated=unit == "price",
+    )
 
 
 def is_decided(change: Estimate) -> bool:
-    """Return whether a difference is distinguished from zero: its interval does not contain zero."""
+    """Return whether a difference is distinguished from zero: its interval does not contain
+    zero.
+    """
     return change.low > 0 or change.high < 0
 
 
 def remark(change: Estimate, *, exact: bool) -> str:
-    """Return what a reader must know of a difference: that it is zero, not distinguished from zero, or lacks an end or its interval; else nothing."""
+    """Return what a reader must know of a difference: that it is zero, not distinguished from zero,
+    or lacks an end or its interval; else nothing.
+    """
     if change.value == 0 and (exact or change.low == change.high == 0):
         return EQUAL
     if exact and math.isnan(change.value):
@@ -41,7 +59,11 @@ def remark(change: Estimate, *, exact: bool) -> str:
         return "one end of the interval is not known: too few poses"
     if exact or is_decided(change):
         return ""
-    return NO_DIFFERENCE_SEEN if math.isfinite(change.low) else "no interval: too few robots or sets of poses"
+    return (
+        NO_DIFFERENCE_SEEN
+        if math.isfinite(change.low)
+        else "no interval: too few robots or sets of poses"
+    )
 
 
 def with_interval(found: Figure) -> str:
@@ -52,7 +74,8 @@ def with_interval(found: Figure) -> str:
 def counted(each: ComparedArm) -> str:
     """Return what the figures of an arm were counted from."""
     return (
-        f"{several(len(each.poses), 'pose')} ({each.poses.law}) x {several(each.sampled.robots, 'robot')} x {several(each.sampled.visits, 'visit')}"
+        f"{several(len(each.poses), 'pose')} ({each.poses.law}) x "
+        f"{several(each.sampled.robots, 'robot')} x {several(each.sampled.visits, 'visit')}"
     )
 
 

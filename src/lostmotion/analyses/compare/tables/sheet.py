@@ -20,7 +20,16 @@ from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import provenance_facts, sign_of
-from lostmotion.reporting.sheet import PER_METRE, Figure, Row, Section, Sheet, in_words, length, several
+from lostmotion.reporting.sheet import (
+    PER_METRE,
+    Figure,
+    Row,
+    Section,
+    Sheet,
+    in_words,
+    length,
+    several,
+)
 
 if TYPE_CHECKING:
     from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
@@ -30,24 +39,60 @@ if TYPE_CHECKING:
 _EXACT: Final = "Exact sum over terms; the interval shows what the choice of poses leaves"
 _GROUPS: Final[dict[Group, tuple[str, str, str]]] = {
     "accuracy": ("changes", "Accuracy", "change: against the first arm, with its paired interval"),
-    "levels": ("changes_by_level", "What can be compensated", f"load and pose: {REMEDIES[0]}. Robots: {REMEDIES[1]}. Visits: {REMEDIES[2]}"),
-    "arm": ("changes_of_arm", "Mass, price and drives", "as far as stated; loads of the drives: largest over the poses, standing still"),
+    "levels": (
+        "changes_by_level",
+        "What can be compensated",
+        f"load and pose: {REMEDIES[0]}. Robots: {REMEDIES[1]}. Visits: {REMEDIES[2]}",
+    ),
+    "arm": (
+        "changes_of_arm",
+        "Mass, price and drives",
+        "as far as stated; loads of the drives: largest over the poses, standing still",
+    ),
 }
 # Groupings of the error terms, as the tables name them; rows that a table shows.
-_GROUPINGS: Final[dict[Grouping, str]] = {"parts": "part", "members": "member of a part", "causes": "kind of error"}
+_GROUPINGS: Final[dict[Grouping, str]] = {
+    "parts": "part",
+    "members": "member of a part",
+    "causes": "kind of error",
+}
 _MOST_ROWS: Final = 30
 _SAME: Final = "The same arms, version, seed and counts give the same bytes."
 _WORDS: Final = (
     (
         "change",
-        "the arm's figure less that of the first arm, from the same robots, visits and sets of poses: more precise than the two intervals suggest.",
+        (
+            "the arm's figure less that of the first arm, from the same robots, visits and sets "
+            "of poses: more precise than the two intervals suggest."
+        ),
     ),
-    ("no difference seen", "the interval of the change contains zero: these poses and robots do not show whether there is a difference."),
-    ("commanded tool point", "where the nominal geometry of the arm puts the tool; errors are deviations from it."),
+    (
+        "no difference seen",
+        (
+            "the interval of the change contains zero: these poses and robots do not show whether "
+            "there is a difference."
+        ),
+    ),
+    (
+        "commanded tool point",
+        "where the nominal geometry of the arm puts the tool; errors are deviations from it.",
+    ),
     ("equal", "the same to the last digit of the computation, or of the description."),
-    ("share of the change", "contributions of the parts to the change of the r.m.s. error; they add to it."),
-    ("sag", "displacement along gravity that all robots share, mean over the poses; a controller that knows the load can compensate it."),
-    ("stated, assumed, ideal", "known from a file or a maker, assumed, or not described and taken as perfect."),
+    (
+        "share of the change",
+        "contributions of the parts to the change of the r.m.s. error; they add to it.",
+    ),
+    (
+        "sag",
+        (
+            "displacement along gravity that all robots share, mean over the poses; a controller "
+            "that knows the load can compensate it."
+        ),
+    ),
+    (
+        "stated, assumed, ideal",
+        "known from a file or a maker, assumed, or not described and taken as perfect.",
+    ),
 )
 
 
@@ -55,8 +100,15 @@ def compare_sheet(found: Comparison) -> Sheet:
     """Return the sheet of a comparison."""
     first = found.arms[0]
     labels = [each.label for each in found.arms]
-    poses = several(len(first.poses), "pose") if len({len(each.poses) for each in found.arms}) == 1 else "poses of their own"
-    counts = f"{poses} x {several(first.sampled.robots, 'robot')} x {several(first.sampled.visits, 'visit')}, same draws"
+    poses = (
+        several(len(first.poses), "pose")
+        if len({len(each.poses) for each in found.arms}) == 1
+        else "poses of their own"
+    )
+    counts = (
+        f"{poses} x {several(first.sampled.robots, 'robot')} x "
+        f"{several(first.sampled.visits, 'visit')}, same draws"
+    )
     sheet = Sheet(
         name=" and ".join([", ".join(labels[:-1]), labels[-1]]),
         subject="comparison",
@@ -66,7 +118,11 @@ def compare_sheet(found: Comparison) -> Sheet:
             *(_changes(found, group) for group in _GROUPS),
             *commanded_tool_points(found),
             _values(found),
-            *(section for k, change in enumerate(found.changes) for section in _parts(found, change, k)),
+            *(
+                section
+                for k, change in enumerate(found.changes)
+                for section in _parts(found, change, k)
+            ),
             *_states(found),
             _figures(found),
             _drives(found),
@@ -76,7 +132,10 @@ def compare_sheet(found: Comparison) -> Sheet:
         counts=counts,
         warnings=warnings(found),
         notes=(
-            f"not counted: {NOT_COUNTED}{'' if measure_of(found, 'price') else ', prices (none is stated)'}{_without_mass(found)}",
+            (
+                "not counted: "
+                f"{NOT_COUNTED}{'' if measure_of(found, 'price') else ', prices (none is stated)'}{_without_mass(found)}"  # noqa: E501
+            ),
             *_notes(found),
         ),
         words=_WORDS,
@@ -87,7 +146,11 @@ def compare_sheet(found: Comparison) -> Sheet:
         brief=brief(found),
     )
     for each in failing(found):  # without intervals, and with the failure as the headline
-        sheet = replace(checked(sheet, each.sampled.exact, within_of(found, each), each.arm), verdict=sheet.verdict, cards=())
+        sheet = replace(
+            checked(sheet, each.sampled.exact, within_of(found, each), each.arm),
+            verdict=sheet.verdict,
+            cards=(),
+        )
     return sheet
 
 
@@ -96,81 +159,176 @@ def _without_mass(found: Comparison) -> str:
 
 
 def _changes(found: Comparison, group: Group) -> Section:
-    """Return the main tables: every figure of the first arm of this group, and its change in the others."""
+    """Return the main tables: every figure of the first arm of this group, and its change in the
+    others.
+    """
     first, *others = found.arms
     two = len(others) == 1
     rows = []
     for measure in (each for each in found.measures if each.group == group):
         before = measure.value(first)
-        figures = [figure(before, measure.unit)] if measure.exact else [_alone(figure(before, measure.unit, counted(first)), first)]
+        figures = (
+            [figure(before, measure.unit)]
+            if measure.exact
+            else [_alone(figure(before, measure.unit, counted(first)), first)]
+        )
         if two:
             other = figure(measure.value(others[0]), measure.unit, counted(others[0]))
             figures.append(_alone(other, None if measure.exact else others[0]))
         estimates = [change.figures[measure.key] for change in found.changes]
-        figures += [figure(each, measure.unit, counted(change.arm)) for each, change in zip(estimates, found.changes, strict=True)]
+        figures += [
+            figure(each, measure.unit, counted(change.arm))
+            for each, change in zip(estimates, found.changes, strict=True)
+        ]
         remarks = [remark(each, exact=measure.exact) for each in estimates]
-        note = remarks[0] if two else "; ".join(f"{change.arm.label}: {text}" for text, change in zip(remarks, found.changes, strict=True) if text)
+        note = (
+            remarks[0]
+            if two
+            else "; ".join(
+                f"{change.arm.label}: {text}"
+                for text, change in zip(remarks, found.changes, strict=True)
+                if text
+            )
+        )
         rows.append(Row(measure.name, tuple(figures), note, measure.key))
-    columns = (first.label, others[0].label, "change") if two else (first.label, *(f"{other.label}, change" for other in others))
+    columns = (
+        (first.label, others[0].label, "change")
+        if two
+        else (first.label, *(f"{other.label}, change" for other in others))
+    )
     key, title, note = _GROUPS[group]
     return Section(key, title, columns, tuple(rows), note)
 
 
 def _alone(found: Figure, of: ComparedArm | None) -> Figure:
-    """Return a figure without its interval, which stands in another table; an error of an arm that misses kinds of error as a bound."""
+    """Return a figure without its interval, which stands in another table; an error of an arm that
+    misses kinds of error as a bound.
+    """
     sign = sign_of(of.known) if of is not None and found.unit in PER_METRE else ""
     return Figure(found.value, found.unit, samples=found.samples, bound=sign)
 
 
 def _values(found: Comparison) -> Section:
-    rows = tuple(Row(each.name, tuple(in_words(text) for text in each.texts), key=key_of(f"{each.parts[0]} {each.key}")) for each in found.values)
-    note = "in brackets why a value is not a stated fact; -: the arm has none" if rows else "no value differs"
-    folded = f"{len(rows)} values differ; result.json lists them as well" if len(rows) > _MOST_ROWS else ""
-    return Section("values", "What differs", tuple(each.label for each in found.arms), rows, note, folded)
+    rows = tuple(
+        Row(
+            each.name,
+            tuple(in_words(text) for text in each.texts),
+            key=key_of(f"{each.parts[0]} {each.key}"),
+        )
+        for each in found.values
+    )
+    note = (
+        "in brackets why a value is not a stated fact; -: the arm has none"
+        if rows
+        else "no value differs"
+    )
+    folded = (
+        f"{len(rows)} values differ; result.json lists them as well"
+        if len(rows) > _MOST_ROWS
+        else ""
+    )
+    return Section(
+        "values", "What differs", tuple(each.label for each in found.arms), rows, note, folded
+    )
 
 
 def _parts(found: Comparison, change: Change, index: int) -> list[Section]:
-    """Return the error of each part, and of each kind of error, in both arms, and their shares in the change of one arm."""
+    """Return the error of each part, and of each kind of error, in both arms, and their shares in
+    the change of one arm.
+    """
     end, of = ("", "") if len(found.changes) == 1 else (f"_{index + 2}", f": {change.arm.label}")
     columns = (found.arms[0].label, change.arm.label, "change")
     sections = []
     for key, title in _GROUPINGS.items():
         items = change.by[key]
-        if key == "members" and {each.part for each in items} == {each.part for each in change.parts}:
+        if key == "members" and {each.part for each in items} == {
+            each.part for each in change.parts
+        }:
             continue
         ranked = sorted(items, key=lambda each: -max(each.before or 0.0, each.after or 0.0))
-        shortened = f"the {_MOST_ROWS} largest of {len(ranked)}, all of them in result.json. " if len(ranked) > _MOST_ROWS else ""
+        shortened = (
+            f"the {_MOST_ROWS} largest of {len(ranked)}, all of them in result.json. "
+            if len(ranked) > _MOST_ROWS
+            else ""
+        )
         note = f"{shortened}R.m.s. error of each by itself. {_EXACT}"
-        sections.append(Section(f"{key}{end}", f"Error by {title}{of}", columns, tuple(_row(each, change.arm) for each in ranked[:_MOST_ROWS]), note))
+        sections.append(
+            Section(
+                f"{key}{end}",
+                f"Error by {title}{of}",
+                columns,
+                tuple(_row(each, change.arm) for each in ranked[:_MOST_ROWS]),
+                note,
+            )
+        )
         sections.append(_shares(f"{key}_shares{end}", f"Change by {title}{of}", change, key))
     return sections
 
 
 def _row(each: PartChange, arm: ComparedArm) -> Row:
-    own = [in_words(ABSENT) if value is None else length(value) for value in (each.before, each.after)]
-    return Row(short_name(each.part), (*own, figure(each.alone, "m")), remark(each.alone, exact=len(arm.tallies) == 1))
+    own = [
+        in_words(ABSENT) if value is None else length(value) for value in (each.before, each.after)
+    ]
+    return Row(
+        short_name(each.part),
+        (*own, figure(each.alone, "m")),
+        remark(each.alone, exact=len(arm.tallies) == 1),
+    )
 
 
 def _shares(key: str, title: str, change: Change, grouping: Grouping) -> Section:
-    """Return the shares of parts, or kinds of error, in the change of the r.m.s. error, and their sum; those that change nothing are omitted."""
+    """Return the shares of parts, or kinds of error, in the change of the r.m.s. error, and their
+    sum; those that change nothing are omitted.
+    """
     exact = len(change.arm.tallies) == 1
     items, moved = change.by[grouping], change.moving(grouping)
-    rows = [Row(short_name(each.part), (figure(each.share, "m"),), remark(each.share, exact=exact)) for each in moved[:_MOST_ROWS]]
+    rows = [
+        Row(short_name(each.part), (figure(each.share, "m"),), remark(each.share, exact=exact))
+        for each in moved[:_MOST_ROWS]
+    ]
     if len(moved) > _MOST_ROWS:
         rest = sum(each.share.value for each in moved[_MOST_ROWS:])
         rows.append(Row(several(len(moved) - _MOST_ROWS, "other"), (length(rest),), key="others"))
-    rows.append(Row("all", (figure(change.figures["rms"], "m"),), remark(change.figures["rms"], exact=exact)))
+    rows.append(
+        Row(
+            "all", (figure(change.figures["rms"], "m"),), remark(change.figures["rms"], exact=exact)
+        )
+    )
     omitted = len(items) - len(moved)
-    note = f"{omitted} without a share, or with less than 0.01 % of the largest one. " if omitted else ""
-    return Section(key, title, ("of the change of the r.m.s. error",), tuple(rows), f"{note}Shares add to the change. {_EXACT}")
+    note = (
+        f"{omitted} without a share, or with less than 0.01 % of the largest one. "
+        if omitted
+        else ""
+    )
+    return Section(
+        key,
+        title,
+        ("of the change of the r.m.s. error",),
+        tuple(rows),
+        f"{note}Shares add to the change. {_EXACT}",
+    )
 
 
 def _states(found: Comparison) -> list[Section]:
     if not found.states:
         return []
-    rows = tuple(Row(f"{each.place}, {each.kind}", tuple(map(in_words, each.states))) for each in found.states)
-    note = "ideal: nothing is described, taken as perfect; assumed: some value behind it is; -: there is none"
-    return [Section("states", "What is not equally well known", tuple(each.label for each in found.arms), rows, note)]
+    rows = tuple(
+        Row(f"{each.place}, {each.kind}", tuple(map(in_words, each.states)))
+        for each in found.states
+    )
+    note = (
+        "ideal: nothing is described, taken as perfect; assumed: some value behind it is; -: "
+        "there is none"
+    )
+    return [
+        Section(
+            "states",
+            "What is not equally well known",
+            tuple(each.label for each in found.arms),
+            rows,
+            note,
+        )
+    ]
 
 
 def _figures(found: Comparison) -> Section:
@@ -182,7 +340,13 @@ def _figures(found: Comparison) -> Section:
         )
         for measure in found.measures
     )
-    return Section("figures", "Every arm by itself", tuple(each.label for each in found.arms), rows, "as a study of each arm reports them")
+    return Section(
+        "figures",
+        "Every arm by itself",
+        tuple(each.label for each in found.arms),
+        rows,
+        "as a study of each arm reports them",
+    )
 
 
 def _drives(found: Comparison) -> Section:
@@ -195,12 +359,24 @@ def _drives(found: Comparison) -> Section:
             if at is None:
                 cells.append(in_words(ABSENT))
                 continue
-            joint, held, rated = each.arm.moving[at], float(each.held[at]), float(rated_torques(each.arm)[at])
+            joint, held, rated = (
+                each.arm.moving[at],
+                float(each.held[at]),
+                float(rated_torques(each.arm)[at]),
+            )
             cells.append(Figure(held, joint.load_unit))
-            shares.append(str(Figure(100 * held / rated, "%")) if math.isfinite(rated) and rated > 0 else "not rated")
+            shares.append(
+                str(Figure(100 * held / rated, "%"))
+                if math.isfinite(rated) and rated > 0
+                else "not rated"
+            )
         rows.append(Row(name, tuple(cells), f"of the rated load: {', '.join(shares)}"))
     return Section(
-        "drives", "Static load of each drive", tuple(each.label for each in found.arms), tuple(rows), "largest over the poses, base as stated"
+        "drives",
+        "Static load of each drive",
+        tuple(each.label for each in found.arms),
+        tuple(rows),
+        "largest over the poses, base as stated",
     )
 
 
@@ -208,7 +384,11 @@ def _arms(found: Comparison) -> Section:
     rows = tuple(
         Row(
             each.label,
-            (Figure(len(each.arm.moving), "1"), Figure(each.arm.mass, "kg"), Figure(each.arm.payload.mass, "kg", stated=True)),
+            (
+                Figure(len(each.arm.moving), "1"),
+                Figure(each.arm.mass, "kg"),
+                Figure(each.arm.payload.mass, "kg", stated=True),
+            ),
             f"{each.arm.name}: {about_arm(each.arm)}; {counted(each)}",
         )
         for each in found.arms
@@ -222,7 +402,12 @@ def _check(found: Comparison) -> Section:
         check, error = each.sampled.exact, within_of(found, each)
         sizes = (length(check.largest), Figure(100 * share_neglected(check, error), "%"))
         rows.append(Row(each.label, sizes, judged(check, error)))
-    return Section("exact_check", "First order against exact composition", ("largest difference", "of the 95 % error"), tuple(rows))
+    return Section(
+        "exact_check",
+        "First order against exact composition",
+        ("largest difference", "of the 95 % error"),
+        tuple(rows),
+    )
 
 
 def _notes(found: Comparison) -> list[str]:
@@ -236,8 +421,17 @@ def _notes(found: Comparison) -> list[str]:
 
 
 def _source(found: Comparison, counts: str) -> str:
-    arriving = "from either side at random" if found.approach == 0 else "moving up" if found.approach > 0 else "moving down"
-    return f"seed {found.seed}: {counts}; poses: {found.arms[0].poses.law}; joints arrive {arriving}. {_SAME}"
+    arriving = (
+        "from either side at random"
+        if found.approach == 0
+        else "moving up"
+        if found.approach > 0
+        else "moving down"
+    )
+    return (
+        f"seed {found.seed}: {counts}; poses: {found.arms[0].poses.law}; joints arrive {arriving}. "
+        f"{_SAME}"
+    )
 
 
 def _facts(found: Comparison) -> dict[str, Any]:
@@ -250,7 +444,11 @@ def _facts(found: Comparison) -> dict[str, Any]:
                 "mass_not_stated": list(each.arm.gearboxes_without_mass),
                 "price": each.arm.price,
                 "price_not_stated": list(each.arm.joints_without_price),
-                "poses": {"count": len(each.poses), "law": each.poses.law, "independent_sets": each.poses.replicates},
+                "poses": {
+                    "count": len(each.poses),
+                    "law": each.poses.law,
+                    "independent_sets": each.poses.replicates,
+                },
                 **provenance_facts(each.known),
             }
             for each in found.arms
@@ -263,19 +461,32 @@ def _facts(found: Comparison) -> dict[str, Any]:
         "changes": [_plain(change) for change in found.changes],
         "commanded_tool_points": [distance_facts(found, change) for change in found.changes],
         "differences": [
-            {"parts": list(each.parts), "key": "" if each.key == WHOLE_JOINT else each.key, "values": list(each.texts)} for each in found.values
+            {
+                "parts": list(each.parts),
+                "key": "" if each.key == WHOLE_JOINT else each.key,
+                "values": list(each.texts),
+            }
+            for each in found.values
         ],
     }
 
 
 def _plain(change: Change) -> dict[str, Any]:
-    """Return all changes of one arm as plain data, in SI; each as value and the ends of its interval."""
+    """Return all changes of one arm as plain data, in SI; each as value and the ends of its
+    interval.
+    """
     return {
         "arm": change.arm.label,
         "figures": {key: ends(each) for key, each in change.figures.items()},
         **{
             grouping: [
-                {"name": each.part, "before_m": each.before, "after_m": each.after, "alone_m": ends(each.alone), "share_m": ends(each.share)}
+                {
+                    "name": each.part,
+                    "before_m": each.before,
+                    "after_m": each.after,
+                    "alone_m": ends(each.alone),
+                    "share_m": ends(each.share),
+                }
                 for each in items
             ]
             for grouping, items in change.by.items()

@@ -1,4 +1,6 @@
-"""The plots of a cycloidal gearbox by its drawing: profile, lobe loads, scatter of the play, compliance, transmission error and its spectrum."""
+"""The plots of a cycloidal gearbox by its drawing: profile, lobe loads, scatter of the play,
+compliance, transmission error and its spectrum.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,18 @@ from lostmotion.analyses.gearbox.cycloidal import SHOWN
 from lostmotion.analyses.gearbox.plots.profile import profile
 from lostmotion.analyses.gearbox.tables.cycloidal import samples_section
 from lostmotion.propagation.montecarlo.histogram import binned
-from lostmotion.reporting.chart import axes, figure, grid, histogram, label_axes, legend, mark_at, named_rows, one, text
+from lostmotion.reporting.chart import (
+    axes,
+    figure,
+    grid,
+    histogram,
+    label_axes,
+    legend,
+    mark_at,
+    named_rows,
+    one,
+    text,
+)
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import ARCMIN, ARCSEC
@@ -37,9 +50,27 @@ def drawing_plots(study: GearStudy) -> list[Plot]:
         raise ValueError("a gearbox by stated figures has no drawing")
     counted, samples = f"{study.count} simulated gearboxes", samples_section(drawn, study.count)
     out = [
-        Plot("profile", "geometry", profile(study), "Discs and ring at true scale, with the pitch point and the force on each lobe as an arrow."),
-        Plot("lobe-loads", "lobes", lobe_loads(drawn.lobes), "Load and peak pressure of each lobe over its angle from the line of centres."),
-        Plot("play", "built", spread(drawn.play, "play", samples, counted, LIGHT["robot"]), f"Histogram of the play of {counted}."),
+        Plot(
+            "profile",
+            "geometry",
+            profile(study),
+            (
+                "Discs and ring at true scale, with the pitch point and the force on each lobe as "
+                "an arrow."
+            ),
+        ),
+        Plot(
+            "lobe-loads",
+            "lobes",
+            lobe_loads(drawn.lobes),
+            "Load and peak pressure of each lobe over its angle from the line of centres.",
+        ),
+        Plot(
+            "play",
+            "built",
+            spread(drawn.play, "play", samples, counted, LIGHT["robot"]),
+            f"Histogram of the play of {counted}.",
+        ),
         Plot(
             "lost-motion",
             "built",
@@ -48,17 +79,38 @@ def drawing_plots(study: GearStudy) -> list[Plot]:
         ),
     ]
     if drawn.members:
-        out.append(Plot("members", "members", members(drawn.members), "Bars of the wind-up through each member, the largest first."))
-    if drawn.transmission.amplitude.any():
-        out.append(Plot("error", "transmission", error(drawn.transmission), "Transmission error of a few gearboxes over a turn of the crank."))
         out.append(
-            Plot("spectrum", "transmission", spectrum(drawn.transmission), "Amplitude of each harmonic over its cycles per turn of the output.")
+            Plot(
+                "members",
+                "members",
+                members(drawn.members),
+                "Bars of the wind-up through each member, the largest first.",
+            )
+        )
+    if drawn.transmission.amplitude.any():
+        out.append(
+            Plot(
+                "error",
+                "transmission",
+                error(drawn.transmission),
+                "Transmission error of a few gearboxes over a turn of the crank.",
+            )
+        )
+        out.append(
+            Plot(
+                "spectrum",
+                "transmission",
+                spectrum(drawn.transmission),
+                "Amplitude of each harmonic over its cycles per turn of the output.",
+            )
         )
     return out
 
 
 def lobe_loads(cases: tuple[Lobes, ...]) -> Figure:
-    """Draw force and pressure of each lobe over its angle from the line of centres, at crank angle zero."""
+    """Draw force and pressure of each lobe over its angle from the line of centres, at crank angle
+    zero.
+    """
     made = figure(100)
     panels = axes(made, "Load of the lobes of one disc", rows=2, sharex=True)[:, 0]
     step = 360 / len(cases[0].theta)
@@ -70,10 +122,22 @@ def lobe_loads(cases: tuple[Lobes, ...]) -> Figure:
         for on, values in zip(panels, (case.force, case.peak / 1e9), strict=True):
             seen = np.flatnonzero(values[order] > 0)
             if len(seen):
-                on.bar(at[seen], values[order][seen], width=0.94 * thick, color=colour, linewidth=0, label=name)
+                on.bar(
+                    at[seen],
+                    values[order][seen],
+                    width=0.94 * thick,
+                    color=colour,
+                    linewidth=0,
+                    label=name,
+                )
     loaded = np.abs(np.degrees(cases[0].theta[np.max([case.force for case in cases], axis=0) > 0]))
     middle = 1.0 if cases[0].theta[cases[0].force.argmax()] > 0 else -1.0
-    ends = sorted((middle * max(float(loaded.min()) - 1.5 * step, -step), middle * (float(loaded.max()) + 1.5 * step)))
+    ends = sorted(
+        (
+            middle * max(float(loaded.min()) - 1.5 * step, -step),
+            middle * (float(loaded.max()) + 1.5 * step),
+        )
+    )
     panels[1].set_xlim(*ends)
     label_axes(panels[0], y="load [N]")
     label_axes(panels[1], "θ, angle from the line of centres [°]", "peak pressure [GPa]")
@@ -82,14 +146,24 @@ def lobe_loads(cases: tuple[Lobes, ...]) -> Figure:
 
 
 def spread(values: Floats, name: str, found: Section, counted: str, colour: str) -> Figure:
-    """Draw the scatter of manufactured samples (rad): a histogram with the mean and the quantiles that the table of samples prints."""
+    """Draw the scatter of manufactured samples (rad): a histogram with the mean and the quantiles
+    that the table of samples prints.
+    """
     shown = values / ARCMIN
     even = float(np.ptp(shown)) <= 1e-9 * max(float(np.abs(shown).max()), 1.0)
     wide = max(0.01 * abs(float(shown[0])), 1e-3)
-    edges, counts = (shown[0] + wide * np.array([-0.5, 0.5]), np.array([len(shown)])) if even else binned(shown, about=40)
+    edges, counts = (
+        (shown[0] + wide * np.array([-0.5, 0.5]), np.array([len(shown)]))
+        if even
+        else binned(shown, about=40)
+    )
     made, on = one(f"{name[:1].upper()}{name[1:]} of {counted}", 84)
     histogram(on, edges, counts, colour)
-    marks = [(row.label.removeprefix(f"{name}: "), row.figures[0]) for row in found.rows if row.label.startswith(f"{name}: ")]
+    marks = [
+        (row.label.removeprefix(f"{name}: "), row.figures[0])
+        for row in found.rows
+        if row.label.startswith(f"{name}: ")
+    ]
     for row, (word, number) in enumerate(sorted(marks, key=lambda mark: mark[1].value)):
         mark_at(on, number.value, f"{word}  {number}", row=row)
     label_axes(on, f"{name} [arcmin]", f"gearboxes per {float(edges[1] - edges[0]):.3g} arcmin [1]")
@@ -102,7 +176,14 @@ def members(found: dict[str, float]) -> Figure:
     made, on = one("Wind-up by member", 24 + 7 * len(values))
     on.barh(range(len(values)), values, height=0.62, color=LIGHT["robot"], linewidth=0)
     for row, value in enumerate(values):
-        text(on, value, row, f"{Number(float(value), 'arcmin')}, {Number(float(100 * value / values.sum()), '%')}", xytext=(4, 0), va="center")
+        text(
+            on,
+            value,
+            row,
+            f"{Number(float(value), 'arcmin')}, {Number(float(100 * value / values.sum()), '%')}",
+            xytext=(4, 0),
+            va="center",
+        )
     named_rows(on, list(found))
     on.set_xlim(0, 1.6 * max(float(values.max()), 1e-12))
     label_axes(on, "wind-up [arcmin]")
@@ -114,7 +195,13 @@ def error(found: Transmission) -> Figure:
     made, on = one(f"Transmission error, {found.loads[-1]:.4g} N m", 80)
     grid(on)
     for k in range(min(SHOWN, found.errors.shape[-1])):
-        on.plot(np.degrees(found.crank), found.errors[-1, :, k] / ARCSEC, color=_COLOURS[k], linewidth=1.2, label=f"{_NAMES[k]} gearbox")
+        on.plot(
+            np.degrees(found.crank),
+            found.errors[-1, :, k] / ARCSEC,
+            color=_COLOURS[k],
+            linewidth=1.2,
+            label=f"{_NAMES[k]} gearbox",
+        )
     on.set_xlim(0, 360)
     on.set_xticks(range(0, 361, 60))
     label_axes(on, "crank angle [°]", "error of the output [arcsec]")
@@ -123,13 +210,27 @@ def error(found: Transmission) -> Figure:
 
 
 def spectrum(found: Transmission) -> Figure:
-    """Draw the lowest harmonics of the transmission error, under a light load and under the torque."""
-    seen = found.cycles[: max(_MOST_HARMONICS, int(np.flatnonzero(found.amplitude.max(axis=0) > 0.2 * found.amplitude.max())[-1]) + 1)]
+    """Draw the lowest harmonics of the transmission error, under a light load and under the
+    torque.
+    """
+    seen = found.cycles[
+        : max(
+            _MOST_HARMONICS,
+            int(np.flatnonzero(found.amplitude.max(axis=0) > 0.2 * found.amplitude.max())[-1]) + 1,
+        )
+    ]
     made, on = one("Spectrum of the transmission error", 76)
     first = float(found.cycles[0])
     for k, load in enumerate(found.loads):
         heights = found.amplitude[k, : len(seen)] / ARCSEC
-        on.bar(seen + (k - 0.5) * 0.4 * first, heights, width=0.4 * first, color=_COLOURS[1 - k], linewidth=0, label=f"{load:.4g} N m")
+        on.bar(
+            seen + (k - 0.5) * 0.4 * first,
+            heights,
+            width=0.4 * first,
+            color=_COLOURS[1 - k],
+            linewidth=0,
+            label=f"{load:.4g} N m",
+        )
     step = first * max(1, math.ceil(len(seen) / 10))
     on.set_xticks(np.arange(0, float(seen[-1]) + step, step))
     on.set_xlim(0, float(seen[-1] + first))

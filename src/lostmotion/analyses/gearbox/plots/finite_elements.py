@@ -1,4 +1,6 @@
-"""Pictures of a stage by finite elements: stress and strain of both wheels, their deformed outline, the most loaded contact, angles over torque."""
+"""Pictures of a stage by finite elements: stress and strain of both wheels, their deformed outline,
+the most loaded contact, angles over torque.
+"""
 
 from __future__ import annotations
 
@@ -46,39 +48,84 @@ def fem_plots(stages: tuple[FiniteElements, ...]) -> list[Plot]:
 
 
 def _of_stage(found: FiniteElements) -> list[Plot]:
-    stress, strain = [each.von_mises / 1e6 for each in found.fields], [1e6 * each.strain for each in found.fields]
+    stress, strain = (
+        [each.von_mises / 1e6 for each in found.fields],
+        [1e6 * each.strain for each in found.fields],
+    )
     key, of_stage = fem_key(found), f"of the {found.name}"
     stressed, strained = (
         replace(found.most_stressed, value=found.most_stressed.value / 1e6),
         replace(found.most_strained, value=1e6 * found.most_strained.value),
     )
-    pictures = whole(found, stress, "Von Mises stress", "MPa", stressed), whole(found, strain, "Equivalent strain", "µm/m", strained)
+    pictures = (
+        whole(found, stress, "Von Mises stress", "MPa", stressed),
+        whole(found, strain, "Equivalent strain", "µm/m", strained),
+    )
     return [
-        Plot(f"{key}-stress", key, pictures[0], f"Von Mises stress of disc and ring {of_stage}, with the deformed outline."),
-        Plot(f"{key}-strain", key, pictures[1], f"Equivalent strain of disc and ring {of_stage}, with the deformed outline."),
-        Plot(f"{key}-contact", f"{key}-lobes", contact(found, stress), f"Von Mises stress around the contact with the largest pressure {of_stage}."),
-        Plot(f"{key}-angle", key, angles(found), f"Rotation over torque {of_stage}, with the equivalent strain read as an angle."),
+        Plot(
+            f"{key}-stress",
+            key,
+            pictures[0],
+            f"Von Mises stress of disc and ring {of_stage}, with the deformed outline.",
+        ),
+        Plot(
+            f"{key}-strain",
+            key,
+            pictures[1],
+            f"Equivalent strain of disc and ring {of_stage}, with the deformed outline.",
+        ),
+        Plot(
+            f"{key}-contact",
+            f"{key}-lobes",
+            contact(found, stress),
+            f"Von Mises stress around the contact with the largest pressure {of_stage}.",
+        ),
+        Plot(
+            f"{key}-angle",
+            key,
+            angles(found),
+            f"Rotation over torque {of_stage}, with the equivalent strain read as an angle.",
+        ),
     ]
 
 
-def whole(found: FiniteElements, values: list[Floats], name: str, unit: str, largest: Largest) -> Figure:
-    """Draw a field of both wheels in classes, with undeformed and deformed outlines and a mark where it is largest."""
+def whole(
+    found: FiniteElements, values: list[Floats], name: str, unit: str, largest: Largest
+) -> Figure:
+    """Draw a field of both wheels in classes, with undeformed and deformed outlines and a mark
+    where it is largest.
+    """
     radius = max(float(np.abs(each.points).max()) for each in found.fields)
-    picture = np.fmax.reduce([raster(f, v, -radius, -radius, radius, _WHOLE) for f, v in zip(found.fields, values, strict=True)])
+    picture = np.fmax.reduce(
+        [
+            raster(f, v, -radius, -radius, radius, _WHOLE)
+            for f, v in zip(found.fields, values, strict=True)
+        ]
+    )
     top = float(np.nanquantile(picture, _SHOWN))
     moved = [_moved(found, k) for k in range(len(found.fields))]
     scale = round_below(_DRAWN * radius / max(float(np.abs(each).max()) for each in moved))
-    figure, on = one(f"{name}, {found.name}, {as_stated(float(found.torque[-1]))} N m at the output", _HEIGHT)
+    figure, on = one(
+        f"{name}, {found.name}, {as_stated(float(found.torque[-1]))} N m at the output", _HEIGHT
+    )
     limits = _picture(on, picture, -radius, -radius, radius, top)
     for colour, width, factor, words in (
         (LIGHT["quiet"], 0.6, 0.0, "unloaded"),
         (LIGHT["ink"], 0.9, scale, f"loaded, displacements x {scale:g}"),
     ):
-        parts = [_outline(each, each.points + factor * by, _SPACING * radius) for each, by in zip(found.fields, moved, strict=True)]
+        parts = [
+            _outline(each, each.points + factor * by, _SPACING * radius)
+            for each, by in zip(found.fields, moved, strict=True)
+        ]
         on.plot(*(np.concatenate(parts).T * _MM), color=colour, linewidth=width, label=words)
     _mark(on, largest.place, f"largest, {Number(largest.value, unit)}, in the {largest.body}")
     _square(on)
-    class_legend(figure, limits, f"{name[:1].lower()}{name[1:]} [{unit}]; higher at the contacts", on.get_legend_handles_labels()[0])
+    class_legend(
+        figure,
+        limits,
+        f"{name[:1].lower()}{name[1:]} [{unit}]; higher at the contacts",
+        on.get_legend_handles_labels()[0],
+    )
     return figure
 
 
@@ -87,14 +134,31 @@ def contact(found: FiniteElements, stress: list[Floats]) -> Figure:
     k = int(found.loaded.peak[-1].argmax())
     at = found.loaded.place[k]
     half = _AROUND * float(found.loaded.half_width[-1, k])
-    pictures = [raster(f, v, at.real - half, at.imag - half, at.real + half, _ZOOM) for f, v in zip(found.fields, stress, strict=True)]
+    pictures = [
+        raster(f, v, at.real - half, at.imag - half, at.real + half, _ZOOM)
+        for f, v in zip(found.fields, stress, strict=True)
+    ]
     picture = np.fmax.reduce(pictures)
-    figure, on = one(f"Von Mises stress, {found.name}, at θ = {math.degrees(found.loaded.theta[k]):.1f}°", _HEIGHT)
-    limits = _picture(on, picture, at.real - half, at.imag - half, at.real + half, float(np.nanmax(picture)))
-    _mark(on, complex(at), f"contact as drawn, peak pressure {Number(float(found.loaded.peak[-1, k]) / 1e9, 'GPa')}", "x")
+    figure, on = one(
+        f"Von Mises stress, {found.name}, at θ = {math.degrees(found.loaded.theta[k]):.1f}°",
+        _HEIGHT,
+    )
+    limits = _picture(
+        on, picture, at.real - half, at.imag - half, at.real + half, float(np.nanmax(picture))
+    )
+    _mark(
+        on,
+        complex(at),
+        f"contact as drawn, peak pressure {Number(float(found.loaded.peak[-1, k]) / 1e9, 'GPa')}",
+        "x",
+    )
     largest = found.most_stressed
     if max(abs(largest.place.real - at.real), abs(largest.place.imag - at.imag)) < half:
-        _mark(on, largest.place, f"largest stress, {Number(largest.value / 1e6, 'MPa')}, in the {largest.body}")
+        _mark(
+            on,
+            largest.place,
+            f"largest stress, {Number(largest.value / 1e6, 'MPa')}, in the {largest.body}",
+        )
     _square(on)
     class_legend(figure, limits, "von Mises stress [MPa]", on.get_legend_handles_labels()[0])
     return figure
@@ -104,14 +168,32 @@ def angles(found: FiniteElements) -> Figure:
     """Draw the rotation over the torque, and the equivalent strain as an angle."""
     figure, on = one(f"Rotation, and strain read as an angle, {found.name}", 84)
     grid(on, "both")
-    solid = () if found.rotation_3d is None else (("rotation, 3-D", found.rotation_3d, LIGHT["ink"], "-"),)
+    solid = (
+        ()
+        if found.rotation_3d is None
+        else (("rotation, 3-D", found.rotation_3d, LIGHT["ink"], "-"),)
+    )
     for name, values, colour, line in (
         ("rotation, plane strain", found.rotation[0], LIGHT["robot"], "-"),
         ("rotation, plane stress", found.rotation[1], LIGHT["design"], "-"),
         *solid,
-        ("largest equivalent strain as an angle, the paper's conversion", found.strain, LIGHT["warn"], "--"),
+        (
+            "largest equivalent strain as an angle, the paper's conversion",
+            found.strain,
+            LIGHT["warn"],
+            "--",
+        ),
     ):
-        on.plot(found.torque, values / ARCMIN, label=name, color=colour, linestyle=line, linewidth=1.4, marker="o", markersize=3)
+        on.plot(
+            found.torque,
+            values / ARCMIN,
+            label=name,
+            color=colour,
+            linestyle=line,
+            linewidth=1.4,
+            marker="o",
+            markersize=3,
+        )
     on.set_xlim(left=0)
     on.set_ylim(bottom=0)
     label_axes(on, "torque at the output [N m]", "angle [arcmin]")
@@ -119,15 +201,24 @@ def angles(found: FiniteElements) -> Figure:
     return figure
 
 
-def raster(field: Field, values: Floats, left: float, low: float, right: float, pixels: int) -> Floats:
-    """Return a field (point,) on a square of pixels (row, column), NaN outside of the body; peaks between pixels are kept as their pixel's value."""
+def raster(
+    field: Field, values: Floats, left: float, low: float, right: float, pixels: int
+) -> Floats:
+    """Return a field (point,) on a square of pixels (row, column), NaN outside of the body; peaks
+    between pixels are kept as their pixel's value.
+    """
     step = (right - left) / pixels
     at = (field.points - [left, low]) / step - 0.5
     out = np.full((pixels, pixels), np.nan)
     corners = at[field.triangles]
-    inside = (corners.max(axis=1) >= 0).all(axis=1) & (corners.min(axis=1) <= pixels - 1).all(axis=1)
+    inside = (corners.max(axis=1) >= 0).all(axis=1) & (corners.min(axis=1) <= pixels - 1).all(
+        axis=1
+    )
     for triangle, corner in zip(field.triangles[inside], corners[inside], strict=True):
-        (x0, y0), (x1, y1) = np.maximum(np.ceil(corner.min(axis=0)), 0).astype(int), np.minimum(np.floor(corner.max(axis=0)), pixels - 1).astype(int)
+        (x0, y0), (x1, y1) = (
+            np.maximum(np.ceil(corner.min(axis=0)), 0).astype(int),
+            np.minimum(np.floor(corner.max(axis=0)), pixels - 1).astype(int),
+        )
         if x1 < x0 or y1 < y0:
             continue
         y, x = np.mgrid[y0 : y1 + 1, x0 : x1 + 1]
@@ -137,7 +228,9 @@ def raster(field: Field, values: Floats, left: float, low: float, right: float, 
         third = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area
         within = (second >= -_EDGE) & (third >= -_EDGE) & (second + third <= 1 + _EDGE)
         first, of_second, of_third = values[triangle]
-        out[y[within], x[within]] = (first + second * (of_second - first) + third * (of_third - first))[within]
+        out[y[within], x[within]] = (
+            first + second * (of_second - first) + third * (of_third - first)
+        )[within]
     column, row = np.round(at).astype(int).T
     seen = (column >= 0) & (column < pixels) & (row >= 0) & (row < pixels)
     np.fmax.at(out, (row[seen], column[seen]), values[seen])
@@ -156,9 +249,13 @@ def _moved(found: FiniteElements, k: int) -> Floats:
 
 
 def _outline(field: Field, points: Floats, spacing: float) -> Floats:
-    """Return the closed boundaries of a mesh, with points no closer than `spacing`, as lines (point, 2) with gaps of NaN."""
+    """Return the closed boundaries of a mesh, with points no closer than `spacing`, as lines
+    (point, 2) with gaps of NaN.
+    """
     sides = np.concatenate([field.triangles[:, [a, b]] for a, b in ((0, 1), (1, 2), (2, 0))])
-    _, first, times = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, times = np.unique(
+        np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True
+    )
     after = dict(sides[first[times == 1]].tolist())
     lines = []
     while after:
@@ -172,8 +269,12 @@ def _outline(field: Field, points: Floats, spacing: float) -> Floats:
     return np.array(lines)
 
 
-def _picture(on: Axes, values: Floats, left: float, low: float, right: float, top: float) -> list[float]:
-    """Draw values (row, column) on a square in classes from zero to `top`, and return the limits of the classes."""
+def _picture(
+    on: Axes, values: Floats, left: float, low: float, right: float, top: float
+) -> list[float]:
+    """Draw values (row, column) on a square in classes from zero to `top`, and return the limits of
+    the classes.
+    """
     step = (right - left) / len(values)
     x, y = (_MM * (start + step * np.arange(len(values) + 1)) for start in (left, low))
     limits = class_limits(0.0, top)
@@ -184,7 +285,16 @@ def _picture(on: Axes, values: Floats, left: float, low: float, right: float, to
 def _mark(on: Axes, place: complex, words: str, sign: str = "o") -> None:
     """Mark a place (m), named in the legend."""
     at = place.real * _MM, place.imag * _MM
-    on.plot(*at, sign, color=LIGHT["warn"], markerfacecolor="none", markersize=9, markeredgewidth=1.8, linestyle="none", label=words)
+    on.plot(
+        *at,
+        sign,
+        color=LIGHT["warn"],
+        markerfacecolor="none",
+        markersize=9,
+        markeredgewidth=1.8,
+        linestyle="none",
+        label=words,
+    )
 
 
 def _square(on: Axes) -> None:

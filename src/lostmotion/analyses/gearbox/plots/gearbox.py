@@ -1,4 +1,6 @@
-"""The plots of a gearbox of any kind: its hysteresis, and its stated harmonics; those of a drawing are in `plots.cycloidal`."""
+"""The plots of a gearbox of any kind: its hysteresis, and its stated harmonics; those of a drawing
+are in `plots.cycloidal`.
+"""
 
 from __future__ import annotations
 
@@ -33,19 +35,32 @@ def gearbox_plots(study: GearStudy) -> list[Plot]:
         drawn.append(Plot("hysteresis", "loop", hysteresis(study.loop, found, units), words))
         near = max(4 * (study.loop.small or 0.0), 6 * study.loop.rest)
         if 0 < near < study.loop.torque[-1]:
-            drawn.append(Plot("hysteresis-near-zero", "loop", hysteresis(study.loop, found, units, near), f"{words} Only near zero."))
+            drawn.append(
+                Plot(
+                    "hysteresis-near-zero",
+                    "loop",
+                    hysteresis(study.loop, found, units, near),
+                    f"{words} Only near zero.",
+                )
+            )
     if is_drawn(study.gearbox):
         return [*drawing_plots(study), *drawn]
     if study.gearbox.harmonics:
         words = "Amplitude of each harmonic of the transmission error over its cycles."
-        drawn.append(Plot("harmonics", "transmission", stated_harmonics(study.gearbox.harmonics, units), words))
+        drawn.append(
+            Plot(
+                "harmonics", "transmission", stated_harmonics(study.gearbox.harmonics, units), words
+            )
+        )
     return drawn
 
 
 def hysteresis(loop: Loop, found: Section, units: Units, near: float = math.inf) -> Figure:
-    """Return the plot of the output's angle under loading and unloading: the whole loop, the friction loop alone, and the points of the lost motion.
+    """Return the plot of the output's angle under loading and unloading: the whole loop, the
+    friction loop alone, and the points of the lost motion.
 
-    Only torques up to `near` (N m) are shown. `found` is the table whose play and lost motion are written beside.
+    Only torques up to `near` (N m) are shown. `found` is the table whose play and lost motion are
+    written beside.
     """
     printed = {row.label: str(row.figures[0]) for row in found.rows}
     factor = units.angle_factor
@@ -55,22 +70,55 @@ def hysteresis(loop: Loop, found: Section, units: Units, near: float = math.inf)
     there_and_back = np.concatenate([loop.torque, loop.torque[::-1], loop.torque[:1]])
     for name, rising, falling, colour, line, width in (
         ("with play", loop.rising, loop.falling, LIGHT["robot"], "-", 1.6),
-        ("friction's loop alone", loop.friction_rising, loop.friction_falling, LIGHT["design"], "--", 1.2),
+        (
+            "friction's loop alone",
+            loop.friction_rising,
+            loop.friction_falling,
+            LIGHT["design"],
+            "--",
+            1.2,
+        ),
     ):
         angle = np.concatenate([rising, falling[::-1], rising[:1]])
-        on.plot(there_and_back, angle * factor, color=colour, linestyle=line, linewidth=width, label=name)
+        on.plot(
+            there_and_back,
+            angle * factor,
+            color=colour,
+            linestyle=line,
+            linewidth=width,
+            label=name,
+        )
     if loop.play:
         half = loop.play / 2 * factor
-        on.plot([0, 0], [-half, half], color=LIGHT["visit"], linewidth=4, solid_capstyle="butt", label=f"play {printed['play']}")
+        on.plot(
+            [0, 0],
+            [-half, half],
+            color=LIGHT["visit"],
+            linewidth=4,
+            solid_capstyle="butt",
+            label=f"play {printed['play']}",
+        )
     if loop.small is not None and len(loop.ends):
         ends = loop.ends * factor
         name = f"lost motion {printed['lost motion']}"
-        on.plot([-loop.small, loop.small], ends, color=LIGHT["warn"], linestyle="none", marker="o", markersize=5, label=name)
+        on.plot(
+            [-loop.small, loop.small],
+            ends,
+            color=LIGHT["warn"],
+            linestyle="none",
+            marker="o",
+            markersize=5,
+            label=name,
+        )
     if zoomed:
         highest = 1.08 * float(np.interp(near, loop.torque, loop.falling)) * factor
         on.set_xlim(-near, near)
         on.set_ylim(-highest, highest)
-    label_axes(on, f"{units.what} on the output [{units.torque}]", f"{'shift' if units.angle == 'µm' else 'angle'} of the output [{units.angle}]")
+    label_axes(
+        on,
+        f"{units.what} on the output [{units.torque}]",
+        f"{'shift' if units.angle == 'µm' else 'angle'} of the output [{units.angle}]",
+    )
     legend(figure)
     return figure
 

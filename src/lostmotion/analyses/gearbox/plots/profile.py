@@ -1,4 +1,6 @@
-"""Plot of a cycloidal gearbox at true scale: discs, ring, pitch point, and the force on each lobe."""
+"""Plot of a cycloidal gearbox at true scale: discs, ring, pitch point, and the force on each
+lobe.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,8 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _MM: Final = 1e3
-# Largest chord error of the plot, and the length of the largest force, as shares of the ring's radius.
+# Largest chord error of the plot, and the length of the largest force, as shares of the ring's
+# radius.
 _FINE: Final = 8e-4
 _LONGEST: Final = 0.3
 # Points of a small circle, and of one as large as a wheel.
@@ -42,7 +45,9 @@ _GAP: Final = complex(math.nan, math.nan)
 
 
 def profile(study: GearStudy) -> Figure:
-    """Draw discs, ring and pins of the output stage at crank angle zero, and the forces on the lobes of the first disc."""
+    """Draw discs, ring and pins of the output stage at crank angle zero, and the forces on the
+    lobes of the first disc.
+    """
     part, drawn = study.gearbox, study.drawn
     if not is_drawn(part) or drawn is None:
         raise ValueError("a gearbox by stated figures has no profile")
@@ -62,8 +67,18 @@ def profile(study: GearStudy) -> Figure:
     return figure
 
 
-def _line(on: Axes, points: np.ndarray, name: str, colour: str, width: float = 0.9, line: str = "-", fill: float = 0.0) -> None:
-    """Draw complex points as a line in mm, with gaps where they are not numbers; `fill`: opacity of what it encloses."""
+def _line(
+    on: Axes,
+    points: np.ndarray,
+    name: str,
+    colour: str,
+    width: float = 0.9,
+    line: str = "-",
+    fill: float = 0.0,
+) -> None:
+    """Draw complex points as a line in mm, with gaps where they are not numbers; `fill`: opacity of
+    what it encloses.
+    """
     x, y = points.real * _MM, points.imag * _MM
     on.plot(x, y, color=colour, linewidth=width, linestyle=line, label=name or None)
     if fill:
@@ -93,10 +108,19 @@ def _around(count: int, radius: float) -> np.ndarray:
 def _ring(on: Axes, part: CycloidalStage) -> None:
     stage = part.stage
     if stage.kind == "ring pins":
-        _line(on, _round(_around(stage.pins, stage.ring_radius), stage.pin_radius), "pins of the ring", LIGHT["ink"])
+        _line(
+            on,
+            _round(_around(stage.pins, stage.ring_radius), stage.pin_radius),
+            "pins of the ring",
+            LIGHT["ink"],
+        )
         return
     fine = _FINE * stage.ring_radius
-    outline = wheel_outline(stage, part.drive.relief, fine) if stage.has_planet_pins else ring_outline(stage, fine)
+    outline = (
+        wheel_outline(stage, part.drive.relief, fine)
+        if stage.has_planet_pins
+        else ring_outline(stage, fine)
+    )
     _line(on, _closed(_complex(outline.points)), "ring", LIGHT["ink"])
 
 
@@ -115,7 +139,9 @@ def _planet(on: Axes, part: CycloidalStage, disc: int) -> None:
 
 
 def _circles(on: Axes, part: CycloidalStage) -> None:
-    """Draw the details of the first disc in thin lines: bore, output pins in their holes or crankshafts; and the outside of the ring."""
+    """Draw the details of the first disc in thin lines: bore, output pins in their holes or
+    crankshafts; and the outside of the ring.
+    """
     stage = part.stage
     middle = np.array([complex(stage.eccentricity, 0.0)])
     if part.disc_bore_radius is not None:
@@ -130,7 +156,13 @@ def _circles(on: Axes, part: CycloidalStage) -> None:
         _line(on, _round(places + middle, holes), "", _LINES[0], _THIN)
     circle, stated = part.eccentric.circle_radius, part.disc.holes
     if circle is not None and stated is not None:
-        _line(on, _round(_around(part.eccentric.cranks, circle) + middle, stated.diameter / 2), "", _LINES[0], _THIN)
+        _line(
+            on,
+            _round(_around(part.eccentric.cranks, circle) + middle, stated.diameter / 2),
+            "",
+            _LINES[0],
+            _THIN,
+        )
 
 
 def _centres(on: Axes, stage: Stage) -> None:
@@ -149,7 +181,9 @@ def _touching(stage: Stage, lobes: Lobes) -> tuple[np.ndarray, np.ndarray]:
     """Return the point of contact and the direction of the force of each lobe."""
     normal = _complex(normals(stage, lobes.theta))
     middle, out = (stage.eccentricity, 1) if stage.has_planet_pins else (0.0, -1)
-    return middle + stage.ring_radius * np.exp(1j * lobes.theta) + out * stage.pin_radius * normal, normal
+    return middle + stage.ring_radius * np.exp(
+        1j * lobes.theta
+    ) + out * stage.pin_radius * normal, normal
 
 
 def _contacts(on: Axes, stage: Stage) -> None:
@@ -157,26 +191,56 @@ def _contacts(on: Axes, stage: Stage) -> None:
     if stage.kind != "lobe envelope":
         return
     theta = pin_angles(stage, np.zeros(1))[0]
-    first = stage.ring_radius * np.exp(1j * theta) - stage.pin_radius * _complex(normals(stage, theta))
+    first = stage.ring_radius * np.exp(1j * theta) - stage.pin_radius * _complex(
+        normals(stage, theta)
+    )
     second = _complex(second_contact_places(stage, 0.0))
     colour = LIGHT["visit"]
-    for places, name, inside in ((first, "contacts, first branch", colour), (second, "contacts, second branch", LIGHT["paper"])):
-        how: dict[str, Any] = {"markerfacecolor": inside, "markeredgecolor": colour, "markeredgewidth": 1.0, "markersize": 3.5}
-        on.plot(places.real * _MM, places.imag * _MM, linestyle="none", marker="o", label=name, **how)
+    for places, name, inside in (
+        (first, "contacts, first branch", colour),
+        (second, "contacts, second branch", LIGHT["paper"]),
+    ):
+        how: dict[str, Any] = {
+            "markerfacecolor": inside,
+            "markeredgecolor": colour,
+            "markeredgewidth": 1.0,
+            "markersize": 3.5,
+        }
+        on.plot(
+            places.real * _MM, places.imag * _MM, linestyle="none", marker="o", label=name, **how
+        )
 
 
 def _forces(on: Axes, stage: Stage, lobes: Lobes) -> None:
-    """Draw the force on each loaded lobe as an arrow, and the contact normals, all through the pitch point."""
+    """Draw the force on each loaded lobe as an arrow, and the contact normals, all through the
+    pitch point.
+    """
     loaded = np.flatnonzero(lobes.force > 0)
     if not len(loaded):
         return
     place, normal = (each[loaded] for each in _touching(stage, lobes))
     pitch = np.full(len(loaded), complex(stage.ring_pitch_radius, 0.0))
-    _line(on, np.stack([place, pitch, np.full(len(loaded), _GAP)], axis=1).ravel(), "contact normals", LIGHT["warn"], 0.5, ":")
+    _line(
+        on,
+        np.stack([place, pitch, np.full(len(loaded), _GAP)], axis=1).ravel(),
+        "contact normals",
+        LIGHT["warn"],
+        0.5,
+        ":",
+    )
     force = _MM * _LONGEST * stage.ring_radius * lobes.force[loaded] / lobes.force.max() * normal
     ends = place * _MM + force
-    _line(on, np.stack([place, ends / _MM, np.full(len(loaded), _GAP)], axis=1).ravel(), f"forces, largest {_newtons(lobes)}", LIGHT["warn"], 1.3)
-    tip, across = -_HEAD * np.minimum(np.abs(force), _MM * stage.ring_radius) * np.exp(1j * np.angle(force)), 0.4j
+    _line(
+        on,
+        np.stack([place, ends / _MM, np.full(len(loaded), _GAP)], axis=1).ravel(),
+        f"forces, largest {_newtons(lobes)}",
+        LIGHT["warn"],
+        1.3,
+    )
+    tip, across = (
+        -_HEAD * np.minimum(np.abs(force), _MM * stage.ring_radius) * np.exp(1j * np.angle(force)),
+        0.4j,
+    )
     heads = np.stack([ends, ends + tip * (1 + across), ends + tip * (1 - across)], axis=1)
     for head in heads:
         on.fill(head.real, head.imag, color=LIGHT["warn"], linewidth=0)
@@ -189,6 +253,13 @@ def _newtons(lobes: Lobes) -> str:
 def _places(on: Axes, stage: Stage) -> None:
     """Mark the centres and the pitch point."""
     pitch = stage.ring_pitch_radius * _MM
-    on.plot([0.0, stage.eccentricity * _MM], [0.0, 0.0], linestyle="none", marker="+", color=LIGHT["ink"], markersize=6)
+    on.plot(
+        [0.0, stage.eccentricity * _MM],
+        [0.0, 0.0],
+        linestyle="none",
+        marker="+",
+        color=LIGHT["ink"],
+        markersize=6,
+    )
     on.plot([pitch], [0.0], linestyle="none", marker="o", color=LIGHT["ink"], markersize=4)
     text(on, pitch, 0.0, "pitch point", xytext=(0, -6), ha="center", va="top")

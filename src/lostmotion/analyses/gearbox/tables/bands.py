@@ -1,4 +1,6 @@
-"""Table of the bands of a gearbox: its figures over draws of the values that are only known to lie in a range."""
+"""Table of the bands of a gearbox: its figures over draws of the values that are only known to lie
+in a range.
+"""
 
 from __future__ import annotations
 
@@ -36,17 +38,34 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
     whole = sum(bands.middle.values())
     for name, share in bands.member_shares.items():
         if share.max() >= _SMALLEST:
-            rows.append(Row(f"share of {name}", _figures(100 * bands.middle.get(name, 0.0) / whole, "%", 100 * share, drawn)))
-    note = f"over {drawn}, without the scatter between gearboxes; middle: mean of the gearboxes with the middle of each range; shares: of the wind-up"
+            rows.append(
+                Row(
+                    f"share of {name}",
+                    _figures(100 * bands.middle.get(name, 0.0) / whole, "%", 100 * share, drawn),
+                )
+            )
+    note = (
+        f"over {drawn}, without the scatter between gearboxes; middle: mean of the gearboxes with "
+        "the middle of each range; shares: of the wind-up"
+    )
     explained = influence(bands.shares, wound)
     ranges = tuple(
         Row(each.name, (Figure(100 * float(share), "%", samples=drawn),), key=key_of(each.key))
         for each, share in zip(bands.unknown, explained.tolist(), strict=True)
     )
-    of_ranges = "share of the variance of the wind-up that each range explains by itself; the largest is the first to measure"
+    of_ranges = (
+        "share of the variance of the wind-up that each range explains by itself; the largest is "
+        "the first to measure"
+    )
     return (
         Section("bands", "What the ranges leave open", COLUMNS, tuple(rows), note),
-        Section("ranges", "Ranges", ("share of variance",), tuple(sorted(ranges, key=lambda row: -row.figures[0].value)), of_ranges),
+        Section(
+            "ranges",
+            "Ranges",
+            ("share of variance",),
+            tuple(sorted(ranges, key=lambda row: -row.figures[0].value)),
+            of_ranges,
+        ),
     )
 
 
@@ -62,29 +81,51 @@ def _rows(bands: GearBands, read: Readings, units: Units, drawn: str) -> Iterato
     ):
         middle, values = getattr(read, name), getattr(bands.read, name)
         if middle is not None and np.isfinite(middle).all() and np.isfinite(values).all():
-            yield Row(label, _figures(float(middle.mean()) * factor, unit, values * factor, drawn), note)
+            yield Row(
+                label, _figures(float(middle.mean()) * factor, unit, values * factor, drawn), note
+            )
 
 
-def _figures(middle: float, unit: str, values: Floats, samples: str) -> tuple[Figure, Figure, Figure]:
+def _figures(
+    middle: float, unit: str, values: Floats, samples: str
+) -> tuple[Figure, Figure, Figure]:
     low, high = band(values)
-    return Figure(low, unit, samples=samples), Figure(middle, unit, samples=samples), Figure(high, unit, samples=samples)
+    return (
+        Figure(low, unit, samples=samples),
+        Figure(middle, unit, samples=samples),
+        Figure(high, unit, samples=samples),
+    )
 
 
-def stiffness_band(bands: GearBands | None, read: Readings, units: Units) -> tuple[Figure, Figure, Figure] | None:
-    """Return the stiffness by its definition, or else as secant, with the limits of its band: 5th percentile, middle, 95th percentile.
+def stiffness_band(
+    bands: GearBands | None, read: Readings, units: Units
+) -> tuple[Figure, Figure, Figure] | None:
+    """Return the stiffness by its definition, or else as secant, with the limits of its band: 5th
+    percentile, middle, 95th percentile.
 
     None where no more than a fifth of the compliance depends on ranges.
     """
     if bands is None or bands.unknown_share <= LARGE:
         return None
-    middle, values = (read.stiffness, bands.read.stiffness) if read.stiffness is not None else (read.secant, bands.read.secant)
+    middle, values = (
+        (read.stiffness, bands.read.stiffness)
+        if read.stiffness is not None
+        else (read.secant, bands.read.secant)
+    )
     if values is None or not (np.isfinite(values).all() and np.isfinite(middle).all()):
         return None
-    return _figures(float(middle.mean()) * units.stiffness_factor, units.stiffness, values * units.stiffness_factor, "")
+    return _figures(
+        float(middle.mean()) * units.stiffness_factor,
+        units.stiffness,
+        values * units.stiffness_factor,
+        "",
+    )
 
 
 def first_sentence(figures: tuple[Figure, Figure, Figure] | None) -> str:
-    """Return the sentence that begins a headline with the band of the stiffness; empty without one."""
+    """Return the sentence that begins a headline with the band of the stiffness; empty without
+    one.
+    """
     if figures is None:
         return ""
     low, middle, high = (str(replace(each, unit="1")) for each in figures)
@@ -96,12 +137,19 @@ def with_band(card: Card, figures: tuple[Figure, Figure, Figure] | None) -> Card
     if figures is None or card.title != "stiffness":
         return card
     low, middle, high = (str(replace(each, unit="1")) for each in figures)
-    return Card(card.title, f"{low} .. {high} {figures[0].unit}", f"{OPEN}; middle {middle}; {card.quiet}")
+    return Card(
+        card.title, f"{low} .. {high} {figures[0].unit}", f"{OPEN}; middle {middle}; {card.quiet}"
+    )
 
 
 def bands_facts(bands: GearBands | None) -> dict[str, Any]:
-    """Return what result.json holds of the ranges besides the figures: their limits in SI, and the share of the compliance that depends on them."""
+    """Return what result.json holds of the ranges besides the figures: their limits in SI, and the
+    share of the compliance that depends on them.
+    """
     if bands is None:
         return {}
-    ranges = [{"key": each.name, "low": each.band.low, "high": each.band.high, "law": each.band.law} for each in bands.unknown]
+    ranges = [
+        {"key": each.name, "low": each.band.low, "high": each.band.high, "law": each.band.law}
+        for each in bands.unknown
+    ]
     return {"ranges": ranges, "share_of_compliance_in_ranges": bands.unknown_share}

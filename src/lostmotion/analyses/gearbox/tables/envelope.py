@@ -1,4 +1,6 @@
-"""Tables of both branches of an envelope ring: number of contacts, stiffening and its method, lever arms and gaps of the second contacts."""
+"""Tables of both branches of an envelope ring: number of contacts, stiffening and its method, lever
+arms and gaps of the second contacts.
+"""
 
 from __future__ import annotations
 
@@ -21,46 +23,88 @@ _AS_DRAWN: Final = "the stage as drawn, without tolerances"
 OVERSTATED: Final = "12 to 28 %"
 # Errors of the contacts of both branches on elastic bodies, measured by finite elements.
 _COUPLED: Final = (
-    "contacts of both branches are solved together on the elastic disc and ring: the wind-up within 1 % of finite elements, "
+    "contacts of both branches are solved together on the elastic disc and ring: the wind-up "
+    "within 1 % of finite elements, "
     "the peak pressure within 5 %"
 )
-_SETTLED: Final = "1 + c S2/S1 of the lever arms, c = 1.57 - 1.3 K1, within 4 % of the contact along the whole flank to a depth of 3 mm"
+_SETTLED: Final = (
+    "1 + c S2/S1 of the lever arms, c = 1.57 - 1.3 K1, within 4 % of the contact along the whole "
+    "flank to a depth of 3 mm"
+)
 
 
-def branches_sections(gearbox: CycloidalStage, first_stage: CycloidalStage | None, drawn: Drawn) -> Iterator[Section]:
+def branches_sections(
+    gearbox: CycloidalStage, first_stage: CycloidalStage | None, drawn: Drawn
+) -> Iterator[Section]:
     """Yield the tables of every stage with envelope lobes."""
     if drawn.before is not None and first_stage is not None:
-        yield _contacts("branches-first", "Both branches of the ring, first stage", first_stage, drawn.before)
+        yield _contacts(
+            "branches-first", "Both branches of the ring, first stage", first_stage, drawn.before
+        )
     if drawn.branches is not None:
         yield _contacts("branches", "Both branches of the ring", gearbox, drawn.branches)
         yield _second(drawn.branches)
 
 
 def _contacts(key: str, title: str, part: CycloidalStage, found: BothBranches) -> Section:
-    with_rigid = "over that of the first branch alone" + (", with a rigid disc and ring" if found.elastic else "")
+    with_rigid = "over that of the first branch alone" + (
+        ", with a rigid disc and ring" if found.elastic else ""
+    )
     rows = [
-        Row("contacts of both branches, mean", (Figure(found.mean, "1", samples=_DRAWING),), f"over a turn; {part.pins} of them at the arcs"),
+        Row(
+            "contacts of both branches, mean",
+            (Figure(found.mean, "1", samples=_DRAWING),),
+            f"over a turn; {part.pins} of them at the arcs",
+        ),
         Row("fewest", (Figure(found.fewest, "1", samples=_DRAWING),)),
         Row("most", (Figure(found.most, "1", samples=_DRAWING),)),
-        Row("stiffening of the contacts", (Figure(found.effect.stiffening, "1", samples=_AS_DRAWN),), with_rigid),
+        Row(
+            "stiffening of the contacts",
+            (Figure(found.effect.stiffening, "1", samples=_AS_DRAWN),),
+            with_rigid,
+        ),
     ]
     if found.solved is None:
         method = f"stiffening by the rule {_SETTLED}"
         if not found.elastic:
             method += f"; pressures are those of the first branch alone, {OVERSTATED} too large"
     else:
-        method = f"stiffening by the contact along the whole flank, to a depth of {johnson_depth(part.stage) * 1e3:.3g} mm"
+        method = (
+            "stiffening by the contact along the whole flank, to a depth of "
+            f"{johnson_depth(part.stage) * 1e3:.3g} mm"
+        )
         rows += [
-            Row("peak pressure along the flanks", (Figure(float(found.solved.peak.max()) / 1e9, "GPa", samples=_AS_DRAWN),), "over a pitch"),
-            Row("largest force of one contact area", (Figure(float(found.solved.largest.max()), "N", samples=_AS_DRAWN),), "over a pitch"),
+            Row(
+                "peak pressure along the flanks",
+                (Figure(float(found.solved.peak.max()) / 1e9, "GPa", samples=_AS_DRAWN),),
+                "over a pitch",
+            ),
+            Row(
+                "largest force of one contact area",
+                (Figure(float(found.solved.largest.max()), "N", samples=_AS_DRAWN),),
+                "over a pitch",
+            ),
         ]
-    return Section(key, title, ("value",), tuple(rows), f"{_COUPLED}; {method}" if found.elastic else method)
+    return Section(
+        key, title, ("value",), tuple(rows), f"{_COUPLED}; {method}" if found.elastic else method
+    )
 
 
 def _second(found: BothBranches) -> Section:
     rows = [
-        Row(f"θ = {math.degrees(theta):.1f}°", (Figure(float(arm) * 1e3, "mm", samples=_DRAWING), Figure(float(gap) * 1e6, "µm", samples=_DRAWING)))
+        Row(
+            f"θ = {math.degrees(theta):.1f}°",
+            (
+                Figure(float(arm) * 1e3, "mm", samples=_DRAWING),
+                Figure(float(gap) * 1e6, "µm", samples=_DRAWING),
+            ),
+        )
         for theta, arm, gap in zip(found.theta, found.arm, found.gap, strict=True)
     ]
-    note = "crank at zero; θ is that of the first contact at the same point of the flank; gap by the relief, on the side that drives"
-    return Section("second-branch", "Contacts of the second branch", ("lever arm", "gap"), tuple(rows), note)
+    note = (
+        "crank at zero; θ is that of the first contact at the same point of the flank; gap by the "
+        "relief, on the side that drives"
+    )
+    return Section(
+        "second-branch", "Contacts of the second branch", ("lever arm", "gap"), tuple(rows), note
+    )

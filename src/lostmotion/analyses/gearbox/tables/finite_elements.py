@@ -32,10 +32,14 @@ def fem_key(found: FiniteElements) -> str:
 
 
 def fem_sentences(stages: tuple[FiniteElements, ...]) -> list[str]:
-    """Return a sentence of the headline for each stage by finite elements: rotation, and where pressure and stress are largest."""
+    """Return a sentence of the headline for each stage by finite elements: rotation, and where
+    pressure and stress are largest.
+    """
     return [
-        f"By finite elements the {found.name} turns by {_rotation(found)} beyond its play under {_torque(found)}; the peak pressure is "
-        f"{_pressure(found)} at θ = {_hardest(found):.1f}°, the largest von Mises stress {_stress(found)} in the {found.most_stressed.body} at "
+        f"By finite elements the {found.name} turns by {_rotation(found)} beyond its play "
+        f"under {_torque(found)}; the peak pressure is "
+        f"{_pressure(found)} at θ = {_hardest(found):.1f}°, the largest von Mises stress "
+        f"{_stress(found)} in the {found.most_stressed.body} at "
         f"{place_text(found.most_stressed.place)}."
         for found in stages
     ]
@@ -47,12 +51,23 @@ def fem_cards(stages: tuple[FiniteElements, ...]) -> tuple[Card, ...]:
     for found in stages:
         of = "" if len(stages) == 1 else f", {found.name}"
         out += [
-            Card(f"rotation by finite elements{of}", _rotation(found), f"at {_torque(found)}, beyond the play; {_planes(found)}"),
-            Card(f"peak pressure by finite elements{of}", str(_pressure(found)), f"at {_torque(found)}, lobe at θ = {_hardest(found):.1f}°"),
+            Card(
+                f"rotation by finite elements{of}",
+                _rotation(found),
+                f"at {_torque(found)}, beyond the play; {_planes(found)}",
+            ),
+            Card(
+                f"peak pressure by finite elements{of}",
+                str(_pressure(found)),
+                f"at {_torque(found)}, lobe at θ = {_hardest(found):.1f}°",
+            ),
             Card(
                 f"largest von Mises stress{of}",
                 str(_stress(found)),
-                f"at {_torque(found)}, {found.most_stressed.body}, {place_text(found.most_stressed.place)}",
+                (
+                    f"at {_torque(found)}, {found.most_stressed.body}, "
+                    f"{place_text(found.most_stressed.place)}"
+                ),
             ),
         ]
     return tuple(out)
@@ -68,7 +83,9 @@ def _torque(found: FiniteElements) -> str:
 
 
 def _rotation(found: FiniteElements) -> str:
-    """Return the rotation at the largest torque: in three dimensions, or the range from plane strain to plane stress."""
+    """Return the rotation at the largest torque: in three dimensions, or the range from plane
+    strain to plane stress.
+    """
     if found.rotation_3d is not None:
         return str(Figure(float(found.rotation_3d[-1]) / ARCMIN, "arcmin"))
     low, high = (Figure(float(each) / ARCMIN, "arcmin") for each in found.rotation[:, -1])
@@ -93,20 +110,32 @@ def _stress(found: FiniteElements) -> Figure:
 
 
 def fem_sections(stages: tuple[FiniteElements, ...]) -> tuple[Section, ...]:
-    """Return the sections of the finite elements by stage: figures over the torque, and the loads of the lobes."""
+    """Return the sections of the finite elements by stage: figures over the torque, and the loads
+    of the lobes.
+    """
     return tuple(section for found in stages for section in _of_stage(found))
 
 
 def _of_stage(found: FiniteElements) -> tuple[Section, Section]:
-    rows = [Row(f"{as_stated(float(torque))} N m", _figures(found, k)) for k, torque in enumerate(found.torque)]
+    rows = [
+        Row(f"{as_stated(float(torque))} N m", _figures(found, k))
+        for k, torque in enumerate(found.torque)
+    ]
     columns = _COLUMNS if found.rotation_3d is None else (*_COLUMNS[:2], _COLUMN_3D, *_COLUMNS[2:])
     off = 100 * float(found.error[-1] / found.rotation[0, -1])
-    branch = "; contacts of both branches of the envelope ring" if found.stage.kind == "lobe envelope" else ""
+    branch = (
+        "; contacts of both branches of the envelope ring"
+        if found.stage.kind == "lobe envelope"
+        else ""
+    )
     unmeshed = f"; not meshed: the {found.not_meshed}" if found.not_meshed else ""
     note = (
-        f"{found.name}, crank at zero, equal discs; torque, rotation beyond the play and stiffness at the output of the gearbox; the true disc is "
-        "between plane strain and plane stress, stresses are those of plane strain; without bearings, output pins and frame; at the largest torque "
-        f"two meshes differ by {off:.2g} % in rotation, below it by more. A strain is no rotation: the last column is the conversion of "
+        f"{found.name}, crank at zero, equal discs; torque, rotation beyond the play and "
+        "stiffness at the output of the gearbox; the true disc is "
+        "between plane strain and plane stress, stresses are those of plane strain; without "
+        "bearings, output pins and frame; at the largest torque "
+        f"two meshes differ by {off:.2g} % in rotation, below it by more. A strain is no "
+        "rotation: the last column is the conversion of "
         f"S. Strutynskyi and R. Semenchuk (2021), for comparison{branch}{_note_3d(found)}{unmeshed}"
     )
     theta = found.loaded.theta
@@ -121,11 +150,20 @@ def _of_stage(found: FiniteElements) -> tuple[Section, Section]:
         )
         for k in sorted(np.flatnonzero(found.loaded.forces[-1] > 0), key=lambda k: theta[k])
     ]
-    per_disc = f"one disc of the {found.name}, under its share of {as_stated(float(found.torque[-1]))} N m at the output, plane strain"
+    per_disc = (
+        f"one disc of the {found.name}, under its share of {as_stated(float(found.torque[-1]))} N "
+        "m at the output, plane strain"
+    )
     key, of_stage = fem_key(found), ", first stage" if fem_key(found) != "fem" else ""
     return (
         Section(key, f"Finite elements{of_stage}", columns, tuple(rows), note),
-        Section(f"{key}-lobes", f"Load of the lobes by finite elements{of_stage}", ("load", "peak pressure", "half-width"), tuple(loads), per_disc),
+        Section(
+            f"{key}-lobes",
+            f"Load of the lobes by finite elements{of_stage}",
+            ("load", "peak pressure", "half-width"),
+            tuple(loads),
+            per_disc,
+        ),
     )
 
 
@@ -134,7 +172,8 @@ def _note_3d(found: FiniteElements) -> str:
     if found.rotation_3d is None or found.error_3d is None:
         return ""
     return (
-        "; 3-D is coarse: disc and its share of the ring over the width, with free faces and bonded fixed circles, displacements in the plane equal "
+        "; 3-D is coarse: disc and its share of the ring over the width, with free faces and "
+        "bonded fixed circles, displacements in the plane equal "
         "over the width and linear across it, up to 1 % too stiff; two meshes differ by "
         f"{100 * float(found.error_3d[-1] / found.rotation_3d[-1]):.2g} % "
         f"({found.unknowns:_} unknowns)"

@@ -1,4 +1,6 @@
-"""Stiffness and hysteresis of a gearbox under its torque: of stated figures with their limits, of simulated samples with their interval."""
+"""Stiffness and hysteresis of a gearbox under its torque: of stated figures with their limits, of
+simulated samples with their interval.
+"""
 
 from __future__ import annotations
 
@@ -39,44 +41,112 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
     show = _Shown(study, units)
     rows = [*_stiffnesses(read, study, show)]
     note = friction_note(gearbox.friction_at_rest if is_drawn(gearbox) else gearbox.friction, units)
-    crossed = f"traversed once {loop.rest:.3g} {units.torque} overcome friction{note and f' ({note})'}" if loop.rest else "traversed by any load"
+    crossed = (
+        f"traversed once {loop.rest:.3g} {units.torque} overcome friction{note and f' ({note})'}"
+        if loop.rest
+        else "traversed by any load"
+    )
     rows.append(Row("play", (show.play,), crossed))
-    kept = "" if study.drawn is None or study.drawn.friction.drives else ": the drive does not unload, so that friction keeps the whole wind-up"
-    rows.append(Row("friction's loop alone", (show.angle(read.friction_width, rests_on=OF_LOOP),), f"width at zero {units.what}{kept}"))
+    kept = (
+        ""
+        if study.drawn is None or study.drawn.friction.drives
+        else ": the drive does not unload, so that friction keeps the whole wind-up"
+    )
+    rows.append(
+        Row(
+            "friction's loop alone",
+            (show.angle(read.friction_width, rests_on=OF_LOOP),),
+            f"width at zero {units.what}{kept}",
+        )
+    )
     if study.drawn is not None and study.drawn.friction.any:
         half = f"width at {as_stated(read.asked.torque / 2)} {units.torque}"
-        rows.append(Row("friction's loop under load", (show.angle(read.friction_under_load),), half))
-    rows.append(Row(f"whole loop at zero {units.what}", (show.angle(read.width, rests_on=OF_PLAY + OF_LOOP),), "play and friction"))
+        rows.append(
+            Row("friction's loop under load", (show.angle(read.friction_under_load),), half)
+        )
+    rows.append(
+        Row(
+            f"whole loop at zero {units.what}",
+            (show.angle(read.width, rests_on=OF_PLAY + OF_LOOP),),
+            "play and friction",
+        )
+    )
     if read.lost_motion is not None and read.asked.small is not None:
-        share = "" if torque is None else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
-        note = f"play and wind-up between ± {as_stated(read.asked.small)} {units.torque}{share}, without friction"
+        share = (
+            ""
+            if torque is None
+            else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
+        )
+        note = (
+            f"play and wind-up between ± {as_stated(read.asked.small)} {units.torque}{share}, "
+            "without friction"
+        )
         rows.append(Row("lost motion", (show.lost_motion(read),), note))
-    return Section("loop", "Stiffness and hysteresis", ("value",), tuple(rows), "loading and unloading in both directions, input held")
+    return Section(
+        "loop",
+        "Stiffness and hysteresis",
+        ("value",),
+        tuple(rows),
+        "loading and unloading in both directions, input held",
+    )
 
 
 def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row]:
     """Yield the rows of displacement, wind-up and stiffness, each with its definition."""
     units, torque = show.units, f"{as_stated(read.asked.torque)} {show.units.torque}"
     if study.wind_up:
-        yield Row(f"displacement at {torque}", (show.displacement(read),), "from the middle of the play: half the play and the wind-up")
-        yield Row(f"wind-up at {torque}", (show.wind_up(read),), "in both directions, beyond the play")
-        yield Row("stiffness, secant", (show.stiffness(read.secant),), f"from the middle of the play to {torque}, without friction")
+        yield Row(
+            f"displacement at {torque}",
+            (show.displacement(read),),
+            "from the middle of the play: half the play and the wind-up",
+        )
+        yield Row(
+            f"wind-up at {torque}", (show.wind_up(read),), "in both directions, beyond the play"
+        )
+        yield Row(
+            "stiffness, secant",
+            (show.stiffness(read.secant),),
+            f"from the middle of the play to {torque}, without friction",
+        )
     if read.slope is not None and read.asked.slope is not None and np.isfinite(read.slope).all():
         low, high = read.asked.slope
         rated = study.gearbox.rated_torque
-        share = "" if rated is None else f", {100 * low / rated:.3g} to {100 * high / rated:.3g} % of the rated {units.what}"
+        share = (
+            ""
+            if rated is None
+            else (
+                f", {100 * low / rated:.3g} to {100 * high / rated:.3g} % of the rated {units.what}"
+            )
+        )
         between = f"{as_stated(low)} to {as_stated(high)}"
-        yield Row("stiffness, slope", (show.stiffness(read.slope),), f"from {between} {units.torque}{share}, without friction")
-    if read.asked.stiffness in {"b/a", "tangent"} and read.stiffness is not None and np.isfinite(read.stiffness).all():
+        yield Row(
+            "stiffness, slope",
+            (show.stiffness(read.slope),),
+            f"from {between} {units.torque}{share}, without friction",
+        )
+    if (
+        read.asked.stiffness in {"b/a", "tangent"}
+        and read.stiffness is not None
+        and np.isfinite(read.stiffness).all()
+    ):
         note = f"{definition_text(read.asked, units)}, without friction"
         yield Row(f"stiffness, {read.asked.stiffness}", (show.stiffness(read.stiffness),), note)
-    if study.drawn is not None and study.drawn.friction.any and read.loading is not None and np.isfinite(read.loading).all():
-        note = f"what a bench test reads as the torque rises, with the input held: {definition_text(read.asked, units)}, with friction"
+    if (
+        study.drawn is not None
+        and study.drawn.friction.any
+        and read.loading is not None
+        and np.isfinite(read.loading).all()
+    ):
+        note = (
+            "what a bench test reads as the torque rises, with the input held: "
+            f"{definition_text(read.asked, units)}, with friction"
+        )
         yield Row("stiffness of the loading branch", (show.stiffness(read.loading),), note)
 
 
 class _Shown:
-    """Conversion of readings to figures: the mean of manufactured samples with its interval, or a stated value with its limits.
+    """Conversion of readings to figures: the mean of manufactured samples with its interval, or a
+    stated value with its limits.
 
     Where members are declared rigid, wind-up is a lower and stiffness an upper limit.
     """
@@ -102,7 +172,9 @@ class _Shown:
     def stiffness(self, values: Floats) -> Figure:
         factor, unit = self.units.stiffness_factor, self.units.stiffness
         if self._stated is None:
-            return over_samples(values, unit, factor, self.samples, "upper" if self._at_most_as_stiff else "")
+            return over_samples(
+                values, unit, factor, self.samples, "upper" if self._at_most_as_stiff else ""
+            )
         value, share = float(values[0]) * factor, self._stated.stiffness_scatter
         ends = (value / (1 + share), value / (1 - share)) if 0 < share < 1 else (math.nan, math.nan)
         return Figure(value, unit, *ends, STATED, "stated limits")

@@ -15,7 +15,9 @@ STATED: Final = "the values stated"
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """Display units of a gearbox on a turning joint, or of a sliding drive, each with its factor from SI."""
+    """Display units of a gearbox on a turning joint, or of a sliding drive, each with its factor
+    from SI.
+    """
 
     angle: str
     angle_factor: float
@@ -25,21 +27,39 @@ class Units:
     what: str
     limit: str
 
-    def of_angle(self, value: float, samples: str, low: float = math.nan, high: float = math.nan, ends: str = "95 % interval") -> Figure:
+    def of_angle(
+        self,
+        value: float,
+        samples: str,
+        low: float = math.nan,
+        high: float = math.nan,
+        ends: str = "95 % interval",
+    ) -> Figure:
         """Return an angle, or a length of a sliding drive."""
         factor = self.angle_factor
         return Figure(value * factor, self.angle, low * factor, high * factor, samples, ends)
 
-    def of_torque(self, value: float, samples: str, low: float = math.nan, high: float = math.nan, ends: str = "95 % interval") -> Figure:
+    def of_torque(
+        self,
+        value: float,
+        samples: str,
+        low: float = math.nan,
+        high: float = math.nan,
+        ends: str = "95 % interval",
+    ) -> Figure:
         """Return a torque, or a force."""
         return Figure(value, self.torque, low, high, samples, ends, stated=samples == STATED)
 
     def of_stiffness(self, value: float, samples: str) -> Figure:
         """Return a stiffness."""
-        return Figure(value * self.stiffness_factor, self.stiffness, samples=samples, stated=samples == STATED)
+        return Figure(
+            value * self.stiffness_factor, self.stiffness, samples=samples, stated=samples == STATED
+        )
 
 
-TURNING: Final = Units("arcmin", 1 / ARCMIN, "N m", "N m/arcmin", ARCMIN, "torque", "turn of the output")
+TURNING: Final = Units(
+    "arcmin", 1 / ARCMIN, "N m", "N m/arcmin", ARCMIN, "torque", "turn of the output"
+)
 SLIDING: Final = Units("µm", 1e6, "N", "N/µm", 1e-6, "force", "turn of the screw or pulley")
 
 

@@ -1,4 +1,6 @@
-"""Plots of an ISO 9283 sheet: test cube, accuracy by pose, visits about barycentres, path, drift, predicted and measured."""
+"""Plots of an ISO 9283 sheet: test cube, accuracy by pose, visits about barycentres, path, drift,
+predicted and measured.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +10,28 @@ import numpy as np
 
 from lostmotion.analyses.iso9283.comparison import over_robots
 from lostmotion.analyses.iso9283.cube import NAMES
-from lostmotion.analyses.iso9283.plots.measured import measured_accuracy, measured_path, side_by_side
+from lostmotion.analyses.iso9283.plots.measured import (
+    measured_accuracy,
+    measured_path,
+    side_by_side,
+)
 from lostmotion.analyses.iso9283.tables.labels import accuracy_key, load_label, measured_label
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.serial import tool_points
-from lostmotion.reporting.chart import PER_UNIT, axes, cells, dots, figure, grid, label, label_axes, legend, one, swatch, text
+from lostmotion.reporting.chart import (
+    PER_UNIT,
+    axes,
+    cells,
+    dots,
+    figure,
+    grid,
+    label,
+    label_axes,
+    legend,
+    one,
+    swatch,
+    text,
+)
 from lostmotion.reporting.chart_settings import SMALL
 from lostmotion.reporting.palette import LIGHT, round_below
 from lostmotion.reporting.plot import Plot
@@ -38,28 +57,68 @@ _PANELS: Final = 5
 _SMALLEST: Final = 1e-10
 
 
-def iso_plots(predicted: PredictedRobots | None, drifted: Drift | None, measured: MeasuredRobot | None, compared: list[ComparedFigure]) -> list[Plot]:
+def iso_plots(
+    predicted: PredictedRobots | None,
+    drifted: Drift | None,
+    measured: MeasuredRobot | None,
+    compared: list[ComparedFigure],
+) -> list[Plot]:
     """Return the plots of a sheet, in reading order."""
     drawn: list[Plot] = []
     if predicted is not None:
         drawn += [
-            Plot("cube", "cube", cube(predicted), "Test cube with its five poses and the path, in the cloud of reachable tool points."),
+            Plot(
+                "cube",
+                "cube",
+                cube(predicted),
+                (
+                    "Test cube with its five poses and the path, in the cloud of reachable tool "
+                    "points."
+                ),
+            ),
             Plot(
                 "accuracy",
                 "ap100",
                 accuracy(predicted),
-                "Bars of the 95th percentile of pose accuracy over robots, with commanded and with best-fit frames.",
+                (
+                    "Bars of the 95th percentile of pose accuracy over robots, with commanded and "
+                    "with best-fit frames."
+                ),
             ),
         ]
         if predicted.loads[0].repeatability.max() > _SMALLEST:
-            shown = [errors - errors.mean(axis=1, keepdims=True) for errors in predicted.loads[0].shown]
+            shown = [
+                errors - errors.mean(axis=1, keepdims=True) for errors in predicted.loads[0].shown
+            ]
             names = [f"robot {k + 1}" for k in range(len(shown))]
             drawn.append(
-                Plot("visits", "rp100", visits(shown, list(NAMES), names), "Visits of three robots about their own barycentres, at each pose.")
+                Plot(
+                    "visits",
+                    "rp100",
+                    visits(shown, list(NAMES), names),
+                    "Visits of three robots about their own barycentres, at each pose.",
+                )
             )
-        drawn.append(Plot("path", "path", path(predicted), "Path accuracy and repeatability along the line, mean and 95th percentile over robots."))
+        drawn.append(
+            Plot(
+                "path",
+                "path",
+                path(predicted),
+                (
+                    "Path accuracy and repeatability along the line, mean and 95th percentile "
+                    "over robots."
+                ),
+            )
+        )
         if drifted is not None:
-            drawn.append(Plot("drift", "drift", drift(drifted), "Pose accuracy at P1 during warm-up of the links."))
+            drawn.append(
+                Plot(
+                    "drift",
+                    "drift",
+                    drift(drifted),
+                    "Pose accuracy at P1 during warm-up of the links.",
+                )
+            )
     if compared:
         drawn.append(
             Plot(
@@ -75,37 +134,76 @@ def iso_plots(predicted: PredictedRobots | None, drifted: Drift | None, measured
 
 
 def _measured(measured: MeasuredRobot) -> list[Plot]:
-    """Return the plots of a measured robot, with all its loads in one plot where it stays readable."""
+    """Return the plots of a measured robot, with all its loads in one plot where it stays
+    readable.
+    """
     drawn = []
-    several = list(dict.fromkeys(pose.name for load in measured.loads for pose in load.poses if pose.visits > 1))[:_PANELS]
+    several = list(
+        dict.fromkeys(
+            pose.name for load in measured.loads for pose in load.poses if pose.visits > 1
+        )
+    )[:_PANELS]
     if several:
         about = [
-            [pose.errors - pose.errors.mean(axis=0) for name in several for pose in load.poses if pose.name == name]
+            [
+                pose.errors - pose.errors.mean(axis=0)
+                for name in several
+                for pose in load.poses
+                if pose.name == name
+            ]
             for load in measured.loads
             if set(several) <= {pose.name for pose in load.poses}
         ]
-        names = [measured_label("measured", load, measured.loads) for load in measured.loads if set(several) <= {pose.name for pose in load.poses}]
+        names = [
+            measured_label("measured", load, measured.loads)
+            for load in measured.loads
+            if set(several) <= {pose.name for pose in load.poses}
+        ]
         if about:
-            drawn.append(Plot("measured-visits", "measured-repeatability", visits(about, several, names), "Measured visits about their barycentres."))
+            drawn.append(
+                Plot(
+                    "measured-visits",
+                    "measured-repeatability",
+                    visits(about, several, names),
+                    "Measured visits about their barycentres.",
+                )
+            )
     for load in measured.loads:
         if load.fit is not None:
-            key, title = accuracy_key(load, measured.loads), measured_label("Measured AP_p", load, measured.loads)
-            drawn.append(Plot(key, key, measured_accuracy(load, title), "AP_p of all poses, with commanded and with best-fit frames."))
+            key, title = (
+                accuracy_key(load, measured.loads),
+                measured_label("Measured AP_p", load, measured.loads),
+            )
+            drawn.append(
+                Plot(
+                    key,
+                    key,
+                    measured_accuracy(load, title),
+                    "AP_p of all poses, with commanded and with best-fit frames.",
+                )
+            )
     if any(load.paths for load in measured.loads):
         drawn.append(
             Plot(
-                "measured-path", "measured-path", measured_path(measured), "Measured path accuracy and repeatability along the line, plane by plane."
+                "measured-path",
+                "measured-path",
+                measured_path(measured),
+                "Measured path accuracy and repeatability along the line, plane by plane.",
             )
         )
     return drawn
 
 
 def cube(found: PredictedRobots) -> Figure:
-    """Return the test cube in the workspace from above and from the side: cube, its plane, five poses, the path and the reachable area, mm."""
+    """Return the test cube in the workspace from above and from the side: cube, its plane, five
+    poses, the path and the reachable area, mm.
+    """
     cloud = tool_points(found.arm, sample_poses(found.arm, _POINTS).q) * 1e3
     corners, five = found.cube.corners * 1e3, found.cube.poses[:, :3, 3] * 1e3
     made = figure(88)
-    for on, (across, up) in zip(axes(made, "Test cube in the workspace", columns=2)[0], ((0, 1), (0, 2)), strict=True):
+    for on, (across, up) in zip(
+        axes(made, "Test cube in the workspace", columns=2)[0], ((0, 1), (0, 2)), strict=True
+    ):
         pair = [across, up]
         counts, x, y = np.histogram2d(cloud[:, across], cloud[:, up], _CELLS)
         cells(on, x, y, np.where(counts > 0, 0, -1), (LIGHT["line"],))
@@ -114,15 +212,33 @@ def cube(found: PredictedRobots) -> Figure:
             (corners[list(_PLANE)], "plane C1-C2-C7-C8", LIGHT["robot"], "--"),
             (five[list(found.path_ends)], "path", LIGHT["design"], "-"),
         ):
-            on.plot(points[:, across], points[:, up], color=colour, linestyle=line, linewidth=1.2, label=name)
-        on.plot(five[:, across], five[:, up], linestyle="none", marker="o", markersize=3.5, color=LIGHT["warn"], label="poses")
+            on.plot(
+                points[:, across],
+                points[:, up],
+                color=colour,
+                linestyle=line,
+                linewidth=1.2,
+                label=name,
+            )
+        on.plot(
+            five[:, across],
+            five[:, up],
+            linestyle="none",
+            marker="o",
+            markersize=3.5,
+            color=LIGHT["warn"],
+            label="poses",
+        )
         seen: dict[tuple[float, ...], list[str]] = {}
         for name, point in zip(NAMES, five, strict=True):
             seen.setdefault(tuple(np.round(point[pair], 6)), []).append(name)
         middle = five[0, pair]
         for (right, high), names in seen.items():
             side = (5 if right >= middle[0] else -5, 4 if high >= middle[1] else -4)
-            how: dict[str, Any] = {"ha": "left" if side[0] > 0 else "right", "va": "bottom" if side[1] > 0 else "top"}
+            how: dict[str, Any] = {
+                "ha": "left" if side[0] > 0 else "right",
+                "va": "bottom" if side[1] > 0 else "top",
+            }
             text(on, right, high, ", ".join(names), xytext=side, **how)
         on.set_aspect("equal")
         on.locator_params(nbins=5)
@@ -132,13 +248,24 @@ def cube(found: PredictedRobots) -> Figure:
 
 
 def accuracy(found: PredictedRobots) -> Figure:
-    """Return bars of the 95th percentile of AP_p at each pose and load, with commanded and with best-fit frames."""
-    top = max(float(over_robots(sheet.accuracy[k]).high.value) for sheet in found.loads for k in range(len(NAMES)))
+    """Return bars of the 95th percentile of AP_p at each pose and load, with commanded and with
+    best-fit frames.
+    """
+    top = max(
+        float(over_robots(sheet.accuracy[k]).high.value)
+        for sheet in found.loads
+        for k in range(len(NAMES))
+    )
     unit = length(top).unit
     rows = []
     for sheet, pale in zip(found.loads, _PALE, strict=False):
-        for values, colour, name in ((sheet.accuracy, LIGHT["robot"], "commanded frames"), (sheet.fitted, LIGHT["visit"], "best-fit frames")):
-            high = np.array([over_robots(values[k]).high.value * PER_UNIT[unit] for k in range(len(NAMES))])
+        for values, colour, name in (
+            (sheet.accuracy, LIGHT["robot"], "commanded frames"),
+            (sheet.fitted, LIGHT["visit"], "best-fit frames"),
+        ):
+            high = np.array(
+                [over_robots(values[k]).high.value * PER_UNIT[unit] for k in range(len(NAMES))]
+            )
             rows.append((f"{name}, {100 * sheet.load:.0f} % load", colour, pale, high))
     made, on = one("95th percentile of AP_p over robots", 80)
     thick = 0.76 / len(rows)
@@ -153,12 +280,16 @@ def accuracy(found: PredictedRobots) -> Figure:
 
 
 def visits(sets: list[Any], poses: list[str], names: list[str]) -> Figure:
-    """Return the visits about their barycentres, a panel per pose, in top and side view at one scale; sets[robot][pose] (visit, 3), m."""
+    """Return the visits about their barycentres, a panel per pose, in top and side view at one
+    scale; sets[robot][pose] (visit, 3), m.
+    """
     most = max(float(np.abs(about).max()) for each in sets for about in each)
     unit = "µm" if most < 1e-3 else "mm"  # noqa: PLR2004 - usual change of unit
     limit = 1.15 * most * PER_UNIT[unit] or 1.0
     made = figure(80)
-    panels = axes(made, "Visits about their barycentres", rows=2, columns=len(poses), sharex=True, sharey=True)
+    panels = axes(
+        made, "Visits about their barycentres", rows=2, columns=len(poses), sharex=True, sharey=True
+    )
     tick = round_below(0.6 * limit)  # well inside, or labels of neighbours run together
     for column, pose in enumerate(poses):
         panels[0, column].set_title(label(pose), loc="center", fontsize=SMALL)
@@ -188,9 +319,19 @@ def path(found: PredictedRobots) -> Figure:
         grid(on)
         unit = length(max(float(sheet.path_profile[row].max()) for sheet in found.loads)).unit
         for sheet, pale in zip(found.loads, _PALE, strict=False):
-            for k, (name, colour, line) in enumerate((("mean", LIGHT["robot"], "-"), ("95th percentile", LIGHT["warn"], "--"))):
+            for k, (name, colour, line) in enumerate(
+                (("mean", LIGHT["robot"], "-"), ("95th percentile", LIGHT["warn"], "--"))
+            ):
                 values = sheet.path_profile[row][:, k] * PER_UNIT[unit]
-                on.plot(along, values, color=colour, linestyle=line, alpha=pale, linewidth=1.5, label=load_label(name, sheet.load, found.loads))
+                on.plot(
+                    along,
+                    values,
+                    color=colour,
+                    linestyle=line,
+                    alpha=pale,
+                    linewidth=1.5,
+                    label=load_label(name, sheet.load, found.loads),
+                )
         on.set_ylim(bottom=0)
         label_axes(on, y=f"{word} [{unit}]")
     label_axes(panels[1], f"distance along {' to '.join(NAMES[k] for k in found.path_ends)} [mm]")
@@ -199,15 +340,31 @@ def path(found: PredictedRobots) -> Figure:
 
 
 def drift(found: Drift) -> Figure:
-    """Return AP_p at P1 during warm-up: mean over robots and range from the 5th to the 95th percentile."""
+    """Return AP_p at P1 during warm-up: mean over robots and range from the 5th to the 95th
+    percentile.
+    """
     hours = found.time / 3600
     low, high = np.quantile(found.accuracy, [0.05, 0.95], axis=1)
     unit = length(float(high.max())).unit
     factor = PER_UNIT[unit]
     made, on = one("AP_p at P1 during warm-up", 76)
     grid(on)
-    on.fill_between(hours, low * factor, high * factor, color=LIGHT["robot"], alpha=0.2, linewidth=0, label="5th to 95th percentile")
-    on.plot(hours, found.accuracy.mean(axis=1) * factor, color=LIGHT["robot"], linewidth=1.6, label="mean over robots")
+    on.fill_between(
+        hours,
+        low * factor,
+        high * factor,
+        color=LIGHT["robot"],
+        alpha=0.2,
+        linewidth=0,
+        label="5th to 95th percentile",
+    )
+    on.plot(
+        hours,
+        found.accuracy.mean(axis=1) * factor,
+        color=LIGHT["robot"],
+        linewidth=1.6,
+        label="mean over robots",
+    )
     on.set_ylim(bottom=0)
     on.set_xlim(hours[0], hours[-1])
     label_axes(on, "time since cold start [h]", f"AP_p [{unit}]")

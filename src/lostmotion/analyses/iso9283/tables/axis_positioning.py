@@ -41,25 +41,45 @@ def positioning_sections(found: MeasuredRobot) -> list[Section]:
         sides = [cut(side, LONGEST_SIDE) for side in line.sides]
         counted = f"{len(line.positions)} positions x {line.approaches} approaches"
         rows = tuple(
-            Row(name.format(*sides), (length(value, samples=counted),)) for symbol, name in _NAMES.items() for value in (line.figures[symbol],)
+            Row(name.format(*sides), (length(value, samples=counted),))
+            for symbol, name in _NAMES.items()
+            for value in (line.figures[symbol],)
         )
         note = (
-            f"ISO 230-2:2014, clause 3, from {_at(line)}: {len(line.positions)} positions from {line.positions[0] * 1e3:.6g} to "
-            f"{line.positions[-1] * 1e3:.6g} mm, each approached {several(line.approaches, 'time')} or more from either side"
+            f"ISO 230-2:2014, clause 3, from {_at(line)}: {len(line.positions)} positions from "
+            f"{line.positions[0] * 1e3:.6g} to "
+            f"{line.positions[-1] * 1e3:.6g} mm, each approached "
+            f"{several(line.approaches, 'time')} or more from either side"
         )
         if len(line.positions) < POSITIONS or line.approaches < APPROACHES:
-            note += f"; the standard asks for {POSITIONS} positions and {APPROACHES} approaches from either side"
+            note += (
+                f"; the standard asks for {POSITIONS} positions and {APPROACHES} approaches from "
+                "either side"
+            )
         if number + 1 == _MOST_LINES < len(lines):
             note += f"; {len(lines) - _MOST_LINES} more lines of poses are in result.json"
-        out.append(Section(f"iso230-{line.axis}-{number + 1}", f"Measured: {_name(line, lines)} by ISO 230-2", ("value",), rows, note))
+        out.append(
+            Section(
+                f"iso230-{line.axis}-{number + 1}",
+                f"Measured: {_name(line, lines)} by ISO 230-2",
+                ("value",),
+                rows,
+                note,
+            )
+        )
     return out
 
 
 def positioning_sentence(found: MeasuredRobot) -> str:
-    """Return the sentence of the headline: accuracy, repeatability and reversal value of each axis; empty without one."""
+    """Return the sentence of the headline: accuracy, repeatability and reversal value of each axis;
+    empty without one.
+    """
     lines = _lines(found)
     each = (
-        f"{_name(line, lines)}: " + ", ".join(f"{name} {length(line.figures[symbol])}" for symbol, name in _ON_FIRST_SCREEN.items())
+        f"{_name(line, lines)}: "
+        + ", ".join(
+            f"{name} {length(line.figures[symbol])}" for symbol, name in _ON_FIRST_SCREEN.items()
+        )
         for line in lines[:_MOST_LINES]
     )
     return f"By ISO 230-2, from both sides: {'; '.join(each)}." if lines else ""
@@ -69,7 +89,11 @@ def positioning_cards(found: MeasuredRobot) -> list[Card]:
     """Return the cards of the first axis."""
     lines = _lines(found)[:1]
     return [
-        Card(f"{name} measured", str(length(line.figures[symbol])), f"ISO 230-2, {_name(line, lines)}")
+        Card(
+            f"{name} measured",
+            str(length(line.figures[symbol])),
+            f"ISO 230-2, {_name(line, lines)}",
+        )
         for line in lines
         for symbol, name in _ON_FIRST_SCREEN.items()
     ]

@@ -21,19 +21,25 @@ _LITTLE: Final = 0.1
 
 
 def predicted_verdict(found: PredictedRobots, known: States, either_known: States) -> str:
-    """Return the headline: 95th percentile over arms of RP_l and AP_p at the worst pose, with bounds where values are limits.
+    """Return the headline: 95th percentile over arms of RP_l and AP_p at the worst pose, with
+    bounds where values are limits.
 
-    `known` holds the makers' limits that count in the standard's cycle, `either_known` those for joints arriving from either side. Where no described
-    error varies with one side, the figure for either side comes first, since zero is no prediction.
+    `known` holds the makers' limits that count in the standard's cycle, `either_known` those for
+    joints arriving from either side. Where no described error varies with one side, the figure for
+    either side comes first, since zero is no prediction.
     """
     sheet = found.loads[0]
     one, either = _worst_scatter(sheet.repeatability), _worst_scatter(sheet.random_approach)
-    accurate, fitted = (estimate_figure(over_robots(values.max(axis=0)).high) for values in (sheet.accuracy, sheet.fitted))
+    accurate, fitted = (
+        estimate_figure(over_robots(values.max(axis=0)).high)
+        for values in (sheet.accuracy, sheet.fitted)
+    )
     from_either = f"{repeats_bounded(either, either_known)}{_interval(either)}"
     worst = "worst of five poses, full payload"
     if not one.words and describes_little_scatter(found):
         text = (
-            f"RP_l, {ISO_CYCLE}, of 95 % of arms is at least {one}{_interval(one)}, {worst}: friction, control and temperature add to "
+            f"RP_l, {ISO_CYCLE}, of 95 % of arms is at least {one}{_interval(one)}, {worst}: "
+            "friction, control and temperature add to "
             f"what is described. RP_l, {ANY_APPROACH}: {from_either}."
         )
     elif not one.words:
@@ -42,14 +48,23 @@ def predicted_verdict(found: PredictedRobots, known: States, either_known: State
     elif not either.words:
         text = (
             f"{_repeats(from_either, ANY_APPROACH, worst)}. "
-            "In the ISO cycle no described error varies from visit to visit, so no repeatability is predicted."
+            "In the ISO cycle no described error varies from visit to visit, so no "
+            "repeatability is predicted."
         )
     else:
-        text = "No described error varies from visit to visit, from either side of approach, so no repeatability is predicted."
+        text = (
+            "No described error varies from visit to visit, from either side of approach, so no "
+            "repeatability is predicted."
+        )
     bound = at_least(accurate, known)
-    place = f"{bound}{_interval(accurate)} from" if bound.startswith("at least") else f"within {bound}{_interval(accurate)} of"
+    place = (
+        f"{bound}{_interval(accurate)} from"
+        if bound.startswith("at least")
+        else f"within {bound}{_interval(accurate)} of"
+    )
     text += (
-        f" AP_p of 95 % of arms is {place} the commanded point at its worst pose, {at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
+        f" AP_p of 95 % of arms is {place} the commanded point at its worst pose, "
+        f"{at_least(fitted, known)}{_interval(fitted)} with best-fit frames."
     )
     return " ".join([text, *caveats(known)])
 
@@ -62,27 +77,61 @@ def _repeats(bound: str, arriving: str, worst: str) -> str:
 
 
 def describes_little_scatter(found: PredictedRobots) -> bool:
-    """Return whether the described errors of one side scatter so little that what no file describes decides the repeatability."""
+    """Return whether the described errors of one side scatter so little that what no file describes
+    decides the repeatability.
+    """
     sheet = found.loads[0]
     return bool(sheet.repeatability.max() < _LITTLE * sheet.random_approach.max())
 
 
-def predicted_cards(found: PredictedRobots, known: States, either_known: States) -> tuple[Card, ...]:
-    """Return the first cards; arguments as for `predicted_verdict`. A repeatability with a number comes first."""
+def predicted_cards(
+    found: PredictedRobots, known: States, either_known: States
+) -> tuple[Card, ...]:
+    """Return the first cards; arguments as for `predicted_verdict`. A repeatability with a number
+    comes first.
+    """
     sheet = found.loads[0]
-    one = Card(f"RP_l, {ISO_CYCLE}", str(_worst_scatter(sheet.repeatability)), "95 % of arms, worst of five poses")
-    either = Card(f"RP_l, {ANY_APPROACH}", str(_worst_scatter(sheet.random_approach)), "95 % of arms, worst pose")
-    repeats = (*bounded_cards([one], known, ("RP_l",)), *bounded_cards([either], either_known, ("RP_l",)))
+    one = Card(
+        f"RP_l, {ISO_CYCLE}",
+        str(_worst_scatter(sheet.repeatability)),
+        "95 % of arms, worst of five poses",
+    )
+    either = Card(
+        f"RP_l, {ANY_APPROACH}",
+        str(_worst_scatter(sheet.random_approach)),
+        "95 % of arms, worst pose",
+    )
+    repeats = (
+        *bounded_cards([one], known, ("RP_l",)),
+        *bounded_cards([either], either_known, ("RP_l",)),
+    )
     if describes_little_scatter(found):
         repeats = (replace(repeats[0], number=_at_least(repeats[0].number)), repeats[1])
     others = [
-        Card("AP_p, 95 % of arms", str(estimate_figure(over_robots(sheet.accuracy.max(axis=0)).high)), "worst of five poses"),
-        Card("AP_p, best-fit frames", str(estimate_figure(over_robots(sheet.fitted.max(axis=0)).high)), "95 % of arms, worst pose"),
+        Card(
+            "AP_p, 95 % of arms",
+            str(estimate_figure(over_robots(sheet.accuracy.max(axis=0)).high)),
+            "worst of five poses",
+        ),
+        Card(
+            "AP_p, best-fit frames",
+            str(estimate_figure(over_robots(sheet.fitted.max(axis=0)).high)),
+            "95 % of arms, worst pose",
+        ),
         Card("test cube", f"{found.cube.side * 1e3:.0f} mm", "side"),
     ]
     accuracy = bounded_cards(others, known, ("AP_p",))
-    numbers, without = ([card for card in repeats if (card.number == "none described") == none] for none in (False, True))
-    return (*numbers, *(without if numbers else ()), *accuracy[:2], *(() if numbers else without), *accuracy[2:])
+    numbers, without = (
+        [card for card in repeats if (card.number == "none described") == none]
+        for none in (False, True)
+    )
+    return (
+        *numbers,
+        *(without if numbers else ()),
+        *accuracy[:2],
+        *(() if numbers else without),
+        *accuracy[2:],
+    )
 
 
 def _at_least(number: str) -> str:

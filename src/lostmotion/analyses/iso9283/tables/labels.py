@@ -26,13 +26,21 @@ def estimate_figure(estimate: Estimate, samples: str = "", *, angle: bool = Fals
     if math.isnan(estimate.value):
         return Figure(math.nan, "1")
     if angle:
-        unit, size = ("arcsec", ARCSEC) if abs(estimate.value) < _SMALL_ANGLE * ARCMIN else ("arcmin", ARCMIN)
-        return Figure(estimate.value / size, unit, estimate.low / size, estimate.high / size, samples)
+        unit, size = (
+            ("arcsec", ARCSEC)
+            if abs(estimate.value) < _SMALL_ANGLE * ARCMIN
+            else ("arcmin", ARCMIN)
+        )
+        return Figure(
+            estimate.value / size, unit, estimate.low / size, estimate.high / size, samples
+        )
     return length(estimate.value, estimate.low, estimate.high, samples)
 
 
 def scatter_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
-    """Return a repeatability as `estimate_figure` does, or "none described" where no described error varies from visit to visit."""
+    """Return a repeatability as `estimate_figure` does, or "none described" where no described
+    error varies from visit to visit.
+    """
     return (
         Figure(math.nan, "1", samples=samples, words="none described")
         if estimate.value < NO_SCATTER
@@ -41,12 +49,16 @@ def scatter_figure(estimate: Estimate, samples: str = "", *, angle: bool = False
 
 
 def load_label(label: str, load: float, loads: Collection[object]) -> str:
-    """Return a label with its share of the payload where there are several loads; no space before %, so that it does not wrap."""
+    """Return a label with its share of the payload where there are several loads; no space before
+    %, so that it does not wrap.
+    """
     return f"{label}, {100 * load:g}%" if len(loads) > 1 else label
 
 
 def measured_label(text: str, load: MeasuredLoad, loads: Sequence[MeasuredLoad]) -> str:
-    """Return a label of measured figures with the side of approach, where there are sides, and with the load, where there are several."""
+    """Return a label of measured figures with the side of approach, where there are sides, and with
+    the load, where there are several.
+    """
     text = f"{text}, from {cut(load.side, LONGEST_SIDE)}" if load.side else text
     return load_label(text, load.load, {each.load for each in loads})
 

@@ -6,8 +6,16 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
-from lostmotion.analyses.iso9283.tables.axis_positioning import positioning_facts, positioning_sections
-from lostmotion.analyses.iso9283.tables.labels import accuracy_key, estimate_figure, load_label, measured_label
+from lostmotion.analyses.iso9283.tables.axis_positioning import (
+    positioning_facts,
+    positioning_sections,
+)
+from lostmotion.analyses.iso9283.tables.labels import (
+    accuracy_key,
+    estimate_figure,
+    load_label,
+    measured_label,
+)
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.reporting.sheet import Figure, Row, Section, length, several
 
@@ -22,17 +30,25 @@ _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
 
 def measured_sections(found: MeasuredRobot) -> list[Section]:
     """Return the tables of the measured robot, with each figure under its loads."""
-    out = [*positioning_sections(found), *(section for load in found.loads for section in _pooled(found, load))]
+    out = [
+        *positioning_sections(found),
+        *(section for load in found.loads for section in _pooled(found, load)),
+    ]
     if any(math.isfinite(pose.repeatability.value) for load in found.loads for pose in load.poses):
         out += [*_poses(found), _axes(found)]
     rows = [
-        Row(measured_label(f"{name}, P2-P4", load, found.loads), (estimate_figure(load.distance[k], "cycles with both"),))
+        Row(
+            measured_label(f"{name}, P2-P4", load, found.loads),
+            (estimate_figure(load.distance[k], "cycles with both"),),
+        )
         for k, name in enumerate(("AD_p", "RD"))
         for load in found.loads
         if load.distance is not None and _known(load.distance[k])
     ]
     if rows:
-        out.append(Section("measured-distance", "Measured: distance P2-P4", ("value",), tuple(rows)))
+        out.append(
+            Section("measured-distance", "Measured: distance P2-P4", ("value",), tuple(rows))
+        )
     return [*out, *_paths(found), _data(found)]
 
 
@@ -46,14 +62,23 @@ def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
     counted = several(len(load.poses), "pose")
     rows = [
         Row(name, (estimate_figure(raw, counted), estimate_figure(fitted, counted)))
-        for name, raw, fitted in zip(("mean", "standard deviation", "95th percentile", "largest"), *load.pooled, strict=True)
+        for name, raw, fitted in zip(
+            ("mean", "standard deviation", "95th percentile", "largest"), *load.pooled, strict=True
+        )
     ]
     fit = load.fit
     shift = ", ".join(f"{x * 1e3:.3f}" for x in fit.base[:3, 3])
     tool = f"; tool ({', '.join(f'{x * 1e3:.3f}' for x in fit.tool)}) mm" if fit.with_tool else ""
     turn = math.degrees(math.acos(min(max((fit.base[:3, :3].trace() - 1) / 2, -1.0), 1.0)))
-    note = f"best-fit base: shift ({shift}) mm, rotation {turn:.4f}°{tool}; {fit.rank} parameters determined by the poses. "
-    note += "Intervals: bootstrap over poses" if math.isfinite(load.pooled[0][0].low) else "Too few poses for intervals"
+    note = (
+        f"best-fit base: shift ({shift}) mm, rotation {turn:.4f}°{tool}; {fit.rank} parameters "
+        "determined by the poses. "
+    )
+    note += (
+        "Intervals: bootstrap over poses"
+        if math.isfinite(load.pooled[0][0].low)
+        else "Too few poses for intervals"
+    )
     return [
         Section(
             accuracy_key(load, found.loads),
@@ -67,14 +92,25 @@ def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
 
 def _in_order(found: MeasuredRobot) -> list[tuple[MeasuredLoad, MeasuredPose]]:
     """Return the first poses, each under all its loads."""
-    names = list(dict.fromkeys(pose.name for load in found.loads for pose in load.poses))[:_MOST_POSES]
-    return [(load, pose) for name in names for load in found.loads for pose in load.poses if pose.name == name]
+    names = list(dict.fromkeys(pose.name for load in found.loads for pose in load.poses))[
+        :_MOST_POSES
+    ]
+    return [
+        (load, pose)
+        for name in names
+        for load in found.loads
+        for pose in load.poses
+        if pose.name == name
+    ]
 
 
 def _poses(found: MeasuredRobot) -> list[Section]:
     """Return a table for each characteristic; one table would be wider than a terminal."""
     shown = _in_order(found)
-    count, all_poses = len({pose.name for _, pose in shown}), len({pose.name for load in found.loads for pose in load.poses})
+    count, all_poses = (
+        len({pose.name for _, pose in shown}),
+        len({pose.name for load in found.loads for pose in load.poses}),
+    )
     first = "" if count == all_poses else f"the first {count} of {all_poses} poses"
 
     def label(load: MeasuredLoad, pose: MeasuredPose) -> str:
@@ -83,12 +119,19 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     accurate = tuple(
         Row(
             label(load, pose),
-            (estimate_figure(pose.accuracy, several(pose.visits, "visit")), estimate_figure(Estimate(pose.fitted, math.nan, math.nan))),
+            (
+                estimate_figure(pose.accuracy, several(pose.visits, "visit")),
+                estimate_figure(Estimate(pose.fitted, math.nan, math.nan)),
+            ),
         )
         for load, pose in shown
         if _known(pose.accuracy)
     )
-    out = [Section("measured-poses", "Measured: AP_p", ("AP_p", "best-fit frames"), accurate, first)] if accurate else []
+    out = (
+        [Section("measured-poses", "Measured: AP_p", ("AP_p", "best-fit frames"), accurate, first)]
+        if accurate
+        else []
+    )
     with_instrument = found.visits.instrument > 0
     with_outlying = any(pose.outlying for _, pose in shown)
     repeats = []
@@ -100,21 +143,42 @@ def _poses(found: MeasuredRobot) -> list[Section]:
         )
         repeats.append(Row(label(load, pose), figures))
     note = (f"{first}; " if first else "") + (
-        "the interval is that of RP_l for many visits, of which a sample is slightly biased low; normal scatter"
+        "the interval is that of RP_l for many visits, of which a sample is slightly biased "
+        "low; normal scatter"
     )
     if with_instrument:
         floor = max(load.floor for load in found.loads)
-        note += f". RP_l of the instrument alone: {length(floor)}, subtracted in squares, never below zero"
+        note += (
+            f". RP_l of the instrument alone: {length(floor)}, subtracted in squares, never below "
+            "zero"
+        )
     if with_outlying:
-        note += ". Outlying: farther from the median of the visits than 15 times the median distance; the standard excludes none"
-    columns = ("RP_l", *(("less instrument",) if with_instrument else ()), *(("without outlying",) if with_outlying else ()))
+        note += (
+            ". Outlying: farther from the median of the visits than 15 times the median distance; "
+            "the standard excludes none"
+        )
+    columns = (
+        "RP_l",
+        *(("less instrument",) if with_instrument else ()),
+        *(("without outlying",) if with_outlying else ()),
+    )
     out.append(Section("measured-repeatability", "Measured: RP_l", columns, tuple(repeats), note))
     sides = tuple(
-        Row(load_label(pose.name, load.load, {each.load for each in found.loads}), (estimate_figure(pose.multi_directional),))
+        Row(
+            load_label(pose.name, load.load, {each.load for each in found.loads}),
+            (estimate_figure(pose.multi_directional),),
+        )
         for load, pose in shown
         if _known(pose.multi_directional)
     )
-    return [*out, *([Section("measured-sides", "Measured: vAP_p, over the sides", ("vAP_p",), sides, first)] if sides else [])]
+    return [
+        *out,
+        *(
+            [Section("measured-sides", "Measured: vAP_p, over the sides", ("vAP_p",), sides, first)]
+            if sides
+            else []
+        ),
+    ]
 
 
 def _axes(found: MeasuredRobot) -> Section:
@@ -124,8 +188,22 @@ def _axes(found: MeasuredRobot) -> Section:
             if _known(scatter):
                 angle = letter in "abc"
                 label = measured_label(f"{pose.name}-{letter}", load, found.loads)
-                rows.append(Row(label, (estimate_figure(average, angle=angle), estimate_figure(scatter, angle=angle))))
-    return Section("measured-axes", "Measured: by axis", ("AP", "± 3 s"), tuple(rows), "intervals by Student's t and the chi-square distribution")
+                rows.append(
+                    Row(
+                        label,
+                        (
+                            estimate_figure(average, angle=angle),
+                            estimate_figure(scatter, angle=angle),
+                        ),
+                    )
+                )
+    return Section(
+        "measured-axes",
+        "Measured: by axis",
+        ("AP", "± 3 s"),
+        tuple(rows),
+        "intervals by Student's t and the chi-square distribution",
+    )
 
 
 def _paths(found: MeasuredRobot) -> list[Section]:
@@ -134,18 +212,31 @@ def _paths(found: MeasuredRobot) -> list[Section]:
     for name in dict.fromkeys(path.name for path in paths):
         for k, word in enumerate(PATH_FIGURES):
             for load in found.loads:
-                for path in (path for path in load.paths if path.name == name and math.isfinite(path.figures[k])):
-                    counted = f"{path.cycles} cycles x {len(path.places)} {'places' if path.shared else 'planes'}"
+                for path in (
+                    path
+                    for path in load.paths
+                    if path.name == name and math.isfinite(path.figures[k])
+                ):
+                    counted = (
+                        f"{path.cycles} cycles x {len(path.places)} "
+                        f"{'places' if path.shared else 'planes'}"
+                    )
                     label = measured_label(f"{word}, {name}", load, found.loads)
                     value = Estimate(float(path.figures[k]), math.nan, math.nan)
-                    shown = (estimate_figure(each, counted, angle=word[-1] in "abc") for each in (value, path.many[k]))
+                    shown = (
+                        estimate_figure(each, counted, angle=word[-1] in "abc")
+                        for each in (value, path.many[k])
+                    )
                     rows.append(Row(label, (*shown, Figure(float(path.worst[k]) * 1e3, "mm"))))
     if not rows:
         return []
     note = (
-        "value: of these cycles by the standard's definition, at the worst place, with its distance from the start of the path. Many cycles: "
-        "estimate of the limit for many cycles with its 95 % confidence interval, for normal scatter. The worst of several places of few cycles is "
-        "biased high, so the value may lie outside the interval. Coverage is lower where a single place scatters more. "
+        "value: of these cycles by the standard's definition, at the worst place, with its "
+        "distance from the start of the path. Many cycles: "
+        "estimate of the limit for many cycles with its 95 % confidence interval, for normal "
+        "scatter. The worst of several places of few cycles is "
+        "biased high, so the value may lie outside the interval. Coverage is lower where a "
+        "single place scatters more. "
     ) + _where_read(paths)
     if found.visits.instrument:
         note += f". RT_p of the instrument alone: about {length(max(path.floor for path in paths))}"
@@ -166,12 +257,20 @@ def _paths(found: MeasuredRobot) -> list[Section]:
     )
     columns = ("readings", "from", "to", "of", "gap", "missed")
     between = (
-        "from, to: range covered by all cycles, of the path's length. Gap: largest distance of neighbouring readings along the path. Missed: r.m.s. "
-        "distance of a reading from the straight line between its neighbours; noise, and about four times the error of interpolation where the path "
+        "from, to: range covered by all cycles, of the path's length. Gap: largest distance "
+        "of neighbouring readings along the path. Missed: r.m.s. "
+        "distance of a reading from the straight line between its neighbours; noise, and "
+        "about four times the error of interpolation where the path "
         "bends. Where it exceeds RT_p, read the path more densely"
     )
     return [
-        Section("measured-path", "Measured: path AT_p, RT_p", ("value", "many cycles", "worst at"), tuple(rows), note),
+        Section(
+            "measured-path",
+            "Measured: path AT_p, RT_p",
+            ("value", "many cycles", "worst at"),
+            tuple(rows),
+            note,
+        ),
         Section("measured-path-data", "Measured: how the path was read", columns, read, between),
     ]
 
@@ -183,12 +282,16 @@ def _where_read(paths: list[MeasuredPath]) -> str:
         if names := dict.fromkeys(path.name for path in paths if path.shared is shared):
             counts = sorted({len(path.places) for path in paths if path.shared is shared})
             many = str(counts[0]) if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
-            along = "" if len({path.shared for path in paths}) == 1 else f" along {', '.join(names)}"
+            along = (
+                "" if len({path.shared for path in paths}) == 1 else f" along {', '.join(names)}"
+            )
             how = (
                 f"All cycles were read at the same {many} places"
                 if shared
-                else f"The cycles were read at different places: each one's nearest reading is moved to {many} evenly spaced planes by the mean "
-                "change of the other cycles. RT is within 3 % of that of readings at shared places, unless the path bends between them"
+                else "The cycles were read at different places: each one's nearest reading is "
+                f"moved to {many} evenly spaced planes by the mean "
+                "change of the other cycles. RT is within 3 % of that of readings at shared "
+                "places, unless the path bends between them"
             )
             sentences.append(how.replace("read at", f"read{along} at", 1))
     return ". ".join(sentences)
@@ -202,14 +305,30 @@ def _data(found: MeasuredRobot) -> Section:
         rows.append(Row("readings along paths", (Figure(along, ""),)))
     if visits.load_stated:
         counted = ((load.load, int((visits.load == load.load).sum())) for load in found.loads)
-        rows += [Row(f"rows at {100 * load:g} % load", (Figure(count, ""),)) for load, count in counted]
+        rows += [
+            Row(f"rows at {100 * load:g} % load", (Figure(count, ""),)) for load, count in counted
+        ]
     rows += [
-        Row("duplicate rows dropped", (Figure(visits.duplicates, ""),), "identical in every column that is read" if visits.duplicates else ""),
-        *([Row("rows without a reading, excluded", (Figure(len(visits.lost), ""),))] if visits.lost else []),
+        Row(
+            "duplicate rows dropped",
+            (Figure(visits.duplicates, ""),),
+            "identical in every column that is read" if visits.duplicates else "",
+        ),
+        *(
+            [Row("rows without a reading, excluded", (Figure(len(visits.lost), ""),))]
+            if visits.lost
+            else []
+        ),
         Row("poses", (Figure(len({name for name in visits.pose if name}), ""),)),
     ]
     if visits.instrument:
-        rows.append(Row("instrument", (length(visits.instrument, stated=True),), "standard deviation of one reading of a coordinate, as stated"))
+        rows.append(
+            Row(
+                "instrument",
+                (length(visits.instrument, stated=True),),
+                "standard deviation of one reading of a coordinate, as stated",
+            )
+        )
     note = "" if visits.load_stated else "no load stated: full payload assumed"
     return Section("measured-data", "Measured: the data", ("value",), tuple(rows), note)
 
@@ -271,8 +390,15 @@ def _load_facts(load: MeasuredLoad) -> dict[str, Any]:
                 "planes_m": path.places.tolist(),
                 "places_shared": path.shared,
                 **{
-                    word: {"value": float(value), "many_cycles": _value(each), "interval": _ends(each), "worst_at_m": float(at)}
-                    for word, value, each, at in zip(PATH_FIGURES, path.figures, path.many, path.worst, strict=True)
+                    word: {
+                        "value": float(value),
+                        "many_cycles": _value(each),
+                        "interval": _ends(each),
+                        "worst_at_m": float(at),
+                    }
+                    for word, value, each, at in zip(
+                        PATH_FIGURES, path.figures, path.many, path.worst, strict=True
+                    )
                     if math.isfinite(value)
                 },
             }

@@ -1,4 +1,6 @@
-"""Sheet of a selection of parts for a target on the tool: parts, error, effect of each choice, and trade-off."""
+"""Sheet of a selection of parts for a target on the tool: parts, error, effect of each choice, and
+trade-off.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +31,27 @@ if TYPE_CHECKING:
 
 _MOST_HALVED: Final = 10
 _WORDS: Final = (
-    ("95 % error", "95th percentile of the position error of the tool over poses of the workspace, robots and visits."),
-    ("full study", "as `lostmotion study` with its default sizes; the small study has fewer poses, robots and visits."),
-    ("replaced by the cheapest", "this part is the candidate with the least of what is minimised (mass, price or both), all others are as selected."),
+    (
+        "95 % error",
+        (
+            "95th percentile of the position error of the tool over poses of the workspace, "
+            "robots and visits."
+        ),
+    ),
+    (
+        "full study",
+        (
+            "as `lostmotion study` with its default sizes; the small study has fewer poses, "
+            "robots and visits."
+        ),
+    ),
+    (
+        "replaced by the cheapest",
+        (
+            "this part is the candidate with the least of what is minimised (mass, price or "
+            "both), all others are as selected."
+        ),
+    ),
     ("price", "from the sizing file, in its currency."),
     ("evaluated", "selections whose masses, loads and errors were computed in full."),
 )
@@ -40,16 +60,28 @@ _WORDS: Final = (
 def selection_sheet(result: PartSelection, notes: tuple[str, ...] = ()) -> Sheet:
     """Return the sheet of a selection of parts."""
     size = result.study_size
-    counted = f"{several(len(result.poses), 'pose')} x {several(size.robots, 'robot')} x {several(size.visits, 'visit')}, seed {size.seed}"
-    known = with_limits(states(result.sized), result.sized, result.poses.q, approach_for(result.study_size.of))
-    small = "{} poses x {} robots x {} visits".format(*result.small_study) + f", seed {result.study_size.seed}"
+    counted = (
+        f"{several(len(result.poses), 'pose')} x {several(size.robots, 'robot')} x "
+        f"{several(size.visits, 'visit')}, seed {size.seed}"
+    )
+    known = with_limits(
+        states(result.sized), result.sized, result.poses.q, approach_for(result.study_size.of)
+    )
+    small = (
+        "{} poses x {} robots x {} visits".format(*result.small_study)
+        + f", seed {result.study_size.seed}"
+    )
     return Sheet(
         name=result.arm.name,
         subject="parts selected for a target on the tool",
         verdict=" ".join([_verdict(result, known), *caveats(known)]),
         cards=bounded_cards(_cards(result), known, (result.quantity, "as stated")),
         sections=(
-            *bounded_sections([section for section in _sections(result, counted, small) if section.rows], known, ("error",)),
+            *bounded_sections(
+                [section for section in _sections(result, counted, small) if section.rows],
+                known,
+                ("error",),
+            ),
             *provenance_sections(known),
         ),
         counts=f"search at {result.search_poses} poses; full study: {counted}",
@@ -108,21 +140,44 @@ def candidate_name(each: SelectedPart, candidate: Candidate) -> str:
 def _verdict(result: PartSelection, known: States) -> str:
     target, error = length(result.target, stated=True), at_least(_estimate(result.error), known)
     if not result.meets_target:
-        text = f"No selection meets the target of {target}; the most accurate has a {result.quantity} of {error} ({_interval(result.error)})."
+        text = (
+            f"No selection meets the target of {target}; the most accurate has a {result.quantity} "
+            f"of {error} ({_interval(result.error)})."
+        )
         gain = max(result.halving.gains.items(), key=lambda pair: pair[1].value, default=None)
         if not result.is_feasible:
-            text = "No selection meets the constraints: a reducer is rated below its holding torque, or a link exceeds its limits."
+            text = (
+                "No selection meets the constraints: a reducer is rated below its holding torque, "
+                "or a link exceeds its limits."
+            )
         elif gain is not None:
-            text += f" Largest effect: {gain[0]}; halving its errors reduces the 95 % error by {_estimate(gain[1])}."
+            text += (
+                f" Largest effect: {gain[0]}; halving its errors reduces the 95 % error by "
+                f"{_estimate(gain[1])}."
+            )
         return text
     before = at_least(_estimate(result.error_before), known)
     met = f"within the target of {target}{by_what_is_described(known)}"
-    text = f"The {result.quantity} is {error} ({_interval(result.error)}), {met}; as stated it is {before}."
-    text += f" The mass of the selected parts is {_kg(result.mass)}, as stated {_kg(result.mass_before)}"
+    text = (
+        f"The {result.quantity} is {error} ({_interval(result.error)}), {met}; as stated it is "
+        f"{before}."
+    )
+    text += (
+        f" The mass of the selected parts is {_kg(result.mass)}, as stated "
+        f"{_kg(result.mass_before)}"
+    )
     if has_prices(result):
-        text += f", their price {_price(result.price)}" + (f", as stated {_price(result.price_before)}" if math.isfinite(result.price_before) else "")
+        text += f", their price {_price(result.price)}" + (
+            f", as stated {_price(result.price_before)}"
+            if math.isfinite(result.price_before)
+            else ""
+        )
     better = _better(result)
-    text += f". All {better} selections miss the target." if result.proven else f". No exchange of one or two parts is {better}."
+    text += (
+        f". All {better} selections miss the target."
+        if result.proven
+        else f". No exchange of one or two parts is {better}."
+    )
     return text
 
 
@@ -140,13 +195,18 @@ def _cards(result: PartSelection) -> list[Card]:
         Card(
             result.quantity,
             str(_estimate(result.error)),
-            f"target {length(result.target, stated=True)}" + ("" if result.meets_target else ", not met"),
+            f"target {length(result.target, stated=True)}"
+            + ("" if result.meets_target else ", not met"),
         ),
         Card("as stated", str(_estimate(result.error_before)), result.quantity),
         Card("selected parts", str(_kg(result.mass)), f"as stated {_kg(result.mass_before)}"),
     ]
     if has_prices(result):
-        before = f"as stated {_price(result.price_before)}" if math.isfinite(result.price_before) else "as stated: not known"
+        before = (
+            f"as stated {_price(result.price_before)}"
+            if math.isfinite(result.price_before)
+            else "as stated: not known"
+        )
         cards.append(Card("price", str(_price(result.price)), before))
     return cards
 
@@ -157,7 +217,11 @@ def _parts(result: PartSelection) -> Section:
         figures = [_kg(each.slot.present.mass), _kg(each.selected.mass)]
         if has_prices(result):
             figures += [_price(each.slot.present.price), _price(each.selected.price)]
-        note = f"{each.slot.present.name} -> {each.selected.name}" if each.selected.part is not None else f"{each.slot.present.name}, unchanged"
+        note = (
+            f"{each.slot.present.name} -> {each.selected.name}"
+            if each.selected.part is not None
+            else f"{each.slot.present.name}, unchanged"
+        )
         rows.append(Row(each.slot.label, tuple(figures), note))
     figures = [_kg(result.mass_before), _kg(result.mass)]
     if has_prices(result):
@@ -169,19 +233,32 @@ def _parts(result: PartSelection) -> Section:
         "Selected parts",
         columns,
         tuple(rows),
-        f"minimised: {objective_text(result)}; now: as the file states; masses in kg, of the selected parts only; free sizes of links are usual ones "
+        f"minimised: {objective_text(result)}; now: as the file states; masses in kg, of the "
+        "selected parts only; free sizes of links are usual ones "
         "of tubes, bars and profiles, or multiples of the step that was asked for",
     )
 
 
 def _errors(result: PartSelection, counted: str) -> Section:
     rows = (
-        Row("target", (length(result.target, stated=True),), "for the upper end of the confidence interval"),
+        Row(
+            "target",
+            (length(result.target, stated=True),),
+            "for the upper end of the confidence interval",
+        ),
         Row("as stated", (_estimate(result.error_before, counted),), "full study"),
-        Row("selected parts", (_estimate(result.error, counted),), "full study; target met" if result.meets_target else "full study; target not met"),
+        Row(
+            "selected parts",
+            (_estimate(result.error, counted),),
+            "full study; target met" if result.meets_target else "full study; target not met",
+        ),
     )
     return Section(
-        "error", f"{result.quantity} of the tool" if result.study_size.of == "error" else result.quantity, ("value",), rows, "over the workspace"
+        "error",
+        f"{result.quantity} of the tool" if result.study_size.of == "error" else result.quantity,
+        ("value",),
+        rows,
+        "over the workspace",
     )
 
 
@@ -189,16 +266,35 @@ def _savings(result: PartSelection, small: str) -> Section:
     rows = []
     for each in result.parts:
         if each.error_with_cheapest is not None:
-            figures = Figure(each.saving, "kg" if objective_text(result) == "mass" else "1"), _estimate(each.error_with_cheapest, small)
+            figures = (
+                Figure(each.saving, "kg" if objective_text(result) == "mass" else "1"),
+                _estimate(each.error_with_cheapest, small),
+            )
             rows.append(
                 (
                     each.error_with_cheapest.value,
-                    Row(each.slot.label, figures, f"{candidate_name(each, each.selected)} instead of {candidate_name(each, each.cheapest)}"),
+                    Row(
+                        each.slot.label,
+                        figures,
+                        (
+                            f"{candidate_name(each, each.selected)} instead of "
+                            f"{candidate_name(each, each.cheapest)}"
+                        ),
+                    ),
                 )
             )
-    note = f"each part in turn replaced by the cheapest candidate: saving ({objective_text(result)}) and resulting {result.quantity}"
+    note = (
+        f"each part in turn replaced by the cheapest candidate: saving ({objective_text(result)}) "
+        f"and resulting {result.quantity}"
+    )
     ordered = tuple(row for _, row in sorted(rows, key=lambda pair: -pair[0]))
-    return Section("buys", "Effect of each choice", ("saving", f"{result.quantity} with the cheapest"), ordered, note)
+    return Section(
+        "buys",
+        "Effect of each choice",
+        ("saving", f"{result.quantity} with the cheapest"),
+        ordered,
+        note,
+    )
 
 
 def _trade_off(result: PartSelection, small: str) -> Section:
@@ -206,17 +302,33 @@ def _trade_off(result: PartSelection, small: str) -> Section:
     both = has_prices(result) and result.objective.per_kg > 0
     for point in result.trade_off:
         cost = [_price(point.cost)] if both else []
-        figures = [*cost, _kg(point.mass), *([_price(point.price)] if has_prices(result) else []), _estimate(point.error, small)]
+        figures = [
+            *cost,
+            _kg(point.mass),
+            *([_price(point.price)] if has_prices(result) else []),
+            _estimate(point.error, small),
+        ]
         note = "" if point.meets_target else "cannot be met"
         if point.target == result.target:
             note = "stated target"
         elif not result.meets_target and point.target == result.error.high:
             note = "most accurate"
         rows.append(Row(str(length(point.target, stated=True)), tuple(figures), note))
-    columns = (*(("cost",) if both else ()), "mass", *(("price",) if has_prices(result) else ()), result.quantity)
+    columns = (
+        *(("cost",) if both else ()),
+        "mass",
+        *(("price",) if has_prices(result) else ()),
+        result.quantity,
+    )
     note = "" if result.meets_target else "around the most accurate selection; "
     note += f"cost: {objective_text(result)}; " if both else ""
-    return Section("trade", "Cost against target", columns, tuple(rows), f"{note}other targets by exchange of single parts")
+    return Section(
+        "trade",
+        "Cost against target",
+        columns,
+        tuple(rows),
+        f"{note}other targets by exchange of single parts",
+    )
 
 
 def _halving(result: PartSelection) -> Section:
@@ -242,50 +354,109 @@ def _torques(result: PartSelection) -> Section:
             rows.append(
                 Row(
                     each.slot.joint,
-                    (Figure(torque, "N m"), Figure(math.nan if rated is None else rated, "N m", stated=True), share),
+                    (
+                        Figure(torque, "N m"),
+                        Figure(math.nan if rated is None else rated, "N m", stated=True),
+                        share,
+                    ),
                     candidate_name(each, each.selected),
                 )
             )
-    tilt = "base as stated" if result.constraints.tilt is None else f"base tilt up to {math.degrees(result.constraints.tilt):.3g}°"
-    note = f"largest over the poses of the search and the corners of the joint ranges, {tilt}, with the selected parts"
-    return Section("torques", "Holding torque of the selected gearboxes", ("holding torque", "rated", "of rated"), tuple(rows), note)
+    tilt = (
+        "base as stated"
+        if result.constraints.tilt is None
+        else f"base tilt up to {math.degrees(result.constraints.tilt):.3g}°"
+    )
+    note = (
+        f"largest over the poses of the search and the corners of the joint ranges, {tilt}, with "
+        "the selected parts"
+    )
+    return Section(
+        "torques",
+        "Holding torque of the selected gearboxes",
+        ("holding torque", "rated", "of rated"),
+        tuple(rows),
+        note,
+    )
 
 
 def _searched(result: PartSelection) -> Section:
     better = _better(result)
-    status = f"all {better} selections evaluated" if result.proven else f"no exchange of one or two parts is {better}"
-    status = status if result.meets_target else "none meets the target; the most accurate is reported"
+    status = (
+        f"all {better} selections evaluated"
+        if result.proven
+        else f"no exchange of one or two parts is {better}"
+    )
+    status = (
+        status if result.meets_target else "none meets the target; the most accurate is reported"
+    )
     rows = (
-        Row("possible selections", (Figure(float(result.combinations), "1") if result.combinations > 10**9 else Figure(result.combinations, "1"),)),
+        Row(
+            "possible selections",
+            (
+                Figure(float(result.combinations), "1")
+                if result.combinations > 10**9
+                else Figure(result.combinations, "1"),
+            ),
+        ),
         Row("evaluated", (Figure(result.evaluated, "1"),), status),
-        Row("pairs predicted", (Figure(result.predicted, "1"),), "error predicted from the single exchanges"),
+        Row(
+            "pairs predicted",
+            (Figure(result.predicted, "1"),),
+            "error predicted from the single exchanges",
+        ),
         *(
-            Row(f"search target {k}", (length(inner),), "corrected so that the full study meets the target")
+            Row(
+                f"search target {k}",
+                (length(inner),),
+                "corrected so that the full study meets the target",
+            )
             for k, inner in enumerate(result.search_targets, 1)
         ),
     )
-    return Section("search", "The search", ("value",), rows, f"at {result.search_poses} poses, from exact mean and covariance of the error")
+    return Section(
+        "search",
+        "The search",
+        ("value",),
+        rows,
+        f"at {result.search_poses} poses, from exact mean and covariance of the error",
+    )
 
 
 def _remarks(result: PartSelection) -> list[str]:
     out = [each.selected.note for each in result.parts if each.selected.note]
     unrated = [
-        each.slot.joint for each in result.parts if each.slot.kind == "gearbox" and getattr(_gearbox(result, each), "rated_torque", None) is None
+        each.slot.joint
+        for each in result.parts
+        if each.slot.kind == "gearbox"
+        and getattr(_gearbox(result, each), "rated_torque", None) is None
     ]
     if unrated:
-        out.append(f"rated torque not stated for the gearboxes of {', '.join(unrated)}: their load is not checked")
+        out.append(
+            f"rated torque not stated for the gearboxes of {', '.join(unrated)}: their load is "
+            "not checked"
+        )
     heaviest = [
         each.slot.joint
         for each in result.parts
-        if each.slot.kind == "link" and len(each.slot.candidates) > 1 and each.selected.mass >= max(one.mass for one in each.slot.candidates)
+        if each.slot.kind == "link"
+        and len(each.slot.candidates) > 1
+        and each.selected.mass >= max(one.mass for one in each.slot.candidates)
     ]
     if heaviest:
-        out.append(f"the heaviest candidate was selected for {', '.join(heaviest)}: a wider family may be {_better(result)}")
+        out.append(
+            f"the heaviest candidate was selected for {', '.join(heaviest)}: a wider family "
+            f"may be {_better(result)}"
+        )
     return list(dict.fromkeys(out))
 
 
 def _gearbox(result: PartSelection, each: SelectedPart) -> Any:  # noqa: ANN401 - any kind of gearbox
-    return next(getattr(joint, "gearbox", None) for joint in result.sized.joints if joint.name == each.slot.joint)
+    return next(
+        getattr(joint, "gearbox", None)
+        for joint in result.sized.joints
+        if joint.name == each.slot.joint
+    )
 
 
 def _facts(result: PartSelection) -> dict[str, Any]:
@@ -298,7 +469,11 @@ def _facts(result: PartSelection) -> dict[str, Any]:
         "holds": result.meets_target,
         "minimise": {"per_kg": result.objective.per_kg, "per_price": result.objective.per_price},
         "error_95_m": [result.error.value, known(result.error.low), known(result.error.high)],
-        "error_95_before_m": [result.error_before.value, known(result.error_before.low), known(result.error_before.high)],
+        "error_95_before_m": [
+            result.error_before.value,
+            known(result.error_before.low),
+            known(result.error_before.high),
+        ],
         "proven": result.proven,
         "parts": [
             {
@@ -317,14 +492,30 @@ def _facts(result: PartSelection) -> dict[str, Any]:
 def not_counted(result: PartSelection) -> str:
     """Return what a selection of parts does not count."""
     kinds = {each.slot.kind for each in result.parts}
-    selected = [name for name, kind in (("links", "link"), ("gearboxes", "gearbox"), ("bearing clearances", "bearing")) if kind in kinds]
+    selected = [
+        name
+        for name, kind in (
+            ("links", "link"),
+            ("gearboxes", "gearbox"),
+            ("bearing clearances", "bearing"),
+        )
+        if kind in kinds
+    ]
     prices = "" if result.objective.per_price else ", prices"
     bearings = "" if "bearing" in kinds else ", other bearing clearances than the arm's"
     without = [
-        *(each.selected.name for each in result.parts if each.slot.kind == "gearbox" and not each.slot.has_masses and each.selected.part is not None),
+        *(
+            each.selected.name
+            for each in result.parts
+            if each.slot.kind == "gearbox"
+            and not each.slot.has_masses
+            and each.selected.part is not None
+        ),
         *result.sized.gearboxes_without_mass,
     ]
     return (
-        f"not counted: {NOT_COUNTED}, stresses and buckling of links, moment ratings of gearbox bearings{prices}{bearings}"
-        f"{without_mass(without)}; selected are {', '.join(selected) or 'no parts'} only; gearboxes are checked against static torques"
+        f"not counted: {NOT_COUNTED}, stresses and buckling of links, moment ratings of "
+        f"gearbox bearings{prices}{bearings}"
+        f"{without_mass(without)}; selected are {', '.join(selected) or 'no parts'} only; "
+        "gearboxes are checked against static torques"
     )

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.reporting.provenance import bounded_cards, sign_of
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated, in_words, length, several
+from lostmotion.reporting.sheet import (
+    Card,
+    Figure,
+    Row,
+    Section,
+    as_stated,
+    in_words,
+    length,
+    several,
+)
 from lostmotion.runs.design_names import design_name
 
 if TYPE_CHECKING:
@@ -27,7 +36,9 @@ def as_length(estimate: Estimate, samples: str) -> Figure:
 
 
 def known_of(each: Outcome) -> States:
-    """Return the states of the kinds of error of a design, with the makers' limits that count in it."""
+    """Return the states of the kinds of error of a design, with the makers' limits that count in
+    it.
+    """
     return replace(each.known, limits=each.limits)
 
 
@@ -46,36 +57,89 @@ def masses(order: Order, chosen: Sequence[Outcome]) -> Section:
     priced = any(each.price is not None for each in chosen)
     rows = []
     for each in chosen:
-        price = () if not priced else (in_words("not stated") if each.price is None else Figure(each.price, "1", stated=True),)
-        notes = [f"mass of {', '.join(each.gearboxes_without_mass)} not stated: counted as zero"] if each.gearboxes_without_mass else []
-        notes += [f"no price of {', '.join(each.joints_without_price)}"] if priced and each.joints_without_price else []
-        rows.append(Row(design_name(order.axes, each.design), (Figure(each.mass, "kg"), *price), "; ".join(notes)))
+        price = (
+            ()
+            if not priced
+            else (
+                in_words("not stated")
+                if each.price is None
+                else Figure(each.price, "1", stated=True),
+            )
+        )
+        notes = (
+            [f"mass of {', '.join(each.gearboxes_without_mass)} not stated: counted as zero"]
+            if each.gearboxes_without_mass
+            else []
+        )
+        notes += (
+            [f"no price of {', '.join(each.joints_without_price)}"]
+            if priced and each.joints_without_price
+            else []
+        )
+        rows.append(
+            Row(
+                design_name(order.axes, each.design),
+                (Figure(each.mass, "kg"), *price),
+                "; ".join(notes),
+            )
+        )
     about = "joints with their gearboxes, links and tool, where stated; without the payload"
     if priced:
-        return Section("masses", "Mass and price of the arm", ("mass", "price"), tuple(rows), f"{about}. Prices in the currency of the file")
+        return Section(
+            "masses",
+            "Mass and price of the arm",
+            ("mass", "price"),
+            tuple(rows),
+            f"{about}. Prices in the currency of the file",
+        )
     return Section("masses", "Mass of the arm", ("mass",), tuple(rows), about)
 
 
 def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[Card]:
-    """Yield the designs with the smallest repeatability, mass and price, where designs differ in it."""
+    """Yield the designs with the smallest repeatability, mass and price, where designs differ in
+    it.
+    """
     repeats = {each.design: each.rp[1] for each in ranked if each.rp is not None}
     if len({each.value for each in repeats.values()}) > 1:
         best = min(repeats, key=lambda design: repeats[design].value)
         of = next(each for each in ranked if each.design == best)
-        yield _bounded(of, Card(f"{rp_name(order.approach)}, best design", str(as_length(repeats[best], "")), design_name(order.axes, best)))
+        yield _bounded(
+            of,
+            Card(
+                f"{rp_name(order.approach)}, best design",
+                str(as_length(repeats[best], "")),
+                design_name(order.axes, best),
+            ),
+        )
     if len({each.mass for each in ranked}) > 1:
         lightest = min(ranked, key=lambda each: each.mass)
-        yield Card("mass, lightest design", str(Figure(lightest.mass, "kg")), design_name(order.axes, lightest.design))
-    prices = {each.design: each.price for each in ranked if each.price is not None and not each.joints_without_price}
+        yield Card(
+            "mass, lightest design",
+            str(Figure(lightest.mass, "kg")),
+            design_name(order.axes, lightest.design),
+        )
+    prices = {
+        each.design: each.price
+        for each in ranked
+        if each.price is not None and not each.joints_without_price
+    }
     if len(set(prices.values())) > 1:
         cheapest = min(prices, key=lambda design: prices[design])
-        yield Card("price, cheapest design", as_stated(prices[cheapest]), design_name(order.axes, cheapest))
+        yield Card(
+            "price, cheapest design", as_stated(prices[cheapest]), design_name(order.axes, cheapest)
+        )
 
 
 def cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome]) -> list[Card]:
-    """Return the cards of the first screen; `ranked` are the designs whose figures are valid, the most accurate first."""
+    """Return the cards of the first screen; `ranked` are the designs whose figures are valid, the
+    most accurate first.
+    """
     out = []
-    ends = zip(("95th percentile, best design", "95th percentile, worst design"), (*ranked[:1], *ranked[1:][-1:]), strict=False)
+    ends = zip(
+        ("95th percentile, best design", "95th percentile, worst design"),
+        (*ranked[:1], *ranked[1:][-1:]),
+        strict=False,
+    )
     for title, each in ends:
         figure = as_length(each.quantiles[LEVEL], "")
         named = title if len(ranked) > 1 else "95th percentile of the error"
@@ -83,7 +147,16 @@ def cards(order: Order, ranked: Sequence[Outcome], outcomes: Sequence[Outcome]) 
     if len(ranked) > 1:
         out += _best_of_other_figures(order, ranked)
     largest, of = max(((each.worst[0], each) for each in outcomes), key=lambda pair: pair[0].error)
-    out.append(_bounded(of, Card("largest error", str(length(largest.error)), f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}")))
+    out.append(
+        _bounded(
+            of,
+            Card(
+                "largest error",
+                str(length(largest.error)),
+                f"pose {largest.pose}, robot {largest.robot}, visit {largest.visit}",
+            ),
+        )
+    )
     samples = order.designs * order.poses * order.robots * order.visits
     count = f"{samples / 1e6:.4g} million" if samples >= 1e6 else f"{samples:,}".replace(",", " ")  # noqa: PLR2004 - from here in words
     out.append(Card("samples", count, f"in {several(order.designs * order.blocks, 'block')}"))

@@ -1,4 +1,6 @@
-"""Tables of the items of a target: allowances one at a time, items that do not limit it, and allocations to all items."""
+"""Tables of the items of a target: allowances one at a time, items that do not limit it, and
+allocations to all items.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.targets.tables.sizes import exactly, size_at, stated_size, times, usual_limit
+from lostmotion.analyses.targets.tables.sizes import (
+    exactly,
+    size_at,
+    stated_size,
+    times,
+    usual_limit,
+)
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.sheet import Figure, Row, Section, length, several
@@ -28,12 +36,21 @@ _NOT_LIMITING: Final = "not limiting"
 
 def item_sections(result: Targets) -> list[Section]:
     """Return the tables of all items, each item in one table of allowances."""
-    return [*_one_at_a_time(result), *_shared(result), *_out_of_reach(result), *_usual(result), *_any(result), *_allocations(result)]
+    return [
+        *_one_at_a_time(result),
+        *_shared(result),
+        *_out_of_reach(result),
+        *_usual(result),
+        *_any(result),
+        *_allocations(result),
+    ]
 
 
 def ordered(allowances: Iterable[Allowance]) -> list[Allowance]:
     """Return those with an allowed size, the tightest first."""
-    return sorted((each for each in allowances if each.verdict == "sized"), key=lambda each: each.factor.value)
+    return sorted(
+        (each for each in allowances if each.verdict == "sized"), key=lambda each: each.factor.value
+    )
 
 
 def figure_of(estimate: Estimate, samples: str = "") -> Figure:
@@ -44,32 +61,62 @@ def figure_of(estimate: Estimate, samples: str = "") -> Figure:
 def solver_samples(result: Targets) -> str:
     """Return the samples that allowances were solved with, as text."""
     if result.kind == "error":
-        return f"{several(result.solved_samples, 'sample')} at {several(result.solved_poses, 'pose')}, each with its own robot and visit"
-    return f"{several(result.solved_samples, 'sample')}: robots x visits x {several(result.solved_poses, 'pose')}"
+        return (
+            f"{several(result.solved_samples, 'sample')} at "
+            f"{several(result.solved_poses, 'pose')}, each with its own robot and visit"
+        )
+    return (
+        f"{several(result.solved_samples, 'sample')}: robots x visits x "
+        f"{several(result.solved_poses, 'pose')}"
+    )
 
 
 def verification_samples(result: Targets) -> str:
     """Return the samples of the Monte Carlo study that verifies, as text."""
     return (
-        f"{several(result.robots, 'robot')} x {several(result.verified_visits, 'visit')} x {several(len(result.poses), 'pose')} ({result.poses.law})"
+        f"{several(result.robots, 'robot')} x {several(result.verified_visits, 'visit')} x "
+        f"{several(len(result.poses), 'pose')} ({result.poses.law})"
     )
 
 
 def _one_at_a_time(result: Targets) -> list[Section]:
-    note = "all other items unchanged; tightest first. Verified: error or RP with that size, by Monte Carlo. ?: end of an interval without a solution"
-    return _allowance_section(result, "single", "Allowance for one item at a time", result.allowances, note)
+    note = (
+        "all other items unchanged; tightest first. Verified: error or RP with that size, by "
+        "Monte Carlo. ?: end of an interval without a solution"
+    )
+    return _allowance_section(
+        result, "single", "Allowance for one item at a time", result.allowances, note
+    )
 
 
 def _shared(result: Targets) -> list[Section]:
-    note = "the same cause in all parts of a kind, all other items unchanged; a size where all parts have the same"
-    return _allowance_section(result, "kinds", "Allowance for one cause in all parts of a kind", result.shared_allowances, note)
+    note = (
+        "the same cause in all parts of a kind, all other items unchanged; a size where all parts "
+        "have the same"
+    )
+    return _allowance_section(
+        result,
+        "kinds",
+        "Allowance for one cause in all parts of a kind",
+        result.shared_allowances,
+        note,
+    )
 
 
-def _allowance_section(result: Targets, key: str, title: str, allowances: Sequence[Allowance], note: str) -> list[Section]:
+def _allowance_section(
+    result: Targets, key: str, title: str, allowances: Sequence[Allowance], note: str
+) -> list[Section]:
     rows = []
     for each in ordered(allowances):
-        verified = Figure(math.nan, "mm") if each.verified is None else figure_of(each.verified, verification_samples(result))
-        figures = (replace(size_at(each.item, each.factor), samples=solver_samples(result)), verified)
+        verified = (
+            Figure(math.nan, "mm")
+            if each.verified is None
+            else figure_of(each.verified, verification_samples(result))
+        )
+        figures = (
+            replace(size_at(each.item, each.factor), samples=solver_samples(result)),
+            verified,
+        )
         rows.append(_row(each.item, figures, _note(each)))
     return [Section(key, title, ("allowed", "verified"), tuple(rows), note)] if rows else []
 
@@ -84,27 +131,57 @@ def _note(each: Allowance) -> str:
     if each.item.size is not None:
         notes = [f"as stated {stated_size(each.item)}; {factor}"]
     else:
-        notes = [f"of its stated stiffness; {factor}" if each.item.stiff else "of its present error"]
+        notes = [
+            f"of its stated stiffness; {factor}" if each.item.stiff else "of its present error"
+        ]
     if each.item.size is not None and each.item.size.zones > 1:
         notes.append(f"first of {each.item.size.zones} zones, all scaled by one factor")
     if len(each.ranges) > 1 or each.ranges[0][0] > 0:
-        spans = " and ".join(f"{low:.3g} to {'any' if math.isinf(high) else f'{high:.3g}'}" for low, high in each.ranges)
+        spans = " and ".join(
+            f"{low:.3g} to {'any' if math.isinf(high) else f'{high:.3g}'}"
+            for low, high in each.ranges
+        )
         notes.append(f"it cancels other items: only factors from {spans} meet the target")
     return "; ".join(notes)
 
 
 def _out_of_reach(result: Targets) -> list[Section]:
-    every = sorted((each for each in (*result.allowances, *result.shared_allowances) if each.verdict == "none"), key=lambda each: each.without.value)
-    listed = [each for each in every if each.without.value < (1 - _SMALLEST_CHANGE) * result.current_by_solver.value]
+    every = sorted(
+        (
+            each
+            for each in (*result.allowances, *result.shared_allowances)
+            if each.verdict == "none"
+        ),
+        key=lambda each: each.without.value,
+    )
+    listed = [
+        each
+        for each in every
+        if each.without.value < (1 - _SMALLEST_CHANGE) * result.current_by_solver.value
+    ]
     rows = []
     for each in listed:
-        figures = (stated_size(each.item), figure_of(each.without, solver_samples(result)), Figure(100 * each.share, "%", samples=_exact(result)))
+        figures = (
+            stated_size(each.item),
+            figure_of(each.without, solver_samples(result)),
+            Figure(100 * each.share, "%", samples=_exact(result)),
+        )
         rows.append(_row(each.item, figures))
-    note = f"without the item (zero size, or infinite stiffness) the remaining items exceed the target of {length(result.target, stated=True)}"
+    note = (
+        "without the item (zero size, or infinite stiffness) the remaining items exceed the "
+        f"target of {length(result.target, stated=True)}"
+    )
     if len(every) > len(listed):
-        note += f". The same holds for {several(len(every) - len(listed), 'more item')}, each with an effect below {100 * _SMALLEST_CHANGE:g} %"
+        note += (
+            f". The same holds for {several(len(every) - len(listed), 'more item')}, each with an "
+            f"effect below {100 * _SMALLEST_CHANGE:g} %"
+        )
     columns = ("as stated", "without it", "share")
-    return [Section("none", "Items that cannot meet the target alone", columns, tuple(rows), note)] if every else []
+    return (
+        [Section("none", "Items that cannot meet the target alone", columns, tuple(rows), note)]
+        if every
+        else []
+    )
 
 
 def _exact(result: Targets) -> str:
@@ -120,11 +197,19 @@ def _any(result: Targets) -> list[Section]:
     rows = []
     for (kind, cause), members in groups.items():
         names = ", ".join(_where(each.item) for each in members)
-        rows.append(Row(f"{kind} {cause}", (Figure(100 * sum(each.share for each in members), "%", samples=_exact(result)),), names))
+        rows.append(
+            Row(
+                f"{kind} {cause}",
+                (Figure(100 * sum(each.share for each in members), "%", samples=_exact(result)),),
+                names,
+            )
+        )
     note = "they do not move the tool, or too rarely to affect the target"
     if result.kind == "repeatability":
         note = "they do not differ between the visits of a robot"
-    return [Section("any", "Any size meets the target", ("share",), tuple(rows), note)] if rows else []
+    return (
+        [Section("any", "Any size meets the target", ("share",), tuple(rows), note)] if rows else []
+    )
 
 
 def _usual(result: Targets) -> list[Section]:
@@ -133,7 +218,11 @@ def _usual(result: Targets) -> list[Section]:
     for each in (*result.allowances, *result.shared_allowances):
         if each.verdict == "usual":
             limit = usual_limit(each.item).value
-            key = (each.item.kind, each.item.cause, limit) if each in result.allowances else (each.item.name, "", limit)
+            key = (
+                (each.item.kind, each.item.cause, limit)
+                if each in result.allowances
+                else (each.item.name, "", limit)
+            )
             groups.setdefault(key, []).append(each)
     rows = []
     for (kind, cause, _), members in groups.items():
@@ -141,7 +230,19 @@ def _usual(result: Targets) -> list[Section]:
         share = Figure(100 * sum(each.share for each in members), "%", samples=_exact(result))
         rows.append(Row(f"{kind} {cause}".strip(), (usual_limit(members[0].item), share), names))
     note = "all other items unchanged, the target is met even at the largest usual size"
-    return [Section("usual", "Not limiting: any usual value meets the target", ("usual up to", "share"), tuple(rows), note)] if rows else []
+    return (
+        [
+            Section(
+                "usual",
+                "Not limiting: any usual value meets the target",
+                ("usual up to", "share"),
+                tuple(rows),
+                note,
+            )
+        ]
+        if rows
+        else []
+    )
 
 
 def _where(item: Item) -> str:
@@ -164,11 +265,25 @@ def _allocations(result: Targets) -> list[Section]:
                 Figure(100 * shares[item.name], "%", samples=_exact(result)),
             )
             rows.append(
-                _row(item, figures, "" if item.size is not None else f"of its present {'stiffness' if 'stiffness' in item.cause else 'error'}")
+                _row(
+                    item,
+                    figures,
+                    ""
+                    if item.size is not None
+                    else f"of its present {'stiffness' if 'stiffness' in item.cause else 'error'}",
+                )
             )
     of = "the mean square" if result.kind == "error" else "the mean square between visits"
     note = f"share: of {of} as stated; {_allocation_note(factor, effect)}"
-    return [Section("together", "Allocation to all items", ("as stated", "equal factor", "equal effect", "share"), tuple(rows), note)]
+    return [
+        Section(
+            "together",
+            "Allocation to all items",
+            ("as stated", "equal factor", "equal effect", "share"),
+            tuple(rows),
+            note,
+        )
+    ]
 
 
 def _of_equal_effect(item: Item, k: int, effect: Allocation | None) -> Figure:
@@ -179,18 +294,31 @@ def _of_equal_effect(item: Item, k: int, effect: Allocation | None) -> Figure:
 
 
 def _allocation_note(factor: Allocation, effect: Allocation | None) -> str:
-    note = f"equal factor: {float(np.nanmax(factor.factors)):.3g} on all errors, {_uncertainty(factor)}"
+    note = (
+        f"equal factor: {float(np.nanmax(factor.factors)):.3g} on all errors, "
+        f"{_uncertainty(factor)}"
+    )
     if effect is None:
         return f"{note}. No sizes have equal effect, because items cancel each other at every size"
     limiting = np.isfinite(effect.factors) & ~effect.not_limiting
     if not limiting.any():
         return f"{note}. Equal effect: every item may have its largest usual size"
     each = float(np.sqrt(effect.mean_squares[limiting].mean()))
-    rest = f"; {_NOT_LIMITING}: any usual value, counted at the largest" if effect.not_limiting.any() else ""
-    return f"{note}. Equal effect: {length(each)} r.m.s. from each item, {_uncertainty(effect)}{rest}"
+    rest = (
+        f"; {_NOT_LIMITING}: any usual value, counted at the largest"
+        if effect.not_limiting.any()
+        else ""
+    )
+    return (
+        f"{note}. Equal effect: {length(each)} r.m.s. from each item, {_uncertainty(effect)}{rest}"
+    )
 
 
 def _uncertainty(allocation: Allocation) -> str:
     """Return the relative uncertainty of allocated sizes as text."""
     relative = allocation.value.half / allocation.value.value
-    return f"uncertainty {float(f'{100 * relative:.1g}'):g} %" if math.isfinite(relative) else "uncertainty not known from so few robots"
+    return (
+        f"uncertainty {float(f'{100 * relative:.1g}'):g} %"
+        if math.isfinite(relative)
+        else "uncertainty not known from so few robots"
+    )

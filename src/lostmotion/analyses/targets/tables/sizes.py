@@ -26,23 +26,33 @@ def in_unit(size: Size, factor: float) -> Figure:
 
 
 def size_at(item: Item, factor: Estimate) -> Figure:
-    """Return an item's size at a factor with its interval; for an item without a size, its error or stiffness in per cent of the present one."""
+    """Return an item's size at a factor with its interval; for an item without a size, its error or
+    stiffness in per cent of the present one.
+    """
     stiff = item.stiff
     if item.size is None:
-        values = [100 / each if stiff and each else math.inf if stiff else 100 * each for each in (factor.value, factor.low, factor.high)]
+        values = [
+            100 / each if stiff and each else math.inf if stiff else 100 * each
+            for each in (factor.value, factor.low, factor.high)
+        ]
         low, high = (values[2], values[1]) if stiff else (values[1], values[2])
         return Figure(values[0], "%", low, high)
     one = in_unit(item.size, factor.value)
     ends = [in_unit(item.size, each) for each in (factor.low, factor.high)]
     # The ends take the unit of the value.
     per = {"µm": 1e-6, "mm": 1e-3, "m": 1.0}
-    low, high = (each.value * per.get(each.unit, 1.0) / per.get(one.unit, 1.0) for each in (ends if not item.size.divides else ends[::-1]))
+    low, high = (
+        each.value * per.get(each.unit, 1.0) / per.get(one.unit, 1.0)
+        for each in (ends if not item.size.divides else ends[::-1])
+    )
     return Figure(one.value, one.unit, low, high)
 
 
 def stated_size(item: Item) -> Figure:
     """Return an item's size as stated; 100 % for an item without a size."""
-    return replace(Figure(100.0, "%") if item.size is None else in_unit(item.size, 1.0), stated=True)
+    return replace(
+        Figure(100.0, "%") if item.size is None else in_unit(item.size, 1.0), stated=True
+    )
 
 
 def times(factor: float) -> str:
@@ -51,7 +61,9 @@ def times(factor: float) -> str:
 
 
 def usual_limit(item: Item) -> Figure:
-    """Return the largest usual size of an item (the smallest stiffness), in the form of `size_at`."""
+    """Return the largest usual size of an item (the smallest stiffness), in the form of
+    `size_at`.
+    """
     figure = size_at(item, exactly(item.most))
     return replace(figure, stated=True)
 

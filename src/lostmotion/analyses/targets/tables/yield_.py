@@ -1,4 +1,6 @@
-"""Tables of the yield: robots that meet a target, of the arm as stated and with the allocated sizes."""
+"""Tables of the yield: robots that meet a target, of the arm as stated and with the allocated
+sizes.
+"""
 
 from __future__ import annotations
 
@@ -30,19 +32,46 @@ def yield_section(result: Targets, target: Figure) -> Section:
     first = result.yields[0]
     at = f"at a yield of {yield_figure(first)}"
     rows = _rows(result.yields)
-    rows += [Row(f"robots for an interval {100 * width:g} % wide", (Figure(first.robots_for(width), "1"),), at) for width in _WIDTHS]
-    note = "robots of the study with this seed at these poses; exact confidence interval (Clopper and Pearson), which counts robots"
+    rows += [
+        Row(
+            f"robots for an interval {100 * width:g} % wide",
+            (Figure(first.robots_for(width), "1"),),
+            at,
+        )
+        for width in _WIDTHS
+    ]
+    note = (
+        "robots of the study with this seed at these poses; exact confidence interval (Clopper "
+        "and Pearson), which counts robots"
+    )
     return Section("yield", f"Yield: robots that meet {target}", ("value",), tuple(rows), note)
 
 
 def allocated_section(result: Targets, target: Figure) -> list[Section]:
     """Return the yield with the allocated sizes; no section where no allocation exists."""
-    rows = [row for name, allocation in allocated(result) for row in _rows(allocation.yields, f"{name.replace('_', ' ')}: ")]
+    rows = [
+        row
+        for name, allocation in allocated(result)
+        for row in _rows(allocation.yields, f"{name.replace('_', ' ')}: ")
+    ]
     note = (
-        "the same robots with the allocated sizes, items that are not limiting at their largest usual size. The yield may be below the share of all "
+        "the same robots with the allocated sizes, items that are not limiting at their "
+        "largest usual size. The yield may be below the share of all "
         "positions, because each robot has to meet the target by itself"
     )
-    return [Section("yield_allocated", f"Yield with the allocated sizes: robots that meet {target}", ("value",), tuple(rows), note)] if rows else []
+    return (
+        [
+            Section(
+                "yield_allocated",
+                f"Yield with the allocated sizes: robots that meet {target}",
+                ("value",),
+                tuple(rows),
+                note,
+            )
+        ]
+        if rows
+        else []
+    )
 
 
 def allocated(result: Targets) -> list[tuple[str, Allocation]]:
@@ -54,18 +83,31 @@ def allocated(result: Targets) -> list[tuple[str, Allocation]]:
 def yield_figure(one: Yield) -> Figure:
     """Return the share of robots that meet the target."""
     low, high = one.interval
-    counted = f"{several(one.robots, 'robot')} x {several(one.visits, 'visit')} x {several(one.poses, 'pose')}"
+    counted = (
+        f"{several(one.robots, 'robot')} x {several(one.visits, 'visit')} x "
+        f"{several(one.poses, 'pose')}"
+    )
     return Figure(100 * one.share, "%", 100 * low, 100 * high, counted)
 
 
 def yield_facts(yields: Iterable[Yield]) -> list[dict[str, Any]]:
     """Return yields as plain data."""
-    return [{"judged_by": one.criterion, "within": one.within, "robots": one.robots, "interval": list(one.interval)} for one in yields]
+    return [
+        {
+            "judged_by": one.criterion,
+            "within": one.within,
+            "robots": one.robots,
+            "interval": list(one.interval),
+        }
+        for one in yields
+    ]
 
 
 def criterion_label(one: Yield) -> str:
     """Return what each robot of a yield is judged by."""
-    return CRITERION_LABELS[one.criterion].format(share=100 * one.share_of_positions, rp=rp_name(one.approach))
+    return CRITERION_LABELS[one.criterion].format(
+        share=100 * one.share_of_positions, rp=rp_name(one.approach)
+    )
 
 
 def _rows(yields: Iterable[Yield], prefix: str = "") -> list[Row]:

@@ -49,13 +49,21 @@ def edge_label(found: WorkspaceMap) -> str:
 
 def placement_label(box: Placement) -> str:
     """Return the centre of a placement, and its yaw if any."""
-    text = ", ".join(f"{axis} {value * 1e3:.0f}" for axis, value in zip("xyz", box.centre, strict=True)) + " mm"
+    text = (
+        ", ".join(
+            f"{axis} {value * 1e3:.0f}" for axis, value in zip("xyz", box.centre, strict=True)
+        )
+        + " mm"
+    )
     return text + (f", yaw {math.degrees(box.yaw):.0f}°" if box.yaw else "")
 
 
 def size_label(size: Iterable[float]) -> str:
     """Return the sides of a box."""
-    return " x ".join(f"{side * 1e3:.4g}" if side < 10 else f"{side * 1e3:.0f}" for side in size) + " mm"  # noqa: PLR2004 - avoids powers of ten
+    return (
+        " x ".join(f"{side * 1e3:.4g}" if side < 10 else f"{side * 1e3:.0f}" for side in size)  # noqa: PLR2004
+        + " mm"
+    )
 
 
 def counted_cells(found: WorkspaceMap) -> np.ndarray:
@@ -67,7 +75,10 @@ def configurations_label(found: WorkspaceMap) -> str:
     """Return the number of configurations in a cell."""
     counts = found.reached.counts[found.reached.counts > 0]
     middle = float(np.median(counts))
-    return f"{median_count(middle)} configuration{'s' * (middle != 1)} in each (median; least {int(counts.min())})"
+    return (
+        f"{median_count(middle)} configuration{'s' * (middle != 1)} in each (median; least "
+        f"{int(counts.min())})"
+    )
 
 
 def median_count(value: float, samples: str = "") -> Figure:
@@ -80,7 +91,9 @@ def size_unit(found: WorkspaceMap) -> str:
     return _UNITS[max(found.reached.grid.dimensions, 1)]
 
 
-def figure_over_cells(found: WorkspaceMap, measure: int, column: int, what: Callable[[Floats], float]) -> Figure:
+def figure_over_cells(
+    found: WorkspaceMap, measure: int, column: int, what: Callable[[Floats], float]
+) -> Figure:
     """Return the minimum, median or maximum of a figure over the cells."""
     return length(float(what(found.figures[measure, column][counted_cells(found)])))
 
@@ -94,11 +107,19 @@ def share_within(found: WorkspaceMap, error: float) -> tuple[Figure, Figure]:
         samples = f"{len(validation.points)} points, {validation.poses} poses"
     else:
         cells = counted_cells(found)
-        hits, (low, high) = found.selected[cells] <= error, np.nan_to_num(found.bounds[:, QUANTILE, column][:, cells], nan=error)
+        hits, (low, high) = (
+            found.selected[cells] <= error,
+            np.nan_to_num(found.bounds[:, QUANTILE, column][:, cells], nan=error),
+        )
         doubtful = found.uncertain[cells] & (low <= error) & (high >= error)
-        low, value, high = (of_count(int(each.sum()), len(hits)) for each in (hits & ~doubtful, hits, hits | doubtful))
+        low, value, high = (
+            of_count(int(each.sum()), len(hits))
+            for each in (hits & ~doubtful, hits, hits | doubtful)
+        )
         share = Estimate(value.value, low.low, high.high)
-        size = Estimate(share.value * found.size.value, share.low * found.size.low, share.high * found.size.high)
+        size = Estimate(
+            share.value * found.size.value, share.low * found.size.low, share.high * found.size.high
+        )
         samples = f"{int(cells.sum())} cells, {configurations_label(found)}"
     return (
         Figure(100 * share.value, "%", 100 * share.low, 100 * share.high, samples),

@@ -1,8 +1,11 @@
-"""Strains and stiffness of a wheel on its plane mesh: in plane strain, in plane stress, or extruded over its width in three dimensions.
+"""Strains and stiffness of a wheel on its plane mesh: in plane strain, in plane stress, or extruded
+over its width in three dimensions.
 
-In three dimensions both faces are free. Displacements in the plane are sums of the even Legendre polynomials of zeta = 2z/b, displacements across it
-of the odd ones, for loads are the same on both sides of the middle plane. The coefficients are fields on the plane mesh: one layer of prisms of high
-order over half the width. With one term (uniform in the plane, linear across it) it is Kane and Mindlin's theory. Lengths in mm, stresses in MPa.
+In three dimensions both faces are free. Displacements in the plane are sums of the even Legendre
+polynomials of zeta = 2z/b, displacements across it of the odd ones, for loads are the same on both
+sides of the middle plane. The coefficients are fields on the plane mesh: one layer of prisms of
+high order over half the width. With one term (uniform in the plane, linear across it) it is Kane
+and Mindlin's theory. Lengths in mm, stresses in MPa.
 
 Source: T. Kane, R. Mindlin, J. Appl. Mech. 23 (1956) 277 (extension of plates of finite thickness).
 """
@@ -23,7 +26,8 @@ if TYPE_CHECKING:
 
     from lostmotion.laws.cycloid.bodies import Body
 
-# Stiffness of a bore that slides on its bearing, across and along its edge, in units of Young's modulus over its radius.
+# Stiffness of a bore that slides on its bearing, across and along its edge, in units of Young's
+# modulus over its radius.
 _RIGID: Final = 1e5
 _LOOSE: Final = 1e-6
 
@@ -52,32 +56,49 @@ class Elasticity:
         return self.body.young / MM**2 * nu / ((1 + nu) * (1 - 2 * nu))
 
     def space(self, mesh: Any, order: int, fixed: str) -> Any:  # noqa: ANN401 - NGSolve publishes no types
-        """Return the space of displacements; its first unknowns are the mean ones in the plane, along x and then along y."""
+        """Return the space of displacements; its first unknowns are the mean ones in the plane,
+        along x and then along y.
+        """
         import ngsolve as ng
 
         plane = ng.VectorH1(mesh, order=order, dirichlet=fixed)
-        return ng.FESpace([plane, ng.H1(mesh, order=order, dirichlet=fixed)] * self.terms) if self.terms else plane
+        return (
+            ng.FESpace([plane, ng.H1(mesh, order=order, dirichlet=fixed)] * self.terms)
+            if self.terms
+            else plane
+        )
 
     def mean(self, displacement: Any) -> Any:  # noqa: ANN401
         """Return the mean displacement in the plane of an element of the space."""
         return self._parts(displacement)[0]
 
     def stiffness(self, space: Any, centre: complex, *, sliding: bool) -> Any:  # noqa: ANN401
-        """Return the bilinear form of the strain energy per width; a `sliding` bore (centre in m) adds its rigid bearing."""
+        """Return the bilinear form of the strain energy per width; a `sliding` bore (centre in m)
+        adds its rigid bearing.
+        """
         import ngsolve as ng
 
         u, v = space.TnT()
         form = ng.BilinearForm(space, symmetric=True)
         for zeta, weight in self._layers():
             (of_u, shear_u), (of_v, shear_v) = (self._strains(each, zeta) for each in (u, v))
-            normal = self._lame * sum(of_u) * sum(of_v) + 2 * self.shear_modulus * sum(a * b for a, b in zip(of_u, of_v, strict=True))
-            shear = 4 * self.shear_modulus * sum(a * b for a, b in zip(shear_u, shear_v, strict=True))
+            normal = self._lame * sum(of_u) * sum(of_v) + 2 * self.shear_modulus * sum(
+                a * b for a, b in zip(of_u, of_v, strict=True)
+            )
+            shear = (
+                4 * self.shear_modulus * sum(a * b for a, b in zip(shear_u, shear_v, strict=True))
+            )
             form += weight * (normal + shear) * ng.dx
         if sliding:
             out, along = directions(centre)
             stiff = self.body.young / MM**2 / (MM * self.body.edge)
             for k, (a, b) in enumerate(zip(self._parts(u)[::2], self._parts(v)[::2], strict=True)):
-                form += stiff / (4 * k + 1) * (_RIGID * (a * out) * (b * out) + _LOOSE * (a * along) * (b * along)) * ng.ds("fixed")
+                form += (
+                    stiff
+                    / (4 * k + 1)
+                    * (_RIGID * (a * out) * (b * out) + _LOOSE * (a * along) * (b * along))
+                    * ng.ds("fixed")
+                )
         form.Assemble()
         return form
 
@@ -104,7 +125,9 @@ class Elasticity:
         return getattr(displacement, "components", displacement) if self.terms else (displacement,)
 
     def _strains(self, displacement: Any, zeta: float) -> tuple[list[Any], list[Any]]:  # noqa: ANN401
-        """Return the strains along x, y, z, and the shear strains xy (and xz, yz), half the change of angle, at a place over the width."""
+        """Return the strains along x, y, z, and the shear strains xy (and xz, yz), half the change
+        of angle, at a place over the width.
+        """
         import ngsolve as ng
 
         parts = self._parts(displacement)
@@ -115,9 +138,15 @@ class Elasticity:
             across = 0.0 if self.body.plane == "strain" else -nu / (1 - nu)
             return [x, y, across * (x + y)], [shear]
         half = MM * self.width / 2
-        z = _sum(each * (_legendre(2 * k + 1, zeta, 1) / half) for k, each in enumerate(parts[1::2]))
-        along_z = _sum(each * (_legendre(2 * k, zeta, 1) / half) for k, each in enumerate(parts[::2]))
-        slope = _sum(ng.grad(each) * _legendre(2 * k + 1, zeta) for k, each in enumerate(parts[1::2]))
+        z = _sum(
+            each * (_legendre(2 * k + 1, zeta, 1) / half) for k, each in enumerate(parts[1::2])
+        )
+        along_z = _sum(
+            each * (_legendre(2 * k, zeta, 1) / half) for k, each in enumerate(parts[::2])
+        )
+        slope = _sum(
+            ng.grad(each) * _legendre(2 * k + 1, zeta) for k, each in enumerate(parts[1::2])
+        )
         return [x, y, z], [shear, *((slope[axis] + along_z[axis]) / 2 for axis in range(2))]
 
 
@@ -136,4 +165,6 @@ def directions(centre: complex) -> tuple[Any, Any]:
 
     x, y = ng.x - MM * centre.real, ng.y - MM * centre.imag
     radius = ng.sqrt(x * x + y * y)
-    return ng.CoefficientFunction((x / radius, y / radius)), ng.CoefficientFunction((-y / radius, x / radius))
+    return ng.CoefficientFunction((x / radius, y / radius)), ng.CoefficientFunction(
+        (-y / radius, x / radius)
+    )

@@ -1,4 +1,5 @@
-"""Unilateral contact of two wheels whose compliance is known: pressures and rotation under a torque, by an active set.
+"""Unilateral contact of two wheels whose compliance is known: pressures and rotation under a
+torque, by an active set.
 
 The equations are those of `stage`; lengths in mm, pressures in MPa.
 """
@@ -28,14 +29,24 @@ _SLIP: Final = 1e-7
 class System:
     """The equations of the contacts, in mm and MPa."""
 
-    def __init__(self, made: Contacts | EnvelopeContacts, at: dict[int, Floats], gap: Floats, wheels: tuple[ElasticWheel, ...]) -> None:
-        """Weight gaps (contact,), m, and arms of the contacts at the places `at` (m) with their hat functions."""
+    def __init__(
+        self,
+        made: Contacts | EnvelopeContacts,
+        at: dict[int, Floats],
+        gap: Floats,
+        wheels: tuple[ElasticWheel, ...],
+    ) -> None:
+        """Weight gaps (contact,), m, and arms of the contacts at the places `at` (m) with their hat
+        functions.
+        """
         self.count, self.at, self.wheels, self.hertzian = len(made.theta), at, wheels, made.hertzian
         self.compliance = np.sum([wheel.compliance for wheel in wheels], axis=0)
         self.sliding = np.sum([wheel.sliding for wheel in wheels], axis=0)
         self.contact = np.repeat(np.arange(len(at)), [len(places) for places in at.values()])
         sums = [_weighted(made, k, places, gap[k]) for k, places in at.items()]
-        self.area, self.first, self.second, self.gap, turning, self.bend = np.concatenate(sums, axis=1)
+        self.area, self.first, self.second, self.gap, turning, self.bend = np.concatenate(
+            sums, axis=1
+        )
         inner = list(at)
         sense = float(np.sign(turning @ made.arm[inner][self.contact]))
         self.arm = sense * turning
@@ -45,23 +56,36 @@ class System:
         self.radial = self.area * ((1 if made.stage.has_planet_pins else -1) * along)[self.contact]
 
     def solve(self, load: float) -> tuple[Floats, float, float]:
-        """Return pressures (MPa), rotation (rad) and its derivative by the load, under a torque per width (N)."""
+        """Return pressures (MPa), rotation (rad) and its derivative by the load, under a torque per
+        width (N).
+        """
         turn, slip = 0.0, np.zeros(len(self.at))
         for _ in range(_MOST_SLIPS):
-            # Newton's method: gap + area slip^2/(2 R) + radial turn^2/2, linear in the change of slip and turn
+            # Newton's method: gap + area slip^2/(2 R) + radial turn^2/2, linear in the change of
+            # slip and turn
             weight = (self.bend * slip[self.contact])[:, None] * self.sliding[self.contact]
             arm = self.arm - self.bend * (slip * self.turning)[self.contact] - self.radial * turn
             gap = self.gap - self.bend * (slip**2)[self.contact] / 2 - self.radial * turn**2 / 2
-            pressures, found, slope = self._closed(self.compliance + weight + weight.T, arm, gap, load)
+            pressures, found, slope = self._closed(
+                self.compliance + weight + weight.T, arm, gap, load
+            )
             slip = self.sliding @ pressures + self.turning * found
             if abs(found - turn) <= _SLIP * found:
                 return pressures, found, slope
             turn = found
-        raise DidNotConvergeError("the slip of the flanks does not settle: take a smaller torque or a stiffer material")
+        raise DidNotConvergeError(
+            "the slip of the flanks does not settle: take a smaller torque or a stiffer material"
+        )
 
-    def _closed(self, compliance: Floats, arm: Floats, gap: Floats, load: float) -> tuple[Floats, float, float]:
-        """Return pressures, rotation and its derivative by the load, by the active set method from the middle of every contact."""
-        closed = np.concatenate([np.abs(places - places.mean()) < np.ptp(places) / 4 for places in self.at.values()]) & (arm > 0)
+    def _closed(
+        self, compliance: Floats, arm: Floats, gap: Floats, load: float
+    ) -> tuple[Floats, float, float]:
+        """Return pressures, rotation and its derivative by the load, by the active set method from
+        the middle of every contact.
+        """
+        closed = np.concatenate(
+            [np.abs(places - places.mean()) < np.ptp(places) / 4 for places in self.at.values()]
+        ) & (arm > 0)
         for _ in range(_MOST_STEPS):
             mine = np.flatnonzero(closed)
             matrix = np.zeros((len(mine) + 1, len(mine) + 1))
@@ -77,27 +101,41 @@ class System:
             if (after == closed).all():
                 return pressures, turn, float(solved[-1, 1])
             # one node at least must carry the torque
-            closed = after if (arm[after] > 0).any() else (gap / np.where(arm > 0, arm, 1e-300)) == (gap[arm > 0] / arm[arm > 0]).min()
+            closed = (
+                after
+                if (arm[after] > 0).any()
+                else (gap / np.where(arm > 0, arm, 1e-300)) == (gap[arm > 0] / arm[arm > 0]).min()
+            )
         raise DidNotConvergeError("no equilibrium of the contacts was found")
 
-    def outgrown(self, pressures: Floats) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.bool_]], bool]:
-        """Return which contacts carry pressure at an edge under any of the pressures (torque, node), and whether an outermost contact carries any."""
+    def outgrown(
+        self, pressures: Floats
+    ) -> tuple[np.ndarray[tuple[int, ...], np.dtype[np.bool_]], bool]:
+        """Return which contacts carry pressure at an edge under any of the pressures (torque,
+        node), and whether an outermost contact carries any.
+        """
         loaded = pressures.max(axis=0) > 0
         of_contact = [loaded[self.contact == n] for n in range(len(self.at))]
         at_edge = np.array([each[0] or each[-1] for each in of_contact])
-        return at_edge, len(self.at) < self.count and bool(of_contact[0].any() or of_contact[-1].any())
+        return at_edge, len(self.at) < self.count and bool(
+            of_contact[0].any() or of_contact[-1].any()
+        )
 
     def by_lobe(self, pressures: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return forces per width (torque, contact), N/mm, largest pressures (torque, contact), MPa, and half-widths, mm.
+        """Return forces per width (torque, contact), N/mm, largest pressures (torque, contact),
+        MPa, and half-widths, mm.
 
-        Pressure and half-width are those of the half-ellipse with the same force and second moment; of contacts that are none the largest mean over
-        neighbouring nodes, and half of the loaded length.
+        Pressure and half-width are those of the half-ellipse with the same force and second moment;
+        of contacts that are none the largest mean over neighbouring nodes, and half of the loaded
+        length.
         """
         sums = np.zeros((3, len(pressures), self.count))
         peak, half = np.zeros((2, len(pressures), self.count))
         for n, k in enumerate(self.at):
             mine = self.contact == n
-            sums[:, :, k] = [pressures[:, mine] @ moment[mine] for moment in (self.area, self.first, self.second)]
+            sums[:, :, k] = [
+                pressures[:, mine] @ moment[mine] for moment in (self.area, self.first, self.second)
+            ]
             if not self.hertzian:
                 p = np.pad(pressures[:, mine], ((0, 0), (1, 1)))
                 peak[:, k] = ((p[:, :-2] + 2 * p[:, 1:-1] + p[:, 2:]) / 4).max(axis=1)
@@ -111,13 +149,17 @@ class System:
 
 
 def _weighted(made: Contacts | EnvelopeContacts, k: int, places: Floats, gap: float) -> Floats:
-    """Return unity, place, its square, gap, moment of the normal and curvature, integrated with the hat function of each node: (6, node), mm."""
+    """Return unity, place, its square, gap, moment of the normal and curvature, integrated with the
+    hat function of each node: (6, node), mm.
+    """
     x, weight = gauss()
     out = np.zeros((6, len(places)))
     for n, step in enumerate(np.diff(places)):
         s = places[n] + x * step
         opening, moment, bend = made.surface(k, s)
-        values = np.stack([np.ones_like(s), MM * s, (MM * s) ** 2, MM * (opening + gap), MM * moment, bend / MM])
+        values = np.stack(
+            [np.ones_like(s), MM * s, (MM * s) ** 2, MM * (opening + gap), MM * moment, bend / MM]
+        )
         for node, hat in ((n, 1 - x), (n + 1, x)):
             out[:, node] += MM * step * (values * hat * weight).sum(axis=1)
     return out

@@ -1,6 +1,8 @@
-"""The mesh of a wheel by NGSolve, from its outline with corners at the ends of the contacts' intervals.
+"""The mesh of a wheel by NGSolve, from its outline with corners at the ends of the contacts'
+intervals.
 
-Lengths are in mm inside meshes, because OpenCASCADE's tolerances are meant for lengths of about one.
+Lengths are in mm inside meshes, because OpenCASCADE's tolerances are meant for lengths of about
+one.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ _SAME_PLACE: Final = 1e-9
 def check_installed() -> None:
     """Raise LostmotionError where NGSolve is not installed."""
     if importlib.util.find_spec("ngsolve") is None:
-        raise LostmotionError("finite elements need NGSolve, which is not installed\n  pip install 'lostmotion[fem]'")
+        raise LostmotionError(
+            "finite elements need NGSolve, which is not installed\n  pip install 'lostmotion[fem]'"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +45,9 @@ class LoadedHole:
 
 @dataclass(frozen=True, slots=True)
 class Blank:
-    """A wheel before meshing: closed outline with its teeth or pins, body, centre of its fixed circle (m), and holes that take the torque."""
+    """A wheel before meshing: closed outline with its teeth or pins, body, centre of its fixed
+    circle (m), and holes that take the torque.
+    """
 
     outline: list[Edge]
     body: Body
@@ -50,16 +56,22 @@ class Blank:
 
 
 def mesh_of(blank: Blank, coarse: float) -> Any:  # noqa: ANN401 - NGSolve publishes no types
-    """Return the mesh of a wheel with elements up to the size `coarse` (m), and one element for each interval of a contact."""
+    """Return the mesh of a wheel with elements up to the size `coarse` (m), and one element for
+    each interval of a contact.
+    """
     import ngsolve as ng
     from netgen.occ import OCCGeometry
 
     ng.ngsglobals.msg_level = 0
-    return ng.Mesh(OCCGeometry(face_of(blank), dim=2).GenerateMesh(maxh=MM * coarse, grading=_GRADING))
+    return ng.Mesh(
+        OCCGeometry(face_of(blank), dim=2).GenerateMesh(maxh=MM * coarse, grading=_GRADING)
+    )
 
 
 def face_of(blank: Blank) -> Any:  # noqa: ANN401
-    """Return a wheel as a plane face of OpenCASCADE, mm, with named edges: "fixed", "hole k", "contact k", and "free" for the others."""
+    """Return a wheel as a plane face of OpenCASCADE, mm, with named edges: "fixed", "hole k",
+    "contact k", and "free" for the others.
+    """
     from netgen.occ import ArcOfCircle, Circle, Dir, Face, Pnt, Segment, SplineInterpolation, Wire
     from scipy.spatial import KDTree
 
@@ -72,7 +84,9 @@ def face_of(blank: Blank) -> Any:  # noqa: ANN401
         if edge.straight:
             pieces.append(Segment(points[0], points[-1]))
         else:
-            pieces.append(ArcOfCircle(*points) if edge.arc else SplineInterpolation(points, tol=1e-9))
+            pieces.append(
+                ArcOfCircle(*points) if edge.arc else SplineInterpolation(points, tol=1e-9)
+            )
 
     def disc(centre: complex, radius: float) -> Any:  # noqa: ANN401
         return Face(Wire([Circle(place(centre), Dir(0, 0, 1), MM * radius)]))
@@ -81,17 +95,30 @@ def face_of(blank: Blank) -> Any:  # noqa: ANN401
     face = fixed - toothed if blank.body.part == "ring" else toothed - fixed
     for hole in blank.holes:
         face = face - disc(hole.centre, hole.radius)
-    circles = {"fixed": (blank.centre, blank.body.edge)} | {f"hole {k}": (hole.centre, hole.radius) for k, hole in enumerate(blank.holes)}
+    circles = {"fixed": (blank.centre, blank.body.edge)} | {
+        f"hole {k}": (hole.centre, hole.radius) for k, hole in enumerate(blank.holes)
+    }
     own = [edge for edge in blank.outline if edge.contact >= 0]
-    middles = KDTree(np.array([[z.real, z.imag] for z in (edge.points.mean() for edge in own)]) * MM)
+    middles = KDTree(
+        np.array([[z.real, z.imag] for z in (edge.points.mean() for edge in own)]) * MM
+    )
     hit = 0
     for edge in face.edges:  # names that are set before a boolean are lost
         ends = np.array([complex(end.x, end.y) for end in (edge.start, edge.end)]) / MM
         off, near = middles.query([ends.mean().real * MM, ends.mean().imag * MM])
-        edge.name = next((name for name, (centre, radius) in circles.items() if np.abs(np.abs(ends - centre) - radius).max() < _SAME_PLACE), "free")
+        edge.name = next(
+            (
+                name
+                for name, (centre, radius) in circles.items()
+                if np.abs(np.abs(ends - centre) - radius).max() < _SAME_PLACE
+            ),
+            "free",
+        )
         if edge.name == "free" and off < 0.1 * MM * abs(own[near].points[-1] - own[near].points[0]):
             edge.name = f"contact {own[near].contact}"
             hit += 1
     if hit != len(own) or {edge.name for edge in face.edges} < circles.keys():
-        raise DidNotConvergeError(f"the outline has {hit} of {len(own)} pieces of contacts, or misses a circle")
+        raise DidNotConvergeError(
+            f"the outline has {hit} of {len(own)} pieces of contacts, or misses a circle"
+        )
     return face

@@ -1,8 +1,11 @@
-"""An elastic wheel as a mesh of NGSolve: its displacements under pressure on the contacts, and its stresses.
+"""An elastic wheel as a mesh of NGSolve: its displacements under pressure on the contacts, and its
+stresses.
 
-Lengths are in mm and stresses in MPa inside this file, because OpenCASCADE's tolerances are meant for lengths of about one.
+Lengths are in mm and stresses in MPa inside this file, because OpenCASCADE's tolerances are meant
+for lengths of about one.
 
-Source: J. Schöberl, C++11 implementation of finite elements in NGSolve, ASC report 30/2014, TU Wien.
+Source: J. Schöberl, C++11 implementation of finite elements in NGSolve, ASC report 30/2014, TU
+Wien.
 """
 
 from __future__ import annotations
@@ -36,8 +39,8 @@ _OFF: Final = 0.02
 class Field:
     """Displacement and stress of a wheel on its triangles, for pictures.
 
-    points (point, 2), m; triangles (triangle, 3) point numbers; displacement (point, 2), m; von_mises (point,), Pa; strain (point,), equivalent
-    strain: von Mises stress over 3 G
+    points (point, 2), m; triangles (triangle, 3) point numbers; displacement (point, 2), m;
+    von_mises (point,), Pa; strain (point,), equivalent strain: von Mises stress over 3 G
     """
 
     points: Floats
@@ -50,11 +53,20 @@ class Field:
 class ElasticWheel:
     """A meshed wheel, with its response to pressure on the contacts.
 
-    compliance (node, node), mm/MPa: mean gap that the pressure of one node opens at another, each weighted with its hat function
+    compliance (node, node), mm/MPa: mean gap that the pressure of one node opens at another, each
+    weighted with its hat function
     sliding    (contact, node), mm/MPa: mean displacement along the tangent of each contact
     """
 
-    def __init__(self, blank: Blank, law: Elasticity, made: Contacts | EnvelopeContacts, at: dict[int, Floats], mesh: Any, order: int) -> None:  # noqa: ANN401
+    def __init__(
+        self,
+        blank: Blank,
+        law: Elasticity,
+        made: Contacts | EnvelopeContacts,
+        at: dict[int, Floats],
+        mesh: Any,  # noqa: ANN401
+        order: int,
+    ) -> None:
         """Factorise the stiffness matrix and solve for the pressure of every node."""
         import scipy.sparse
 
@@ -68,16 +80,24 @@ class ElasticWheel:
         self._holes = _hole_loads(blank, law, space) if blank.holes else None
         if self._holes is not None:  # the pins in the holes balance every load, to rounding
             turning, pins = self._holes
-            self._normal, tangent = (scipy.sparse.csr_array(each - np.outer(each @ turning, pins)) for each in (self._normal, tangent))
+            self._normal, tangent = (
+                scipy.sparse.csr_array(each - np.outer(each @ turning, pins))
+                for each in (self._normal, tangent)
+            )
         self.compliance, self.sliding = self._responses(tangent, list(at.values()), made.moments)
         if not np.isfinite(self.compliance).all():
-            raise DidNotConvergeError("the stiffness matrix of a wheel is singular: a part of its mesh is not held")
+            raise DidNotConvergeError(
+                "the stiffness matrix of a wheel is singular: a part of its mesh is not held"
+            )
 
-    def _responses(self, tangent: scipy.sparse.csr_array, places: list[Floats], moments: int) -> tuple[Floats, Floats]:
+    def _responses(
+        self, tangent: scipy.sparse.csr_array, places: list[Floats], moments: int
+    ) -> tuple[Floats, Floats]:
         """Return the compliance and the sliding; `places` (node,) of each contact, m.
 
-        At another contact a pressure acts by its force and its first `moments` - 1 moments alone, as far as the contact's width over the distance to
-        the power of `moments` is negligible. So a few solves per contact, and one per node of all contacts at once, are enough.
+        At another contact a pressure acts by its force and its first `moments` - 1 moments alone,
+        as far as the contact's width over the distance to the power of `moments` is negligible. So
+        a few solves per contact, and one per node of all contacts at once, are enough.
         """
         ends = np.cumsum([0, *map(len, places)])
         mine = [slice(a, b) for a, b in itertools.pairwise(ends)]
@@ -94,7 +114,10 @@ class ElasticWheel:
             # each hat as a polynomial with the same force and moments
             sums = powers @ _hat_products(MM * each)
             share = np.linalg.solve(sums @ powers.T, sums)
-            compliance[:, own], sliding[:, own] = (self._normal @ far) @ share, (tangent @ far) @ share
+            compliance[:, own], sliding[:, own] = (
+                (self._normal @ far) @ share,
+                (tangent @ far) @ share,
+            )
         for node in range(max(map(len, places))):
             here = [own.start + node for own in mine if node < own.stop - own.start]
             pressure = np.zeros(ends[-1])
@@ -128,7 +151,9 @@ class ElasticWheel:
         return int(self._space.ndof)
 
     def largest(self, pressure: Floats) -> tuple[float, float]:
-        """Return the largest von Mises stress (Pa) and equivalent strain under nodal pressures (node,), Pa."""
+        """Return the largest von Mises stress (Pa) and equivalent strain under nodal pressures
+        (node,), Pa.
+        """
         found = float(self._samples(pressure)[1].max())
         return found * MM**2, found / (3 * self._law.shear_modulus)
 
@@ -141,24 +166,36 @@ class ElasticWheel:
         """Return the integration points (point, 2), mm, and the von Mises stress there, MPa."""
         import ngsolve as ng
 
-        points = self._mesh.MapToAllElements(ng.IntegrationRule(ng.TRIG, 2 * self._space.globalorder), ng.VOL)
+        points = self._mesh.MapToAllElements(
+            ng.IntegrationRule(ng.TRIG, 2 * self._space.globalorder), ng.VOL
+        )
         places = ng.CoefficientFunction((ng.x, ng.y))(points)
         return np.asarray(places), np.asarray(self._von_mises(pressure)[1](points)).ravel()
 
     def field(self, pressure: Floats) -> Field:
-        """Return displacement and stress at the corners of the elements; stresses are means over the elements that meet there."""
+        """Return displacement and stress at the corners of the elements; stresses are means over
+        the elements that meet there.
+        """
         import ngsolve as ng
 
         displacement, stress = self._von_mises(pressure)
         smooth = ng.GridFunction(ng.H1(self._mesh, order=1))
         smooth.Set(stress)
         points = np.array([vertex.point for vertex in self._mesh.vertices])
-        triangles = np.array([[vertex.nr for vertex in element.vertices] for element in self._mesh.Elements(ng.VOL)])
+        triangles = np.array(
+            [[vertex.nr for vertex in element.vertices] for element in self._mesh.Elements(ng.VOL)]
+        )
         count = len(points)
         values = self._law.mean(displacement).vec.FV().NumPy()
         moved = np.stack([values[:count], values[len(values) // 2 :][:count]], axis=-1)
         of_vertices = smooth.vec.FV().NumPy()[:count].copy()
-        return Field(points / MM, triangles, moved / MM, of_vertices * MM**2, of_vertices / (3 * self._law.shear_modulus))
+        return Field(
+            points / MM,
+            triangles,
+            moved / MM,
+            of_vertices * MM**2,
+            of_vertices / (3 * self._law.shear_modulus),
+        )
 
     def _von_mises(self, pressure: Floats) -> tuple[Any, Any]:
         import ngsolve as ng
@@ -169,24 +206,32 @@ class ElasticWheel:
 
 
 def _hole_loads(blank: Blank, law: Elasticity, space: Any) -> tuple[Floats, Floats]:  # noqa: ANN401
-    """Return the unknowns of a unit rotation about the wheel's centre, and the loads of pins in the holes that resist it with a unit moment."""
+    """Return the unknowns of a unit rotation about the wheel's centre, and the loads of pins in the
+    holes that resist it with a unit moment.
+    """
     import ngsolve as ng
 
     rotation = ng.GridFunction(space)
-    law.mean(rotation).Set(ng.CoefficientFunction((MM * blank.centre.imag - ng.y, ng.x - MM * blank.centre.real)))
+    law.mean(rotation).Set(
+        ng.CoefficientFunction((MM * blank.centre.imag - ng.y, ng.x - MM * blank.centre.real))
+    )
     load = ng.LinearForm(space)
     for k, hole in enumerate(blank.holes):
         if hole.force:
             out = directions(hole.centre)[0]
             push = out * ng.CoefficientFunction((hole.force.real, hole.force.imag))
-            load += (ng.IfPos(push, push, 0.0) * out * law.mean(space.TestFunction())) * ng.ds(f"hole {k}")
+            load += (ng.IfPos(push, push, 0.0) * out * law.mean(space.TestFunction())) * ng.ds(
+                f"hole {k}"
+            )
     load.Assemble()
     turning, pins = rotation.vec.FV().NumPy().copy(), load.vec.FV().NumPy().copy()
     return turning, pins / float(pins @ turning)
 
 
 def gauss() -> tuple[Floats, Floats]:
-    """Return the points and weights by which quantities are integrated over an interval from 0 to 1."""
+    """Return the points and weights by which quantities are integrated over an interval from 0 to
+    1.
+    """
     x, weight = np.polynomial.legendre.leggauss(_GAUSS)
     return (x + 1) / 2, weight / 2
 
@@ -206,7 +251,9 @@ def _tractions(
     space: Any,  # noqa: ANN401
     order: int,
 ) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
-    """Return the nodal forces of a unit pressure at each node (node, unknown), and those of the mean tangential displacement (contact, unknown)."""
+    """Return the nodal forces of a unit pressure at each node (node, unknown), and those of the
+    mean tangential displacement (contact, unknown).
+    """
     import ngsolve as ng
 
     mesh = space.mesh
@@ -227,28 +274,45 @@ def _tractions(
         here, there = made.along(k, vertices[[vertex.nr for vertex in element.vertices]])
         low = int(np.abs(at[k] - min(here, there)).argmin())
         step = at[k][low + 1] - at[k][low]
-        if max(abs(min(here, there) - at[k][low]), abs(max(here, there) - at[k][low + 1])) > _OFF * step:
+        if (
+            max(abs(min(here, there) - at[k][low]), abs(max(here, there) - at[k][low + 1]))
+            > _OFF * step
+        ):
             raise DidNotConvergeError(f"the mesh divides contact {k} otherwise than its pressure")
         hit.add((k, low))
         number = ng.ElementId(ng.BND, element.nr)
         unknowns, shape = np.array(scalar.GetDofNrs(number)), scalar.GetFE(number)
         for at_x, w in zip(x, weight, strict=True):
             s = at[k][low] + at_x * step
-            values = w * step * MM * np.asarray(shape.CalcShape((s - there) / (here - there), 0, 0)).ravel()
+            values = (
+                w
+                * step
+                * MM
+                * np.asarray(shape.CalcShape((s - there) / (here - there), 0, 0)).ravel()
+            )
             outwards = made.normal(k, np.array([s]))[0]
             along = 1j * outwards / (MM * (at[k][-1] - at[k][0]))
-            for axis, (out, turned) in enumerate(((outwards.real, along.real), (outwards.imag, along.imag))):
+            for axis, (out, turned) in enumerate(
+                ((outwards.real, along.real), (outwards.imag, along.imag))
+            ):
                 for node, hat in ((low, 1 - at_x), (low + 1, at_x)):
                     entries[0].append((first[k] + node, unknowns + axis * half, hat * out * values))
                 entries[1].append((row[k], unknowns + axis * half, turned * values))
     nodes = sum(map(len, at.values()))
     if len(hit) != nodes - len(at):
-        raise DidNotConvergeError(f"the mesh has {len(hit)} of the {nodes - len(at)} intervals of the contacts")
-    normal, tangent = (_sparse(each, (count, space.ndof)) for each, count in zip(entries, (nodes, len(at)), strict=True))
+        raise DidNotConvergeError(
+            f"the mesh has {len(hit)} of the {nodes - len(at)} intervals of the contacts"
+        )
+    normal, tangent = (
+        _sparse(each, (count, space.ndof))
+        for each, count in zip(entries, (nodes, len(at)), strict=True)
+    )
     return normal, tangent
 
 
-def _sparse(entries: list[tuple[int, Any, Floats]], shape: tuple[int, int]) -> scipy.sparse.csr_array:
+def _sparse(
+    entries: list[tuple[int, Any, Floats]], shape: tuple[int, int]
+) -> scipy.sparse.csr_array:
     """Return a matrix of entries by row, columns and values; those of one place add."""
     import scipy.sparse
 

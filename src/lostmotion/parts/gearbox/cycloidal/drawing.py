@@ -1,4 +1,6 @@
-"""Drawing of a cycloidal gearbox: what it states of its stages, and what it leaves open, with every spring stated, computed or bounded."""
+"""Drawing of a cycloidal gearbox: what it states of its stages, and what it leaves open, with every
+spring stated, computed or bounded.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +25,16 @@ if TYPE_CHECKING:
 # Of a compliance, over its middle.
 Factor = Annotated[float, Quantity("", "1.5", above=0, high=1000, band="log-uniform")]
 # What some members include beyond their names.
-_INCLUDED: Final = {"eccentric shaft": "eccentric shaft with its bearings and seats", "frame": "frame (housing and output shaft)"}
+_INCLUDED: Final = {
+    "eccentric shaft": "eccentric shaft with its bearings and seats",
+    "frame": "frame (housing and output shaft)",
+}
 
 
 class CycloidalDrawing(CycloidalStages):
-    """What the drawing of a cycloidal gearbox states, and what it leaves open; `CycloidalGearbox` lists its fields."""
+    """What the drawing of a cycloidal gearbox states, and what it leaves open; `CycloidalGearbox`
+    lists its fields.
+    """
 
     unstated: Annotated[dict[Named, Factor], Field(max_length=100)] = Field(default={})
 
@@ -37,7 +44,11 @@ class CycloidalDrawing(CycloidalStages):
         strange = [name for name in self.unstated if name not in names]
         if strange:
             expected = f"what this drawing leaves open: {', '.join(names) or 'nothing'}"
-            raise refuse(f"{shown(strange[0])} in unstated", expected, f'unstated = {{ "{names[0] if names else FRAME}" = 1.5 }}')
+            raise refuse(
+                f"{shown(strange[0])} in unstated",
+                expected,
+                f'unstated = {{ "{names[0] if names else FRAME}" = 1.5 }}',
+            )
         object.__setattr__(self, "unstated", self.left_open)
         return self
 
@@ -55,7 +66,9 @@ class CycloidalDrawing(CycloidalStages):
 
     @property
     def assumptions(self) -> dict[str, str]:
-        """Return the values that are not stated as facts: key to reason, with the default friction."""
+        """Return the values that are not stated as facts: key to reason, with the default
+        friction.
+        """
         return with_friction(super().assumptions, "friction_torque", self.friction_at_rest)
 
     @functools.cached_property
@@ -75,23 +88,33 @@ class CycloidalDrawing(CycloidalStages):
 
     @property
     def bounded(self) -> tuple[str, ...]:
-        """Return the members that the drawing does not describe, of which the compliance is bounded."""
+        """Return the members that the drawing does not describe, of which the compliance is
+        bounded.
+        """
         return tuple(name for name, state in self.states.items() if state.kind == "bounded")
 
     @property
     def not_specified(self) -> str:
         """Return the bounded members as text, each with what it includes and its stage."""
         return ", ".join(
-            f"{_INCLUDED.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"
+            f"{_INCLUDED.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"  # noqa: E501
             for name in self.bounded
         )
 
     @property
     def friction_at_rest(self) -> Friction:
-        """Return the load (N m) below which the direction of the last motion decides the side of the play, stated or else assumed."""
-        return self.friction_torque if self.friction_torque is not None else Friction.of_load(RATED_SHARE * self.rated_torque, OF_RATED)
+        """Return the load (N m) below which the direction of the last motion decides the side of
+        the play, stated or else assumed.
+        """
+        return (
+            self.friction_torque
+            if self.friction_torque is not None
+            else Friction.of_load(RATED_SHARE * self.rated_torque, OF_RATED)
+        )
 
     @property
     def friction_in_loop(self) -> float:
-        """Return the friction torque without load (N m) that counts in the hysteresis: the stated one."""
+        """Return the friction torque without load (N m) that counts in the hysteresis: the stated
+        one.
+        """
         return self.friction_torque.load.nominal if self.friction_torque is not None else 0.0

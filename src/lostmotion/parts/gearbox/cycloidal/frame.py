@@ -1,4 +1,6 @@
-"""The frame of a cycloidal gearbox by its dimensions: a tube, and the screws that transmit the torque, as a drawing states them."""
+"""The frame of a cycloidal gearbox by its dimensions: a tube, and the screws that transmit the
+torque, as a drawing states them.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +29,9 @@ class FrameScrews(Sourced):
     size                  metric thread, such as "M3"
     material              of the body that they push on, in a snug seat
     depth                 of this seat; default: twice the diameter of the screw
-    preload, friction     of each screw, and the coefficient between the bodies: below the torque at which the joint slips it is rigid; default: no
-                          preload, because plastics lose it
+    preload, friction     of each screw, and the coefficient between the bodies: below the torque at
+                          which the joint slips it is rigid; default: no preload, because plastics
+                          lose it
     clearance             diametral, of a screw in its hole: the joint turns by it once it slips
     """
 
@@ -50,7 +53,9 @@ class FrameScrews(Sourced):
         """Return the torsional stiffness (N m/rad) of the circle once it slips."""
         diameter = laws.nominal_diameter(self.size)
         depth = self.depth or 2 * diameter
-        seat = PinSeat(depth, diameter / 2 + depth, self.material.plate_modulus, self.material.poisson, "snug")
+        seat = PinSeat(
+            depth, diameter / 2 + depth, self.material.plate_modulus, self.material.poisson, "snug"
+        )
         each = laws.screw_stiffness(self.size, STEEL.young, STEEL.poisson, seat)
         return laws.circle_stiffness(self.count, self.circle_radius, each)
 
@@ -60,9 +65,13 @@ class FrameScrews(Sourced):
         return laws.slip_torque(self.count, self.circle_radius, self.preload, self.friction)
 
     def wind_up(self, torque: Floats) -> Floats:
-        """Return the rotation (rad) under torques (torque,) above zero; that of a joint without preload excludes its play."""
+        """Return the rotation (rad) under torques (torque,) above zero; that of a joint without
+        preload excludes its play.
+        """
         slipping = np.maximum(torque - self.slip, 0.0)
-        closed = np.where((slipping > 0) & (self.slip > 0), self.clearance / (2 * self.circle_radius), 0.0)
+        closed = np.where(
+            (slipping > 0) & (self.slip > 0), self.clearance / (2 * self.circle_radius), 0.0
+        )
         return np.asarray(slipping / self.stiffness + closed)
 
     @property
@@ -82,17 +91,25 @@ class FrameTube(Sourced):
     @model_validator(mode="after")
     def _has_a_bore(self) -> Self:
         if self.wall >= 2 * self.radius:
-            raise refuse(f"a wall of {self.wall * 1e3:g} mm on a mean radius of {self.radius * 1e3:g} mm", "a hollow tube", 'wall = "4 mm"')
+            raise refuse(
+                f"a wall of {self.wall * 1e3:g} mm on a mean radius of {self.radius * 1e3:g} mm",
+                "a hollow tube",
+                'wall = "4 mm"',
+            )
         return self
 
     @property
     def stiffness(self) -> float:
         """Return the torsional stiffness, N m/rad."""
-        return laws.tube_stiffness(self.radius, self.wall, self.length, self.material.shear * self.material.infill)
+        return laws.tube_stiffness(
+            self.radius, self.wall, self.length, self.material.shear * self.material.infill
+        )
 
 
 class GearboxFrame(Sourced):
-    """The frame by its dimensions: screws on a circle, and the housing as a tube; a housing that is not stated is bounded."""
+    """The frame by its dimensions: screws on a circle, and the housing as a tube; a housing that is
+    not stated is bounded.
+    """
 
     screws: FrameScrews | None = None
     tube: FrameTube | None = None
@@ -101,6 +118,8 @@ class GearboxFrame(Sourced):
     def _states_something(self) -> Self:
         if self.screws is None and self.tube is None:
             raise refuse(
-                "a frame without screws and tube", "one of the two, or a stiffness", 'tube = { radius = "45 mm", wall = "4 mm", length = "30 mm" }'
+                "a frame without screws and tube",
+                "one of the two, or a stiffness",
+                'tube = { radius = "45 mm", wall = "4 mm", length = "30 mm" }',
             )
         return self

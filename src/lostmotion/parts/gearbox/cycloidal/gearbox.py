@@ -12,7 +12,13 @@ from pydantic import PrivateAttr
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal.drawing import CycloidalDrawing
 from lostmotion.parts.gearbox.cycloidal.materials import material_shares
-from lostmotion.parts.gearbox.cycloidal.model import ANGLES, GEARBOXES, Behaviour, behaviour, gearboxes
+from lostmotion.parts.gearbox.cycloidal.model import (
+    ANGLES,
+    GEARBOXES,
+    Behaviour,
+    behaviour,
+    gearboxes,
+)
 from lostmotion.parts.gearbox.cycloidal.names import CONTACTS
 from lostmotion.parts.gearbox.cycloidal.sources import Play, TransmissionError, WindUp
 from lostmotion.parts.gearbox.cycloidal.stages import CycloidalFirstStage
@@ -27,17 +33,23 @@ if TYPE_CHECKING:
 class CycloidalGearbox(CycloidalDrawing):
     """A cycloidal gearbox: the output stage, with an optional first stage, input shaft and frame.
 
-    rated_torque     at the output; the wind-up is computed up to 2.5 times this torque, and extrapolated linearly beyond
+    rated_torque     at the output; the wind-up is computed up to 2.5 times this torque, and
+                     extrapolated linearly beyond
     fixed            "ring" (the disc, or its carrier, is the output) or "carrier" (the ring is)
     first_stage      planetary (RV) or cycloidal; default: the input turns the eccentric
-    frame            torsional stiffness of housing and output shaft, at the output; or a table of its screws and of the housing as a tube
-    input_shaft      torsional stiffness at the input; default: that of the eccentric's shaft up to its first disc, where its sections are stated
-    rigid            names of members declared rigid; others that the drawing does not describe are bounded
-    friction_torque  at the output without load (seals, preload), included in the hysteresis. Under a load below it the play stays open; default:
-                     1 % of the rated torque for the play, and none in the hysteresis. ± is its scatter over gearboxes, of the play alone;
-                     default: ±50 %
-    hysteresis_scatter  ± share by which the width of the friction loop differs from visit to visit, three standard deviations
-    unstated         factors on the compliance of what the drawing leaves open, by name: each is a range unless stated
+    frame            torsional stiffness of housing and output shaft, at the output; or a table of
+                     its screws and of the housing as a tube input_shaft      torsional stiffness at
+                     the input; default: that of the eccentric's shaft up to its first disc, where
+                     its sections are stated rigid            names of members declared rigid;
+                     others that the drawing does not describe are bounded
+    friction_torque  at the output without load (seals, preload), included in the hysteresis. Under
+                     a load below it the play stays open; default: 1 % of the rated torque for the
+                     play, and none in the hysteresis. ± is its scatter over gearboxes, of the play
+                     alone; default: ±50 %
+    hysteresis_scatter  ± share by which the width of the friction loop differs from visit to visit,
+                        three standard deviations
+    unstated         factors on the compliance of what the drawing leaves open, by name: each is a
+                     range unless stated
     mass, price, inertia  of the gearbox, the last at its input, as for `Gearbox`
     """
 
@@ -51,7 +63,9 @@ class CycloidalGearbox(CycloidalDrawing):
 
     @functools.cached_property
     def members(self) -> dict[str, ErrorSource]:
-        """Return the error sources by name: play, transmission error, friction, and every spring that is not rigid."""
+        """Return the error sources by name: play, transmission error, friction, and every spring
+        that is not rigid.
+        """
         out, drawn = sources(self, self.behaviour), self._drawn or self
         play = out.get("play")
         if isinstance(play, Play) and drawn.follows_temperature:
@@ -59,7 +73,9 @@ class CycloidalGearbox(CycloidalDrawing):
         return out
 
     def play_per_kelvin(self, rise: Toleranced) -> float:
-        """Return the change of the mean play per kelvin within the ± of the temperature rise of its arm, rad/K."""
+        """Return the change of the mean play per kelvin within the ± of the temperature rise of its
+        arm, rad/K.
+        """
         ends = (self.warmed(Toleranced(rise.nominal + sign * rise.tolerance)) for sign in (1, -1))
         hot, cold = (gearboxes(each, np.empty(0), ANGLES, GEARBOXES).play.mean() for each in ends)
         return float(hot - cold) / (2 * rise.tolerance)
@@ -76,11 +92,21 @@ class CycloidalGearbox(CycloidalDrawing):
 
     @property
     def _stages(self) -> tuple[CycloidalStage, ...]:
-        return (self, self.first_stage) if isinstance(self.first_stage, CycloidalFirstStage) else (self,)
+        return (
+            (self, self.first_stage)
+            if isinstance(self.first_stage, CycloidalFirstStage)
+            else (self,)
+        )
 
     def warmed(self, rise: Toleranced | None) -> CycloidalGearbox:
-        """Return this gearbox at the temperature rise of its arm, K; itself where that changes no clearance."""
-        return self if rise is None or not rise.nominal or not self.follows_temperature else _at_rise(self, rise.nominal)
+        """Return this gearbox at the temperature rise of its arm, K; itself where that changes no
+        clearance.
+        """
+        return (
+            self
+            if rise is None or not rise.nominal or not self.follows_temperature
+            else _at_rise(self, rise.nominal)
+        )
 
 
 @functools.lru_cache(maxsize=64)
@@ -97,8 +123,9 @@ def _at_rise(gearbox: CycloidalGearbox, rise: float) -> CycloidalGearbox:
 def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSource]:
     """Return the error sources of a gearbox of this drawing by name, without those that are zero.
 
-    Play and wind-up are drawn independently. In a real gearbox they partly cancel, because a flank that makes contact early also deflects first:
-    their joint scatter is overestimated by up to a third.
+    Play and wind-up are drawn independently. In a real gearbox they partly cancel, because a flank
+    that makes contact early also deflects first: their joint scatter is overestimated by up to a
+    third.
     """
     out: dict[str, ErrorSource] = {}
     play = float(found.play.mean())

@@ -1,7 +1,8 @@
-"""Behaviour of cycloidal gearboxes of one drawing: play, wind-up by member, and harmonics of the transmission error.
+"""Behaviour of cycloidal gearboxes of one drawing: play, wind-up by member, and harmonics of the
+transmission error.
 
-Computed once per drawing on 256 simulated gearboxes, with draws of their own that no study's seed changes. Each pose then costs a look-up in these
-tables.
+Computed once per drawing on 256 simulated gearboxes, with draws of their own that no study's seed
+changes. Each pose then costs a look-up in these tables.
 """
 
 from __future__ import annotations
@@ -56,13 +57,17 @@ _THREADS: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """Computed behaviour of the manufactured samples of a drawing. Angles in rad at the output, torques in N m at the output.
+    """Computed behaviour of the manufactured samples of a drawing. Angles in rad at the output,
+    torques in N m at the output.
 
-    torque (level,) from zero on; wind_up (level,) of each member that is not rigid, beyond the play, averaged over gearboxes;
-    scatter (level,) standard deviation over gearboxes of the total wind-up; play and lost_motion (gearbox,), the latter between + and - 3 % of
-    the rated torque; harmonic_torque (level of the harmonics,) with `harmonics`; neglected_share: share of the transmission error's mean square in
-    smaller harmonics, by which the retained ones are scaled up; friction with the levels of `torque`; load_side (level,) rad, the wind-up of the
-    springs between the load and the friction; jammed: share of the gearboxes in which flanks interfere.
+    torque (level,) from zero on; wind_up (level,) of each member that is not rigid, beyond the
+    play, averaged over gearboxes;
+    scatter (level,) standard deviation over gearboxes of the total wind-up; play and lost_motion
+    (gearbox,), the latter between + and - 3 % of the rated torque; harmonic_torque (level of the
+    harmonics,) with `harmonics`; neglected_share: share of the transmission error's mean square in
+    smaller harmonics, by which the retained ones are scaled up; friction with the levels of
+    `torque`; load_side (level,) rad, the wind-up of the springs between the load and the friction;
+    jammed: share of the gearboxes in which flanks interfere.
     """
 
     torque: Floats
@@ -85,19 +90,25 @@ class Behaviour:
     @property
     def loop(self) -> Loop:
         """Return the hysteresis of the whole gearbox."""
-        return Loop(self.torque, self.total - self.load_side, self.friction.in_loop, self.friction.pins)
+        return Loop(
+            self.torque, self.total - self.load_side, self.friction.in_loop, self.friction.pins
+        )
 
 
 def behaviour(gearbox: CycloidalDrawing) -> Behaviour:
-    """Return the behaviour of gearboxes of this drawing. Raises DidNotConvergeError where the contact law finds no equilibrium.
+    """Return the behaviour of gearboxes of this drawing. Raises DidNotConvergeError where the
+    contact law finds no equilibrium.
 
-    What the drawing does not state scales the wind-up of its members; the scatter over gearboxes is that with the middle of it.
+    What the drawing does not state scales the wind-up of its members; the scatter over gearboxes is
+    that with the middle of it.
     """
     middle = _behaviour(gearbox.middle)
     wind_up = _scaled(gearbox, middle.wind_up)
     more = sum(wind_up.values()) - middle.total
     lost_motion = middle.lost_motion + 2 * more[1 + LEVELS.index(LOST_MOTION)]
-    return replace(middle, wind_up=wind_up, lost_motion=lost_motion, load_side=load_side(gearbox, wind_up))
+    return replace(
+        middle, wind_up=wind_up, lost_motion=lost_motion, load_side=load_side(gearbox, wind_up)
+    )
 
 
 @functools.lru_cache(maxsize=64)
@@ -114,7 +125,9 @@ def _behaviour(gearbox: CycloidalDrawing) -> Behaviour:
     start = np.zeros(1)
     return Behaviour(
         torque=np.concatenate([start, torque]),
-        wind_up={name: np.concatenate([start, angle]) for name, angle in members.items() if angle.any()},
+        wind_up={
+            name: np.concatenate([start, angle]) for name, angle in members.items() if angle.any()
+        },
         scatter=np.concatenate([start, made.wind_up[1:].std(axis=1)]),
         play=made.play,
         lost_motion=made.play + both_ways + 2 * without_scatter[small],
@@ -129,7 +142,8 @@ def _behaviour(gearbox: CycloidalDrawing) -> Behaviour:
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """Simulated gearboxes of one drawing: play (gearbox,), signed wind_up (torque, gearbox) beyond it, rad; jammed: share with interfering flanks.
+    """Simulated gearboxes of one drawing: play (gearbox,), signed wind_up (torque, gearbox) beyond
+    it, rad; jammed: share with interfering flanks.
 
     The wind-up is that of the members with scatter: flanks, discs, eccentrics of all stages.
     """
@@ -139,8 +153,12 @@ class Samples:
     jammed: float
 
 
-def gearboxes(gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int, seed: int = SEED) -> Samples:
-    """Return `count` simulated gearboxes of this drawing at torques (torque,) of either sign at the output, averaged over `angles` crank angles."""
+def gearboxes(
+    gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int, seed: int = SEED
+) -> Samples:
+    """Return `count` simulated gearboxes of this drawing at torques (torque,) of either sign at the
+    output, averaged over `angles` crank angles.
+    """
     share, steps = _share(gearbox), abs(gearbox.steps)
     sign = np.sign(torque)[:, None]
     main = simulated(gearbox, share * torque, angles, count, seed)
@@ -152,40 +170,72 @@ def gearboxes(gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int
         play, jammed = play + before.play / steps, jammed | before.jammed
         turned = turned + _beyond(before, sign) / steps
     elif first is not None:
-        play = play + sample_dimension(first.play, "first stage play", seed, count) / (first.sun_radius * abs(gearbox.ratio))
-    if isinstance(gearbox.frame, GearboxFrame) and gearbox.frame.screws is not None and FRAME_SCREWS not in gearbox.rigid:
+        play = play + sample_dimension(first.play, "first stage play", seed, count) / (
+            first.sun_radius * abs(gearbox.ratio)
+        )
+    if (
+        isinstance(gearbox.frame, GearboxFrame)
+        and gearbox.frame.screws is not None
+        and FRAME_SCREWS not in gearbox.rigid
+    ):
         play = play + gearbox.frame.screws.play
     return Samples(play, turned, float(jammed.mean()))
 
 
-def simulated(stage: CycloidalStage, torque: Floats, angles: int, count: int, seed: int) -> SimulatedGearboxes:
-    """Return `count` simulated stages under torques (torque,), N m on its discs, at evenly spaced crank angles of one turn.
+def simulated(
+    stage: CycloidalStage, torque: Floats, angles: int, count: int, seed: int
+) -> SimulatedGearboxes:
+    """Return `count` simulated stages under torques (torque,), N m on its discs, at evenly spaced
+    crank angles of one turn.
 
-    They are computed once for all stages that differ only in the stiffness of output pins, frame and other members outside of the contacts; without
-    torques, for all that differ only in stiffness.
+    They are computed once for all stages that differ only in the stiffness of output pins, frame
+    and other members outside of the contacts; without torques, for all that differ only in
+    stiffness.
     """
     output = stage.drive.output
-    contacts = stage.drive if output is None else replace(stage.drive, output=replace(output, stiffness=math.inf))
+    contacts = (
+        stage.drive
+        if output is None
+        else replace(stage.drive, output=replace(output, stiffness=math.inf))
+    )
     if not len(torque):
         cranks = drive.Eccentric(cranks=contacts.eccentric.cranks, circle=contacts.eccentric.circle)
-        contacts = replace(contacts, flanks=contact.Flanks(width=1.0, modulus=1.0), eccentric=cranks, disc_body=None, ring_body=None)
-    return _simulated(contacts, stage.scatter, np.ascontiguousarray(torque, dtype=float).tobytes(), angles, count, seed)
+        contacts = replace(
+            contacts,
+            flanks=contact.Flanks(width=1.0, modulus=1.0),
+            eccentric=cranks,
+            disc_body=None,
+            ring_body=None,
+        )
+    return _simulated(
+        contacts,
+        stage.scatter,
+        np.ascontiguousarray(torque, dtype=float).tobytes(),
+        angles,
+        count,
+        seed,
+    )
 
 
 @functools.lru_cache(maxsize=32)
-def _simulated(contacts: drive.Drive, scatter: Scatter, torque: bytes, angles: int, count: int, seed: int) -> SimulatedGearboxes:
+def _simulated(
+    contacts: drive.Drive, scatter: Scatter, torque: bytes, angles: int, count: int, seed: int
+) -> SimulatedGearboxes:
     crank = 2 * math.pi * np.arange(angles) / angles
     return simulate(contacts, scatter, np.frombuffer(torque), crank, count, seed, threads=_THREADS)
 
 
 def _beyond(made: SimulatedGearboxes, sign: Floats) -> Floats:
-    """Return the signed wind-up of a stage beyond its play (torque, gearbox), averaged over the crank."""
+    """Return the signed wind-up of a stage beyond its play (torque, gearbox), averaged over the
+    crank.
+    """
     ahead, behind = made.ends
     return np.asarray((made.rotation - np.where(sign[:, None] > 0, ahead, behind)).mean(axis=1))
 
 
 def wind_up(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
-    """Return the nominal wind-up (rad) of each member under torques (torque,) above zero at the output, beyond the play.
+    """Return the nominal wind-up (rad) of each member under torques (torque,) above zero at the
+    output, beyond the play.
 
     Bounded members have names of their own (`BOUNDED`).
     """
@@ -193,48 +243,74 @@ def wind_up(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
 
 
 def _scaled(gearbox: CycloidalDrawing, wind_up: dict[str, Floats]) -> dict[str, Floats]:
-    """Return the wind-up of each member with the values of what the drawing does not state, from that with the middle of each."""
+    """Return the wind-up of each member with the values of what the drawing does not state, from
+    that with the middle of each.
+    """
     out = dict(wind_up)
     for each in gearbox.unknowns:
         more = gearbox.unstated.get(each.name, 1.0) - 1
         if abs(more) > _ROUNDING:
-            out |= {name: out[name] * (1 + share * more) for name, share in each.shares.items() if name in out}
+            out |= {
+                name: out[name] * (1 + share * more)
+                for name, share in each.shares.items()
+                if name in out
+            }
     return out
 
 
 @functools.lru_cache(maxsize=64)
 def _with_middles(gearbox: CycloidalDrawing, torques: tuple[float, ...]) -> dict[str, Floats]:
-    """Return the wind-up with the middle of all that the drawing does not state: of a bounded member the geometric mean of its bounds."""
+    """Return the wind-up with the middle of all that the drawing does not state: of a bounded
+    member the geometric mean of its bounds.
+    """
     torque = np.array(torques)
     share, steps = _share(gearbox), abs(gearbox.steps)
     out = {name: share * angle for name, angle in stage_wind_up(gearbox, share * torque).items()}
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
-        out |= {f"{FIRST_STAGE}{name}": angle / steps for name, angle in stage_wind_up(first, torque / steps).items()}
+        out |= {
+            f"{FIRST_STAGE}{name}": angle / steps
+            for name, angle in stage_wind_up(first, torque / steps).items()
+        }
     out |= _outside(gearbox, torque)
     computed = np.sum(list(out.values()), axis=0)
-    of_first = np.sum([angle for name, angle in out.items() if name.startswith(FIRST_STAGE)], axis=0)
+    of_first = np.sum(
+        [angle for name, angle in out.items() if name.startswith(FIRST_STAGE)], axis=0
+    )
     for name, (low, high) in bounds(gearbox).items():
-        out[f"{name}{BOUNDED}"] = math.sqrt(low * high) * (of_first if name.startswith(FIRST_STAGE) else computed)
+        out[f"{name}{BOUNDED}"] = math.sqrt(low * high) * (
+            of_first if name.startswith(FIRST_STAGE) else computed
+        )
     return out
 
 
 def distribute_wind_up(as_drawn: dict[str, Floats], found: Floats) -> dict[str, Floats]:
-    """Return the members' wind-up (torque,), rad, such that the members with scatter add up to their simulated mean `found` (torque,), rad.
+    """Return the members' wind-up (torque,), rad, such that the members with scatter add up to
+    their simulated mean `found` (torque,), rad.
 
-    Unequal flanks make contact one after the other: the wind-up beyond that of nominal flanks is attributed to the lobe contacts. Flanks that
-    interfere wind up less: then all members with scatter are reduced in proportion.
+    Unequal flanks make contact one after the other: the wind-up beyond that of nominal flanks is
+    attributed to the lobe contacts. Flanks that interfere wind up less: then all members with
+    scatter are reduced in proportion.
     """
     own = sum(as_drawn.values()) - wind_up_without_scatter(as_drawn)
     share = np.where(found < own, found / np.where(own > 0, own, 1.0), 1.0)
-    out = {name: angle if is_without_scatter(name) else share * angle for name, angle in as_drawn.items()}
+    out = {
+        name: angle if is_without_scatter(name) else share * angle
+        for name, angle in as_drawn.items()
+    }
     return out | {CONTACTS: out[CONTACTS] + np.maximum(found - own, 0.0)}
 
 
 def wind_up_without_scatter(members: dict[str, Floats]) -> Floats:
-    """Return the part of the members' wind-up (torque,) without scatter, which `gearboxes` does not include."""
+    """Return the part of the members' wind-up (torque,) without scatter, which `gearboxes` does not
+    include.
+    """
     none = np.zeros_like(members[CONTACTS])
-    return np.asarray(np.sum([none, *(angle for name, angle in members.items() if is_without_scatter(name))], axis=0))
+    return np.asarray(
+        np.sum(
+            [none, *(angle for name, angle in members.items() if is_without_scatter(name))], axis=0
+        )
+    )
 
 
 def _outside(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
@@ -250,19 +326,25 @@ def _outside(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
             out[FRAME_SCREWS] = frame.screws.wind_up(torque)
     elif frame is not None:
         out[FRAME] = torque / frame
-    soft = 1 / gearbox.input_shaft if gearbox.input_shaft is not None else gearbox.input_twist or 0.0
+    soft = (
+        1 / gearbox.input_shaft if gearbox.input_shaft is not None else gearbox.input_twist or 0.0
+    )
     out[INPUT] = torque * soft / gearbox.ratio**2
     return {name: angle for name, angle in out.items() if name not in gearbox.rigid}
 
 
 def _share(gearbox: CycloidalDrawing) -> float:
-    """Return the disc's torque and rotation per those of the output: one, or with the ring as output the ratio of the pitch radii."""
+    """Return the disc's torque and rotation per those of the output: one, or with the ring as
+    output the ratio of the pitch radii.
+    """
     stage = gearbox.stage
     return 1.0 if gearbox.fixed == "ring" else stage.planet_pitch_radius / stage.ring_pitch_radius
 
 
 def _harmonics(gearbox: CycloidalDrawing) -> tuple[tuple[ErrorHarmonic, ...], float]:
-    """Return the largest harmonics of the transmission error, scaled to the mean square of all, and the share of the smaller ones."""
+    """Return the largest harmonics of the transmission error, scaled to the mean square of all, and
+    the share of the smaller ones.
+    """
     steps, share = abs(gearbox.steps), _share(gearbox)
     loads = gearbox.rated_torque * np.array(_HARMONIC_LEVELS)
     found = {k * steps: share**2 * power for k, power in _spectrum(gearbox, share * loads, SEED)}
@@ -275,16 +357,23 @@ def _harmonics(gearbox: CycloidalDrawing) -> tuple[tuple[ErrorHarmonic, ...], fl
     whole = np.sum(list(found.values()), axis=0)
     if not np.any(whole > 0):
         return (), 0.0
-    weight = {cycles: float((power / np.where(whole > 0, whole, 1.0)).sum()) for cycles, power in found.items()}
+    weight = {
+        cycles: float((power / np.where(whole > 0, whole, 1.0)).sum())
+        for cycles, power in found.items()
+    }
     kept = sorted(weight, key=lambda cycles: -weight[cycles])[:_MOST_HARMONICS]
     held = np.sum([found[cycles] for cycles in kept], axis=0)
     scale = np.sqrt(whole / np.where(held > 0, held, 1.0))
-    harmonics = tuple(ErrorHarmonic(float(cycles), np.sqrt(found[cycles]) * scale) for cycles in sorted(kept))
+    harmonics = tuple(
+        ErrorHarmonic(float(cycles), np.sqrt(found[cycles]) * scale) for cycles in sorted(kept)
+    )
     return harmonics, float(1 - (held / whole)[-1])
 
 
 def _spectrum(stage: CycloidalStage, loads: Floats, seed: int) -> list[tuple[int, Floats]]:
-    """Return the mean square (level,), rad^2, of each harmonic of the crank's turn, averaged over gearboxes."""
+    """Return the mean square (level,), rad^2, of each harmonic of the crank's turn, averaged over
+    gearboxes.
+    """
     angles = 3 * stage.pins
     rotation = simulated(stage, loads, angles, _HARMONIC_GEARBOXES, seed).rotation
     power = 2 * (np.abs(np.fft.rfft(rotation, axis=1) / angles) ** 2).mean(axis=2)
@@ -292,35 +381,57 @@ def _spectrum(stage: CycloidalStage, loads: Floats, seed: int) -> list[tuple[int
 
 
 def load_side(gearbox: CycloidalDrawing, members: dict[str, Floats]) -> Floats:
-    """Return the part of the members' wind-up (torque,), rad, in springs between the load and the friction, which carry all of the load.
+    """Return the part of the members' wind-up (torque,), rad, in springs between the load and the
+    friction, which carry all of the load.
 
-    These are housing and output shaft, and where the flanks rub the output pins that carry the output. Friction without load counts there as well;
-    it acts before the pins, whose part of its loop is neglected.
+    These are housing and output shaft, and where the flanks rub the output pins that carry the
+    output. Friction without load counts there as well; it acts before the pins, whose part of its
+    loop is neglected.
     """
-    names = [FRAME, FRAME_SCREWS, *(PIN_MEMBERS if gearbox.friction is not None and gearbox.fixed == "ring" else ())]
+    names = [
+        FRAME,
+        FRAME_SCREWS,
+        *(PIN_MEMBERS if gearbox.friction is not None and gearbox.fixed == "ring" else ()),
+    ]
     none = np.zeros_like(members[CONTACTS])
-    return np.asarray(np.sum([none, *(angle for name, angle in members.items() if name.removesuffix(BOUNDED) in names)], axis=0))
+    return np.asarray(
+        np.sum(
+            [
+                none,
+                *(angle for name, angle in members.items() if name.removesuffix(BOUNDED) in names),
+            ],
+            axis=0,
+        )
+    )
 
 
 def friction(gearbox: CycloidalDrawing, torque: Floats) -> DriveFriction:
-    """Return the friction at the output, with levels at zero and at torques (torque,), rising from above zero.
+    """Return the friction at the output, with levels at zero and at torques (torque,), rising from
+    above zero.
 
-    Of flanks, eccentric and output pins only those of the output stage, which dominate: friction before it reaches the output divided by the ratio.
+    Of flanks, eccentric and output pins only those of the output stage, which dominate: friction
+    before it reaches the output divided by the ratio.
     """
     stated, discs = gearbox.friction, gearbox.discs
     # on the discs, on the crank, of the output pins
     lost = np.zeros((3, len(torque) + 1))
     if stated is not None:
         circle = gearbox.output_pins.circle_radius if gearbox.output_pins else math.inf
-        coefficients = Friction(stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle)
+        coefficients = Friction(
+            stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle
+        )
         crank = drive.crank_angles_of_pitch(gearbox.drive)
         gap = drive.nominal_gaps(gearbox.drive, crank)
         for k, load in enumerate(_share(gearbox) * torque / discs, 1):
             answer = drive.loaded_disc(gearbox.drive, float(load), crank, gap)
             found = friction_torques(gearbox.stage, crank, answer, coefficients, abs(gearbox.steps))
-            lost[:, k] = [discs * float(each.mean()) for each in (found.disc, found.crank, found.pins)]
+            lost[:, k] = [
+                discs * float(each.mean()) for each in (found.disc, found.crank, found.pins)
+            ]
     levels, (on_discs, on_crank, pins) = np.concatenate([np.zeros(1), torque]), lost
     # with the ring as output the pins carry the torque behind the flanks
     if gearbox.fixed == "carrier":
         return DriveFriction(levels, on_discs + pins, on_crank, constant=gearbox.friction_in_loop)
-    return DriveFriction(levels, on_discs, on_crank, float(pins[-1] / torque[-1]), gearbox.friction_in_loop)
+    return DriveFriction(
+        levels, on_discs, on_crank, float(pins[-1] / torque[-1]), gearbox.friction_in_loop
+    )

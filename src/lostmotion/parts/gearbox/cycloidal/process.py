@@ -1,7 +1,9 @@
-"""Tolerances of a cycloidal stage that its drawing does not state, by the process that makes it. They count as assumed.
+"""Tolerances of a cycloidal stage that its drawing does not state, by the process that makes it.
+They count as assumed.
 
-Of the tolerance of a dimension, two thirds are common to a part (its scale), and one third differs from lobe to lobe [M 75]. Radii have half of the
-tolerance of their diameter, and the eccentricity half of that of the throw.
+Of the tolerance of a dimension, two thirds are common to a part (its scale), and one third differs
+from lobe to lobe [M 75]. Radii have half of the tolerance of their diameter, and the eccentricity
+half of that of the throw.
 """
 
 from __future__ import annotations
@@ -20,18 +22,24 @@ _EACH: Final = 1 / 3
 
 
 def tolerances_by_process(process: str, stage: Any) -> dict[str, float]:  # noqa: ANN401 - the dimensions of a stage, whose module uses this one
-    """Return the tolerances (m) that a process sets where the drawing of the stage states none, by key ("ring_radius", "output_pins.clearance").
+    """Return the tolerances (m) that a process sets where the drawing of the stage states none, by
+    key ("ring_radius", "output_pins.clearance").
 
-    A tolerance of zero counts as not stated. Raises ValueError for sizes that the process has no tolerance for.
+    A tolerance of zero counts as not stated. Raises ValueError for sizes that the process has no
+    tolerance for.
     """
     out: dict[str, float] = {}
-    ring, pin = (process_tolerance(process, 2 * getattr(stage, name).nominal) / 2 for name in ("ring_radius", "pin_radius"))
+    ring, pin = (
+        process_tolerance(process, 2 * getattr(stage, name).nominal) / 2
+        for name in ("ring_radius", "pin_radius")
+    )
     throw = process_tolerance(process, 2 * stage.eccentricity.nominal) / 2
     for name, half in (("ring_radius", ring), ("pin_radius", pin), ("eccentricity", throw)):
         if not getattr(stage, name).tolerance:
             out[name] = _COMMON * half
     if not stage.relief.roller.tolerance:
-        # part of the flank of the disc, which is as large as the ring; a clearance is not below zero
+        # part of the flank of the disc, which is as large as the ring; a clearance is not below
+        # zero
         out["relief.roller"] = min(_COMMON * ring, float(stage.relief.roller.nominal))
     for name, half in (("pin_position", ring), ("pin_size", pin), ("flank_form", ring)):
         if name not in stage.model_fields_set:
@@ -42,7 +50,10 @@ def tolerances_by_process(process: str, stage: Any) -> dict[str, float]:  # noqa
         if "position" not in pins.model_fields_set:
             out["output_pins.position"] = _EACH * circle
         if pins.outer_diameter is not None and not pins.clearance.tolerance:
-            out["output_pins.clearance"] = min(_COMMON * process_tolerance(process, pins.outer_diameter), float(pins.clearance.nominal))
+            out["output_pins.clearance"] = min(
+                _COMMON * process_tolerance(process, pins.outer_diameter),
+                float(pins.clearance.nominal),
+            )
     if "position" not in stage.eccentric.model_fields_set:
         out["eccentric.position"] = _EACH * ring
     return {name: tolerance for name, tolerance in out.items() if tolerance}
@@ -63,10 +74,15 @@ def with_process(scatter: Scatter, tolerances: dict[str, float]) -> Scatter:
     for key, tolerance in tolerances.items():
         name = _IN_SCATTER.get(key, key)
         stated = getattr(scatter, name)
-        changed[name] = tolerance if isinstance(stated, float) else replace(stated, tolerance=tolerance)
+        changed[name] = (
+            tolerance if isinstance(stated, float) else replace(stated, tolerance=tolerance)
+        )
     return replace(scatter, **changed)
 
 
 def reasons(process: str, tolerances: dict[str, float]) -> dict[str, str]:
     """Return the assumed tolerances of a stage: key to reason."""
-    return {key: f"{DEFAULT} tolerance of {process}, ± {1e3 * tolerance:.2g} mm" for key, tolerance in tolerances.items()}
+    return {
+        key: f"{DEFAULT} tolerance of {process}, ± {1e3 * tolerance:.2g} mm"
+        for key, tolerance in tolerances.items()
+    }

@@ -1,4 +1,6 @@
-"""The eccentric with its bearings, and its shaft by its dimensions: sections, bearings and their seats, as a drawing states them."""
+"""The eccentric with its bearings, and its shaft by its dimensions: sections, bearings and their
+seats, as a drawing states them.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,13 @@ from pydantic import Field, model_validator
 from lostmotion.laws.cycloid import shaft as laws
 from lostmotion.laws.rolling.by_size import stiffness_of_size
 from lostmotion.laws.supported_beam import Support, SupportedBeam
-from lostmotion.parts.error_source import AngularStiffness, ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.error_source import (
+    AngularStiffness,
+    ClearanceDim,
+    LengthAmount,
+    LengthPlus,
+    LinearStiffness,
+)
 from lostmotion.parts.gearbox.cycloidal.names import SHAFT_BEARINGS, SHAFT_SEATS
 from lostmotion.parts.gearbox.cycloidal.pins import STEEL
 from lostmotion.parts.gearbox.cycloidal.seats import BearingSeat, BearingSize, Named
@@ -51,7 +59,9 @@ class ShaftSection(Sourced):
     def _has_a_wall(self) -> Self:
         if self.bore >= self.diameter:
             why = f"a bore of {self.bore * 1e3:g} mm in a diameter of {self.diameter * 1e3:g} mm"
-            raise refuse(why, "a bore smaller than the diameter", f'bore = "{500 * self.diameter:.3g} mm"')
+            raise refuse(
+                why, "a bore smaller than the diameter", f'bore = "{500 * self.diameter:.3g} mm"'
+            )
         if self.core is not None and not self.bore:
             raise refuse("a core without a bore", "the bore that it fills", 'bore = "12 mm"')
         return self
@@ -59,9 +69,21 @@ class ShaftSection(Sourced):
     @property
     def layers(self) -> tuple[tuple[laws.Layer, Material], ...]:
         """Return the layers of the section, each with its material."""
-        out = [(laws.Layer(self.diameter, self.bore, self.material.standing_modulus, self.material.poisson), self.material)]
+        out = [
+            (
+                laws.Layer(
+                    self.diameter, self.bore, self.material.standing_modulus, self.material.poisson
+                ),
+                self.material,
+            )
+        ]
         if self.core is not None:
-            out.append((laws.Layer(self.bore, 0.0, self.core.standing_modulus, self.core.poisson), self.core))
+            out.append(
+                (
+                    laws.Layer(self.bore, 0.0, self.core.standing_modulus, self.core.poisson),
+                    self.core,
+                )
+            )
         return tuple(out)
 
 
@@ -69,8 +91,10 @@ class ShaftSupport(Sourced):
     """A bearing that supports the shaft.
 
     at         its place along the shaft
-    bearing    its radial stiffness, or the bore and outside_diameter of a ball bearing; unspecified: bounded
-    tilt       its stiffness against tilting, for wide or paired bearings; default: none, as of a deep groove ball bearing
+    bearing    its radial stiffness, or the bore and outside_diameter of a ball bearing;
+               unspecified: bounded
+    tilt       its stiffness against tilting, for wide or paired bearings; default: none, as of a
+               deep groove ball bearing
     seat       the name of its seat under `seats`; unspecified: bounded
     clearance  diametral working clearance
     """
@@ -86,11 +110,14 @@ class ShaftScrews(Sourced):
     """Screws along the whole shaft, evenly spaced on a circle off its axis.
 
     offset    radius of their circle
-    tight     true: screws and body bend as a sandwich; false: the screws are loose in their holes; default: between the two
+    tight     true: screws and body bend as a sandwich; false: the screws are loose in their holes;
+              default: between the two
     material  default: steel
     """
 
-    assumed_unless_stated: ClassVar[dict[str, str]] = {"tight": f"{DEFAULT}, between loose and tight"}
+    assumed_unless_stated: ClassVar[dict[str, str]] = {
+        "tight": f"{DEFAULT}, between loose and tight"
+    }
     count: Annotated[int, Whole("", "2", low=2, high=50)]
     diameter: LengthPlus
     offset: LengthPlus
@@ -100,11 +127,14 @@ class ShaftScrews(Sourced):
     @property
     def law(self) -> laws.Screws:
         """Return the argument of the law."""
-        return laws.Screws(self.count, self.diameter, self.offset, self.material.modulus, self.material.poisson)
+        return laws.Screws(
+            self.count, self.diameter, self.offset, self.material.modulus, self.material.poisson
+        )
 
 
 class Shaft(Sourced):
-    """The shaft of an eccentric, or of each crank, on its bearings. All places are measured from its driven end.
+    """The shaft of an eccentric, or of each crank, on its bearings. All places are measured from
+    its driven end.
 
     supports  its bearings
     disc_at   the place of each disc
@@ -121,35 +151,62 @@ class Shaft(Sourced):
     def _is_held(self) -> Self:
         ends = [each.to for each in self.sections]
         if any(second <= first for first, second in itertools.pairwise(ends)):
-            raise refuse("sections that do not follow one another", "each section ending beyond the one before", 'to = "27 mm"')
-        beyond = [place for place in (*self.disc_at, *(each.at for each in self.supports)) if place > ends[-1]]
+            raise refuse(
+                "sections that do not follow one another",
+                "each section ending beyond the one before",
+                'to = "27 mm"',
+            )
+        beyond = [
+            place
+            for place in (*self.disc_at, *(each.at for each in self.supports))
+            if place > ends[-1]
+        ]
         if beyond:
-            why = f"a disc or support at {max(beyond) * 1e3:g} mm on a shaft of {ends[-1] * 1e3:g} mm"
+            why = (
+                f"a disc or support at {max(beyond) * 1e3:g} mm on a shaft of {ends[-1] * 1e3:g} mm"
+            )
             raise refuse(why, "places on the shaft", f'to = "{1e3 * max(beyond):g} mm"')
-        if len({each.at for each in self.supports}) < 2 and not any(each.tilt for each in self.supports):  # noqa: PLR2004 - one support is a hinge
-            example = 'supports = [{ at = "0 mm", bearing = "30 N/µm" }, { at = "43 mm", bearing = "60 N/µm" }]'
-            raise refuse("a shaft on a single support without tilt stiffness", "two supports or more", example)
+        if len({each.at for each in self.supports}) < 2 and not any(  # noqa: PLR2004
+            each.tilt for each in self.supports
+        ):
+            example = (
+                'supports = [{ at = "0 mm", bearing = "30 N/µm" }, { at = "43 mm", bearing = "60 '
+                'N/µm" }]'
+            )
+            raise refuse(
+                "a shaft on a single support without tilt stiffness",
+                "two supports or more",
+                example,
+            )
         return self
 
     @property
     def stretches(self) -> tuple[laws.Stretch, ...]:
-        """Return the sections as arguments of the law. Raises ValueError for screws that do not lie within one layer of each."""
+        """Return the sections as arguments of the law. Raises ValueError for screws that do not lie
+        within one layer of each.
+        """
         starts = [0.0, *(each.to for each in self.sections)]
         screws = None if self.screws is None else self.screws.law
         return tuple(
-            laws.Stretch(start, each.to, tuple(layer for layer, _ in each.layers), screws) for start, each in zip(starts, self.sections, strict=False)
+            laws.Stretch(start, each.to, tuple(layer for layer, _ in each.layers), screws)
+            for start, each in zip(starts, self.sections, strict=False)
         )
 
     @functools.lru_cache(maxsize=64)  # noqa: B019 - equal shafts of many drawings have the same response
     def response(self, case: ShaftCase) -> ShaftSprings:
-        """Return the compliance by member: for screws that are not stated as tight or loose, the geometric mean of both.
+        """Return the compliance by member: for screws that are not stated as tight or loose, the
+        geometric mean of both.
 
-        Raises ValueError for a shaft that its supports do not hold, and for screws that do not lie within one layer.
+        Raises ValueError for a shaft that its supports do not hold, and for screws that do not lie
+        within one layer.
         """
         if self.screws is None:
             return self._response(case, ((0.0, False),))
         choices = (True, False) if self.screws.tight is None else (self.screws.tight,)
-        variants = [self._response(case, [(each, tight) for each in self.screws.law.directions]) for tight in choices]
+        variants = [
+            self._response(case, [(each, tight) for each in self.screws.law.directions])
+            for tight in choices
+        ]
         stiff, soft = variants[0], variants[-1]
         if stiff is soft:
             return stiff
@@ -158,41 +215,73 @@ class Shaft(Sourced):
         return replace(mean, spread=(stiff.shaft, soft.shaft))
 
     def _response(self, case: ShaftCase, ways: Sequence[tuple[float, bool]]) -> ShaftSprings:
-        """Return the mean response to bending in these directions (rad), each with screws tight or loose."""
+        """Return the mean response to bending in these directions (rad), each with screws tight or
+        loose.
+        """
         stretches = self.stretches
         end = stretches[-1].end
-        loads = [(max(place - case.width / 2, 0.0), min(place + case.width / 2, end)) for place in self.disc_at]
+        loads = [
+            (max(place - case.width / 2, 0.0), min(place + case.width / 2, end))
+            for place in self.disc_at
+        ]
         soft = [(self._bearing(each, None, case), self._seat(each, case)) for each in self.supports]
         out = []
         for direction, tight in ways:
             pieces = tuple(each.piece_with_screws(direction, tight=tight) for each in stretches)
 
-            def respond(soft: Sequence[tuple[float, float]], pieces: tuple[Piece, ...] = pieces) -> laws.ShaftCompliance:
+            def respond(
+                soft: Sequence[tuple[float, float]], pieces: tuple[Piece, ...] = pieces
+            ) -> laws.ShaftCompliance:
                 springs = (
                     Support(each.at, 1 / sum(both) if sum(both) else math.inf, each.tilt or 0.0)
                     for each, both in zip(self.supports, soft, strict=True)
                 )
-                return laws.shaft_compliance(SupportedBeam(pieces, tuple(springs)), stretches, loads, np.array(case.phases), case.eccentricity)
+                return laws.shaft_compliance(
+                    SupportedBeam(pieces, tuple(springs)),
+                    stretches,
+                    loads,
+                    np.array(case.phases),
+                    case.eccentricity,
+                )
 
             found = respond(soft)
             if any(isinstance(each.bearing, BearingSize) for each in self.supports):
                 # a bearing by its size stiffens with its load
                 forces = case.force * found.reactions
-                soft = [(self._bearing(each, float(force), case), seat) for each, force, (_, seat) in zip(self.supports, forces, soft, strict=True)]
+                soft = [
+                    (self._bearing(each, float(force), case), seat)
+                    for each, force, (_, seat) in zip(self.supports, forces, soft, strict=True)
+                ]
                 found = respond(soft)
             out.append(found)
         by_part = np.mean([each.by_part for each in out], axis=0)
         of_supports = by_part[len(stretches) :]
         share = np.array([seat / (bearing + seat) if seat else 0.0 for bearing, seat in soft])
         of_seats = np.array(
-            [sum(part for part, at in zip(of_supports * share, self.supports, strict=True) if at.seat == name) for name in case.names]
+            [
+                sum(
+                    part
+                    for part, at in zip(of_supports * share, self.supports, strict=True)
+                    if at.seat == name
+                )
+                for name in case.names
+            ]
         )
-        parts = by_part[: len(stretches)], np.array([out[0].twist]), np.array([float(of_supports @ (1 - share))]), of_seats
-        return ShaftSprings.of(parts, case.names, tuple(np.mean([each.reactions for each in out], axis=0).tolist()))
+        parts = (
+            by_part[: len(stretches)],
+            np.array([out[0].twist]),
+            np.array([float(of_supports @ (1 - share))]),
+            of_seats,
+        )
+        return ShaftSprings.of(
+            parts, case.names, tuple(np.mean([each.reactions for each in out], axis=0).tolist())
+        )
 
     @staticmethod
     def _bearing(support: ShaftSupport, force: float | None, case: ShaftCase) -> float:
-        """Return the compliance (m/N) of a bearing, one by its size under a force (N): without a force it is not known yet, and rigid."""
+        """Return the compliance (m/N) of a bearing, one by its size under a force (N): without a
+        force it is not known yet, and rigid.
+        """
         bearing = support.bearing
         if bearing is None or SHAFT_BEARINGS in case.rigid:
             return 0.0
@@ -201,11 +290,17 @@ class Shaft(Sourced):
         if force is None:
             return 0.0
         # a bearing that carries next to nothing hardly matters
-        return 1 / stiffness_of_size(bearing.bore, bearing.outside_diameter, max(force, _LEAST_REACTION * case.force))
+        return 1 / stiffness_of_size(
+            bearing.bore, bearing.outside_diameter, max(force, _LEAST_REACTION * case.force)
+        )
 
     @staticmethod
     def _seat(support: ShaftSupport, case: ShaftCase) -> float:
-        return dict(case.seats)[support.seat].compliance if support.seat is not None and SHAFT_SEATS not in case.rigid else 0.0
+        return (
+            dict(case.seats)[support.seat].compliance
+            if support.seat is not None and SHAFT_SEATS not in case.rigid
+            else 0.0
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,10 +330,12 @@ class ShaftCase:
 
 @dataclass(frozen=True, slots=True)
 class ShaftSprings:
-    """Displacement of a disc per force on every disc (m/N) by member: sections, torsion between discs, bearings, seats by name.
+    """Displacement of a disc per force on every disc (m/N) by member: sections, torsion between
+    discs, bearings, seats by name.
 
     reactions  force on each support per force on every disc
-    spread     smallest and largest part of the shaft itself, for screws of which it is not stated whether they are tight; else zeros
+    spread     smallest and largest part of the shaft itself, for screws of which it is not stated
+               whether they are tight; else zeros
     """
 
     sections: tuple[float, ...]
@@ -249,14 +346,27 @@ class ShaftSprings:
     spread: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
-    def of(cls, parts: Iterable[Floats], seats: Iterable[str], reactions: tuple[float, ...]) -> ShaftSprings:
+    def of(
+        cls, parts: Iterable[Floats], seats: Iterable[str], reactions: tuple[float, ...]
+    ) -> ShaftSprings:
         """Return the springs from arrays of sections, torsion, bearings and seats."""
         sections, twist, bearings, of_seats = parts
-        return cls(tuple(sections.tolist()), float(twist[0]), float(bearings[0]), dict(zip(seats, of_seats.tolist(), strict=True)), reactions)
+        return cls(
+            tuple(sections.tolist()),
+            float(twist[0]),
+            float(bearings[0]),
+            dict(zip(seats, of_seats.tolist(), strict=True)),
+            reactions,
+        )
 
     def arrays(self) -> tuple[Floats, ...]:
         """Return sections, torsion, bearings and seats as arrays."""
-        return np.array(self.sections), np.array([self.twist]), np.array([self.bearings]), np.array(list(self.seats.values()))
+        return (
+            np.array(self.sections),
+            np.array([self.twist]),
+            np.array([self.bearings]),
+            np.array(list(self.seats.values())),
+        )
 
     @property
     def shaft(self) -> float:
@@ -273,14 +383,19 @@ class Eccentric(Sourced):
     """The eccentric with its bearings, one per disc and crankshaft.
 
     clearance       diametral working clearance of each bearing
-    position        ± position of each disc's bore, in both directions: relative to the flank and, with several crankshafts, relative to these
-    rollers, roller_length   its rolling elements, or:
+    position        ± position of each disc's bore, in both directions: relative to the flank and,
+                    with several crankshafts, relative to these rollers, roller_length   its rolling
+                    elements, or:
     bearing         its radial stiffness, or the bore and outside_diameter of a ball bearing
-    cup             thickness of the drawn cup of its needle bearing, which bends in the bore of the disc; default: a rigid outer ring
-    offset          of a disc's mid-plane from that of its bearing: the disc tilts, if the bearing resists it
+    cup             thickness of the drawn cup of its needle bearing, which bends in the bore of the
+                    disc; default: a rigid outer ring
+    offset          of a disc's mid-plane from that of its bearing: the disc tilts, if the bearing
+                    resists it
     tilt            its stiffness against tilting; default: that of its rollers
-    shaft           stiffness of the shaft with its seats, at one disc; or a table of its sections, bearings and seats
-    cranks, circle_radius    several crankshafts that carry the output, as in an RV reducer; default: one central eccentric
+    shaft           stiffness of the shaft with its seats, at one disc; or a table of its sections,
+                    bearings and seats
+    cranks, circle_radius    several crankshafts that carry the output, as in an RV reducer;
+                             default: one central eccentric
     """
 
     clearance: ClearanceDim = Toleranced(0.0)
@@ -297,18 +412,44 @@ class Eccentric(Sourced):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if (self.rollers is None) != (self.roller_length is None) or (self.rollers is not None and self.bearing is not None):
-            expected = "rollers with roller_length, or a bearing by its stiffness or size, or neither (bounded)"
-            raise refuse("an incomplete or doubly stated bearing of the eccentric", expected, 'rollers = 16, roller_length = "10 mm"')
+        if (self.rollers is None) != (self.roller_length is None) or (
+            self.rollers is not None and self.bearing is not None
+        ):
+            expected = (
+                "rollers with roller_length, or a bearing by its stiffness or size, or neither "
+                "(bounded)"
+            )
+            raise refuse(
+                "an incomplete or doubly stated bearing of the eccentric",
+                expected,
+                'rollers = 16, roller_length = "10 mm"',
+            )
         if self.cup is not None and (self.rollers is None or self.cranks > 1):
-            raise refuse("a cup without the rollers of one central eccentric", "a needle bearing in a cup", 'rollers = 16, roller_length = "10 mm"')
+            raise refuse(
+                "a cup without the rollers of one central eccentric",
+                "a needle bearing in a cup",
+                'rollers = 16, roller_length = "10 mm"',
+            )
         if self.offset and self.tilt is None and self.rollers is None:
-            expected = "a bearing that resists tilting: rollers with roller_length, or its tilt stiffness (otherwise the flanks carry the disc)"
-            raise refuse("an offset of the discs from bearings that do not resist tilting", expected, 'tilt = "500 N m/rad"')
+            expected = (
+                "a bearing that resists tilting: rollers with roller_length, or its tilt "
+                "stiffness (otherwise the flanks carry the disc)"
+            )
+            raise refuse(
+                "an offset of the discs from bearings that do not resist tilting",
+                expected,
+                'tilt = "500 N m/rad"',
+            )
         if (self.cranks > 1) != (self.circle_radius is not None):
             raise refuse(
-                f"{self.cranks} crank{'s' if self.cranks > 1 else ''} {'with' if self.circle_radius else 'without'} circle_radius",
-                "two or more cranks with the radius of their circle, or one central crank without it",
+                (
+                    f"{self.cranks} crank{'s' if self.cranks > 1 else ''} "
+                    f"{'with' if self.circle_radius else 'without'} circle_radius"
+                ),
+                (
+                    "two or more cranks with the radius of their circle, or one central crank "
+                    "without it"
+                ),
                 'cranks = 3, circle_radius = "36 mm"',
             )
         return self

@@ -1,4 +1,6 @@
-"""One or two stages of a cycloidal gearbox, its frame and input shaft, every dimension with its tolerance."""
+"""One or two stages of a cycloidal gearbox, its frame and input shaft, every dimension with its
+tolerance.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,8 @@ class PlanetaryFirstStage(Sourced):
     """A planetary first stage: a sun drives planets, each on a crankshaft (as in an RV reducer).
 
     play            along the pitch circle, between sun and planet
-    mesh_stiffness  of one sun-planet mesh along its line of action; for steel about 14 to 20 N/(µm mm) of face width (ISO 6336-1)
+    mesh_stiffness  of one sun-planet mesh along its line of action; for steel about 14 to 20 N/(µm
+                    mm) of face width (ISO 6336-1)
     """
 
     kind: Literal["planetary"] = "planetary"
@@ -62,10 +65,14 @@ class PlanetaryFirstStage(Sourced):
 
     @property
     def compliance(self) -> float:
-        """Return the rotation of the sun per torque on it (rad/(N m)), with the load shared equally by all planets."""
+        """Return the rotation of the sun per torque on it (rad/(N m)), with the load shared equally
+        by all planets.
+        """
         if self.mesh_stiffness is None:
             return 0.0
-        return 1 / (self.planets * self.mesh_stiffness * math.cos(_PRESSURE_ANGLE) ** 2 * self.sun_radius**2)
+        return 1 / (
+            self.planets * self.mesh_stiffness * math.cos(_PRESSURE_ANGLE) ** 2 * self.sun_radius**2
+        )
 
 
 class CycloidalFirstStage(CycloidalStage):
@@ -75,7 +82,9 @@ class CycloidalFirstStage(CycloidalStage):
 
 
 class CycloidalStages(CycloidalStage):
-    """The stages of a cycloidal gearbox, with what is around them; `CycloidalGearbox` lists its fields."""
+    """The stages of a cycloidal gearbox, with what is around them; `CycloidalGearbox` lists its
+    fields.
+    """
 
     by_drawing: ClassVar[bool] = True
     may_be_rigid: ClassVar[tuple[str, ...]] = (*STAGE_MEMBERS, *OUTSIDE)
@@ -83,7 +92,9 @@ class CycloidalStages(CycloidalStage):
     model: Annotated[Line, Field(max_length=80)] = ""
     rated_torque: Torque
     fixed: Literal["ring", "carrier"] = "ring"
-    first_stage: Annotated[PlanetaryFirstStage | CycloidalFirstStage, Field(discriminator="kind")] | None = None
+    first_stage: (
+        Annotated[PlanetaryFirstStage | CycloidalFirstStage, Field(discriminator="kind")] | None
+    ) = None
     frame: AngularStiffness | GearboxFrame | None = None
     input_shaft: AngularStiffness | None = None
     friction_torque: FrictionTorque | None = None
@@ -94,7 +105,10 @@ class CycloidalStages(CycloidalStage):
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Self:
-        if isinstance(self.first_stage, PlanetaryFirstStage) and self.eccentric.cranks not in (1, self.first_stage.planets):
+        if isinstance(self.first_stage, PlanetaryFirstStage) and self.eccentric.cranks not in (
+            1,
+            self.first_stage.planets,
+        ):
             raise refuse(
                 f"{self.first_stage.planets} planets on {self.eccentric.cranks} cranks",
                 "a planet on every crankshaft",
@@ -104,12 +118,16 @@ class CycloidalStages(CycloidalStage):
 
     @property
     def steps(self) -> float:
-        """Return the turns of the eccentric, relative to the held ring or carrier, per turn of the output; negative for opposite directions."""
+        """Return the turns of the eccentric, relative to the held ring or carrier, per turn of the
+        output; negative for opposite directions.
+        """
         return ratio_of(self.stage, self.fixed)
 
     @property
     def ratio(self) -> float:
-        """Return the turns of the input per turn of the output; negative for opposite directions."""
+        """Return the turns of the input per turn of the output; negative for opposite
+        directions.
+        """
         first = self.first_stage
         if first is None:
             return self.steps
@@ -122,12 +140,22 @@ class CycloidalStages(CycloidalStage):
     @property
     def design_force(self) -> float:
         """Return the force (N) on a disc's bearing under the rated torque."""
-        share = 1.0 if self.fixed == "ring" else self.stage.planet_pitch_radius / self.stage.ring_pitch_radius
-        return share * self.rated_torque / (self.discs * self.eccentric.cranks * self.stage.planet_pitch_radius)
+        share = (
+            1.0
+            if self.fixed == "ring"
+            else self.stage.planet_pitch_radius / self.stage.ring_pitch_radius
+        )
+        return (
+            share
+            * self.rated_torque
+            / (self.discs * self.eccentric.cranks * self.stage.planet_pitch_radius)
+        )
 
     @property
     def input_twist(self) -> float | None:
-        """Return the rotation of the input per torque on it (rad/(N m)) by the eccentric's shaft up to its first disc; None where it is not known."""
+        """Return the rotation of the input per torque on it (rad/(N m)) by the eccentric's shaft up
+        to its first disc; None where it is not known.
+        """
         shaft = self.eccentric.shaft
         if self.first_stage is not None or not isinstance(shaft, Shaft):
             return None
