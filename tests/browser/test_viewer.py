@@ -15,8 +15,8 @@ import pytest
 
 from lostmotion.reporting.page.document import page
 from lostmotion.reporting.palette import DARK, LIGHT
+from tests.analyses.accuracy.test_plots import small_study
 from tests.browser.chromium import CHROMIUM, Browser
-from tests.test_plots import small_study
 
 pytestmark = [
     pytest.mark.slow,

@@ -38,7 +38,7 @@ SECTIONS = {
     "runs": "Big runs",
     "controller_model": "The model in a controller",
     "examples": "Example arms",
-    "": "Results",
+    "reporting": "Results",
 }
 
 
@@ -57,16 +57,13 @@ class Comparison(NamedTuple):
 def comparisons() -> list[Comparison]:
     """Return what the tests state, in the order of the page."""
     order = [*SECTIONS]
-    files = sorted(
-        (ROOT / "tests").rglob("test_*.py"),
-        key=lambda path: (order.index(_folder(path)), path.name),
-    )
-    return [each for path in files for each in _stated(path)]
+    files = sorted((ROOT / "tests").rglob("test_*.py"), key=lambda path: path.name)
+    found = [each for path in files for each in _stated(path)]
+    return sorted(found, key=lambda each: order.index(_folder(ROOT / each.tests[0])))
 
 
 def _folder(path: Path) -> str:
-    folder = path.relative_to(ROOT / "tests").parts[0] if path.parent != ROOT / "tests" else ""
-    return folder if folder in SECTIONS else ""
+    return path.relative_to(ROOT / "tests").parts[0]
 
 
 def _stated(path: Path) -> Iterator[Comparison]:

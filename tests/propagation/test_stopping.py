@@ -15,7 +15,7 @@ from lostmotion.propagation.montecarlo.stopping import (
     settle,
 )
 from tests.conftest import arm_of
-from tests.first_screen import first_screen
+from tests.reporting.first_screen import first_screen
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

@@ -1,0 +1,97 @@
+"""What the first screen of a study shows: bars of the largest contributors and of the remedies, and
+the headline.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import lostmotion
+from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
+from lostmotion.error_model.budget import Cost
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.remedies import STAGES
+from lostmotion.reporting.sheet import Bar, Bars, Figure, find_row
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+
+@pytest.fixture(scope="module")
+def study():
+    """Study the Z-arm at few poses."""
+    return lostmotion.study(EXAMPLES / "z-arm.toml", 64, robots=60, visits=3, method="both")
+
+
+def _cost(name, share, levels=None):
+    return Cost(f"joints.{name}", 1e-4, share, 1e-3, levels or (share, 0.0, 0.0))
+
+
+def test_bars_show_the_figures_of_the_tables(study):
+    """Share and effect of halving are those of the error budget, what remedies leave that of the
+    waterfall; all bars together are the whole.
+    """
+    sheet = study.sheet
+    blame, remedies = sheet.bars
+    for bar in blame.bars[:-1]:
+        row = find_row(sheet.sections, "budget", bar.label)
+        assert bar.figure.value == row.figures[1].value == pytest.approx(100 * bar.size)
+        assert bar.effect.value * {"mm": 1e3, "µm": 1}[bar.effect.unit] == pytest.approx(
+            row.figures[2].value
+        )
+        assert sum(bar.parts) == pytest.approx(bar.size)
+    assert sum(bar.size for bar in blame.bars) == pytest.approx(1)
+    assert blame.bars[-1].label == "12 others"
+    rows = next(section for section in sheet.sections if section.key == "waterfall").rows
+    # further remedies, listed below these, leave no less of this arm's error
+    assert len(remedies.bars) == len(STAGES) < len(rows)
+    assert [bar.figure for bar in remedies.bars] == [
+        replace(row.figures[1], samples=bar.figure.samples)
+        for row, bar in zip(rows[: len(STAGES)], remedies.bars, strict=True)
+    ]
+
+
+def test_without_sampling_bars_show_root_mean_squares():
+    """An analytic study knows no percentile of a remedy: its bars show what each remedy leaves of
+    the root mean square.
+    """
+    found = lostmotion.study(EXAMPLES / "z-arm.toml", 64, method="analytic").sheet
+    assert [bars.key for bars in found.bars] == ["budget", "remedies"]
+    row = find_row(found.sections, "levels", "left after compensation of load and pose")
+    (compensated,) = [bar for bar in found.bars[1].bars if bar.label == "load compensated"]
+    assert compensated.figure.value == pytest.approx(row.figures[0].value)
+
+
+def test_a_part_that_cancels_others_has_a_bar_to_the_left():
+    """A large negative share is among the bars, below zero on the scale; six parts have a bar each,
+    of more the smallest share one.
+    """
+    many = [_cost(f"J{k}", 0.15) for k in range(8)] + [_cost("B", -0.3), _cost("C", 0.1)]
+    (blame,) = blame_bars(many, {}, "")
+    assert [bar.label for bar in blame.bars] == [f"J{k}" for k in range(4)] + ["B", "5 others"]
+    assert blame.bars[-1].size == pytest.approx(0.7)
+    assert blame.ends == pytest.approx((-0.3, 0.7))
+    assert "cancels" in blame.note
+    (few,) = blame_bars(many[:6], {}, "")
+    assert len(few.bars) == 6
+    (split,) = blame_bars([_cost("A", 1.0, (1.5, -0.5, 0.0))], {}, "")
+    assert split.ends == pytest.approx((-0.5, 1.5))
+
+
+def test_reductions_share_one_unit():
+    """What halving takes off is in µm where the largest is below 1 mm, else in mm; none without a
+    run.
+    """
+    gains = {"joints.A": Estimate(2e-4, 1e-4, 3e-4), "joints.B": Estimate(1e-6, 0.0, 2e-6)}
+    (blame,) = blame_bars([_cost("A", 0.9), _cost("B", 0.1)], gains, "")
+    assert [bar.effect.unit for bar in blame.bars] == ["µm", "µm"]
+    (without,) = blame_bars([_cost("B", 1.0)], {}, "")
+    assert without.bars[0].effect is None
+
+
+def test_where_nothing_errs_there_are_no_bars(study):
+    """No contributor and no remedy of an error of zero; a scale needs a length even then."""
+    stages = tuple(replace(stage, q95=Estimate(0.0, 0.0, 0.0)) for stage in study.waterfall.stages)
+    assert remedy_bars(replace(study.waterfall, stages=stages)) == ()
+    assert blame_bars([replace(_cost("A", 0.0), alone=0.0)], {}, "") == ()
+    assert Bars("", "", "", (Bar("", Figure(0.0, "mm"), 0.0),)).ends == (0.0, 1.0)

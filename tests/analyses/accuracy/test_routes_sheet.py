@@ -1,0 +1,171 @@
+"""What a study by both routes compares, and what it says where there is nothing to compare."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.analyses.accuracy.tables.analytic import comparisons
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.reporting.sheet import Figure, find_row, in_one_unit, length, several
+from tests.reporting.first_screen import first_screen
+
+ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
+
+
+@pytest.fixture(scope="module")
+def study():
+    """Study the Z-arm by both routes at few poses."""
+    return lostmotion.study(lostmotion.read(ARM), 64, robots=60, visits=3, method="both")
+
+
+def test_every_figure_over_all_poses_is_compared(study):
+    """Mean, 50, 95, 99 and 99.7 %, the standard deviation, and the two routes agree."""
+    whole = next(section for section in study.sheet.sections if section.key == "routes_all")
+    assert [row.label for row in whole.rows] == [
+        "mean",
+        "50th percentile",
+        "95th percentile",
+        "99th percentile",
+        "99.7th percentile",
+        "standard deviation",
+    ]
+    assert all(row.figures[1].value < 1 for row in whole.rows)
+    assert all(row.note == "" for row in whole.rows)
+
+
+@pytest.mark.parametrize("at", range(4))
+def test_a_wrong_quantile_over_all_poses_is_seen(study, at):
+    """Half as large again is beyond Monte Carlo's interval, 99.7 % too, and no other row says
+    so.
+    """
+    wrong = list(study.pooled.quantiles)
+    wrong[at] = Estimate(*(1.5 * end for end in (wrong[at].value, wrong[at].low, wrong[at].high)))
+    whole, _ = comparisons(
+        study.analytic, replace(study.pooled, quantiles=tuple(wrong)), study.sampled
+    )
+    assert [row.note for row in whole.rows] == [
+        "beyond the interval" if k == at + 1 else "" for k in range(6)
+    ]
+    assert whole.rows[at + 1].figures[1].value > 1
+
+
+def test_the_reason_for_no_comparison_is_stated(study):
+    """Too few robots for Monte Carlo's interval, no figure without sampling."""
+    _, each = comparisons(study.analytic, study.pooled, study.sampled)
+    row = next(row for row in each.rows if row.label == "99th percentile")
+    assert "no pose to compare" in row.note
+    assert "too few robots" in row.note
+    assert "over all poses alone" in each.note
+    untold = replace(
+        study.pooled, quantiles=(*study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3))
+    )
+    whole, _ = comparisons(study.analytic, untold, study.sampled)
+    assert whole.rows[-2].note == "nothing to compare: uncertain by more than 5 %: use Monte Carlo"
+
+
+def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
+    """One pose, two poses; a size that the arm file states is printed as it stands there, one that
+    was found with its digits.
+    """
+    assert [several(count, "pose") for count in (0, 1, 2)] == ["0 poses", "1 pose", "2 poses"]
+    stated = [str(Figure(value, "µm", stated=True)) for value in (0.001, 20.0, 12.5, 1234.0, 0.0)]
+    assert stated == ["0.001 µm", "20 µm", "12.5 µm", "1234 µm", "0 µm"]
+    assert str(Figure(100.0, "%", stated=True)) == "100 %"
+    assert str(Figure(0.001, "µm")) == "0.00100 µm"
+    assert str(Figure(-0.3, "µm", -6.0, 6.0)) == "0 µm"
+    one = lostmotion.study(lostmotion.read(ARM), np.zeros((1, 5)), method="analytic")
+    assert one.sheet.counts == "1 pose, exact sums over terms"
+
+
+def test_a_target_says_each_factor_of_what():
+    """A size beside what it is now, a factor as per cent of the errors; nothing is repeated."""
+    found = lostmotion.target(lostmotion.read(ARM), error="1.5 mm", poses=64, robots=40, visits=3)
+    sections = {section.key: section for section in found.sheet.sections}
+    sized = [row for key in ("single", "kinds") if key in sections for row in sections[key].rows]
+    assert sized
+    for row in sized:
+        assert row.note.startswith(("as stated ", "of its "))
+        assert "x the error" not in row.note
+        assert "100.00 %" not in row.note
+    assert sections["together"].columns[-1] == "share"
+    shares = [row.figures[-1].value for row in sections["together"].rows]
+    assert shares == sorted(shares, reverse=True)
+
+
+def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
+    """The sentence says between which ends, as its table does, and the tiles show the same
+    figures.
+    """
+    alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic", zone="x 0.1..0.6 m")
+    sheet = alone.sheet
+    row = find_row(sheet.sections, "analytic", "95th percentile").figures[0]
+    assert f"within {row} ({row.between})." in sheet.verdict
+    assert "(poses, bound)" not in sheet.verdict
+    inside = find_row(sheet.sections, "zone_1_analytic", "95th percentile").figures[0]
+    assert (
+        f"In the zone x 100 … 600 mm expect 95 % within {inside} ({inside.between})."
+        in first_screen(sheet)
+    )
+    tiles = {card.title: (card.number, card.quiet) for card in sheet.cards}
+    assert tiles["95 % of positions within"] == (str(row), f"interval {row.between}")
+    assert tiles["95 % of positions within, x 100 … 600 mm"][0] == str(inside)
+    assert tiles["largest contributor, share of mean square"][1] in sheet.verdict
+    # One sentence for the study by both routes: Monte Carlo's own.
+    assert study.sheet.verdict.count("Expect 95 % of positions") == 1
+
+
+def test_figures_that_need_sampling_are_listed_in_a_sentence():
+    """Where a figure is uncertain by more than 5 % the answer says so, what to do, and which figure
+    is known all the same.
+    """
+    alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
+    nothing = Estimate(*[float("nan")] * 3)
+    sheet = replace(alone, pooled=replace(alone.pooled, quantiles=(nothing,) * 4)).sheet
+    first, _, rest = sheet.verdict.partition(". ")
+    assert first.startswith("Without sampling the 95 % error is uncertain by more than 5 %")
+    assert "--method montecarlo" in first
+    assert "largest contributor: " in rest
+    assert f"The root mean square over all poses is {length(alone.budget.rms)}." in rest
+    assert sheet.cards[0].number == "not known"
+
+
+def test_a_root_mean_square_over_all_poses_has_an_interval(study):
+    """By either route, of the tool's rotation too: exact at the poses visited, with what their
+    choice leaves; given poses are taken as they are.
+    """
+    sections = study.sheet.sections
+    square = find_row(sections, "analytic", "root mean square").figures[0]
+    (whole,) = in_one_unit([find_row(sections, "levels", "all together").figures[0]])
+    (square,) = in_one_unit([square])
+    assert (square.value, square.low, square.high) == pytest.approx(
+        (whole.value, whole.low, whole.high), rel=1e-9
+    )
+    turned = find_row(sections, "error", "rotation of the tool, r.m.s.").figures[0]
+    for figure in (square, turned):
+        assert figure.low < figure.value < figure.high < 1.5 * figure.value
+    given = lostmotion.study(lostmotion.read(ARM), study.poses.q, method="analytic").sheet
+    assert find_row(given.sections, "analytic", "root mean square").figures[0].interval == ""
+    assert find_row(given.sections, "levels", "all together").figures[0].interval == ""
+
+
+def test_without_sampling_the_effect_of_halving_is_reported(study):
+    """Over the workspace, part by part: what a study by samples says of the same poses, within both
+    intervals, and worked out once.
+    """
+    summed = lostmotion.study(lostmotion.read(ARM), 64, method="analytic")
+    section = next(section for section in summed.sheet.sections if section.key == "halving")
+    assert summed.halving is summed.halving
+    parts = [cost.part for cost in summed.budget.parts if cost.alone > 0]
+    assert {row.label for row in section.rows[: len(parts)]} == {
+        part.removeprefix("joints.") for part in parts
+    }
+    for part in parts:
+        here, there = summed.halving.gains[part], study.halving.gains[part]
+        assert here.low <= there.high
+        assert there.low <= here.high
+    assert all(
+        np.isfinite(row.figures[0].value) and row.figures[0].interval for row in section.rows
+    )

@@ -1,0 +1,239 @@
+"""Figures and tables of a result as files for a thesis."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import struct
+import subprocess
+import sys
+from xml.etree import ElementTree as ET
+
+import matplotlib as mpl
+import pytest
+
+import lostmotion
+from lostmotion.errors import InputError, OutputExistsError
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.table_files import escaped, table_files
+from tests.analyses.accuracy.test_plots import small_study
+
+ARM = """
+name = "one"
+[[joints]]
+name = "A"
+type = "revolute"
+axis = "z"
+limits = ["-60 deg", "60 deg"]
+link = { length = "1 m", mass = "1 kg", rigid = true }
+"""
+BEGINNINGS = {"svg": b"<?xml", "pdf": b"%PDF-", "png": b"\x89PNG"}
+
+
+@pytest.mark.parametrize("kind", BEGINNINGS)
+def test_every_figure_is_written_as_a_file_of_its_kind(tmp_path, kind):
+    """A file for each plot of the report, under its name, and the same bytes when written again."""
+    study = small_study()
+    folder = study.report(tmp_path / "out", figures=kind)
+    written = {path.name: path.read_bytes() for path in (folder / "figures").iterdir()}
+    assert set(written) == {f"{plot.key}.{kind}" for plot in study.plots}
+    assert all(content.startswith(BEGINNINGS[kind]) for content in written.values())
+    again = study.report(tmp_path / "again", figures=kind)
+    assert all(
+        (again / "figures" / name).read_bytes() == content for name, content in written.items()
+    )
+
+
+def test_svg_files_stand_alone_in_light_colours(tmp_path):
+    """A thesis has white paper: the files name their colours and fonts themselves, and their texts
+    are texts.
+    """
+    folder = small_study().report(tmp_path / "out", figures="svg")
+    for path in (folder / "figures").iterdir():
+        text = path.read_text("utf-8")
+        assert "var(" not in text
+        assert set(re.findall(r"(?<=[ :])#[0-9a-f]{6}", text)) <= set(LIGHT.values()), path.name
+        assert "DejaVu" not in text
+        assert [each for each in ET.fromstring(text).iter() if each.tag.endswith("}text")], (  # noqa: S314
+            path.name
+        )
+
+
+def test_a_figure_has_the_size_asked_for(tmp_path):
+    """80 mm x 60 mm are 945 x 709 pixels at 300 per inch; matplotlib's settings stay the user's."""
+    before = dict(mpl.rcParams)
+    figure = small_study().figure("error-histogram", size=(80, 60))
+    figure.savefig(tmp_path / "error.png", dpi=300)
+    width, height = struct.unpack(">II", (tmp_path / "error.png").read_bytes()[16:24])
+    assert (width, height) == (
+        pytest.approx(80 / 25.4 * 300, abs=1),
+        pytest.approx(60 / 25.4 * 300, abs=1),
+    )
+    assert dict(mpl.rcParams) == before
+    assert small_study().figure().get_suptitle() == small_study().plots[0].figure.get_suptitle()
+
+
+def test_the_users_settings_of_matplotlib_change_no_report():
+    """A user who writes all texts by LaTeX, on black, has the same figures in his report."""
+    from lostmotion.reporting.svg import inline_svg
+
+    plot = small_study().plots[3]
+    plain = inline_svg(plot)
+    with mpl.rc_context(
+        {
+            "font.size": 30,
+            "axes.facecolor": "black",
+            "savefig.bbox": "tight",
+            "path.simplify": False,
+        }
+    ):
+        assert inline_svg(small_study().plots[3]) == plain
+
+
+def test_a_figure_that_is_not_there_is_refused():
+    """A mistyped name is refused with the nearest one."""
+    with pytest.raises(InputError) as refused:
+        small_study().figure("error-histogramm")
+    assert refused.value.problems[0].nearest == "error-histogram"
+
+
+def test_csv_tables_hold_every_digit(tmp_path):
+    """Each value, unit and end of an interval reads back as the number that result.json holds."""
+    study = small_study()
+    folder = study.report(tmp_path / "out", tables="csv")
+    kept = study.result()["figures"]["error"]["p95"]
+    for section in study.sheet.sections:
+        rows = list(
+            csv.DictReader(
+                io.StringIO((folder / "tables" / f"{section.key}.csv").read_text("utf-8"))
+            )
+        )
+        assert [row["name"] for row in rows] == [row.label for row in section.rows]
+        for row, printed in zip(rows, section.rows, strict=True):
+            for name, figure in zip(section.columns, printed.figures, strict=True):
+                assert row[name] == (
+                    figure.words
+                    or (repr(float(figure.value)) if math.isfinite(figure.value) else "")
+                )
+                assert row[f"{name}: unit"] == (
+                    "" if figure.words or figure.unit == "1" else figure.unit
+                )
+                if figure.interval:
+                    ends = [float(row[f"{name}: {end}"] or "nan") for end in ("low", "high")]
+                    assert ends == pytest.approx(
+                        [
+                            end if math.isfinite(end) else math.nan
+                            for end in (figure.low, figure.high)
+                        ],
+                        nan_ok=True,
+                        rel=1e-15,
+                    )
+        if section.key == "error":
+            (row,) = [row for row in rows if row["name"] == "95th percentile"]
+            assert (float(row["value"]), float(row["value: low"]), row["value: unit"]) == (
+                kept["value"],
+                kept["low"],
+                kept["unit"],
+            )
+
+
+def test_latex_tables_are_whole(tmp_path):
+    """Each row has as many cells as the table has columns, no special character stands by itself,
+    and every printed figure is there.
+    """
+    study = small_study()
+    folder = study.report(tmp_path / "out", tables="latex")
+    for section in study.sheet.sections:
+        text = (folder / "tables" / f"{section.key}.tex").read_text("utf-8")
+        columns = re.search(r"\\begin\{tabular\}\{(\w+)\}", text)
+        assert columns is not None
+        lines = [line for line in text.splitlines() if line.endswith(r"\\")]
+        assert len(lines) == 1 + len(section.rows)
+        for line in lines:
+            assert len(re.findall(r"(?<!\\)&", line)) == len(columns[1]) - 1
+            bare = re.sub(
+                r"\\[a-z]+\{\}|\\[a-z]+\{\d\}|\\[&%$#_{},]|\$[^$]*\$", "", line.removesuffix(r"\\")
+            )
+            assert not set("%$#_{}^\\") & set(bare), line
+        printed = re.sub(r"\\,", " ", text)
+        assert all(
+            escaped(str(figure)) in printed for row in section.rows for figure in row.figures
+        )
+
+
+def test_latex_prints_every_sign_as_it_stands():
+    """What LaTeX takes as an instruction is escaped; a table of hostile names is still a table."""
+    assert (
+        escaped(r"50 % of A_b & {c} #1 $2 ~ ^ \n")
+        == r"50 \% of A\_b \& \{c\} \#1 \$2 \textasciitilde{} \textasciicircum{} \textbackslash{}n"
+    )
+    section = Section("k", "Title & more", ("value",), (Row(r"\input{x}", (Figure(1.5, "µm"),)),))
+    sheet = small_study().sheet
+    text = table_files(
+        type(sheet)(name="n", subject="s", verdict="v", cards=(), sections=(section,), source=""),
+        "latex",
+    )["tables/k.tex"].decode()
+    assert r"\textbackslash{}input\{x\} & 1.50\,\textmu{}m \\" in text
+
+
+def test_the_folder_of_figures_is_ours_alone(tmp_path):
+    """A report with figures is replaced with --force; one into which somebody put a file of his own
+    is left alone.
+    """
+    study = small_study()
+    folder = study.report(tmp_path / "out", figures="svg", tables="csv")
+    study.report(folder, force=True, figures="png")
+    assert {path.suffix for path in (folder / "figures").iterdir()} == {".png"}
+    assert not (folder / "tables").exists()
+    (folder / "figures" / "notes.txt").write_text("mine")
+    with pytest.raises(OutputExistsError, match="figures"):
+        study.report(folder, force=True)
+    assert (folder / "figures" / "notes.txt").read_text() == "mine"
+
+
+def test_commands_write_figures_and_tables(tmp_path):
+    """Both are options of every command that writes a report; another word is refused with those
+    there are.
+    """
+    (tmp_path / "one.toml").write_text(ARM, "utf-8")
+
+    def asked(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(  # noqa: PLW1510
+            [sys.executable, "-c", "from lostmotion.cli import main; main()", *words],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+
+    done = asked(
+        "statics", "one.toml", "--poses", "16", "--figures", "pdf", "--tables", "latex", "--quiet"
+    )
+    assert done.returncode == 0, done.stderr
+    assert [path.name for path in (tmp_path / "one-statics" / "figures").iterdir()] == [
+        "causes.pdf"
+    ]
+    assert (
+        (tmp_path / "one-statics" / "tables" / "torques.tex")
+        .read_text("utf-8")
+        .startswith("% needs")
+    )
+    refused = asked("statics", "one.toml", "--figures", "jpg")
+    assert refused.returncode == 2
+    assert "--figures" in refused.stderr
+    assert "svg, pdf, png" in refused.stderr
+
+
+def test_a_run_of_designs_keeps_its_figures(tmp_path):
+    """A sweep writes figures and tables beside its blocks."""
+    (tmp_path / "one.toml").write_text(ARM + "encoder = { zero = '1 arcmin' }\n", "utf-8")
+    found = lostmotion.sweep(
+        tmp_path / "one.toml", poses=8, robots=4, visits=2, out=tmp_path / "run", workers=1
+    )
+    folder = found.report(figures="svg", tables="csv")
+    assert {f"{plot.key}.svg" for plot in found.plots} == {
+        path.name for path in (folder / "figures").iterdir()
+    }
+    assert (folder / "tables" / "designs.csv").exists()
