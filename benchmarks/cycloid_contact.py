@@ -26,7 +26,8 @@ from scipy.special import lambertw
 
 from lostmotion.laws.contact import equivalent_modulus, johnson_scale
 from lostmotion.laws.cycloid.contact import Flanks, Supports, load_sharing
-from lostmotion.laws.cycloid.geometry import Stage, contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.geometry import contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.stage import Stage
 
 STAGE = Stage(0.0775, 0.004, 0.0015, 40)
 FLANKS = Flanks(0.015, equivalent_modulus(210e9, 0.3, 210e9, 0.3))

@@ -26,7 +26,8 @@ from scipy.special import lambertw
 from lostmotion.laws.contact import equivalent_modulus, johnson_scale
 from lostmotion.laws.cycloid.bodies import Body, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
-from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, pin_angles
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, pin_angles
+from lostmotion.laws.cycloid.stage import Stage
 
 STAGE = Stage(0.05, 0.003, 0.0012, 20)
 FLANKS = Flanks(0.01, equivalent_modulus(210e9, 0.3, 210e9, 0.3))

@@ -20,7 +20,7 @@ from lostmotion.laws.cycloid.bodies import Body, ring_reach
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
-from lostmotion.laws.cycloid.geometry import Stage
+from lostmotion.laws.cycloid.stage import Stage
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

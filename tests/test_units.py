@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
 
 from lostmotion.band import Band
+from lostmotion.distribution_table import table_rows
 from lostmotion.laws.distributions import Table, product_mean
 from lostmotion.parts.error_source import (
     AngleDim,
@@ -25,7 +26,7 @@ from lostmotion.parts.error_source import (
     Share,
 )
 from lostmotion.unit_registry import _UNITS_IN_WORDS, UnitError, unit_in_words
-from lostmotion.units import Quantity, Toleranced, read_quantity, table_rows
+from lostmotion.units import Quantity, Toleranced, read_quantity
 
 ARCMIN = math.pi / 180 / 60
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from lostmotion.catalogue.drive_classes import class_of, drive_classes, neighbours, scaled
-from lostmotion.catalogue.gearboxes import gearboxes, mark_of
+from lostmotion.catalogue.gearbox_row import mark_of
+from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.error_model.provenance import states
 from lostmotion.io.native import arm_of
 

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.catalogue.gearboxes import GearboxRow, find_gearbox, gearbox_models, gearboxes
+from lostmotion.catalogue.gearbox_row import GearboxRow
+from lostmotion.catalogue.gearboxes import find_gearbox, gearbox_models, gearboxes
 from lostmotion.errors import InputError
 from lostmotion.parts.joint import RevoluteJoint
 from tests.parts.conditions import ARCMIN, condition, terms_at

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes, source_in_words
+from lostmotion.catalogue.gearbox_row import source_in_words
+from lostmotion.catalogue.gearboxes import find_gearbox, gearboxes
 from lostmotion.io import read
 from tests.io.conftest import JOINT, mistakes_in  # noqa: F401 - the fixture
 from tests.parts.conditions import ARCMIN, local_screws

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from lostmotion.analyses.catalog.tables import catalogue_sheet
-from lostmotion.catalogue.gearboxes import GearboxRow
+from lostmotion.catalogue.gearbox_row import GearboxRow
 from lostmotion.catalogue.search import Criteria
 from lostmotion.io import read
 from lostmotion.mechanism.arm import STANDARD_GRAVITY

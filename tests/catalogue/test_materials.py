@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lostmotion.catalogue import materials
+from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.link import Link
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -149,9 +150,9 @@ def test_shear_goes_into_torsion_and_not_into_bending():
     """
     tube = {"kind": "tube", "outer": 0.06, "wall": 0.002}
     along, across = (
-        Link(length=0.5, section=tube, material=materials()[name])
-        .with_joint_axis(np.array([0, 1.0, 0]))
-        .tip_compliance
+        ElasticLink(
+            Link(length=0.5, section=tube, material=materials()[name]), np.array([0, 1.0, 0])
+        ).tip_compliance
         for name in ("CFRP UD", "CFRP ±45")
     )
     assert across[0, 0] / along[0, 0] == pytest.approx(4.8 / 34.9, rel=1e-9)

@@ -6,7 +6,8 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.catalogue.gearboxes import CheckedRow, by_model, find_gearbox, gearboxes
+from lostmotion.catalogue.gearboxes import by_model, find_gearbox, gearboxes
+from lostmotion.catalogue.printed_row import CheckedRow
 from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.io.own_reducers import read_reducers

@@ -12,7 +12,8 @@ import sys
 import pytest
 
 from lostmotion.analyses.catalog.tables import catalogue_sheet
-from lostmotion.catalogue.gearboxes import GearboxRow, gearboxes
+from lostmotion.catalogue.gearbox_row import GearboxRow
+from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.errors import InputError
 from tests.catalogue.test_own_reducers import HEAD, ROW, USE

@@ -10,6 +10,7 @@ import pytest
 from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.io.compliance_csv import read_compliance
+from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.link import Link
 from lostmotion.parts.material import Material
 from tests.io.conftest import JOINT, mistakes
@@ -23,9 +24,10 @@ LOADS, MOTIONS = (
     ["Mx [N m]", "My [N m]", "Mz [N m]", "Fx [N]", "Fy [N]", "Fz [N]"],
     ["rx [rad]", "ry [rad]", "rz [rad]", "x [m]", "y [m]", "z [m]"],
 )
-BAR = Link(
-    length=0.4, section={"kind": "rectangle", "width": 0.03, "height": 0.05}, material=STEEL
-).with_joint_axis(np.array([0, 1.0, 0]))
+BAR = ElasticLink(
+    Link(length=0.4, section={"kind": "rectangle", "width": 0.03, "height": 0.05}, material=STEEL),
+    np.array([0, 1.0, 0]),
+)
 
 
 def table(kind: str, matrix: np.ndarray, rows: list[str], columns: list[str]) -> str:

@@ -7,7 +7,7 @@ import tomllib
 import pytest
 
 from lostmotion import catalog
-from lostmotion.catalogue.gearboxes import mark_of
+from lostmotion.catalogue.gearbox_row import mark_of
 from lostmotion.catalogue.presets import PARTS, presets
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import InputError

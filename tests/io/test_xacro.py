@@ -15,7 +15,7 @@ from lostmotion.errors import InputError
 from lostmotion.io import read, xacro_file
 from lostmotion.io.sidecar import sidecar_place
 from lostmotion.io.sweep_designs import read_sweep, texts
-from lostmotion.io.xacro_process import check_plain
+from lostmotion.io.xacro_expression import check_plain
 from tests.io.conftest import mistakes
 from tests.io.urdfs import agrees_with_pinocchio, joint, link, robot
 

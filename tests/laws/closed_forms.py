@@ -9,6 +9,7 @@ Rolling Bearing Analysis (load distribution).
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import lambertw
@@ -19,7 +20,10 @@ from lostmotion.laws.contact import (
     johnson_scale,
     palmgren_factor,
 )
-from lostmotion.laws.cycloid.geometry import Stage, arms
+from lostmotion.laws.cycloid.geometry import arms
+
+if TYPE_CHECKING:
+    from lostmotion.laws.cycloid.stage import Stage
 
 
 def approach(

@@ -14,13 +14,13 @@ from scipy import sparse
 from scipy.integrate import quad, solve_ivp
 from scipy.sparse.linalg import spsolve
 
-from lostmotion.laws.beam import (
+from lostmotion.laws.beam import prism
+from lostmotion.laws.cross_sections import (
     SectionValues,
     box_section,
     compliance_per_length,
     i_section,
     parallel_layers,
-    prism,
     rectangle_section,
     round_section,
 )
@@ -31,7 +31,7 @@ VALIDATES = (
         "beams",
         "closed forms; an independent integration of the Timoshenko beam",
         "1e-9",
-        "laws/beam.py",
+        "laws/beam.py laws/cross_sections.py",
     ),
 )
 

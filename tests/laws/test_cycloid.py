@@ -14,8 +14,6 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from lostmotion.laws.cycloid.geometry import (
-    Modification,
-    Stage,
     arms,
     contact_radius,
     curvature,
@@ -30,10 +28,10 @@ from lostmotion.laws.cycloid.geometry import (
     pressure_angles,
     ratio,
     smallest_convex_radius,
-    undercut_limit,
     valley_radius,
 )
 from lostmotion.laws.cycloid.ring import repeat_pitch, ring_pitch, ring_root_radius
+from lostmotion.laws.cycloid.stage import Modification, Stage, undercut_limit
 from tests.laws.closed_forms import averaged_error
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -42,7 +40,7 @@ VALIDATES = (
         "cycloidal profile",
         "every pin touches the flank at every crank angle",
         "1e-12 m",
-        "laws/cycloid/geometry.py laws/cycloid/ring.py",
+        "laws/cycloid/geometry.py laws/cycloid/stage.py laws/cycloid/ring.py",
     ),
 )
 

@@ -16,7 +16,8 @@ from lostmotion.laws.annulus import ELLIPTIC, Annulus, Plane, spectrum
 from lostmotion.laws.annulus import flexibility as edge_flexibility
 from lostmotion.laws.cycloid.bodies import Body, _rim, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
-from lostmotion.laws.cycloid.geometry import Part, Stage, arms, contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.stage import Part, Stage
 from tests.laws.closed_forms import approach
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

@@ -21,15 +21,8 @@ from lostmotion.laws.cycloid.contact import (
     load_sharing,
     output_pin_stiffness,
 )
-from lostmotion.laws.cycloid.geometry import (
-    Modification,
-    Stage,
-    arms,
-    contact_radius,
-    gaps,
-    pin_angles,
-    play,
-)
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, gaps, pin_angles, play
+from lostmotion.laws.cycloid.stage import Modification, Stage
 from tests.laws.closed_forms import (
     approach,
     averaged_error,

@@ -23,10 +23,11 @@ from lostmotion.laws.cycloid.drive import (
     loaded_disc,
     nominal_gaps,
     play_per_crank_clearance,
-    wind_up_by_member,
 )
-from lostmotion.laws.cycloid.geometry import Modification, Stage, normals, pin_angles
-from lostmotion.laws.perforated_disc import Holes
+from lostmotion.laws.cycloid.geometry import normals, pin_angles
+from lostmotion.laws.cycloid.stage import Modification, Stage
+from lostmotion.laws.cycloid.wind_up import wind_up_by_member
+from lostmotion.laws.perforated_disc_series import Holes
 from lostmotion.laws.rolling.radial import roller_stiffness
 from tests.laws.closed_forms import mesh_stiffness
 
@@ -44,7 +45,8 @@ VALIDATES = (
             "discs 5e-4"
         ),
         (
-            "laws/cycloid/drive.py tests/parts/test_cycloidal.py "
+            "laws/cycloid/drive.py laws/cycloid/wind_up.py "
+            "tests/parts/test_cycloidal.py "
             "tests/parts/test_cycloidal_softening.py"
         ),
     ),

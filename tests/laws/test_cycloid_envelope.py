@@ -34,8 +34,6 @@ from lostmotion.laws.cycloid.envelope_contact import (
     stiffening_by_solution,
 )
 from lostmotion.laws.cycloid.geometry import (
-    Modification,
-    Stage,
     arms,
     contact_radius,
     flank,
@@ -44,6 +42,7 @@ from lostmotion.laws.cycloid.geometry import (
     planet_pose,
 )
 from lostmotion.laws.cycloid.ring import repeat_pitch, ring_pitch
+from lostmotion.laws.cycloid.stage import Modification, Stage
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -54,7 +53,7 @@ VALIDATES = (
             "contacts"
         ),
         "the same points; 0.06 %, 0.5 % (the rule 4.5 %); 0.3 %",
-        "laws/cycloid/envelope.py laws/cycloid/envelope_contact.py",
+        "laws/cycloid/envelope.py laws/cycloid/envelope_contact.py laws/cycloid/flank_distance.py",
     ),
 )
 

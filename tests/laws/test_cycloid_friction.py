@@ -13,7 +13,8 @@ import pytest
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.friction import DriveFriction, Friction, friction_torques
-from lostmotion.laws.cycloid.geometry import Stage, pin_angles
+from lostmotion.laws.cycloid.geometry import pin_angles
+from lostmotion.laws.cycloid.stage import Stage
 from lostmotion.laws.gears import friction_loop, unloads
 
 if TYPE_CHECKING:

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from lostmotion.laws.cycloid.geometry import Modification, Stage, flank
+from lostmotion.laws.cycloid.geometry import flank
 from lostmotion.laws.cycloid.outline import chord_error, ring_outline, wheel_outline
 from lostmotion.laws.cycloid.ring import ring_pitch
+from lostmotion.laws.cycloid.stage import Modification, Stage
 
 STAGES = {
     "rv": Stage(0.064, 0.003, 0.0013, 40),

@@ -14,13 +14,16 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid import tolerances
+from lostmotion.laws.cycloid import simulated
 from lostmotion.laws.cycloid.bodies import Body
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.drive import Drive, Eccentric, rest_angle, wind_up_by_member
-from lostmotion.laws.cycloid.geometry import Modification, Stage, arms, normals, pin_angles
+from lostmotion.laws.cycloid.drive import Drive, Eccentric, rest_angle
+from lostmotion.laws.cycloid.geometry import arms, normals, pin_angles
 from lostmotion.laws.cycloid.preload import ClearanceEffects, preloaded_discs
-from lostmotion.laws.cycloid.tolerances import Scatter, simulate
+from lostmotion.laws.cycloid.simulated import simulate
+from lostmotion.laws.cycloid.stage import Modification, Stage
+from lostmotion.laws.cycloid.tolerances import Scatter
+from lostmotion.laws.cycloid.wind_up import wind_up_by_member
 from lostmotion.units import Toleranced
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -170,7 +173,7 @@ def test_a_small_torque_winds_each_pair_up_as_its_balance_says(relief, single, m
     """
     pairs = []
     monkeypatch.setattr(
-        tolerances,
+        simulated,
         "preloaded_discs",
         lambda *given, **more: (pairs.append(given), preloaded_discs(*given, **more))[1],
     )

@@ -13,16 +13,8 @@ from scipy.optimize import brentq, linprog
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.drive import (
-    Drive,
-    Eccentric,
-    OutputPins,
-    loaded_disc,
-    wind_up_by_member,
-)
+from lostmotion.laws.cycloid.drive import LEAST_ARM, Drive, Eccentric, OutputPins, loaded_disc
 from lostmotion.laws.cycloid.geometry import (
-    Modification,
-    Stage,
     arms,
     first_contact_angle,
     flank,
@@ -31,14 +23,15 @@ from lostmotion.laws.cycloid.geometry import (
     planet_pose,
     play,
 )
+from lostmotion.laws.cycloid.simulated import simulate
+from lostmotion.laws.cycloid.stage import Modification, Stage
 from lostmotion.laws.cycloid.tolerances import (
-    LEAST_ARM,
     Scatter,
     clearance_angle,
     sample,
     sample_gaps,
-    simulate,
 )
+from lostmotion.laws.cycloid.wind_up import wind_up_by_member
 from lostmotion.laws.distributions import Normal
 from lostmotion.units import Toleranced
 
@@ -48,7 +41,7 @@ VALIDATES = (
         "gaps of stages with manufacturing errors",
         "distances to the displaced true profile",
         "2 % of the error",
-        "laws/cycloid/tolerances.py",
+        "laws/cycloid/tolerances.py laws/cycloid/simulated.py",
     ),
     (
         "manufactured samples of cycloidal stages",
@@ -57,7 +50,7 @@ VALIDATES = (
             "independent errors"
         ),
         "5 % of the share; 1 to 3 % of the backlash, at most 15 %; 10 % of the standard deviation",
-        "laws/cycloid/tolerances.py",
+        "laws/cycloid/tolerances.py laws/cycloid/simulated.py",
     ),
 )
 

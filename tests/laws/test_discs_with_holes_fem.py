@@ -14,8 +14,8 @@ from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import Body, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
-from lostmotion.laws.cycloid.geometry import Stage
-from lostmotion.laws.perforated_disc import Holes
+from lostmotion.laws.cycloid.stage import Stage
+from lostmotion.laws.perforated_disc_series import Holes
 from tests.laws.test_perforated_disc import CRANKS, with_cranks
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ import pytest
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import Body, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, Supports, load_sharing
-from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, normals, pin_angles
-from lostmotion.laws.perforated_disc import Holes
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.stage import Stage
+from lostmotion.laws.perforated_disc_series import Holes
 from tests.laws.closed_forms import approach
 
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)

@@ -19,8 +19,9 @@ from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.finite_elements.contours import contacts, gaps_at, pinned, toothed
 from lostmotion.laws.cycloid.finite_elements.stage import Loaded, loaded_stage
-from lostmotion.laws.cycloid.geometry import Kind, Stage, arms, contact_radius, normals, pin_angles
-from lostmotion.laws.perforated_disc import Holes
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.stage import Kind, Stage
+from lostmotion.laws.perforated_disc_series import Holes
 
 if TYPE_CHECKING:
     from lostmotion.laws.annulus import Plane

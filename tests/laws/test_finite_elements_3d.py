@@ -18,8 +18,8 @@ from lostmotion.laws.cycloid.finite_elements.elasticity import Elasticity
 from lostmotion.laws.cycloid.finite_elements.mesh import MM, Blank, face_of, mesh_of
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
 from lostmotion.laws.cycloid.finite_elements.wheel import ElasticWheel
-from lostmotion.laws.cycloid.geometry import Stage
-from lostmotion.laws.perforated_disc import Holes
+from lostmotion.laws.cycloid.stage import Stage
+from lostmotion.laws.perforated_disc_series import Holes
 
 if TYPE_CHECKING:
     from lostmotion.laws.annulus import Plane

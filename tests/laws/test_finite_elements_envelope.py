@@ -15,8 +15,9 @@ from lostmotion.laws.cycloid.envelope import second_contacts
 from lostmotion.laws.cycloid.envelope_contact import envelope_contact
 from lostmotion.laws.cycloid.finite_elements.envelope import EnvelopeContacts, envelope_contacts
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
-from lostmotion.laws.cycloid.geometry import Modification, Stage, arms
+from lostmotion.laws.cycloid.geometry import arms
 from lostmotion.laws.cycloid.ring import repeat_pitch, ring_pitch
+from lostmotion.laws.cycloid.stage import Modification, Stage
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

@@ -18,8 +18,9 @@ from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.finite_elements.contours import contacts
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
-from lostmotion.laws.cycloid.geometry import Kind, Modification, Stage, flank
-from lostmotion.laws.perforated_disc import Holes
+from lostmotion.laws.cycloid.geometry import flank
+from lostmotion.laws.cycloid.stage import Kind, Modification, Stage
+from lostmotion.laws.perforated_disc_series import Holes
 
 STAGES = [
     Stage(0.05, 0.003, 0.0012, 20),

@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.annulus import Annulus, flexibility
 from lostmotion.laws.cycloid.envelope import second_contacts
-from lostmotion.laws.cycloid.geometry import Stage, contact_radius, normals, pin_angles
+from lostmotion.laws.cycloid.geometry import contact_radius, normals, pin_angles
 from lostmotion.laws.cycloid.lobed_wheel import _attempt, contact_flexibility
+from lostmotion.laws.cycloid.stage import Stage
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

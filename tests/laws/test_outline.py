@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from lostmotion.laws import outline
-from lostmotion.laws.beam import (
+from lostmotion.laws.cross_sections import (
     SectionValues,
     box_section,
     i_section,
     rectangle_section,
     round_section,
 )
+from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.link import Link
 from tests.parts.conditions import STEEL
 
@@ -137,16 +138,14 @@ def test_a_link_may_have_an_outline():
     cross is refused.
     """
     fields = {"length": 0.5, "material": STEEL}
-    by_corners = (
-        Link(**fields, section={"kind": "outline", "points": rectangle(0.02, 0.05)})
-        .with_joint_axis(np.array([0, 1.0, 0]))
-        .tip_compliance
-    )
-    bar = (
-        Link(**fields, section={"kind": "rectangle", "width": 0.02, "height": 0.05})
-        .with_joint_axis(np.array([0, 1.0, 0]))
-        .tip_compliance
-    )
+    by_corners = ElasticLink(
+        Link(**fields, section={"kind": "outline", "points": rectangle(0.02, 0.05)}),
+        np.array([0, 1.0, 0]),
+    ).tip_compliance
+    bar = ElasticLink(
+        Link(**fields, section={"kind": "rectangle", "width": 0.02, "height": 0.05}),
+        np.array([0, 1.0, 0]),
+    ).tip_compliance
     np.testing.assert_allclose(by_corners[:3, :3], bar[:3, :3], rtol=1e-3, atol=1e-12)
     with pytest.raises(ValueError, match="an invalid outline: Self-intersection"):
         Link(

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lostmotion.laws.beam import round_section
+from lostmotion.laws.cross_sections import round_section
 from lostmotion.laws.supported_beam import Foundation, Piece, Support, SupportedBeam, respond
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

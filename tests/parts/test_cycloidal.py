@@ -15,20 +15,12 @@ from scipy.optimize import brentq
 
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.cycloid import geometry
-from lostmotion.laws.cycloid.tolerances import simulate
+from lostmotion.laws.cycloid.simulated import simulate
 from lostmotion.parts.error_source import Friction
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal import model as cycloidal_model
-from lostmotion.parts.gearbox.cycloidal.model import (
-    GEARBOXES,
-    LEVELS,
-    LOST_MOTION,
-    SEED,
-    Behaviour,
-    gearboxes,
-    wind_up,
-)
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox, samples
+from lostmotion.parts.gearbox.cycloidal.model import LEVELS, LOST_MOTION, Behaviour, wind_up
 from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
+from lostmotion.parts.gearbox.cycloidal.samples import GEARBOXES, SEED, gearboxes
 from lostmotion.parts.gearbox.cycloidal.states import bounds, unknowns
 from lostmotion.parts.joint import RevoluteJoint
 from tests.parts.conditions import ARCMIN, condition, terms_at
@@ -656,12 +648,12 @@ def test_members_outside_the_contacts_cost_no_second_simulation():
     """
     stiff, soft = (drawing(frame=f"{each} N m/arcmin") for each in (800, 400))
     load = np.array([10.0])
-    before = cycloidal_model._simulated.cache_info().misses
+    before = samples._simulated.cache_info().misses
     one, two = (gearboxes(each, load, 2, 4) for each in (stiff, soft))
-    assert cycloidal_model._simulated.cache_info().misses == before + 1
+    assert samples._simulated.cache_info().misses == before + 1
     assert (one.play == two.play).all()
     gearboxes(drawing(pin_position="2 µm"), load, 2, 4)
-    assert cycloidal_model._simulated.cache_info().misses == before + 2
+    assert samples._simulated.cache_info().misses == before + 2
 
 
 def test_a_drive_with_nothing_but_elastic_flanks_and_bodies_winds_up_by_them():

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 import lostmotion
 from lostmotion.errors import InputError
-from lostmotion.laws.perforated_disc import Holes
+from lostmotion.laws.perforated_disc_series import Holes
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.materials import material_shares
 from lostmotion.parts.gearbox.cycloidal.model import wind_up

@@ -16,7 +16,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io.dxf import profile_dxf
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.cycloid import geometry
-from lostmotion.laws.cycloid.tolerances import simulate
+from lostmotion.laws.cycloid.simulated import simulate
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.temperature import note_on_temperature

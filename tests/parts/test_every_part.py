@@ -15,6 +15,7 @@ from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
 from lostmotion.parts.bearing.rolling import RollingPair
+from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.error_source import ErrorSource, Friction
 from lostmotion.parts.gearbox.cycloidal.sources import (
     ErrorHarmonic,
@@ -55,7 +56,7 @@ def elastic_link(s: float) -> ErrorSource:
         section={"kind": "rectangle", "width": 0.03, "height": 0.05},
         material=material,
     )
-    return link.with_joint_axis(np.array([0, 0, 1.0]))
+    return ElasticLink(link, np.array([0, 0, 1.0]))
 
 
 def full_gearbox(s: float) -> ErrorSource:
@@ -205,8 +206,8 @@ IDEAL: dict[str, ErrorSource] = {
     "encoder": encoder(side="output"),
     "lumped": Lumped(),
     "mounting": Mounting(),
-    "link": Link(length=0.4).with_joint_axis(np.array([0, 0, 1.0])),
-    "no link": Link().with_joint_axis(np.zeros(3)),
+    "link": ElasticLink(Link(length=0.4), np.array([0, 0, 1.0])),
+    "no link": ElasticLink(Link(), np.zeros(3)),
     "tilted base": Base(roll=0.3, pitch=-0.1),
 }
 LOAD = st.one_of(st.just(0.0), st.floats(-1e3, 1e3))

@@ -11,7 +11,7 @@ import pytest
 from pydantic import ValidationError
 
 from lostmotion.error_model.pose_matrix import screws
-from lostmotion.laws.beam import SectionValues
+from lostmotion.laws.cross_sections import SectionValues
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.serial import frames
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint

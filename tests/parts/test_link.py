@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.laws.beam import box_section, rectangle_section, round_section
+from lostmotion.laws.cross_sections import box_section, rectangle_section, round_section
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.tool import Payload
+from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 from lostmotion.parts.link import Frame, Link
 from lostmotion.spatial import inverse, pose_of
@@ -352,7 +353,7 @@ def test_a_rigid_link_does_not_bend():
     link = Link(length=0.4)
     assert link.total_mass == 0
     with pytest.raises(ValueError, match="rigid link"):
-        _ = link.with_joint_axis(np.array([0, 0, 1.0])).tip_compliance
+        _ = ElasticLink(link, np.array([0, 0, 1.0])).tip_compliance
 
 
 def test_a_link_weighs_its_metal():

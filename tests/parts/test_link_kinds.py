@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 from scipy.integrate import quad
 
-from lostmotion.laws.beam import (
+from lostmotion.laws.cross_sections import (
     box_section,
     compliance_per_length,
     i_section,
@@ -17,6 +17,7 @@ from lostmotion.laws.beam import (
     round_section,
 )
 from lostmotion.parts.compliance import compliance_error
+from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.link import Link
 from tests.parts.conditions import STEEL, condition, terms_at
 
@@ -31,18 +32,14 @@ def compliance(**fields: object) -> np.ndarray:
     """Tip compliance of a link along x behind a joint about y: then beam, joint and tip axes are
     the same but for turns by right angles.
     """
-    return (
-        Link(**{"length": LENGTH, "material": STEEL, **fields}).with_joint_axis(AXIS).tip_compliance
-    )
+    return ElasticLink(Link(**{"length": LENGTH, "material": STEEL, **fields}), AXIS).tip_compliance
 
 
 def sag(**fields: object) -> np.ndarray:
     """Turn and shift of the same tip per gravity."""
-    return (
-        Link(**{"length": LENGTH, "material": STEEL, **fields})
-        .with_joint_axis(AXIS)
-        .own_weight_compliance
-    )
+    return ElasticLink(
+        Link(**{"length": LENGTH, "material": STEEL, **fields}), AXIS
+    ).own_weight_compliance
 
 
 def cone(tip: float, root: float = 0.1) -> dict[str, object]:
@@ -244,7 +241,7 @@ def test_each_material_scatters_for_itself():
     at = condition([3.0, -2, 5, 40, -70, 90])
     found = {
         term.name: term
-        for term in terms_at(Link(length=LENGTH, section=TUBE_IN_SLEEVE).with_joint_axis(AXIS), at)
+        for term in terms_at(ElasticLink(Link(length=LENGTH, section=TUBE_IN_SLEEVE), AXIS), at)
     }
     for k, scatter in enumerate((0.03, 0.1)):
         moved = []
@@ -257,7 +254,7 @@ def test_each_material_scatters_for_itself():
             }
             layers[k]["material"] = soft
             link = Link(length=LENGTH, section={"kind": "composite", "layers": layers})
-            moved.append(sum(term.screw for term in terms_at(link.with_joint_axis(AXIS), at)[:2]))
+            moved.append(sum(term.screw for term in terms_at(ElasticLink(link, AXIS), at)[:2]))
         term = found[f"stiffness scatter of material {k + 1}"]
         np.testing.assert_allclose(
             term.screw * term.bound, (moved[1] - moved[0]) / 2e-5 * scatter, rtol=1e-6, atol=1e-14
@@ -272,9 +269,9 @@ def test_one_batch_of_a_material_scatters_once():
         {"length": LENGTH / 4, "section": rods[1], "material": CARBON},
         {"length": LENGTH / 2, "section": rods[2]},
     ]
-    link = Link(
-        length=LENGTH, section={"kind": "stepped", "steps": steps}, material=ALUMINIUM
-    ).with_joint_axis(AXIS)
+    link = ElasticLink(
+        Link(length=LENGTH, section={"kind": "stepped", "steps": steps}, material=ALUMINIUM), AXIS
+    )
     found = [
         term for term in terms_at(link, condition([0, 0, 0, 0, 0, 10.0])) if term.robot is not None
     ]
@@ -346,7 +343,7 @@ def test_no_link_of_a_thousand_gives_energy_back():
     """
     rng = np.random.default_rng(8)
     for _ in range(1000):
-        c = random_link(rng).with_joint_axis(rng.normal(size=3)).tip_compliance
+        c = ElasticLink(random_link(rng), rng.normal(size=3)).tip_compliance
         scale = np.sqrt(np.diag(c))
         scaled = c / np.outer(scale, scale)
         np.testing.assert_allclose(scaled, scaled.T, rtol=0, atol=1e-12)
@@ -358,7 +355,7 @@ def test_a_link_answers_in_proportion():
     be taken apart by cause.
     """
     rng = np.random.default_rng(3)
-    link = random_link(rng).with_joint_axis(AXIS)
+    link = ElasticLink(random_link(rng), AXIS)
     loads, gravities = rng.normal(size=(2, 6)) * 50, rng.normal(size=(2, 3)) * 10
     one, two = (
         terms_at(link, condition(w, gravity=g)) for w, g in zip(loads, gravities, strict=True)
@@ -381,17 +378,20 @@ def test_the_matrix_of_a_link_is_that_link(direction: str | tuple[float, ...]):
     and, as it is uniform, under its own weight.
     """
     box = MATRIX.model_copy(update={"direction": direction})
-    matrix = box.with_joint_axis(AXIS).tip_compliance
-    link = Link(
-        length=LENGTH,
-        direction=direction,
-        compliance={"matrix": matrix.tolist()},
-        mass=box.total_mass,
-    ).with_joint_axis(AXIS)
+    matrix = ElasticLink(box, AXIS).tip_compliance
+    link = ElasticLink(
+        Link(
+            length=LENGTH,
+            direction=direction,
+            compliance={"matrix": matrix.tolist()},
+            mass=box.total_mass,
+        ),
+        AXIS,
+    )
     np.testing.assert_allclose(link.tip_compliance, matrix, rtol=1e-10, atol=1e-20)
     np.testing.assert_allclose(
         link.own_weight_compliance,
-        box.with_joint_axis(AXIS).own_weight_compliance,
+        ElasticLink(box, AXIS).own_weight_compliance,
         rtol=1e-9,
         atol=1e-19,
     )
@@ -403,22 +403,20 @@ def test_the_own_weight_of_a_matrix_is_an_estimate_unless_stated(ratio: float, o
     own weight stated, as it does itself.
     """
     whole = Link(length=LENGTH, material=STEEL, section=cone(0.1 * ratio))
-    exact = whole.with_joint_axis(AXIS)
+    exact = ElasticLink(whole, AXIS)
     fields = {
         "length": LENGTH,
         "mass": whole.total_mass,
         "centre_of_mass": tuple(whole.mass_centre),
     }
     matrix = exact.tip_compliance.tolist()
-    guess = (
-        Link(**fields, compliance={"matrix": matrix})
-        .with_joint_axis(AXIS)
-        .own_weight_compliance[5, 2]
-    )
+    guess = ElasticLink(Link(**fields, compliance={"matrix": matrix}), AXIS).own_weight_compliance[
+        5, 2
+    ]
     assert 0.8 * off < 1 - guess / exact.own_weight_compliance[5, 2] < off
     told = {"matrix": matrix, "own_weight": exact.own_weight_compliance.tolist()}
     np.testing.assert_array_equal(
-        Link(**fields, compliance=told).with_joint_axis(AXIS).own_weight_compliance,
+        ElasticLink(Link(**fields, compliance=told), AXIS).own_weight_compliance,
         exact.own_weight_compliance,
     )
 
@@ -428,7 +426,7 @@ def test_what_was_measured_is_what_bends():
     also under a moment and its own weight.
     """
     bar = Link(length=LENGTH, section={"kind": "rod", "diameter": 0.04}, material=STEEL)
-    c = bar.with_joint_axis(AXIS).tip_compliance
+    c = ElasticLink(bar, AXIS).tip_compliance
     force, torque = 80.0, 20.0
     measured = {
         "force": force,
@@ -437,21 +435,19 @@ def test_what_was_measured_is_what_bends():
         "torque": torque,
         "twist": c[0, 0] * torque,
     }
-    link = Link(length=LENGTH, measured=measured, mass=bar.total_mass).with_joint_axis(AXIS)
+    link = ElasticLink(Link(length=LENGTH, measured=measured, mass=bar.total_mass), AXIS)
     expected = c.copy()
     expected[3, 3] = 0.0
     np.testing.assert_allclose(link.tip_compliance, expected, rtol=1e-9, atol=1e-20)
-    weight = bar.with_joint_axis(AXIS).own_weight_compliance
+    weight = ElasticLink(bar, AXIS).own_weight_compliance
     np.testing.assert_allclose(
         link.own_weight_compliance[:, 2], weight[:, 2], rtol=1e-9, atol=1e-20
     )
     # without a slope all of it is bending: right under the force, the slope 3 delta/(2 l) of a bar
     # that does not shear
-    plain = (
-        Link(length=LENGTH, measured={"force": force, "deflection": 1e-4})
-        .with_joint_axis(AXIS)
-        .tip_compliance
-    )
+    plain = ElasticLink(
+        Link(length=LENGTH, measured={"force": force, "deflection": 1e-4}), AXIS
+    ).tip_compliance
     assert plain[5, 5] == pytest.approx(1e-4 / force, rel=1e-12)
     assert -plain[1, 5] == pytest.approx(1.5e-4 / LENGTH / force, rel=1e-12)
     assert plain[4, 4] == pytest.approx(plain[5, 5], rel=1e-12)

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from lostmotion.catalogue import materials
 from lostmotion.parts.bands import unknown_values, with_values
+from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.link import Link
 from lostmotion.parts.material import Material
 
@@ -55,9 +56,9 @@ def test_time_and_temperature_soften_every_modulus():
     link = {"length": "200 mm", "section": {"kind": "rod", "diameter": "20 mm"}}
     axis = np.array([0.0, 1.0, 0.0])
     bent = [
-        Link.model_validate({**link, "material": each}, context={"text": True})
-        .with_joint_axis(axis)
-        .tip_compliance
+        ElasticLink(
+            Link.model_validate({**link, "material": each}, context={"text": True}), axis
+        ).tip_compliance
         for each in (material(), soft)
     ]
     np.testing.assert_allclose(bent[1], bent[0] / (0.79 * 0.75), rtol=1e-12)

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.bearing.pair import RollerPair
+from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.link import Link
 from lostmotion.parts.profile import Composite
 from lostmotion.parts.term import Condition, Motion
@@ -46,7 +47,7 @@ def growth(rise: float, **fields: object) -> np.ndarray:
     """Return the twist of the tip at a temperature rise (K) and by the link's own temperature
     difference.
     """
-    link = Link(**{"length": LENGTH, **fields}).with_joint_axis(AXIS)
+    link = ElasticLink(Link(**{"length": LENGTH, **fields}), AXIS)
     at = Condition(np.zeros(1), np.zeros((6, 1)), np.zeros((3, 1)), rise)
     names = ("thermal expansion", "thermal bending")
     terms = [
@@ -83,7 +84,7 @@ def test_growth_follows_the_line_to_the_next_seat():
     link = Link(
         tip={"xyz": (0.3, 0.0, 0.4), "rpy": (0.2, -0.7, 1.1)}, section=TUBE, material=ALUMINIUM
     )
-    found = link.with_joint_axis(AXIS).terms(Motion(np.zeros(6), rise=Toleranced(10.0)))[-1].form
+    found = ElasticLink(link, AXIS).terms(Motion(np.zeros(6), rise=Toleranced(10.0)))[-1].form
     at = Condition(np.zeros(1), np.zeros((6, 1)), np.zeros((3, 1)), 10.0)
     np.testing.assert_allclose(
         link.tip_pose[:3, :3] @ found.screw(at)[3:, 0],
@@ -122,7 +123,7 @@ def test_without_a_temperature_or_an_expansion_nothing_grows():
     link = Link(length=LENGTH, section=TUBE, material=STEEL)
     assert not any(
         "temperature" in term.name or "thermal" in term.name
-        for term in link.with_joint_axis(AXIS).terms(Motion(np.zeros(6)))
+        for term in ElasticLink(link, AXIS).terms(Motion(np.zeros(6)))
     )
     unknown = {key: value for key, value in STEEL.items() if key != "expansion"}
     assert not growth(30.0, section=TUBE, material=unknown).any()
@@ -256,7 +257,7 @@ def test_a_sandwich_bends_by_steiners_theorem():
     """
     sheet, offset = {"kind": "rectangle", "width": 0.05, "height": 2e-3}, 0.02
     layers = [{"section": sheet, "material": STEEL, "offset": sign * offset} for sign in (-1, 1)]
-    link = Link(length=LENGTH, section=Composite(layers=layers), up="z").with_joint_axis(AXIS)
+    link = ElasticLink(Link(length=LENGTH, section=Composite(layers=layers), up="z"), AXIS)
     second = 2 * (0.05 * 2e-3**3 / 12 + 0.05 * 2e-3 * offset**2)
     assert link.tip_compliance[1, 1] == pytest.approx(LENGTH / (210e9 * second), rel=1e-9)
     assert link.tip_compliance[3, 3] == pytest.approx(LENGTH / (210e9 * 2 * 0.05 * 2e-3), rel=1e-9)

@@ -13,7 +13,8 @@ import pytest
 from scipy import stats
 from scipy.stats import qmc
 
-from lostmotion.laws.beam import SectionValues, compliance_per_length, prism
+from lostmotion.laws.beam import prism
+from lostmotion.laws.cross_sections import SectionValues, compliance_per_length
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

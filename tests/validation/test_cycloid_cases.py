@@ -11,13 +11,8 @@ import pytest
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
-from lostmotion.laws.cycloid.geometry import (
-    Modification,
-    Stage,
-    play,
-    undercut_limit,
-    valley_radius,
-)
+from lostmotion.laws.cycloid.geometry import play, valley_radius
+from lostmotion.laws.cycloid.stage import Modification, Stage, undercut_limit
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from tests.laws.closed_forms import largest_force
 

@@ -18,7 +18,8 @@ from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.bodies import Body, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, load_sharing
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
-from lostmotion.laws.cycloid.geometry import Stage, arms, contact_radius, pin_angles
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, pin_angles
+from lostmotion.laws.cycloid.stage import Stage
 from tests.laws.closed_forms import contact_force
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -36,13 +37,13 @@ VALIDATES = (
             "0.1 % of the rotation, 0.7 % of the lobe forces (lobe 0: 12 %), 0.4 % of the "
             "pressure; 0.1 %; 0.4 %; 1e-8; 1e-7; 1e-8"
         ),
-        "laws/cycloid/bodies.py laws/cycloid/elastic_kernel.py tests/laws/test_elastic_contact.py",
+        "laws/cycloid/bodies.py laws/cycloid/elastic_kernel.py laws/cycloid/elastic_residual_kernel.py tests/laws/test_elastic_contact.py",
     ),
     (
         "contacts of both branches on an elastic disc and envelope ring",
         "finite elements of 21 stages of random shape, of steel, aluminium and polymer",
         "1 % of the rotation, mostly 0.3 %",
-        "laws/cycloid/both_branches.py",
+        "laws/cycloid/both_branches.py laws/cycloid/flank_contacts.py",
     ),
 )
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from lostmotion.analyses.quantities import Amount
-    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.error_model.poses import PoseLaw, Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats

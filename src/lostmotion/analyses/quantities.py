@@ -8,10 +8,12 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from lostmotion.errors import InputError, Problem, shown
-from lostmotion.units import Quantity, Toleranced
+from lostmotion.units import Toleranced
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+
+    from lostmotion.units import Quantity
 
 Amount: TypeAlias = str | float
 # Along or about x, y and z.

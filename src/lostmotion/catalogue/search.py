@@ -13,7 +13,7 @@ from lostmotion.errors import nearest, refuse_argument
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.catalogue.gearbox_row import GearboxRow
 
 # Equal figures meet a limit, whatever their rounding.
 _SAME: Final = 1 + 1e-9

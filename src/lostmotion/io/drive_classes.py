@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.catalogue import materials
 from lostmotion.catalogue.drive_classes import LOADS, drive_classes, load_of
-from lostmotion.catalogue.gearboxes import source_in_words
+from lostmotion.catalogue.gearbox_row import source_in_words
 from lostmotion.catalogue.presets import PARTS, PresetRow
 from lostmotion.errors import nearest, shown
 from lostmotion.parts.link import Link

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_arg
 
 from pydantic import BaseModel
 
-from lostmotion.units import Distribution, Quantity
+from lostmotion.distribution_table import Distribution
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

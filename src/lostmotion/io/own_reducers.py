@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
-from lostmotion.catalogue.gearboxes import CheckedRow, GearboxRow
+from lostmotion.catalogue.gearbox_row import GearboxRow
+from lostmotion.catalogue.printed_row import CheckedRow
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.limits import MOST_MISTAKES, nearest, refuse_all
 from lostmotion.io.text import beside

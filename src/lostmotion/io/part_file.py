@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
 
-from lostmotion.catalogue.gearboxes import FROM_CATALOGUE
+from lostmotion.catalogue.gearbox_row import FROM_CATALOGUE
 from lostmotion.errors import InputError, Problem, refuse_argument, shown
 from lostmotion.io import READERS, read
 from lostmotion.io.arm_builder import build_arm
@@ -40,7 +40,7 @@ from lostmotion.parts.provenance import value_keys
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.error_source import ErrorSource
-    from lostmotion.parts.joint import Bearing
+    from lostmotion.parts.moving_joint import Bearing
 
 Kind = Literal["gearbox", "bearing"]
 P = TypeVar("P")

@@ -17,7 +17,8 @@ import numpy as np
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.text import numbers, read_text, refuse
-from lostmotion.parts.joint import LONGEST_JOINT_NAME, PrismaticJoint
+from lostmotion.parts.joint import PrismaticJoint
+from lostmotion.parts.moving_joint import LONGEST_JOINT_NAME
 from lostmotion.unit_registry import UnitError
 from lostmotion.units import read_quantity
 

@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
-from lostmotion.catalogue.gearboxes import REPLACES, source_in_words
+from lostmotion.catalogue.gearbox_row import REPLACES, source_in_words
 from lostmotion.catalogue.presets import PARTS, PresetRow, presets
 from lostmotion.errors import nearest, shown
 from lostmotion.io.drive_classes import drive_of, take_class

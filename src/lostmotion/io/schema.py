@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic.json_schema import GenerateJsonSchema
 
 from lostmotion.catalogue.drive_classes import LOADS, drive_classes
-from lostmotion.catalogue.gearboxes import CheckedRow
 from lostmotion.catalogue.presets import PARTS, presets
+from lostmotion.catalogue.printed_row import CheckedRow
 from lostmotion.io.arm_builder import MATERIALS_OF_GEARBOXES, SHARED, SWEEP
 from lostmotion.io.clearances import ALSO as IN_BEARINGS
 from lostmotion.io.dh import DH_KEYS, Row

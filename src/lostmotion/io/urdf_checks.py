@@ -10,7 +10,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.io.limits import cut, listed
-from lostmotion.io.urdf_tip import is_balancer
+from lostmotion.io.urdf_names import is_balancer
 from lostmotion.mechanism.arm import LONGEST_NOTE
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 

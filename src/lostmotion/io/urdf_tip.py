@@ -13,44 +13,32 @@ from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.io.urdf_names import (
+    ARM,
+    ASIDE,
+    BALANCER,
+    BODY,
+    FINGERS,
+    GRIPPER,
+    RANKS,
+    WRIST,
+    mirrored,
+    rank_of,
+    side_of,
+    words_of,
+)
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from lostmotion.io.urdf_tree import UrdfJoint, UrdfTree
 
-# Names of tools, best first: whole words between `_`, `-`, `/` and the ends, in any case, with free
-# prefixes.
-_RANKS: Final = tuple(
-    re.compile(rf"(?:^|_)(?:{words})(?:_|$)")
-    for words in (
-        "tcp|tool_cent(?:er|re)_point",
-        "grasp[a-z]*|pinch|gripper_frame|gripper_cent(?:er|re)|ee_gripper",
-        "tool[0-9]*|tool_?frame",
-        "ee|eef|end_?effector|effector",
-        "flange|attachment",
-        "(?:hand|palm|gripper_base|gripper_(?:left|right)_base)(?:_(?:link|frame|base|base_link))?$",
-        "gripper(?:_(?:link|stator|body))?$",
-    )
-)
 # Ranks of frames, which stand beside a jaw on one link, before those of bodies.
 _FRAMES: Final = 3
-_FINGERS: Final = re.compile(
-    r"finger|knuckle|thumb|pinky|jaw|(?:^|_)(?:index|pads?|inner|driver)(?:_|$)|gripper_?(?:[lr]_|left_|right_)?joint"
-)
-_GRIPPER: Final = re.compile(r"gripper")
-_WRIST: Final = re.compile(r"wrist|roll|pitch|yaw|rotat|swivel")
-_BODY: Final = re.compile(r"wheel|cast[eo]r|(?:^|_)(?:head|neck|ankle|knee|hip|foot|legs?)(?:_|$)")
-_BALANCER: Final = re.compile(r"cylinder|piston|balanc")
-_ASIDE: Final = re.compile(
-    r"camera|realsense|(?:^|_)(?:cam|imu|optical|ft|laser|lidar|sensors?|dummy|covers?|cables?|inertia|collisions?|sc)(?:_|$)"
-)
-# So many moving joints make an arm; fewer behind a sensor or a cover belong to that.
-_ARM: Final = 3
 _LONGEST_TAIL: Final = 4
 # So many joints behind one that follows another are the rest of an arm, and no gripper's second
 # knuckle.
 _FOLLOWED: Final = 2
-_SIDES: Final = (("left", "right"), ("l", "r"), ("1", "2"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +125,7 @@ def choose_named_tip(tree: UrdfTree, base: str, choice: Choice | None) -> Choice
         }
     if not ways or tree.tips is None:
         return None
-    best = min(ways, key=_rank)
+    best = min(ways, key=rank_of)
     return Choice(
         best,
         len(ways[best]),
@@ -154,28 +142,6 @@ def _goes_on(found: Choice, behind: Choice) -> bool:
     return (behind.by_name and not found.by_name) or behind.joints - found.joints >= _FOLLOWED
 
 
-def is_balancer(name: str) -> bool:
-    """Return whether this is the name of a balancing cylinder or spring."""
-    return bool(_BALANCER.search(_words(name)))
-
-
-def _words(name: str) -> str:
-    """Write a name in small letters with `_` between its words."""
-    return re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()).strip(
-        "_"
-    )
-
-
-def _rank(link: str) -> int:
-    """Return how well a link's name says that it is a tool, 0 best; the number of ranks where it
-    does not.
-    """
-    words = _words(link)
-    if _ASIDE.search(words) or _FINGERS.search(words):
-        return len(_RANKS)
-    return next((rank for rank, known in enumerate(_RANKS) if known.search(words)), len(_RANKS))
-
-
 def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
     """Walk the tree from its base, parents first and in the file's order."""
     depth = _depths(tree, base)
@@ -186,7 +152,7 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
         children = tree.children(spot.link)
         jaws = [joint.name for joint in children if _is_like_a_jaw(joint, spot, depth[joint.child])]
         has_tool = any(
-            joint.type == "fixed" and _rank(joint.child) <= _FRAMES for joint in children
+            joint.type == "fixed" and rank_of(joint.child) <= _FRAMES for joint in children
         )
         for joint in reversed(children):
             beyond = replace(spot, link=joint.child, fixed=spot.fixed + 1, depth=spot.depth + 1)
@@ -196,8 +162,8 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
                 pair = len(jaws) > 1 and joint.name in jaws
                 jaw = (
                     has_tool
-                    and bool(_GRIPPER.search(_words(joint.child)))
-                    and not _WRIST.search(_words(joint.name))
+                    and bool(GRIPPER.search(words_of(joint.child)))
+                    and not WRIST.search(words_of(joint.name))
                 )
                 aside = spot.aside or (
                     sparing and (pair or jaw or _is_aside(joint, depth[joint.child]))
@@ -243,19 +209,19 @@ def _is_aside(joint: UrdfJoint, beyond: int) -> bool:
     """Return whether a joint belongs to a gripper, a balancer, a sensor or a body and not to an
     arm; `beyond` how many more move behind it.
     """
-    own, link = _words(joint.name), _words(joint.child)
+    own, link = words_of(joint.name), words_of(joint.child)
     both = f"{own} {link}"
     words = [own, link]
-    if not _WRIST.search(own) and (
-        any(_FINGERS.search(each) for each in words) or (_GRIPPER.search(own) and beyond < _ARM)
+    if not WRIST.search(own) and (
+        any(FINGERS.search(each) for each in words) or (GRIPPER.search(own) and beyond < ARM)
     ):
         return True
-    if any(_BODY.search(each) for each in words):
+    if any(BODY.search(each) for each in words):
         return True
     return (
-        beyond < _ARM
-        and not _WRIST.search(both)
-        and any(_BALANCER.search(each) or _ASIDE.search(each) for each in words)
+        beyond < ARM
+        and not WRIST.search(both)
+        and any(BALANCER.search(each) or ASIDE.search(each) for each in words)
     )
 
 
@@ -264,8 +230,8 @@ def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
     if not spots:
         return None
     by_link = {spot.link: spot for spot in spots}
-    least = min(_ARM, max(len(spot.way) for spot in spots))
-    named = [spot for spot in spots if len(spot.way) >= least and _rank(spot.link) < len(_RANKS)]
+    least = min(ARM, max(len(spot.way) for spot in spots))
+    named = [spot for spot in spots if len(spot.way) >= least and rank_of(spot.link) < len(RANKS)]
     arms: dict[str, _Spot] = {}
     for end in _ends(spots):
         on_way = [spot for spot in named if spot.way == end[: len(spot.way)]]
@@ -279,7 +245,7 @@ def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
         for spot in named
         if spot.end == first.end
         and _merit(spot)[:3] == _merit(first)[:3]
-        and _mirrored(spot.link, first.link)
+        and mirrored(spot.link, first.link)
     ]
     others = sorted(
         (spot for spot in named if spot is not first and first.way[: len(spot.way)] == spot.way),
@@ -288,7 +254,7 @@ def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
     others += [
         spot
         for spot in kept
-        if len(spot.way) >= _ARM and spot is not first and spot not in others and spot not in rivals
+        if len(spot.way) >= ARM and spot is not first and spot not in others and spot not in rivals
     ]
 
     def choice(spot: _Spot) -> Choice:
@@ -303,10 +269,10 @@ def _merit(spot: _Spot) -> tuple[int, int, int, bool]:
     """Order spots, best first: more moving joints, a better name, fewer fixed joints behind the
     last moving one, a name that ends in the word.
     """
-    rank = _rank(spot.link)
-    words = re.sub("_(?:link|frame)$", "", _words(spot.link))
-    last = rank < len(_RANKS) and any(
-        match.end() == len(words) for match in _RANKS[rank].finditer(words)
+    rank = rank_of(spot.link)
+    words = re.sub("_(?:link|frame)$", "", words_of(spot.link))
+    last = rank < len(RANKS) and any(
+        match.end() == len(words) for match in RANKS[rank].finditer(words)
     )
     return -len(spot.way), rank, spot.fixed, not last
 
@@ -326,7 +292,7 @@ def _by_structure(tree: UrdfTree, spots: list[_Spot], way: tuple[str, ...]) -> _
     frames = (
         spot
         for spot in there
-        if spot.fixed and tree.links[spot.link].is_frame and not _ASIDE.search(_words(spot.link))
+        if spot.fixed and tree.links[spot.link].is_frame and not ASIDE.search(words_of(spot.link))
     )
     return next(frames, there[0])
 
@@ -340,7 +306,7 @@ def _without_hands(
     nameless = [spot for spot in arms if spot not in named]
     beyond: dict[tuple[str, ...], set[str]] = defaultdict(set)
     for spot in nameless:
-        for k in range(max(_ARM + 1, len(spot.way) - _LONGEST_TAIL), len(spot.way)):
+        for k in range(max(ARM + 1, len(spot.way) - _LONGEST_TAIL), len(spot.way)):
             beyond[spot.way[:k]].add(spot.way[k])
     out: dict[str, _Spot] = {}
     for spot in arms:
@@ -366,10 +332,10 @@ def _is_rival(spot: _Spot, first: _Spot, named: list[_Spot]) -> bool:
     own = len(spot.way) - common
     if common in (len(first.way), len(spot.way)):
         return False
-    if _mirrored(spot.link, first.link) or _mirrored(spot.end, first.end):
+    if mirrored(spot.link, first.link) or mirrored(spot.end, first.end):
         return True
     same_length = len(spot.way) == len(first.way)
-    return same_length and (spot in named or first not in named or own >= _ARM)
+    return same_length and (spot in named or first not in named or own >= ARM)
 
 
 def _common(one: tuple[str, ...], other: tuple[str, ...]) -> int:
@@ -379,28 +345,11 @@ def _common(one: tuple[str, ...], other: tuple[str, ...]) -> int:
     )
 
 
-def _mirrored(one: str, other: str) -> bool:
-    """Return whether names differ by left and right, l and r, or 1 and 2 only."""
-    if one == other:
-        return False
-    a, b = (re.split(r"_|(?<=[a-z])(?=[0-9]+$)", _words(name)) for name in (one, other))
-    return len(a) == len(b) and all(x == y or _is_pair(x, y) for x, y in zip(a, b, strict=True))
-
-
-def _is_pair(one: str, other: str) -> bool:
-    return any({one, other} == set(pair) for pair in _SIDES)
-
-
 def listed_ends(choices: Iterable[Choice]) -> list[str]:
     """Write the ends of arms with their side, where their names have one, and the number of their
     joints.
     """
     return [
-        f"{_side(each.link)}{each.link} ({each.joints} joint{'s' * (each.joints != 1)})"
+        f"{side_of(each.link)}{each.link} ({each.joints} joint{'s' * (each.joints != 1)})"
         for each in choices
     ]
-
-
-def _side(link: str) -> str:
-    sides = {"left": "left: ", "l": "left: ", "right": "right: ", "r": "right: "}
-    return next((sides[word] for word in _words(link).split("_") if word in sides), "")

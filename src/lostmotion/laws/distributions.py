@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
+    from lostmotion.distribution_table import TableRows, ToleranceLaw
     from lostmotion.spatial import Floats
-    from lostmotion.units import TableRows, ToleranceLaw
 
 
 class Law(ABC):
@@ -147,7 +147,8 @@ class Table(Scatter):
     between neighbouring values.
 
     Values are shares of the stated amount, rising; probabilities rise from 0 to 1
-    (`lostmotion.units.table_rows` checks both). Draws are standardised as those of every law:
+    (`lostmotion.distribution_table.table_rows` checks both). Draws are standardised as those of
+    every law:
     `mean` and 1 / `stated` are the mean and the standard deviation of the table.
     """
 

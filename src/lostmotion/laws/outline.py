@@ -14,7 +14,7 @@ import importlib.util
 import math
 from typing import Final, TypeAlias
 
-from lostmotion.laws.beam import SectionValues
+from lostmotion.laws.cross_sections import SectionValues
 
 Points: TypeAlias = tuple[tuple[float, float], ...]
 MISSING: Final = "the package sectionproperties, which is not installed"

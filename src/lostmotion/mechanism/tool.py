@@ -10,7 +10,7 @@ from pydantic import Field
 
 from lostmotion.parts.error_source import Force, Mass, Price, Torque
 from lostmotion.parts.frame import Frame, Vector
-from lostmotion.parts.joint import PlaceName
+from lostmotion.parts.moving_joint import PlaceName
 from lostmotion.parts.provenance import Sourced
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Generic, Literal, Self, TypeVar
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
+from lostmotion.distribution_table import Distribution, ToleranceLaw
 from lostmotion.laws.distributions import Normal, Uniform, of_tolerance
 from lostmotion.parts.error_source import ErrorSource, Gradient, Lead
 from lostmotion.parts.forms import Constant
@@ -17,7 +18,7 @@ from lostmotion.parts.standard_terms import (
     parameter,
     proportional_terms,
 )
-from lostmotion.units import Distribution, Quantity, ToleranceLaw
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.parts.term import Motion, Parameter, Term

@@ -10,13 +10,13 @@ from typing import Annotated, ClassVar, Final, Literal
 import numpy as np
 from pydantic import Field
 
+from lostmotion.distribution_table import Distribution, TableRows
 from lostmotion.laws.distributions import Law, Normal, Table, TwoSided, Uniform
 from lostmotion.parts.error_source import AngleAmount, ErrorSource, LengthAmount
 from lostmotion.parts.forms import Constant
 from lostmotion.parts.provenance import Sourced
 from lostmotion.parts.standard_terms import limit_terms, parameter
 from lostmotion.parts.term import Motion, Term
-from lostmotion.units import Distribution, TableRows
 
 Chance = Annotated[
     str | TableRows,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, Self, TypeAlias
 import numpy as np
 from pydantic import Field, model_validator
 
-from lostmotion.laws import beam
+from lostmotion.laws import beam, cross_sections
 from lostmotion.parts.error_source import Length, LengthAmount, LengthPlus, Part
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import Sourced, value_keys
@@ -54,7 +54,7 @@ class _Share:
 
 def _plain(section: Plain, material: Material) -> _Share:
     values = section.values(material.poisson)
-    compliance = beam.compliance_per_length(material.modulus, material.shear, values)
+    compliance = cross_sections.compliance_per_length(material.modulus, material.shear, values)
     return _Share(
         material,
         compliance,
@@ -65,7 +65,7 @@ def _plain(section: Plain, material: Material) -> _Share:
 
 def _strain(material: Material, height: float | None) -> Floats:
     unknown = float("nan")
-    return beam.thermal_strain(
+    return cross_sections.thermal_strain(
         unknown if material.expansion is None else material.expansion, height or unknown
     )
 
@@ -98,12 +98,12 @@ class Composite(Sourced):
         alone = [_plain(layer.section, layer.material) for layer in self.layers]
         bonded = np.stack(
             [
-                beam.beside_axis(share.compliance, layer.offset)
+                cross_sections.beside_axis(share.compliance, layer.offset)
                 for share, layer in zip(alone, self.layers, strict=True)
             ]
         )
-        compliances = beam.parallel_layers(bonded)
-        strain = beam.layered_strain(
+        compliances = cross_sections.parallel_layers(bonded)
+        strain = cross_sections.layered_strain(
             bonded, np.stack([_strain(layer.material, self.height) for layer in self.layers])
         )
         return [

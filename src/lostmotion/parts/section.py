@@ -9,7 +9,7 @@ from typing import Annotated, Final, Literal, Self, TypeAlias
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from lostmotion.laws import beam, outline
+from lostmotion.laws import cross_sections, outline
 from lostmotion.parts.error_source import Length, LengthPlus
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity
@@ -64,9 +64,9 @@ class Tube(Sourced):
         _refuse_foil("wall", self.wall, self.outer, 'outer = "60 mm", wall = "3 mm"')
         return self
 
-    def values(self, nu: float) -> beam.SectionValues:
+    def values(self, nu: float) -> cross_sections.SectionValues:
         """Return the section values of the beam."""
-        return beam.round_section(self.outer, self.outer - 2 * self.wall, nu)
+        return cross_sections.round_section(self.outer, self.outer - 2 * self.wall, nu)
 
 
 class Rod(Sourced):
@@ -80,9 +80,9 @@ class Rod(Sourced):
         """Return the height across the link, m."""
         return self.diameter
 
-    def values(self, nu: float) -> beam.SectionValues:
+    def values(self, nu: float) -> cross_sections.SectionValues:
         """Return the section values of the beam."""
-        return beam.round_section(self.diameter, 0.0, nu)
+        return cross_sections.round_section(self.diameter, 0.0, nu)
 
 
 class Rectangle(Sourced):
@@ -92,9 +92,9 @@ class Rectangle(Sourced):
     width: LengthPlus
     height: LengthPlus
 
-    def values(self, nu: float) -> beam.SectionValues:
+    def values(self, nu: float) -> cross_sections.SectionValues:
         """Return the section values of the beam."""
-        return beam.rectangle_section(self.width, self.height, nu)
+        return cross_sections.rectangle_section(self.width, self.height, nu)
 
 
 class Box(Sourced):
@@ -125,9 +125,9 @@ class Box(Sourced):
         )
         return self
 
-    def values(self, nu: float) -> beam.SectionValues:
+    def values(self, nu: float) -> cross_sections.SectionValues:
         """Return the section values of the beam."""
-        return beam.box_section(self.width, self.height, self.wall, nu)
+        return cross_sections.box_section(self.width, self.height, self.wall, nu)
 
 
 class ISection(Sourced):
@@ -161,9 +161,9 @@ class ISection(Sourced):
             )
         return self
 
-    def values(self, nu: float) -> beam.SectionValues:
+    def values(self, nu: float) -> cross_sections.SectionValues:
         """Return the section values of the beam."""
-        return beam.i_section(self.width, self.height, self.web, self.flange, nu)
+        return cross_sections.i_section(self.width, self.height, self.web, self.flange, nu)
 
 
 class CustomSection(Sourced):
@@ -182,9 +182,9 @@ class CustomSection(Sourced):
     shear_z: Annotated[float, Quantity("", "0.5", above=0, high=1)] = 0.5
     height: LengthPlus | None = None
 
-    def values(self, nu: float) -> beam.SectionValues:  # noqa: ARG002 - the signature of all sections
+    def values(self, nu: float) -> cross_sections.SectionValues:  # noqa: ARG002 - the signature of all sections
         """Return the section values of the beam; the stated figures already include nu."""
-        return beam.SectionValues(
+        return cross_sections.SectionValues(
             self.area, self.i_y, self.i_z, self.torsion, self.shear_y, self.shear_z
         )
 
@@ -230,7 +230,7 @@ class Outline(Sourced):
             )
         return self
 
-    def values(self, nu: float) -> beam.SectionValues:
+    def values(self, nu: float) -> cross_sections.SectionValues:
         """Return the section values of the beam."""
         return outline.outline_section(self.points, self.holes, nu)
 

@@ -18,27 +18,26 @@ computed again where they are not.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shutil
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
 from lostmotion.errors import InputError, LostmotionError, OutputExistsError, Problem
-from lostmotion.runs.blocks import ZSTD_LEVEL, Record, check_record, pieces, unpack
+from lostmotion.runs.blocks import Record, check_record, pieces, unpack
 from lostmotion.runs.checkpoint import PARTIAL, digest, entry, place, read_entry, read_regular
 from lostmotion.runs.job import Order, order_of
 from lostmotion.runs.lock import LOCK, lock
+from lostmotion.runs.zarr_metadata import BLOCKS, zarr_metadata
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
 ORDER: Final = "run.json"
-BLOCKS: Final = "blocks.zarr"
 LEDGER: Final = "ledger"
 SUMMED_UP: Final = ("report.html", "result.json")
 # Folders of its figures and tables as files.
@@ -100,7 +99,7 @@ class Store:
                 _put(folder / ORDER, text)
             store._refuse_other_order(text if there is None else there)
             store._refuse_links()
-            for name, content in _metadata(order).items():
+            for name, content in zarr_metadata(order).items():
                 if read_regular(folder / name, _LARGEST_ORDER) != content:
                     _put(folder / name, content)
         return store
@@ -185,7 +184,7 @@ class Store:
         order = order_of(text)
         store = cls(folder, order)
         store._refuse_links()
-        for name, content in _metadata(order).items():
+        for name, content in zarr_metadata(order).items():
             if read_regular(folder / name, _LARGEST_ORDER) != content:
                 raise LostmotionError(
                     f"'{folder / name}' is not what the run's order says\n  run the same "
@@ -362,44 +361,3 @@ def _put(path: Path, content: bytes) -> None:
             f"'{path}' cannot be written: {error.strerror or error}\n  name a folder that can "
             "be written with --out"
         ) from error
-
-
-def _metadata(order: Order) -> dict[str, bytes]:
-    """Return the metadata of the Zarr group, by file. Made in memory, so that what is on disk is
-    never believed.
-    """
-    import zarr
-    from zarr.codecs import ZstdCodec
-    from zarr.storage import MemoryStore
-
-    held: dict[str, Any] = {}
-    about = {
-        "lostmotion": order.made_with["lostmotion"],
-        "arm": order.arm,
-        "robots": order.robots,
-        "visits": order.visits,
-        "seed": order.seed,
-    }
-    group = zarr.create_group(
-        MemoryStore(held), zarr_format=3, attributes={**about, "parts": list(order.parts)}
-    )
-    for name, piece in pieces(order).items():
-        group.create_array(
-            name,
-            shape=(order.designs, order.blocks, *piece.shape),
-            chunks=(1, 1, *piece.shape),
-            dtype=piece.kind,
-            fill_value=0,
-            compressors=ZstdCodec(level=ZSTD_LEVEL, checksum=False),
-            chunk_key_encoding={"name": "default", "separator": "."},
-            dimension_names=("design", "block", *piece.axes),
-            attributes={"long_name": piece.words},
-        )
-    return {f"{BLOCKS}/{name}": json_text(value.to_bytes()) for name, value in held.items()}
-
-
-def json_text(raw: bytes) -> bytes:
-    """Write JSON in one way, whatever the order of its keys was."""
-    return (
-        json.dumps(json.loads(raw), indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-    ).encode()

@@ -29,9 +29,9 @@ from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.friction import DriveFriction
-from lostmotion.laws.cycloid.tolerances import simulate
-from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal import model as cycloidal_model
+from lostmotion.laws.cycloid.simulated import simulate
+from lostmotion.laws.cycloid.stage import Stage
+from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox, samples
 from lostmotion.reporting.sheet import ARCMIN, find_row
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
@@ -153,7 +153,7 @@ def test_forces_of_the_lobes_hold_the_torque(name):
 def test_with_the_ring_as_output_the_disc_carries_less():
     """Held at the carrier, the ring turns under T and the disc feels T z/N."""
     case = plain(fixed="carrier").drawn.lobes[0]
-    stage = geometry.Stage(0.064, 0.003, 0.0013, 40)
+    stage = Stage(0.064, 0.003, 0.0013, 40)
     assert float(case.force @ geometry.arms(stage, case.theta)) == pytest.approx(
         200 * 39 / 40, rel=1e-9
     )
@@ -162,7 +162,7 @@ def test_with_the_ring_as_output_the_disc_carries_less():
 def test_peak_pressures_are_those_of_hertz():
     """Line contact: p = sqrt(F E*/(pi b Req))."""
     case = plain().drawn.lobes[0]
-    stage = geometry.Stage(0.064, 0.003, 0.0013, 40)
+    stage = Stage(0.064, 0.003, 0.0013, 40)
     radius = stage.pin_radius * (1 - stage.pin_radius * geometry.curvature(stage, case.theta))
     expected = np.sqrt(
         case.force * equivalent_modulus(210e9, 0.3, 210e9, 0.3) / (math.pi * 0.012 * radius)
@@ -794,7 +794,7 @@ def test_intervals_hold_the_true_value_as_often_as_they_say():
     part = examined_gearbox("printed").gearbox
     runs, each = 60, 40
     torque = np.array([-4.0, -0.12, 0.12, 4.0])
-    made = cycloidal_model.gearboxes(part, torque, 4, runs * each, seed=7)
+    made = samples.gearboxes(part, torque, 4, runs * each, seed=7)
     crank = 2 * math.pi * np.arange(64) / 64
     error = simulate(part.drive, part.scatter, np.array([4.0]), crank, runs * each, 7).rotation[0]
     square = ((error - error.mean(axis=0)) ** 2).mean(axis=0)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.bearing.result import BearingStudy
     from lostmotion.io.part_file import OnePart
-    from lostmotion.parts.joint import Bearing
+    from lostmotion.parts.moving_joint import Bearing
 
 # N or N m: no bearing of a robot carries more.
 _MOST: Final = 1e9

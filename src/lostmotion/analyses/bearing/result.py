@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
-    from lostmotion.parts.joint import Bearing
+    from lostmotion.parts.moving_joint import Bearing
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
 

@@ -17,7 +17,7 @@ from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet
 
 if TYPE_CHECKING:
     from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
-    from lostmotion.parts.joint import Bearing
+    from lostmotion.parts.moving_joint import Bearing
     from lostmotion.parts.term import Term
 
 _WORDS: Final = (

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.analyses.catalog.result import Catalog
-    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.catalogue.gearbox_row import GearboxRow
 
 
 @question(folder="")

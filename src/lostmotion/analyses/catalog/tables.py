@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from lostmotion.band import limits_of
 from lostmotion.catalogue import data_file, materials
 from lostmotion.catalogue.clearances import tables
+from lostmotion.catalogue.gearbox_row import mark_of, source_in_words
 from lostmotion.catalogue.gearboxes import (
     by_model,
     find_gearbox,
     find_rows,
     gearbox_models,
     gearboxes,
-    mark_of,
-    source_in_words,
 )
 from lostmotion.catalogue.presets import PARTS, PresetRow, presets
 from lostmotion.catalogue.search import Criteria, SearchResult, search, searchable_figures
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.catalogue.clearances import Range
-    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.parts.link import Material
 
 Kind = Literal["gearbox", "bearing", "material", "preset"]

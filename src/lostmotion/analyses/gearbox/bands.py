@@ -19,10 +19,10 @@ from lostmotion.laws.cycloid.friction import DriveFriction
 from lostmotion.parts.bands import DRAWS, draws, latin_hypercube, unknown_values, varies
 from lostmotion.parts.gearbox.cycloidal.model import (
     distribute_wind_up,
-    gearboxes,
     wind_up,
     wind_up_without_scatter,
 )
+from lostmotion.parts.gearbox.cycloidal.samples import gearboxes
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.readings import Readings

@@ -28,12 +28,11 @@ from lostmotion.parts.gearbox.cycloidal.model import (
     LEVELS,
     distribute_wind_up,
     friction,
-    gearboxes,
     load_side,
-    simulated,
     wind_up,
     wind_up_without_scatter,
 )
+from lostmotion.parts.gearbox.cycloidal.samples import gearboxes, simulated
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.envelope import BothBranches

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lostmotion.laws.annulus import Plane
     from lostmotion.laws.cycloid.finite_elements.stage import Loaded
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
-    from lostmotion.laws.cycloid.geometry import Modification, Stage
+    from lostmotion.laws.cycloid.stage import Modification, Stage
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats

@@ -16,9 +16,9 @@ from lostmotion.analyses.sizing.size_steps import SizeSteps
 
 if TYPE_CHECKING:
     from lostmotion.analyses.sizing.link_deflection import LinkLoads
+    from lostmotion.parts.elastic_link import ElasticLink
     from lostmotion.parts.family import Family
     from lostmotion.parts.joint import Joint
-    from lostmotion.parts.link import ElasticLink
     from lostmotion.parts.material import Material
     from lostmotion.parts.section import Plain, Sized
     from lostmotion.spatial import Floats

@@ -15,7 +15,7 @@ from lostmotion.mechanism.serial import frames, wrenches
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.parts.link import ElasticLink
+    from lostmotion.parts.elastic_link import ElasticLink
     from lostmotion.spatial import Floats
 
 _BLOCK: Final = 4096

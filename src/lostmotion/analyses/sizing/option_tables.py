@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lostmotion.analyses.sizing.candidates import Objective
-    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.io.validation_errors import Path as KeyPath
     from lostmotion.mechanism.arm import Arm
 

@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.analyses.sizing.candidates import Slot
-    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.io.validation_errors import Path as KeyPath
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.analyses.statics.payload import MaxPayload
-    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
 

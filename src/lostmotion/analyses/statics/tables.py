@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.statics.payload import MaxPayload
     from lostmotion.analyses.statics.survey import Survey
-    from lostmotion.catalogue.gearboxes import GearboxRow
+    from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.holding_torques import DriveLoad, JointLoad
     from lostmotion.spatial import Floats

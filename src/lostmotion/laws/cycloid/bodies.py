@@ -54,8 +54,9 @@ from lostmotion.laws.cycloid.lobed_wheel import contact_flexibility
 from lostmotion.laws.perforated_disc import RimLoads, check_holes, response
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.geometry import Part, Stage
-    from lostmotion.laws.perforated_disc import Holes, Response
+    from lostmotion.laws.cycloid.stage import Part, Stage
+    from lostmotion.laws.perforated_disc import Response
+    from lostmotion.laws.perforated_disc_series import Holes
     from lostmotion.spatial import Floats
 
 # Smallest hub, over the radius of the rim, of a disc with its exact flank.

@@ -30,7 +30,7 @@ from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.spatial import Floats
 
 FlankLaw = Literal["johnson", "palmgren", "linear"]

@@ -1,9 +1,5 @@
-"""A cycloidal stage with its supports as springs in series: the wind-up of the output through each
-member.
-
-The members are those of the stage itself: contacts of the lobes, bending of pins or lobes, bodies
-of disc and ring, bearing and shaft of the eccentric, output pins. Members before and after the
-stage (a first stage, shafts, the frame) are not included.
+"""A cycloidal stage with its supports as springs: their stiffness, the forces on the crank, and the
+equilibrium of each disc.
 
 The eccentric's bearing stiffens with its load and is represented by its secant stiffness. In a
 drive whose crankshafts carry the output (RV) the same bearings support the disc against
@@ -11,15 +7,14 @@ translation, as a single eccentric does, and against rotation, as output pins wo
 static load and to first order in the gaps. The discs share the torque equally here; for the effect
 of their differences see `cycloid.tolerances`.
 
-Source: K = 1/sum(1/K_i) with K_ecc = k (e z)^2 and K_pins = k_w Rw^2 n_w/4 after M. Lehmann, TU
-München 1976; the crankshafts by statics.
+Source: the crankshafts by statics; M. Lehmann, TU München 1976.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -31,16 +26,10 @@ from lostmotion.laws.cycloid.contact import (
     LoadSharing,
     Supports,
     load_sharing,
-    output_pin_stiffness,
 )
-from lostmotion.laws.cycloid.geometry import (
-    Modification,
-    Stage,
-    first_contact_angle,
-    gaps,
-    pin_angles,
-)
+from lostmotion.laws.cycloid.geometry import first_contact_angle, gaps, pin_angles
 from lostmotion.laws.cycloid.kept import recalled
+from lostmotion.laws.cycloid.stage import Modification, Stage
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
 
 if TYPE_CHECKING:
@@ -347,83 +336,3 @@ def nominal_gaps(drive: Drive, crank: Floats) -> Floats:
 def crank_angles_of_pitch(drive: Drive) -> Floats:
     """Return crank angles (crank,), rad, evenly spaced over one pitch of the pins."""
     return 2 * math.pi / drive.stage.pins * np.arange(_RIPPLE) / _RIPPLE
-
-
-def wind_up_by_member(drive: Drive, torque: Floats) -> dict[str, Floats]:
-    """Return the wind-up (torque,), rad, due to each member under positive torques (torque,), N m,
-    on the whole nominal drive.
-
-    Wind-up is measured from the first contact, so play is not included; for interfering flanks it
-    is measured from their rest angle. The members add up to the total wind-up. A rigid member has
-    zeros. Raises DidNotConvergeError where a load is beyond the contact law.
-    """
-    torque = np.asarray(torque, dtype=float)
-    crank = crank_angles_of_pitch(drive)
-    gap = nominal_gaps(drive, crank)
-    with_bending = replace(drive, disc_body=None, ring_body=None)
-    with_disc = replace(drive, ring_body=None)
-    contacts_only = replace(with_bending, flanks=replace(drive.flanks, bending=0.0))
-    first = first_contact_angle(drive.stage, pin_angles(drive.stage, crank), gap[:, 0])
-    interfering = interferes(drive, crank, gap)[:, 0]
-
-    def wound(loaded: Drive, each: float, *, rigid: bool) -> float:
-        start = np.where(
-            interfering, rest_angle(loaded, crank, gap, each, rigid_eccentric=rigid)[:, 0], first
-        )
-        return float(
-            loaded_disc(loaded, each, crank, gap, rigid_eccentric=rigid).rotation.mean()
-            - start.mean()
-        )
-
-    lobes = (
-        "planet pins"
-        if drive.stage.has_planet_pins
-        else "ring pins"
-        if drive.stage.kind == "ring pins"
-        else "ring lobes"
-    )
-    out = {
-        name: np.zeros_like(torque)
-        for name in (
-            "lobe contacts",
-            lobes,
-            "disc body",
-            "ring body",
-            "eccentric bearing",
-            "eccentric shaft",
-        )
-    }
-    for k, each in enumerate(torque / drive.discs):
-        contact = wound(contacts_only, each, rigid=True)
-        bending = wound(with_bending, each, rigid=True) if drive.flanks.bending else contact
-        supported = wound(with_bending, each, rigid=False)
-        on_disc = wound(with_disc, each, rigid=False) if drive.disc_body else supported
-        out["lobe contacts"][k] = contact
-        out[lobes][k] = bending - contact
-        soft = 1 / drive.eccentric.bearing_stiffness(crank_force(with_bending, each))
-        share = soft / (soft + 1 / drive.eccentric.shaft) if soft else 0.0
-        out["eccentric bearing"][k] = (supported - bending) * share
-        out["eccentric shaft"][k] = (supported - bending) * (1 - share)
-        out["disc body"][k] = on_disc - supported
-        out["ring body"][k] = wound(drive, each, rigid=False) - on_disc if drive.ring_body else 0.0
-    if drive.output is not None:
-        out["output pins"] = output_pin_wind_up(drive, torque, 1 / drive.output.stiffness)
-    return out
-
-
-def output_pin_wind_up(drive: Drive, torque: Floats, compliance: Floats | float) -> Floats:
-    """Return the wind-up (torque,), rad, under torques (torque,), N m, on the whole drive if each
-    output pin deflects at the discs by `compliance`.
-
-    compliance  m/N, one or (torque,)
-
-    One disc loads half of the pins. A second one, half a turn away, loads the other half and
-    supports the pins of the first one sideways. Three or more discs support every pin in both
-    directions. Zeros without output pins.
-    """
-    if drive.output is None:
-        return np.zeros_like(torque)
-    each = output_pin_stiffness(1.0, drive.output.circle, drive.output.count) * {1: 1, 2: 2}.get(
-        drive.discs, 4
-    )
-    return np.asarray(torque * compliance / each)

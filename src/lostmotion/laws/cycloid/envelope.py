@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.spatial import Floats
 
     _Complexes = npt.NDArray[np.complex128]

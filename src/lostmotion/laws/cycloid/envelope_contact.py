@@ -26,38 +26,21 @@ import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.envelope import ring_of_second_branch
-from lostmotion.laws.cycloid.geometry import (
-    Modification,
-    arms,
-    contact_radius,
-    flank,
-    gaps,
-    pin_angles,
-)
+from lostmotion.laws.cycloid.flank_distance import FlankDistance, candidates
+from lostmotion.laws.cycloid.geometry import arms, contact_radius, gaps, pin_angles
+from lostmotion.laws.cycloid.stage import Modification
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scipy.spatial import KDTree
-
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.spatial import Floats
 
 # Elements per half-width of the largest separate contact. Half as many change the wind-up by 0.1 %.
 _FINE: Final = 10
-# Coarse steps, in elements, of the search for the parts of a flank that can touch.
-_COARSE: Final = 16
-_RING_POINTS: Final = 8001
-_FLANK_POINTS: Final = 4001
 _STEPS: Final = 60
 # Unbalanced torque, as a share, at which separate contacts are in equilibrium.
 _BALANCED: Final = 1e-13
-# Share of the longest arm below which a contact on the line of centres only rounds to one that
-# drives.
-_SHORT: Final = 1e-6
-# Elements that touch at this share of the largest wind-up are those of the first estimate.
-_EARLY: Final = 0.4
 _DEPTHS: Final = 400
 _ANGLES: Final = 6
 # Largest load per width, over E* and the radius of the lobes, at which the stiffening is computed.
@@ -81,21 +64,6 @@ class EnvelopeContact:
     peak: Floats
     largest: Floats
     areas: Floats
-
-
-@dataclass(slots=True)
-class _Flank:
-    """The part of one lobe's flank that can touch: influence (m/Pa), arms (m), gaps (m), elements
-    in contact, their pressure (Pa), number, theta.
-    """
-
-    influence: Floats
-    arm: Floats
-    gap: Floats
-    touching: np.ndarray
-    pressure: Floats
-    place: np.ndarray
-    theta: Floats
 
 
 def johnson_depth(stage: Stage) -> float:
@@ -213,7 +181,7 @@ def _solved(
     alone, loads = separate_contacts(stage, flanks, torque, crank, relief, depth)
     reach = contact_radius(stage, pin_angles(stage, np.array([crank]))[0])
     size = math.sqrt(4 * float((loads * reach).max()) / (math.pi * flanks.modulus)) / _FINE
-    parts = _candidates(stage, flanks.modulus, crank, relief, depth, size, alone)
+    parts = candidates(stage, flanks.modulus, crank, relief, depth, size, alone)
     rotation = _equilibrium(parts, torque / flanks.width / size)
     areas = np.concatenate([_areas(each) for each in parts]) * size * flanks.width
     return (
@@ -239,7 +207,7 @@ def flank_moments(
 
     Raises DidNotConvergeError.
     """
-    parts = _candidates(stage, 1.0, crank, Modification(), depth, half / _FINE, rotation, lobe=lobe)
+    parts = candidates(stage, 1.0, crank, Modification(), depth, half / _FINE, rotation, lobe=lobe)
     _equilibrium(parts, None, rotation)
     out = np.zeros(len(theta))
     for each in parts:
@@ -248,136 +216,14 @@ def flank_moments(
     return out
 
 
-def _areas(part: _Flank) -> Floats:
+def _areas(part: FlankDistance) -> Floats:
     """Return the sum of the pressures of each contact area of a flank."""
     loaded = part.pressure > 0
     ends = loaded & np.append(~loaded[1:] | (np.diff(part.place) > 1), True)
     return np.diff(np.cumsum(part.pressure)[ends], prepend=0.0)
 
 
-def _candidates(  # noqa: PLR0913 - stage, contact, elements
-    stage: Stage,
-    modulus: float,
-    crank: float,
-    relief: Modification,
-    depth: float,
-    size: float,
-    bound: float,
-    *,
-    lobe: int | None = None,
-) -> list[_Flank]:
-    """Return the parts of all flanks, or of one lobe's, that a rotation of `bound` (rad) can bring
-    into contact, in elements of `size` (m).
-    """
-    z = stage.lobes
-    fine, length = _along(stage)
-    count = math.ceil(length[-1] / size)
-    at = np.interp((np.arange(count) + 0.5) * size, length, fine)
-    place = flank(stage, at)[0] @ np.array([1, 1j])
-    arm = arms(stage, -z * at)
-    relieved = gaps(stage, -z * at, relief)
-    coarse = np.unique(np.append(np.arange(0, count, _COARSE), count - 1))
-    turns = np.exp(
-        2j * math.pi * (np.arange(z) if lobe is None else np.array([lobe])) / z - 1j * crank / z
-    )[:, None]
-    centre = stage.eccentricity * np.exp(1j * crank)
-    limit = 2 * arm[coarse] * bound + (_COARSE * size) ** 2 / stage.pin_radius
-    within = float(limit.max() - min(relieved.min(), 0.0))
-    near = _distance(stage, centre + turns * place[coarse], within) + relieved[coarse] < limit
-    parts = []
-    for turn, chosen in zip(turns, near, strict=True):
-        wanted = np.zeros(count + _COARSE, dtype=bool)
-        for shift in range(-_COARSE, _COARSE + 1):
-            wanted[np.clip(coarse[chosen] + shift, 0, count - 1)] = True
-        k = np.flatnonzero(wanted[:count])
-        if not len(k):
-            continue
-        gap = _distance(stage, centre + turn * place[k], within) + relieved[k]
-        can = (gap < arm[k] * bound) & (arm[k] > _SHORT * stage.planet_pitch_radius)
-        k, gap = k[can], gap[can]
-        if not len(k):
-            continue
-        table = (
-            2
-            / (math.pi * modulus)
-            * np.diff(_integral((np.arange(k[-1] - k[0] + 2) - 0.5) * size, depth))
-        )
-        parts.append(
-            _Flank(
-                table[np.abs(k[:, None] - k)], arm[k], gap, k >= 0, np.zeros(len(k)), k, -z * at[k]
-            )
-        )
-    first = min(float((each.gap / each.arm).min()) for each in parts)
-    for each in parts:
-        each.touching = each.gap < each.arm * (first + _EARLY * (bound - first))
-    return parts
-
-
-@functools.lru_cache(maxsize=8)
-def _along(stage: Stage) -> tuple[Floats, Floats]:
-    """Return parameters t (rad) of a flank with positive arms, theta = -z t, and the length (m)
-    along it from its tip.
-    """
-    fine = np.linspace(-math.pi / stage.lobes, 0.0, _FLANK_POINTS)
-    return fine, np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(flank(stage, fine)[0], axis=0), axis=1))]
-    )
-
-
-def _integral(distance: Floats, depth: float) -> Floats:
-    """Return the integral of ln(depth/s), zero beyond the depth, from zero to a distance (m) of
-    either sign.
-    """
-    size = np.clip(np.abs(distance), np.finfo(float).tiny, depth)
-    return np.asarray(np.sign(distance) * size * (np.log(depth / size) + 1))
-
-
-def _distance(stage: Stage, place: np.ndarray, within: float) -> Floats:
-    """Return the distance (m) of places (complex, m) from the envelope ring; infinite where the
-    second branch is not `within` reach (m).
-    """
-    n = stage.pins
-    turned = (
-        place * np.exp(-2j * math.pi / n * np.round(np.angle(place) * n / (2 * math.pi)))
-    ).ravel()
-    turned = turned.real + 1j * np.abs(turned.imag)
-    tree, points, tangents, bends = _ring(stage)
-    step = float(np.abs(np.diff(points)).max())
-    away, nearest = tree.query(
-        np.stack([turned.real, turned.imag], axis=-1), distance_upper_bound=within + step
-    )
-    known = np.minimum(nearest, len(points) - 1)
-    beside = (turned - points[known]) * tangents[known].conj()
-    of_cut = np.where(
-        np.isfinite(away), np.abs(beside.imag - bends[known] * beside.real**2 / 2), np.inf
-    )
-    from_pin = turned - stage.ring_radius
-    on_arc = np.angle(-from_pin.conj()) < np.angle(-(points[0] - stage.ring_radius).conj())
-    return np.where(on_arc, np.abs(from_pin) - stage.pin_radius, of_cut).reshape(place.shape)
-
-
-@functools.lru_cache(maxsize=8)
-def _ring(stage: Stage) -> tuple[KDTree, np.ndarray, np.ndarray, Floats]:
-    """Return half a pitch of the ring's second branch, slightly beyond its root: search tree,
-    points and tangents (complex, m), curvature (1/m).
-    """
-    from scipy.spatial import KDTree
-
-    start = math.acos(stage.shortening) / stage.lobes
-    points = ring_of_second_branch(
-        stage, np.linspace(start, 1.02 * math.pi / stage.lobes, _RING_POINTS)
-    ) @ np.array([1, 1j])
-    along = np.gradient(points)
-    bends = np.gradient(np.unwrap(np.angle(along))) / np.abs(along)
-    return (
-        KDTree(np.stack([points.real, points.imag], axis=-1)),
-        points,
-        along / np.abs(along),
-        bends,
-    )
-
-
-def _equilibrium(parts: list[_Flank], torque: float | None, rotation: float = 0.0) -> float:
+def _equilibrium(parts: list[FlankDistance], torque: float | None, rotation: float = 0.0) -> float:
     """Return the rotation (rad) at which all pressures balance a torque per width and element
     (N/m), and write the pressures to the parts.
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.laws.cycloid.contact import LoadSharing
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.spatial import Floats
 
 

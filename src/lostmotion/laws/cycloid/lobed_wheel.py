@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from lostmotion.laws.annulus import Annulus
-    from lostmotion.laws.cycloid.geometry import Part, Stage
+    from lostmotion.laws.cycloid.stage import Part, Stage
     from lostmotion.spatial import Floats
 
     Complexes = npt.NDArray[np.complex128]

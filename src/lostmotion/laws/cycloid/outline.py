@@ -16,7 +16,7 @@ from lostmotion.laws.cycloid.ring import repeat_pitch, ring_pitch
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.laws.cycloid.geometry import Modification, Stage
+    from lostmotion.laws.cycloid.stage import Modification, Stage
     from lostmotion.spatial import Floats
 
 # Number of points of half a pitch at which the true profile is evaluated; doubled until their

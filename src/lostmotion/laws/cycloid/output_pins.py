@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from lostmotion.laws.annulus import Annulus
-from lostmotion.laws.beam import round_section
+from lostmotion.laws.cross_sections import round_section
 from lostmotion.laws.cycloid.seat import (
     cosine_pressure_compliance,
     pin_in_bore,

@@ -14,7 +14,7 @@ from lostmotion.laws.cycloid.envelope import junction, ring_of_second_branch
 from lostmotion.laws.cycloid.geometry import flank
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.spatial import Floats
 
 

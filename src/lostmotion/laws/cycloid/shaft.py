@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.beam import round_section
+from lostmotion.laws.cross_sections import round_section
 from lostmotion.laws.supported_beam import Piece, SupportedBeam, respond
 
 if TYPE_CHECKING:

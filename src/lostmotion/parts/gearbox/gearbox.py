@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Generic, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -47,53 +46,12 @@ from lostmotion.units import Quantity, Toleranced
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pydantic import GetJsonSchemaHandler, ValidationInfo
-    from pydantic_core import CoreSchema
-
 
 AmountT = TypeVar("AmountT", bound=float)
 PlayT = TypeVar("PlayT", bound=Toleranced)
 StiffnessT = TypeVar("StiffnessT", bound=float)
 LoadT = TypeVar("LoadT", bound=float)
 FrictionT = TypeVar("FrictionT", bound=Friction)
-
-
-@dataclass(frozen=True)
-class Whole(Quantity):
-    """Marks a field that counts something: a whole number from `low` to `high`."""
-
-    @property
-    def expected(self) -> str:
-        """Return the description of the values that this field takes."""
-        return f"a whole number from {self.low:g} to {self.high:g}"
-
-    def __call__(self, value: Any, info: ValidationInfo | None = None) -> int:  # noqa: ANN401 - whatever a file holds
-        """Convert an input value to a count; raises pydantic's error with `expected` and `example`
-        in its context.
-        """
-        number = super().__call__(value, info)
-        if not isinstance(number, float) or not number.is_integer():
-            raise self.refusal("not a whole number")
-        return int(number)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        """Describe the field for editors."""
-        return {
-            "type": ["string", "integer"],
-            "description": self.expected,
-            "examples": [int(self.example)],
-        }
-
-
-def teeth(example: str) -> Whole:
-    """Mark a field that holds a number of teeth."""
-    return Whole("", example, low=1, high=10_000)
-
-
-MOST_PLANETS: Final = 64
-Planets = Annotated[int, Whole("", "3", low=1, high=MOST_PLANETS)]
 
 
 # Fields for which a maker may state an upper limit, each with the parameter of its terms.

@@ -9,7 +9,8 @@ from pydantic import model_validator
 
 from lostmotion.laws.gears import planetary_ratio
 from lostmotion.parts.error_source import AngleAmount
-from lostmotion.parts.gearbox.gearbox import MOST_PLANETS, Planets, TurningFigures, refuse, teeth
+from lostmotion.parts.gearbox.counts import MOST_PLANETS, Planets, teeth
+from lostmotion.parts.gearbox.gearbox import TurningFigures, refuse
 
 
 class PlanetaryGearbox(TurningFigures):

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.laws.linear_drives import rack_compliance
 from lostmotion.parts.error_source import AngularStiffness, LengthAmount, LengthPlus, PlayDim
-from lostmotion.parts.gearbox.gearbox import teeth
+from lostmotion.parts.gearbox.counts import teeth
 from lostmotion.parts.gearbox.slide import SlideFigures
 from lostmotion.units import Toleranced
 

@@ -10,7 +10,8 @@ from pydantic import model_validator
 
 from lostmotion.laws.gears import strain_wave_ratio
 from lostmotion.parts.error_source import AngleAmount
-from lostmotion.parts.gearbox.gearbox import TurningFigures, refuse, teeth
+from lostmotion.parts.gearbox.counts import teeth
+from lostmotion.parts.gearbox.gearbox import TurningFigures, refuse
 
 # An ellipse meshes at both ends of its long axis.
 _LOBES: Final = 2

@@ -10,7 +10,8 @@ from pydantic import model_validator
 
 from lostmotion.laws.gears import planetary_ratio, wolfrom_ratio
 from lostmotion.parts.error_source import AngleAmount, PartFigure
-from lostmotion.parts.gearbox.gearbox import MOST_PLANETS, Planets, TurningFigures, refuse, teeth
+from lostmotion.parts.gearbox.counts import MOST_PLANETS, Planets, teeth
+from lostmotion.parts.gearbox.gearbox import TurningFigures, refuse
 
 _RING: Final = "a ring with more teeth than the wheel in it"
 

@@ -9,7 +9,8 @@ from pydantic import model_validator
 
 from lostmotion.laws.gears import duplex_take_up, friction_angle
 from lostmotion.parts.error_source import AngleAmount, LengthAmount, LengthPlus, PartFigure
-from lostmotion.parts.gearbox.gearbox import TurningFigures, Whole, refuse, teeth
+from lostmotion.parts.gearbox.counts import Whole, teeth
+from lostmotion.parts.gearbox.gearbox import TurningFigures, refuse
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.gearbox.cycloidal import Lobes
     from lostmotion.analyses.gearbox.gear import GearStudy
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 

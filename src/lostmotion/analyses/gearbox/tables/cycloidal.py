@@ -29,7 +29,7 @@ from lostmotion.laws.cycloid.geometry import (
 )
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
-from lostmotion.parts.gearbox.cycloidal.stage import BOUNDS
+from lostmotion.parts.gearbox.cycloidal.springs import BOUNDS
 from lostmotion.parts.gearbox.cycloidal.temperature import note_on_temperature
 from lostmotion.reporting.sheet import (
     ARCMIN,

@@ -25,7 +25,7 @@ from lostmotion.laws.cycloid.geometry import (
 )
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.spatial import Floats
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from scipy.spatial import KDTree
 
-    from lostmotion.laws.cycloid.geometry import Modification, Stage
+    from lostmotion.laws.cycloid.stage import Modification, Stage
     from lostmotion.spatial import Floats
 
 # Points of a flank between two corners, and within an interval of a contact.

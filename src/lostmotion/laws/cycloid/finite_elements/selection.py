@@ -17,7 +17,7 @@ from lostmotion.laws.cycloid.geometry import arms, contact_radius
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.finite_elements.contours import Contacts
     from lostmotion.laws.cycloid.finite_elements.envelope import EnvelopeContacts
-    from lostmotion.laws.cycloid.geometry import Modification, Stage
+    from lostmotion.laws.cycloid.stage import Modification, Stage
     from lostmotion.spatial import Floats
 
 # Half-width of a contact that is meshed, over Hertz's; the factor by which it grows where pressure

@@ -42,8 +42,9 @@ from lostmotion.laws.cycloid.finite_elements.mesh import (
 )
 from lostmotion.laws.cycloid.finite_elements.selection import OnEnvelope, OnPins
 from lostmotion.laws.cycloid.finite_elements.wheel import ElasticWheel
-from lostmotion.laws.cycloid.geometry import Modification, pin_angles
 from lostmotion.laws.cycloid.geometry import gaps as relief_gaps
+from lostmotion.laws.cycloid.geometry import pin_angles
+from lostmotion.laws.cycloid.stage import Modification
 from lostmotion.laws.perforated_disc import pin_forces
 
 if TYPE_CHECKING:
@@ -53,8 +54,8 @@ if TYPE_CHECKING:
     from lostmotion.laws.cycloid.finite_elements.contours import Contacts, Points
     from lostmotion.laws.cycloid.finite_elements.envelope import EnvelopeContacts
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
-    from lostmotion.laws.cycloid.geometry import Stage
-    from lostmotion.laws.perforated_disc import Holes
+    from lostmotion.laws.cycloid.stage import Stage
+    from lostmotion.laws.perforated_disc_series import Holes
     from lostmotion.spatial import Floats
 
 # How often contacts grow where pressure reaches their edges.

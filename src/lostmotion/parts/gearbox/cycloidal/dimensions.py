@@ -12,16 +12,17 @@ from pydantic import Field, model_validator
 
 from lostmotion.errors import nearest, shown
 from lostmotion.laws.cycloid.bodies import ring_reach
-from lostmotion.laws.cycloid.geometry import Stage
+from lostmotion.laws.cycloid.stage import Stage
 from lostmotion.laws.process_tolerance import Process
 from lostmotion.parts.error_source import ClearanceDim, Expansion, LengthAmount, LengthPlus
+from lostmotion.parts.gearbox.counts import Whole
+from lostmotion.parts.gearbox.cycloidal.eccentric import Eccentric
 from lostmotion.parts.gearbox.cycloidal.envelope import BranchMethod, check_branches
 from lostmotion.parts.gearbox.cycloidal.names import FRAME, STAGE_MEMBERS
 from lostmotion.parts.gearbox.cycloidal.pins import STEEL, Disc, OutputPins
 from lostmotion.parts.gearbox.cycloidal.process import reasons, tolerances_by_process
 from lostmotion.parts.gearbox.cycloidal.seats import BearingSeat, BearingSize, Named
-from lostmotion.parts.gearbox.cycloidal.shaft import Eccentric
-from lostmotion.parts.gearbox.gearbox import Whole, refuse
+from lostmotion.parts.gearbox.gearbox import refuse
 from lostmotion.parts.link import Material
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced

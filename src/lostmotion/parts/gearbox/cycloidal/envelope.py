@@ -12,7 +12,7 @@ from lostmotion.laws.cycloid.envelope_contact import stiffening_by_solution
 from lostmotion.parts.gearbox.gearbox import refuse
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.geometry import Stage
+    from lostmotion.laws.cycloid.stage import Stage
 
 BranchMethod = Literal["rule", "exact"]
 

@@ -12,8 +12,9 @@ from pydantic import model_validator
 from lostmotion.laws import screw_circle as laws
 from lostmotion.laws.cycloid.output_pins import PinSeat
 from lostmotion.parts.error_source import ForceAmount, LengthAmount, LengthPlus
+from lostmotion.parts.gearbox.counts import Whole
 from lostmotion.parts.gearbox.cycloidal.pins import STEEL
-from lostmotion.parts.gearbox.gearbox import Whole, refuse
+from lostmotion.parts.gearbox.gearbox import refuse
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import DEFAULT, Sourced
 from lostmotion.units import Quantity

@@ -12,14 +12,9 @@ from pydantic import PrivateAttr
 from lostmotion.laws.distributions import Normal
 from lostmotion.parts.gearbox.cycloidal.drawing import CycloidalDrawing
 from lostmotion.parts.gearbox.cycloidal.materials import material_shares
-from lostmotion.parts.gearbox.cycloidal.model import (
-    ANGLES,
-    GEARBOXES,
-    Behaviour,
-    behaviour,
-    gearboxes,
-)
+from lostmotion.parts.gearbox.cycloidal.model import ANGLES, Behaviour, behaviour
 from lostmotion.parts.gearbox.cycloidal.names import CONTACTS
+from lostmotion.parts.gearbox.cycloidal.samples import GEARBOXES, gearboxes
 from lostmotion.parts.gearbox.cycloidal.sources import Play, TransmissionError, WindUp
 from lostmotion.parts.gearbox.cycloidal.stages import CycloidalFirstStage
 from lostmotion.parts.gearbox.cycloidal.temperature import follows, growth_is_known

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.laws.cycloid import drive
+from lostmotion.laws.cycloid import wind_up
 from lostmotion.laws.cycloid.output_pins import largest_pin_force, needle_compliance
 from lostmotion.parts.gearbox.cycloidal.names import (
     BEARING,
@@ -33,7 +33,7 @@ def stage_wind_up(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
 
     Raises DidNotConvergeError where a load is beyond the contact law.
     """
-    found = drive.wind_up_by_member(stage.drive, torque)
+    found = wind_up.wind_up_by_member(stage.drive, torque)
     tilt = stage.tilt_share
     if tilt:
         found |= {BEARING: found[BEARING] / (1 + tilt), TILT: found[BEARING] * tilt / (1 + tilt)}
@@ -71,7 +71,7 @@ def _pins(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
     for name, each in zip(
         (PINS, SEATS), middle_compliance(stage.pin_limits, stage.discs, stage.rigid), strict=True
     ):
-        out[name] = drive.output_pin_wind_up(stage.drive, torque, each)
+        out[name] = wind_up.output_pin_wind_up(stage.drive, torque, each)
     force = [
         largest_pin_force(each, pins.circle_radius, pins.count, stage.discs)
         for each in torque.tolist()
@@ -80,10 +80,10 @@ def _pins(stage: CycloidalStage, torque: Floats) -> dict[str, Floats]:
         soft = np.array(
             [needle_compliance(each, pins.sleeve.rollers, pins.sleeve.length) for each in force]
         )
-        out[NEEDLES] = drive.output_pin_wind_up(stage.drive, torque, soft)
+        out[NEEDLES] = wind_up.output_pin_wind_up(stage.drive, torque, soft)
     hole = stage.hole
     if hole is not None:
-        out[HOLES] = drive.output_pin_wind_up(
+        out[HOLES] = wind_up.output_pin_wind_up(
             stage.drive, torque, np.array([hole.compliance(each) for each in force])
         )
     return out

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.laws.cycloid import contact, drive
+from lostmotion.laws.cycloid import drive
 from lostmotion.laws.cycloid.friction import DriveFriction, Friction, friction_torques
-from lostmotion.laws.cycloid.tolerances import sample_dimension, simulate
 from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
 from lostmotion.parts.gearbox.cycloidal.members import stage_wind_up
 from lostmotion.parts.gearbox.cycloidal.names import (
@@ -30,19 +29,23 @@ from lostmotion.parts.gearbox.cycloidal.names import (
     PIN_MEMBERS,
     is_without_scatter,
 )
+from lostmotion.parts.gearbox.cycloidal.samples import (
+    GEARBOXES,
+    SEED,
+    disc_share,
+    gearboxes,
+    simulated,
+)
 from lostmotion.parts.gearbox.cycloidal.sources import ErrorHarmonic, Loop
 from lostmotion.parts.gearbox.cycloidal.states import bounds
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.tolerances import Scatter, SimulatedGearboxes
     from lostmotion.parts.gearbox.cycloidal.drawing import CycloidalDrawing
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 
 # Relative change of a compliance that is rounding.
 _ROUNDING: Final = 1e-12
-GEARBOXES: Final = 256
-SEED: Final = 1
 # Torque levels of the tables, as shares of the rated torque.
 LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.5, 2.5)
 _HARMONIC_LEVELS: Final = (0.1, 1.0)
@@ -51,8 +54,6 @@ _HARMONIC_GEARBOXES: Final = 48
 _MOST_HARMONICS: Final = 4
 LOST_MOTION: Final = 0.03  # one of the torque levels
 ANGLES: Final = 4
-# For the contacts of simulated gearboxes; figures do not depend on it.
-_THREADS: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,99 +141,6 @@ def _behaviour(gearbox: CycloidalDrawing) -> Behaviour:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Samples:
-    """Simulated gearboxes of one drawing: play (gearbox,), signed wind_up (torque, gearbox) beyond
-    it, rad; jammed: share with interfering flanks.
-
-    The wind-up is that of the members with scatter: flanks, discs, eccentrics of all stages.
-    """
-
-    play: Floats
-    wind_up: Floats
-    jammed: float
-
-
-def gearboxes(
-    gearbox: CycloidalDrawing, torque: Floats, angles: int, count: int, seed: int = SEED
-) -> Samples:
-    """Return `count` simulated gearboxes of this drawing at torques (torque,) of either sign at the
-    output, averaged over `angles` crank angles.
-    """
-    share, steps = _share(gearbox), abs(gearbox.steps)
-    sign = np.sign(torque)[:, None]
-    main = simulated(gearbox, share * torque, angles, count, seed)
-    play, jammed = share * main.play, main.jammed
-    turned = share * _beyond(main, sign)
-    first = gearbox.first_stage
-    if first is not None and first.kind == "cycloidal":
-        before = simulated(first, torque / steps, angles, count, seed + 1)
-        play, jammed = play + before.play / steps, jammed | before.jammed
-        turned = turned + _beyond(before, sign) / steps
-    elif first is not None:
-        play = play + sample_dimension(first.play, "first stage play", seed, count) / (
-            first.sun_radius * abs(gearbox.ratio)
-        )
-    if (
-        isinstance(gearbox.frame, GearboxFrame)
-        and gearbox.frame.screws is not None
-        and FRAME_SCREWS not in gearbox.rigid
-    ):
-        play = play + gearbox.frame.screws.play
-    return Samples(play, turned, float(jammed.mean()))
-
-
-def simulated(
-    stage: CycloidalStage, torque: Floats, angles: int, count: int, seed: int
-) -> SimulatedGearboxes:
-    """Return `count` simulated stages under torques (torque,), N m on its discs, at evenly spaced
-    crank angles of one turn.
-
-    They are computed once for all stages that differ only in the stiffness of output pins, frame
-    and other members outside of the contacts; without torques, for all that differ only in
-    stiffness.
-    """
-    output = stage.drive.output
-    contacts = (
-        stage.drive
-        if output is None
-        else replace(stage.drive, output=replace(output, stiffness=math.inf))
-    )
-    if not len(torque):
-        cranks = drive.Eccentric(cranks=contacts.eccentric.cranks, circle=contacts.eccentric.circle)
-        contacts = replace(
-            contacts,
-            flanks=contact.Flanks(width=1.0, modulus=1.0),
-            eccentric=cranks,
-            disc_body=None,
-            ring_body=None,
-        )
-    return _simulated(
-        contacts,
-        stage.scatter,
-        np.ascontiguousarray(torque, dtype=float).tobytes(),
-        angles,
-        count,
-        seed,
-    )
-
-
-@functools.lru_cache(maxsize=32)
-def _simulated(
-    contacts: drive.Drive, scatter: Scatter, torque: bytes, angles: int, count: int, seed: int
-) -> SimulatedGearboxes:
-    crank = 2 * math.pi * np.arange(angles) / angles
-    return simulate(contacts, scatter, np.frombuffer(torque), crank, count, seed, threads=_THREADS)
-
-
-def _beyond(made: SimulatedGearboxes, sign: Floats) -> Floats:
-    """Return the signed wind-up of a stage beyond its play (torque, gearbox), averaged over the
-    crank.
-    """
-    ahead, behind = made.ends
-    return np.asarray((made.rotation - np.where(sign[:, None] > 0, ahead, behind)).mean(axis=1))
-
-
 def wind_up(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
     """Return the nominal wind-up (rad) of each member under torques (torque,) above zero at the
     output, beyond the play.
@@ -264,7 +172,7 @@ def _with_middles(gearbox: CycloidalDrawing, torques: tuple[float, ...]) -> dict
     member the geometric mean of its bounds.
     """
     torque = np.array(torques)
-    share, steps = _share(gearbox), abs(gearbox.steps)
+    share, steps = disc_share(gearbox), abs(gearbox.steps)
     out = {name: share * angle for name, angle in stage_wind_up(gearbox, share * torque).items()}
     first = gearbox.first_stage
     if first is not None and first.kind == "cycloidal":
@@ -333,19 +241,11 @@ def _outside(gearbox: CycloidalDrawing, torque: Floats) -> dict[str, Floats]:
     return {name: angle for name, angle in out.items() if name not in gearbox.rigid}
 
 
-def _share(gearbox: CycloidalDrawing) -> float:
-    """Return the disc's torque and rotation per those of the output: one, or with the ring as
-    output the ratio of the pitch radii.
-    """
-    stage = gearbox.stage
-    return 1.0 if gearbox.fixed == "ring" else stage.planet_pitch_radius / stage.ring_pitch_radius
-
-
 def _harmonics(gearbox: CycloidalDrawing) -> tuple[tuple[ErrorHarmonic, ...], float]:
     """Return the largest harmonics of the transmission error, scaled to the mean square of all, and
     the share of the smaller ones.
     """
-    steps, share = abs(gearbox.steps), _share(gearbox)
+    steps, share = abs(gearbox.steps), disc_share(gearbox)
     loads = gearbox.rated_torque * np.array(_HARMONIC_LEVELS)
     found = {k * steps: share**2 * power for k, power in _spectrum(gearbox, share * loads, SEED)}
     first = gearbox.first_stage
@@ -422,7 +322,7 @@ def friction(gearbox: CycloidalDrawing, torque: Floats) -> DriveFriction:
         )
         crank = drive.crank_angles_of_pitch(gearbox.drive)
         gap = drive.nominal_gaps(gearbox.drive, crank)
-        for k, load in enumerate(_share(gearbox) * torque / discs, 1):
+        for k, load in enumerate(disc_share(gearbox) * torque / discs, 1):
             answer = drive.loaded_disc(gearbox.drive, float(load), crank, gap)
             found = friction_torques(gearbox.stage, crank, answer, coefficients, abs(gearbox.steps))
             lost[:, k] = [

@@ -11,8 +11,9 @@ from pydantic import model_validator
 
 from lostmotion.laws.cycloid import output_pins as laws
 from lostmotion.parts.error_source import ClearanceDim, LengthAmount, LengthPlus, LinearStiffness
+from lostmotion.parts.gearbox.counts import Whole
 from lostmotion.parts.gearbox.cycloidal.names import PINS, SEATS
-from lostmotion.parts.gearbox.gearbox import Whole, refuse
+from lostmotion.parts.gearbox.gearbox import refuse
 from lostmotion.parts.material import Material
 from lostmotion.parts.provenance import DEFAULT, Sourced
 from lostmotion.units import Toleranced

@@ -23,11 +23,12 @@ from lostmotion.parts.error_source import (
     Mass,
     Price,
 )
+from lostmotion.parts.gearbox.counts import Whole
 from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame  # noqa: TC001 - read by pydantic
 from lostmotion.parts.gearbox.cycloidal.names import OUTSIDE, STAGE_MEMBERS
 from lostmotion.parts.gearbox.cycloidal.shaft import Shaft
 from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
-from lostmotion.parts.gearbox.gearbox import Whole, refuse
+from lostmotion.parts.gearbox.gearbox import refuse
 from lostmotion.parts.provenance import Sourced
 from lostmotion.units import Quantity, Toleranced
 

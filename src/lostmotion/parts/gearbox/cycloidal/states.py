@@ -18,7 +18,7 @@ from lostmotion.parts.gearbox.cycloidal import names
 from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
 from lostmotion.parts.gearbox.cycloidal.seats import BearingSize
 from lostmotion.parts.gearbox.cycloidal.shaft import Shaft
-from lostmotion.parts.gearbox.cycloidal.stage import (
+from lostmotion.parts.gearbox.cycloidal.springs import (
     BOUNDS,
     CRANK_HOLES_OF_UNKNOWN_SIZE,
     HOLES_OF_UNKNOWN_SIZE,

@@ -22,7 +22,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lostmotion.laws.cycloid.geometry import Modification
+from lostmotion.laws.cycloid.stage import Modification
 from lostmotion.parts.gearbox.cycloidal.pins import STEEL
 from lostmotion.parts.gearbox.gearbox import refuse
 
