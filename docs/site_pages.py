@@ -14,9 +14,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mkdocs.structure.files import File
+from mkdocs.structure.files import File, InclusionLevel
 
 import lostmotion
+from lostmotion.analyses.result import Result
 from lostmotion.cli.generator import command_name
 
 if TYPE_CHECKING:
@@ -41,13 +42,14 @@ REFERENCE = {
         "Every question is a function, and a command with the same arguments.",
         (".command",),
     ),
-    "results": ("Results", "What the functions return.", (".result",)),
+    "results": (
+        "Results",
+        "What the functions return: `Result`, which all of them are, and what each has besides.",
+        (".result",),
+    ),
     "errors": ("Errors", "What can go wrong.", (".errors",)),
     "pieces": ("Pieces", "What the functions are made of, for programs of your own.", ("",)),
 }
-# A question's arguments are described where it is defined, and joined to its docstring when it is
-# imported.
-_IMPORTED = "    options: {force_inspection: true}\n"
 _LINK = re.compile(r"(\]\()([^)#:\s]+)((?:#[^)\s]*)?\))")
 
 
@@ -76,15 +78,12 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
                 for each in sorted(place.iterdir())
                 if not each.name.startswith((".", "_"))
             )
-            files.append(
-                File.generated(
-                    config,
-                    f"project/{linked}/index.md",
-                    content=f"# {linked}\n\nFiles of the project:\n\n{listed}\n",
-                )
-            )
+            text = f"# {linked}\n\nFiles of the project:\n\n{listed}\n"
+            generated = File.generated(config, f"project/{linked}/index.md", content=text)
         else:
-            files.append(File.generated(config, f"project/{linked}", abs_src_path=str(place)))
+            generated = File.generated(config, f"project/{linked}", abs_src_path=str(place))
+        generated.inclusion = InclusionLevel.NOT_IN_NAV
+        files.append(generated)
     return files
 
 
@@ -145,9 +144,21 @@ def _reference() -> dict[str, str]:
     out = {}
     for page, (title, about, ends) in REFERENCE.items():
         names = {name: left.pop(name) for name, home in [*left.items()] if home.endswith(ends)}
-        described = (
-            f"::: {home}.{name}\n{_IMPORTED if name in lostmotion.QUESTIONS else ''}"
-            for name, home in names.items()
-        )
+        described = [f"::: {home}.{name}\n{_members(name)}" for name, home in names.items()]
+        if page == "results":
+            described.insert(0, f"::: {Result.__module__}.Result\n")
         out[page] = f"# {title}\n\n{about}\n\n" + "\n".join(described)
     return out
+
+
+def _members(name: str) -> str:
+    """Return the option that lists the members of a result, those of the classes that it extends
+    included; what every result has is described once, for `Result`.
+    """
+    kind = getattr(lostmotion, name)
+    if not (isinstance(kind, type) and issubclass(kind, Result)):
+        return ""
+    bases = [base for base in kind.__mro__ if not issubclass(Result, base)]
+    members = sorted({each for base in bases for each in vars(base)} - {*dir(Result)})
+    own = [each for each in members if not each.startswith("_")]
+    return f"    options: {{members: {own}, inherited_members: {own}}}\n"

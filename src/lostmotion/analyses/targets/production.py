@@ -55,8 +55,14 @@ def production_yield(  # noqa: PLR0913 - arguments of a production
         the poses; "worst repeatability", RP at its worst pose.
     share
         Share of a robot's positions.
-    poses, robots, visits, seed
-        As in `study`.
+    poses
+        How many poses each robot visits, a CSV file of poses, or joint values, as in `study`.
+    robots
+        How many manufactured robots are simulated.
+    visits
+        How often each robot visits each pose.
+    seed
+        Seed of the random draws: same seed, same result.
 
     Returns
     -------
