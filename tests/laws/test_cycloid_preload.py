@@ -17,7 +17,7 @@ from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import simulated
 from lostmotion.laws.cycloid.bodies import Body
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.drive import Drive, Eccentric, rest_angle
+from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, rest_angle
 from lostmotion.laws.cycloid.geometry import arms, normals, pin_angles
 from lostmotion.laws.cycloid.preload import ClearanceEffects, preloaded_discs
 from lostmotion.laws.cycloid.simulated import simulate
@@ -95,6 +95,47 @@ def test_the_order_of_the_discs_changes_nothing():
     other = preloaded_discs(CASE, torque, CRANK + math.pi, gap[::-1], swapped)
     np.testing.assert_allclose(other[0], rest, rtol=1e-9)
     np.testing.assert_allclose(other[1], turned, rtol=1e-9)
+
+
+def test_a_pair_in_a_mirror_turns_as_far_the_other_way():
+    """A pair seen in a mirror turns as far the other way: crank, lobes and torques reversed, and
+    forwards exchanged with backwards in the effects of clearances and output pins.
+    """
+    torque = np.array([-200.0, -3.0, 50.0, 784.0])
+    gap, effects = interfering(4)
+    effects = replace(effects, shift=np.array([2e-5, 7e-5]).reshape(2, 1, 1))
+    rest, turned = preloaded_discs(CASE, torque, CRANK, gap, effects)
+    mirrored = np.roll(gap[..., ::-1], 1, axis=-1)  # lobe k stands where lobe -k stood
+    other = ClearanceEffects(-effects.high, -effects.low, effects.shift[::-1])
+    back, turned_back = preloaded_discs(CASE, -torque, -CRANK, mirrored, other)
+    np.testing.assert_allclose(back, -rest[::-1], rtol=1e-9)
+    np.testing.assert_allclose(turned_back, -turned, rtol=1e-9)
+
+
+@pytest.mark.parametrize("relief", [-4e-6, 4e-6])
+def test_output_pins_all_displaced_by_one_angle_turn_the_output_by_it(relief, monkeypatch):
+    """A flange whose pins all stand off by one angle about its axis turns by that angle, with play
+    or preload, without torque or under any; nothing else changes.
+    """
+    angle, drawn, circle = 2e-5, simulated.sample, 0.04
+
+    def displaced(size, law, name, seed, shape):
+        if not name.startswith("output_position"):
+            return drawn(size, law, name, seed, shape)
+        at = 2 * math.pi * np.arange(shape[1]) / shape[1]
+        return np.tile(size * (np.sin(at) if " x " in name else -np.cos(at)), (shape[0], 1))
+
+    drive = replace(
+        DRIVE, relief=Modification(roller=relief), output=OutputPins(8, circle, math.inf)
+    )
+    case = (np.array([-200.0, -20.0, 20.0, 200.0]), np.array([0.1, 1.7]), 10, 1)
+    straight = simulate(drive, Scatter(flank_form=3e-6), *case)
+    monkeypatch.setattr(simulated, "sample", displaced)
+    turned = simulate(drive, Scatter(flank_form=3e-6, output_position=angle * circle), *case)
+    assert (straight.play > 0).all() == (relief > 0)
+    np.testing.assert_allclose(turned.rotation, straight.rotation + angle, atol=1e-12)
+    for end, before in zip(turned.ends, straight.ends, strict=True):
+        np.testing.assert_allclose(end, before + angle, atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", [2, 3])

@@ -227,6 +227,24 @@ def test_every_member_is_an_error_source():
     )
 
 
+@pytest.mark.parametrize("radius", [3.0, 2.0])
+def test_a_lobe_is_a_cantilever_loaded_at_half_its_height(radius):
+    """In a rigid ring a lobe alone bends: a disc that travels twice the eccentricity touches it
+    from root to crest, so the force acts one eccentricity above the root, on average; the
+    deflection there by the energy of the moment and of Cowper's shear.
+    """
+    young, nu, width, arm = 2.4e9, 0.36, 8e-3, 1.2e-3
+    crest = min(math.acos(1 - min(2e3 * arm / radius, 1.0)), math.pi / 2)
+    root = 2e-3 * radius * math.sin(crest)  # chord of the lobe's circle that the tips reach
+    along = np.linspace(0.0, arm, 10_001)
+    bent = np.trapezoid((arm - along) ** 2, along) / (young * width * root**3 / 12)
+    sheared = arm * (12 + 11 * nu) / (10 * (1 + nu)) / (young / (2 + 2 * nu) * width * root)
+    drawn = gearbox((("rigid",), ["ring body"]), (("pin_radius",), f"{radius} mm"))
+    assert drawn.drive.flanks.bending == pytest.approx(bent + sheared, rel=1e-6)
+    stiff = gearbox((("rigid",), ["ring body", "ring lobes"]))
+    assert stiff.drive.flanks.bending == 0
+
+
 def test_the_members_of_the_shaft_add_up_to_its_stiffness_at_the_disc():
     """A stated stiffness of the same size winds up as much."""
     drawn = gearbox()
