@@ -204,3 +204,9 @@ def at_tool(
         (column.of, carried(at[place], screw))
         for column, place, screw in zip(matrix.infos, matrix.place, matrix.local[0].T, strict=True)
     ]
+
+
+def only(found: list, name: str) -> np.ndarray:
+    """Return the screw of the one term of this name."""
+    (term,) = [term for term in found if term.name == name]
+    return np.broadcast_to(term.screw, (1, 6))[0] * term.bound

@@ -1,20 +1,13 @@
-"""What the arm stands on: mounts by matrix and on tracks, and the tilt that nobody measured."""
+"""What the arm stands on: mounts by stiffness, by matrix and on tracks."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.error_model.budget import Tally, costs
-from lostmotion.error_model.pose_matrix import screws
-from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.base import Base, Tracks
-from lostmotion.parts.joint import RevoluteJoint
-from lostmotion.units import Toleranced
-from tests.parts.conditions import STEEL, condition, design, terms_at
+from tests.parts.conditions import condition, design, terms_at, visit_size
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -101,52 +94,23 @@ def test_a_base_stands_on_one_thing(fields: dict[str, object], why: str):
         Base(**fields)
 
 
-def arm_on(base: Base) -> Arm:
-    """Put two aluminium tubes with a payload on a base, every joint softer than most."""
-    link = {
-        "length": 0.5,
-        "section": {"kind": "tube", "outer": 0.06, "wall": 0.003},
-        "material": {**STEEL, "young": 70e9, "density": 2700.0},
-    }
-    gearbox = {"stiffness": 5e4}
-    joints = [
-        RevoluteJoint(name=name, limits=(-3, 3), axis="y", mass=4.0, gearbox=gearbox, link=link)
-        for name in "AB"
-    ]
-    return Arm(name="arm", joints=joints, payload={"mass": 5.0}, base=base)
-
-
-Q = np.array([[-0.9, 0.7], [0.2, -1.3], [-0.3, 0.1]])
-
-
-def test_a_tilt_that_nobody_measured_is_a_part_of_its_own():
-    """The budget names the tilt and the mount apart, and the tilt's share is the mean square of
-    both angles times the tool's lever.
+def test_a_mount_gives_in_six_directions():
+    """A mount moves by load over stiffness, direction by direction; where no stiffness is stated it
+    is rigid.
     """
-    tilted = arm_on(Base(roll=Toleranced(0, 0.01), pitch=Toleranced(0, 0.01), tracks=GROUND))
-    matrix = screws(tilted, Q)
-    by_part = {cost.part: cost for cost in costs(Tally.of(matrix))}
-    assert {"base tilt", "base mount"} <= set(by_part)
-    tool = matrix.at[-1, :, :3, 3]
-    lever = tool[:, 1] ** 2 + tool[:, 2] ** 2 + tool[:, 0] ** 2 + tool[:, 2] ** 2
-    deviation = 0.01 / next(info.bound for info in matrix.infos if info.owner == "base tilt")
-    assert by_part["base tilt"].alone == pytest.approx(
-        deviation * math.sqrt(lever.mean()), rel=1e-9
+    load = (10.0, -20.0, 30.0, 100.0, 200.0, -300.0)
+    whole = Base(angular_stiffness=(1e5, 2e5, 3e5), linear_stiffness=(1e8, 2e8, 3e8))
+    np.testing.assert_allclose(
+        design(terms_at(whole, condition(load)))[0],
+        [1e-4, -1e-4, 1e-4, 1e-6, 1e-6, -1e-6],
+        rtol=1e-12,
     )
-
-
-@pytest.mark.parametrize("axis", ["roll", "pitch"])
-@pytest.mark.parametrize("angle", [0.002, 0.01])
-def test_the_load_that_a_tilt_changes_is_small_beside_the_tilt(axis: str, angle: float):
-    """With the tilt set, the arm's deflection changes by less than 2 % of the tilt's effect at the
-    tool: it is neglected, and grows as the tilt.
-    """
-    level, tilted = (screws(arm_on(Base(**{axis: size})), Q).bias[:, 3:] for size in (0.0, angle))
-    drawn = screws(arm_on(Base(**{axis: Toleranced(0.0, angle)})), Q)
-    (column,) = drawn.columns("robot")
-    itself = np.linalg.norm(drawn.tool[:, 3:, column], axis=1) * drawn.infos[column].bound
-    change = np.linalg.norm(tilted - level, axis=1)
-    assert (change < 0.02 * itself).all()
-    twice = np.linalg.norm(screws(arm_on(Base(**{axis: 2 * angle})), Q).bias[:, 3:] - level, axis=1)
-    np.testing.assert_allclose(twice, 2 * change, rtol=0.05, atol=1e-9)
-    assert change.max() > 0
+    turning = Base(angular_stiffness=(1e5, 2e5, 3e5))
+    np.testing.assert_allclose(
+        design(terms_at(turning, condition(load)))[0], [1e-4, -1e-4, 1e-4, 0, 0, 0], rtol=1e-12
+    )
+    sinking = Base(linear_stiffness=(1e8, 2e8, 3e8))
+    np.testing.assert_allclose(
+        design(terms_at(sinking, condition(load)))[0], [0, 0, 0, 1e-6, 1e-6, -1e-6], rtol=1e-12
+    )
+    assert visit_size(terms_at(whole, condition(load))) == 0
