@@ -72,10 +72,11 @@ def test_an_entry_is_short_and_leads_somewhere(term, text):
 
 
 def test_the_terms_of_the_field_are_there():
-    """Terms that were searched for have an entry, once, and the site lists the page."""
+    """Terms that were searched for have an entry, once, in alphabetical order, and the site lists the page."""
     terms = [each.strip().lower() for names, _ in ENTRIES for each in names.split(",")]
     assert [each for each in SEARCHED if each.lower() not in terms] == []
     assert len(terms) == len(set(terms))
+    assert [names for names, _ in ENTRIES] == sorted((names for names, _ in ENTRIES), key=str.lower)
     assert "glossary.md" in (ROOT / "mkdocs.yml").read_text("utf-8")
 
 
