@@ -24,6 +24,8 @@ ROOT = Path(__file__).parents[1]
 TESTS = sorted((ROOT / "tests").rglob("test_*.py"))
 # Of more tests than these, those in the room of the changed file are enough while work is going on.
 FEW = 12
+# Started as a program of its own by the other, and imported by nothing.
+PROGRAM = ("lostmotion.io.xacro_file", "lostmotion.io.xacro_process")
 
 
 def import_graph() -> grimp.ImportGraph:
@@ -37,6 +39,7 @@ def import_graph() -> grimp.ImportGraph:
         sys.path.remove(str(ROOT))
     for home in lostmotion.QUESTIONS.values():
         graph.add_import(importer="lostmotion.cli.app", imported=home)
+    graph.add_import(importer=PROGRAM[0], imported=PROGRAM[1])
     for test in graph.find_descendants("tests"):
         path = _file(test)
         for name in public_names(path.read_text("utf-8")) if path.is_file() else ():
