@@ -72,8 +72,8 @@ class Argument(_Options):
 
     help       what it means, with an example of its text where it takes text
     read       a quantity, three of them, or a function; None: whole numbers from `least` to `most`
-               and words are checked, anything else is passed on metavar    kind of value that
-               `--help` shows
+               and words are checked, anything else is passed on
+    metavar    kind of value that `--help` shows
     aliases    further options with the same meaning
     repeats    whether one or several values are taken
     together   how many values stand behind the option each time

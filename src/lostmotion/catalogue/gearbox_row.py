@@ -51,8 +51,8 @@ class GearboxRow(Printed):
 
     models           names of the row
     ratio            the row applies to this ratio only; ratio_one_of: to each of these;
-                     ratio_above: to all above; without any: to every ratio part             the
-                     fields of a revolute joint's gearbox, as text with units
+                     ratio_above: to all above; without any: to every ratio
+    part             the fields of a revolute joint's gearbox, as text with units
     upper_limits     fields for which the maker prints a limit and no value
     typical          typical values of delivered gearboxes for such fields, with their source; used
                      where a file states values = "typical" inertia_by_ratio moment of inertia at

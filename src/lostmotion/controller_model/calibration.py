@@ -31,8 +31,8 @@ class Calibration:
     """Estimates of a robot's draws. Draws that are not listed keep their distribution.
 
     streams    names of the draws with their laws, such as ("joints.A.encoder.zero", Normal()); a
-               harmonic has two, of its sine and of its cosine mean       (stream,) estimated draws,
-               in standard deviations of what the arm file states
+               harmonic has two, of its sine and of its cosine
+    mean       (stream,) estimated draws, in standard deviations of what the arm file states
     covariance (stream, stream) of the estimates; zeros for exact ones
 
     The names of the streams are those of `known_streams`. Raises InputError for arrays of another

@@ -85,8 +85,8 @@ class Compensation:
 
     command     (pose, joint) rad or m, within the limits
     left        (pose, 6) expected motion of the tool that remains: rotation to first, displacement
-                to second order, without the change of the load prediction  the prediction at the
-                wanted pose
+                to second order, without the change of the load
+    prediction  the prediction at the wanted pose
     status      (pose,) as in `Prediction`; SINGULAR where a step was reduced or the limits cut the
                 command, so that more than usual is left, and where the second of two passes finds
                 more error than without a correction: then the command is not corrected

@@ -138,8 +138,8 @@ class Cost:
     part           the part, or the label of another grouping
     alone          r.m.s. error of this part by itself, m
     share          share of the mean-square error; all shares add to one. A negative share means
-                   that the part partly cancels others rms_if_halved  r.m.s. error of the arm if the
-                   errors of this part were halved, m
+                   that the part partly cancels others
+    rms_if_halved  r.m.s. error of the arm if the errors of this part were halved, m
     levels         share by design, by robot and by visit; the three add to `share`
     """
 

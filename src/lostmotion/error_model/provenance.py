@@ -114,8 +114,9 @@ class States:
              described
     base     states of the base's tilt and mount
     assumed  every assumed value; a value that several joints share is listed once, under the name
-             of the shared part, else the first joint given    every value of the arm, stated or
-             assumed, in the order of its parts; shared ones as in `assumed`
+             of the shared part, else the first joint
+    given    every value of the arm, stated or assumed, in the order of its parts; shared ones as in
+             `assumed`
     bounded  members of drawn gearboxes that their drawings do not describe, so that only bounds of
              them are known
     moved_by_temperature  whether a link expands or bends at a stated temperature

@@ -12,8 +12,8 @@ Load compensated    removes every design term: the controller knows pose, load, 
 Mapped              removes every error drawn per robot, including harmonics and errors that depend
                     on the load.
 Arriving from one   every joint arrives from the same side at every visit, as in the cycle of ISO
-                    9283. Nothing is removed: the side of backlash that side                no load
-                    closes, and of hysteresis, becomes a constant, which repeats.
+                    9283. Nothing is removed: the side of backlash that
+side                no load closes, and of hysteresis, becomes a constant, which repeats.
 Side known          the controller knows the side from which each joint arrives (or always arrives
                     from one), and compensates the nominal backlash and hysteresis of that side.
                     Their scatter over robots remains, and so does the scatter of friction.

@@ -194,8 +194,8 @@ def flexibility(
     angles     (k,) positions of the forces around the edge, rad
     slants     (k,) inclination of each force from the outward radius, towards larger angles, rad
     half_arcs  (k,), or one for all forces: each is distributed over angle +- half arc, rad, with
-               the same inclination to the local radius exponent   of the distribution (1 -
-               x^2)^exponent over the arc; above -0.75
+               the same inclination to the local radius
+    exponent   of the distribution (1 - x^2)^exponent over the arc; above -0.75
     harmonics  number of harmonics in the sums; by default enough for 3e-4 of the largest
                displacement
 

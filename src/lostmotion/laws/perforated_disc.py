@@ -61,8 +61,8 @@ class RimLoads:
 
     angle    (force,) position from the line of centres, rad
     slant    (force,) inclination of the line of action from the radius, rad: the force points
-             inwards, against the direction angle + slant half     half arc over which each is
-             distributed as (1 - x^2)^exponent, rad
+             inwards, against the direction angle + slant
+    half     half arc over which each is distributed as (1 - x^2)^exponent, rad
     """
 
     angle: Floats

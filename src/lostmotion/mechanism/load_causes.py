@@ -78,11 +78,11 @@ class LinkBending:
     joint              name of the joint that carries the link
     length             distance from the joint to the link's tip, m
     deflection, slope  largest of the tip relative to the joint, across the link (m, rad); the poses
-                       are deflection_index and slope_index by_cause           (deflection, slope,
-                       share) of each cause. The first two are components along the total deflection
-                       and slope at those poses, and add up to them. The third is the share of the
-                       tool's mean-square error over all poses; these add up to the share of the
-                       bending of this link.
+                       are deflection_index and slope_index
+    by_cause           (deflection, slope, share) of each cause. The first two are components along
+                       the total deflection and slope at those poses, and add up to them. The third
+                       is the share of the tool's mean-square error over all poses; these add up to
+                       the share of the bending of this link.
     """
 
     joint: str

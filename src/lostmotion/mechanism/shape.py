@@ -54,8 +54,8 @@ class Body:
     name    "A.link", "A.offset" and "A.rail" for joint A, "A" for the body of the joint itself,
             "A.base", "tool", "payload"
     kind    an offset connects a joint to the previous link where the file states a distance between
-            them; a rail shows the travel of a slide form    round (cylinder or frustum of a cone),
-            box, or sphere
+            them; a rail shows the travel of a slide
+    form    round (cylinder or frustum of a cone), box, or sphere
     place   index of the place that it is fixed to, in the order of `arm.places`
     pose    (4, 4) in the frame of the place, m
     near    width along x and height along y (m) at the end where z is negative

@@ -34,9 +34,10 @@ class Encoder(OfClass, ErrorSource, Generic[AmountT]):
     side          "motor": on a turning joint its errors reach the output divided by the gear ratio.
                   "output": they reach it undivided, and the controller corrects the gearbox's
                   errors, except for the backlash that stays open under a load below the joint's
-                  friction dead_band     on the output only: ± error that the controller does not
-                  correct. A joint whose load is below its friction rests anywhere within the dead
-                  band and within the backlash; default: anywhere within the backlash
+                  friction
+    dead_band     on the output only: ± error that the controller does not correct. A joint whose
+                  load is below its friction rests anywhere within the dead band and within the
+                  backlash; default: anywhere within the backlash
     resolution    one count; the position is uniformly distributed within it
     noise         ± limit of the variation between readings
     noise_law     distribution of the noise: "normal", truncated at the limit of three sigma;
@@ -46,8 +47,9 @@ class Encoder(OfClass, ErrorSource, Generic[AmountT]):
                   robot; not for a linear scale
     zero          ± limit of the joint's zero offset after mastering, at the output
     scale_error   of a linear scale, on a sliding joint only: ± share by which its graduation is too
-                  long or too short, from the joint's zero ratio         turns of the encoder per
-                  turn of the output, or of the screw; default: the joint's gear ratio
+                  long or too short, from the joint's zero
+    ratio         turns of the encoder per turn of the output, or of the screw; default: the joint's
+                  gear ratio
     lead          of the screw, on a sliding joint; default: the lead of the joint's gearbox
     """
 

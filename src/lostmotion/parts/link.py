@@ -42,12 +42,12 @@ class Link(OfClass):
     length_tolerance    ± limit of the distance to the next seat, where `length` does not state it
                         (a tip from DH or URDF)
     tip_tolerance       instead: ± of the next seat's frame about and along each of the tip's
-                        directions, `{ tilt = [...], offset = [...] }` process             sets the
-                        ± limit of that distance where none is stated, by `laws.process_tolerance`;
-                        it counts as assumed
+                        directions, `{ tilt = [...], offset = [...] }`
+    process             sets the ± limit of that distance where none is stated, by
+                        `laws.process_tolerance`; it counts as assumed
     section, material   a uniform section, or one that changes along the link (stepped, tapered);
-                        composite sections state their own materials compliance          instead of
-                        a section: matrix (6, 6) at the tip and in its axes
+                        composite sections state their own materials
+    compliance          instead of a section: matrix (6, 6) at the tip and in its axes
     measured            instead of a section: a force on the tip and the measured deflection
     rigid               true: the link is declared rigid. None of these four: the stiffness is
                         missing, and figures are lower bounds

@@ -34,8 +34,9 @@ class Material(Sourced):
     printed part along its layers.
 
     name           parts whose materials are equal in name and values are of one batch: a range in
-                   it has one value for all of them shear_modulus  of an anisotropic material
-                   (laminate, 3D print); default: the isotropic value young / (2 (1 + poisson))
+                   it has one value for all of them
+    shear_modulus  of an anisotropic material (laminate, 3D print); default: the isotropic value
+                   young / (2 (1 + poisson))
     density        of a link's material only; default: not stated, as in the drawing of a gearbox
     scatter        ± variation of both moduli between parts, as a share
     expansion      linear thermal expansion along the link, 1/K; default: not stated, so the

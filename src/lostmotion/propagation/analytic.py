@@ -66,8 +66,9 @@ class Analytic:
     nearly_normal   (pose,) whether the error is close enough to a normal vector for integration
                     along rays; elsewhere points are used
     excess          (pose,) relative difference of the scatter's mean fourth power from a normal
-                    vector's: 0 normal, below 0 flat or two-sided worst, rss      (pose,) worst case
-                    and root-sum-square bound, m; NaN where they were not asked for
+                    vector's: 0 normal, below 0 flat or two-sided
+    worst, rss      (pose,) worst case and root-sum-square bound, m; NaN where they were not asked
+                    for
     """
 
     levels: tuple[float, ...]

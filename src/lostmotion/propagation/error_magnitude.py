@@ -68,8 +68,8 @@ class Magnitude:
 
     values         (pose, 2 + level): mean, standard deviation, quantiles
     uncertainty    (pose, 2 + level): two standard errors of the points, or, for rays, what the
-                   correction for shape moves (docs/theory/accuracy.md) nearly_normal  (pose,)
-                   whether rays apply
+                   correction for shape moves (docs/theory/accuracy.md)
+    nearly_normal  (pose,) whether rays apply
     excess         (pose,) the scatter's mean fourth power against a normal vector's: 0 normal,
                    below 0 flat or two-sided
     """

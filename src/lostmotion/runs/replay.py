@@ -53,8 +53,8 @@ class Replay:
     tool      (4, 4) where the tool should be, base frame
     error     (3,) m by the sum over terms; exact (4, 4) where the tool ends up by exact composition
     kernel    m, the length as the block gives it when computed again: the same bits as stored, with
-              the same versions on the same kind of processor others    versions that differ from
-              those that made the store
+              the same versions on the same kind of processor
+    others    versions that differ from those that made the store
     terms     the largest contribution first
     known     states of the kinds of error of its design
     """

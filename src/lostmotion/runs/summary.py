@@ -99,8 +99,8 @@ class Outcome:
     mass       of the arm without its payload, kg, as far as it is stated; gearboxes_without_mass:
                models of gearboxes without a mass
     price      of the arm as far as it is stated, in the currency of the file; None where none is.
-               joints_without_price: names of joints without one spread     some errors (m), rising,
-               and the share of all samples below each
+               joints_without_price: names of joints without one
+    spread     some errors (m), rising, and the share of all samples below each
     known      states of its kinds of error, without the limits
     """
 

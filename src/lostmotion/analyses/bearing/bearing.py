@@ -59,8 +59,8 @@ class Examined:
     clearances  (3,) m: the lowest, mean and highest working clearance
     settled     the shaft under the load at each of them
     stiffness   (5,) N/m across, across, along, N m/rad about both: in one direction with the others
-                unconstrained; 0 where unsupported pressure    (3,) Pa, of the most heavily loaded
-                element
+                unconstrained; 0 where unsupported
+    pressure    (3,) Pa, of the most heavily loaded element
     """
 
     bearing: DrawnBearing

@@ -59,8 +59,8 @@ class Change:
 
     figures  difference of every figure by the key of its `Measure`, after minus before
     by       differences by grouping, the largest share of the difference first: "parts", "members"
-             (of parts that consist of several), "causes" same     whether every robot of both has
-             the same errors, to the last bit
+             (of parts that consist of several), "causes"
+    same     whether every robot of both has the same errors, to the last bit
     apart    distance between the tool points that both command at the same joint values; None where
              they stand at different ones
     """

@@ -65,8 +65,8 @@ class FiniteElements:
     error     (torque,) rad, difference between two meshes
     stiffness (torque,) N m/rad, derivative of the torque by the rotation, plane strain
     stress    (torque,) largest von Mises stress, Pa; strain (torque,) largest equivalent strain:
-              von Mises stress over 3 G. Plane strain loaded    the disc under its share of the
-              torque, plane strain; stage as meshed
+              von Mises stress over 3 G. Plane strain
+    loaded    the disc under its share of the torque, plane strain; stage as meshed
     fields    displacement and stress of the wheels under the largest torque; turn: rotation of the
               disc there, rad
     not_meshed  another stage of the gearbox that is not meshed, and why; empty without such a stage

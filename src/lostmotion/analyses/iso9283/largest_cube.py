@@ -81,8 +81,8 @@ def largest_cube(
     arm can hold one, and its five poses.
 
     rotation  (3, 3) of the tool; None: downward, forward, and that in the middle of the joint
-              ranges are tried, and the largest cube is taken floor     lowest height of the cube in
-              the base frame, m; None: no floor
+              ranges are tried, and the largest cube is taken
+    floor     lowest height of the cube in the base frame, m; None: no floor
     cells     grid cells along the longest side of the workspace, which set the resolution; along
               the shortest side there are at least eight
 

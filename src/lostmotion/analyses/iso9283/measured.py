@@ -91,8 +91,8 @@ class MeasuredLoad:
     poses       each pose, in natural order of the names
     distance    AD_p and RD between P2 and P4; None without both
     pooled      mean, standard deviation, 95th percentile and maximum of AP_p over poses, as
-                commanded and with best-fit frames; intervals over poses fit         the best-fit
-                frames; None for fewer than three poses or without commands
+                commanded and with best-fit frames; intervals over poses
+    fit         the best-fit frames; None for fewer than three poses or without commands
     floor       RP_l expected from the instrument alone, m
     paths       each path
     axes        lines of poses along an axis, approached from two sides (ISO 230-2); with the first

@@ -77,9 +77,10 @@ def read_measured(
 
     path        one file, or several of one robot
     mapping     "role = column [unit]", several in one text separated by commas, or several texts;
-                roles as listed at the top of this file commands    CSV with the names of poses and
-                their commanded positions (and rotations) in x, y, z (a, b, c), where the files
-                state none instrument  standard deviation of one reading of a coordinate, m
+                roles as listed at the top of this file
+    commands    CSV with the names of poses and their commanded positions (and rotations) in x, y, z
+                (a, b, c), where the files state none
+    instrument  standard deviation of one reading of a coordinate, m
     loads       share of the payload for each file without a `load` column
     Raises InputError with the first 20 mistakes and their lines.
     """

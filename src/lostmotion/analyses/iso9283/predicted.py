@@ -72,8 +72,8 @@ class LoadSheet:
     fitted                (pose, robot) AP_p after the best fit of each robot's base frame over the
                           five poses
     expected, deviation   (pose,) expected value and standard deviation of RP_l for normal scatter
-                          of the same covariance, without sampling limit                 (pose,) its
-                          limit for many visits
+                          of the same covariance, without sampling
+    limit                 (pose,) its limit for many visits
     random_approach       (pose, robot) RP_l if every joint arrives from either side at random
     shown                 (robot, pose, visit, 3) errors of the first robots, for a plot
     multi_directional     (3, robot) vAP_p at P1, P2 and P4
@@ -150,7 +150,8 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     cycles      visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
     robots      number of simulated robots
     path        the poses that the line for AT and RT joins, 0 for P1; followed `path_cycles` times
-                (the standard's 10), evaluated at `path_points` loads       shares of the payload
+                (the standard's 10), evaluated at `path_points`
+    loads       shares of the payload
     instrument  standard deviation of the readings of positions that is added, m
     Raises InputError for numbers out of range, and for a path that the arm cannot follow.
     """

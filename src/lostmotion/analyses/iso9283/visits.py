@@ -38,8 +38,8 @@ class Visits:
     instrument             standard deviation of one reading of a coordinate, m; 0 where not stated
     source                 names of the files
     known                  commanded poses (4, 4) by name, m: of the rows, and of others that paths
-                           may join; rotation NaN where unknown load_stated            False: no
-                           load was stated, and the full payload is assumed
+                           may join; rotation NaN where unknown
+    load_stated            False: no load was stated, and the full payload is assumed
     unused                 columns of the files that no role is mapped to
     lost                   file and line of each row without a reading, which is excluded
     """

@@ -104,8 +104,8 @@ class PartSelection:
                       is out of reach)
     halving           effect of halving the errors of each part of the sized arm
     torques           N m by joint with a gearbox to select, largest holding torque over the poses
-                      of the search and the corners of the joint ranges small_study       (poses,
-                      robots, visits) of the studies in `trade_off` and `parts`
+                      of the search and the corners of the joint ranges
+    small_study       (poses, robots, visits) of the studies in `trade_off` and `parts`
     """
 
     arm: Arm

@@ -34,9 +34,10 @@ class Survey:
     max_compliance     (pose,) m/N, along the most compliant direction, tool free to rotate
     mean_compliance    (pose,) m/N, mean over all directions of the force
     axis_compliance    (pose, axis) m/N, displacement along x, y and z of the base per force along
-                       the same axis, tool free to rotate axis_worst         (axis,) index of the
-                       pose with the largest of each, and axis_parts (axis, part) m/N what each part
-                       adds to it there asymmetry          (pose,) as `Compliances.asymmetry`
+                       the same axis, tool free to rotate
+    axis_worst         (axis,) index of the pose with the largest of each, and axis_parts (axis,
+                       part) m/N what each part adds to it there
+    asymmetry          (pose,) as `Compliances.asymmetry`
     payload_deflection  (pose,) m, tool deflection due to the payload's weight; None without payload
     parts              names of the compliant parts
     shares             (part,) share of `mean_compliance`, mean over poses

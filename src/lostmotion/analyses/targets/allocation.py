@@ -46,7 +46,8 @@ class Allocation:
     factors        (item,), NaN for items that do not move the tool
     mean_squares   (item,) contributions to the mean square, m^2
     value          error or RP with these sizes, m, with the interval of the solution: the target,
-                   or less where all items are `not_limiting` verified       the same by Monte Carlo
+                   or less where all items are `not_limiting`
+    verified       the same by Monte Carlo
     not_limiting   (item,) items at their largest usual size, whose contribution is smaller than
                    that of the others
     yields         with these sizes, by the same criteria as those of the arm as stated

@@ -77,8 +77,8 @@ class Body:
     holes      in a disc. With output pins, which take its torque, its edge is the bore, a rigid hub
                without friction, which takes the force; with bearings of crankshafts, which take
                both, its edge is free, and displacements are relative to the mean motion of the
-               bearings plane      as of `Annulus`; use the same plane for the modulus of the
-               contacts
+               bearings
+    plane      as of `Annulus`; use the same plane for the modulus of the contacts
     """
 
     part: Part

@@ -150,7 +150,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     crank angles and simulated gearboxes (draws).
 
     torque   (torque,) on one disc about the planet's centre, N m, of either sign; at zero torque
-             the disc is free in its play, and the rotation is 0 crank    (crank,) crank angles, rad
+             the disc is free in its play, and the rotation is 0
+    crank    (crank,) crank angles, rad
     gaps     along the normals, m, negative for interference; any shape that broadcasts to (crank,
              draw, N)
     bodies   (side, crank, N, N) displacement of the bodies along contact i per force on contact j,
@@ -159,8 +160,8 @@ def load_sharing(  # noqa: PLR0913 - stage, load, and what is elastic
     stiffening  (crank, N) by how many times each contact is stiffer than by its law; default:
                 `branches` of the flanks
     pressed  (crank, N) share of each force that counts for the pressure of its contact, because a
-             second branch carries the rest; default: all of it threads  number of threads, on which
-             the result does not depend
+             second branch carries the rest; default: all of it
+    threads  number of threads, on which the result does not depend
 
     The residual is below 1e-9 of the torque, usually 1e-12; otherwise the case is marked as not
     converged. That includes a torque below a millionth of the interference forces, which is lost in

@@ -50,8 +50,9 @@ class SimulatedGearboxes:
                    zero where discs push against each other; one of the two is then negative.
     torque         (torque,) N m, of either sign
     rotation       (torque, crank, gearbox) of the output under the torque, rad, with its sign and
-                   all clearances; at least the free rotation jammed         (gearbox,) whether
-                   flanks interfere at every crank angle by more than all clearances
+                   all clearances; at least the free rotation
+    jammed         (gearbox,) whether flanks interfere at every crank angle by more than all
+                   clearances
     """
 
     ahead: Floats

@@ -41,10 +41,11 @@ class MountedBearing(Sourced):
 
     bore, outside_diameter  of the bearing: the sizes of its seats
     clearance               radial internal clearance as delivered, diametral; ± over bearings. In a
-                            file also a group of ISO 5753-1: "CN" shaft_interference      of the
-                            shaft in the inner ring, on the diameter; below zero loose. In a file
-                            also by zone: shaft_fit = "k5" housing_interference    of the outer ring
-                            in its housing. In a file also by zone: housing_fit = "H7"
+                            file also a group of ISO 5753-1: "CN"
+    shaft_interference      of the shaft in the inner ring, on the diameter; below zero loose. In a
+                            file also by zone: shaft_fit = "k5"
+    housing_interference    of the outer ring in its housing. In a file also by zone: housing_fit =
+                            "H7"
     finish                  of the seats, "ground" or "turned": fitting flattens its roughness
     inner_share, outer_share  share of an interference that reduces the clearance
     inner_ring_warmer       temperature of the inner ring above that of the outer ring

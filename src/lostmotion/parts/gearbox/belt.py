@@ -26,9 +26,9 @@ class BeltDrive(SlideFigures):
 
     belt_stiffness  EA, force per strain: specific stiffness x width
     belt_length     free length of the belt from the drive pulley to the carriage and from there
-                    round the idler back to the drive pulley start           free length from the
-                    drive pulley to the carriage where the joint's value is zero; it grows with that
-                    value
+                    round the idler back to the drive pulley
+    start           free length from the drive pulley to the carriage where the joint's value is
+                    zero; it grows with that value
 
     Valid while the pretension keeps both strands taut. A belt on the carriage's own motor (omega
     drive) has the same lengths.

@@ -81,9 +81,9 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     stiffness         one value, or one per zone with `zone_torques` between them (K1/K2/K3)
     stiffness_scatter ± scatter of the wind-up over gearboxes, as a share
     rigid             true: declared rigid. Without it and without a stiffness, the stiffness is
-                      missing, and figures are lower bounds hysteresis        full width of the
-                      friction loop at zero load; its side follows the last motion, with or without
-                      load
+                      missing, and figures are lower bounds
+    hysteresis        full width of the friction loop at zero load; its side follows the last
+                      motion, with or without load
     hysteresis_scatter ± share by which the friction, and with it that width, differs from visit to
     visit, three standard deviations. Where no
                       hysteresis is stated, the loop is that of the stated friction_torque behind

@@ -77,8 +77,8 @@ class Loaded:
     """A stage under torques (torque,), N m; SI units.
 
     theta      (contact,) from the line of centres, rad: of every pin or lobe; with an envelope ring
-               of a pin with the same arm as each contact place      (contact,) point of contact,
-               complex, m
+               of a pin with the same arm as each contact
+    place      (contact,) point of contact, complex, m
     rotation   (torque,) of the planet against the ring, rad, from the unloaded position without
                gaps, extrapolated from two meshes
     error      (torque,) difference of the rotation between the two meshes, rad
@@ -149,10 +149,10 @@ def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     relief        modification of the toothed wheel, whose gaps are added
     order         of the elements
     intervals     elements over the 2.6 half-widths that are meshed of each contact, on the coarser
-                  mesh; the finer one halves every element terms         of the displacements over
-                  the width, in three dimensions with free faces (`elasticity`), with pressures
-                  uniform over the width and gaps that are means over it; zero: plane, with the
-                  stress states of the wheels
+                  mesh; the finer one halves every element
+    terms         of the displacements over the width, in three dimensions with free faces
+                  (`elasticity`), with pressures uniform over the width and gaps that are means over
+                  it; zero: plane, with the stress states of the wheels
     progress      called with what is done, how much of it and of how much
 
     Raises ValueError, before meshing, for wheels that are too thin and for interfering flanks,

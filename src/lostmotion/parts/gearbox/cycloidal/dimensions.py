@@ -81,8 +81,8 @@ class Heated(Sourced):
     """The temperature of a stage.
 
     ring_expansion    thermal expansion of the body of the ring, 1/K; default: that of
-                      ring_material, which is that of ring pins too temperature_rise  of the stage
-                      above the temperature of its drawing; default: that of the arm
+                      ring_material, which is that of ring pins too
+    temperature_rise  of the stage above the temperature of its drawing; default: that of the arm
     """
 
     ring_expansion: Expansion | None = None
@@ -99,18 +99,18 @@ class StageDimensions(Heated):
     ring_radius    of the circle of pin centres (R); ± over gearboxes, as for pin_radius (Rr) and
                    eccentricity (e)
     pin_position   ± position of each pin or lobe, radially and tangentially; pin_size ± of its
-                   radius; flank_form ± of each disc's flank width          of one disc; discs:
-                   their number
+                   radius; flank_form ± of each disc's flank
+    width          of one disc; discs: their number
     disc_bore_radius   inner radius of the disc; default: that of the central eccentric's bearing by
-                       size, else 0.35 times the ring radius ring_outer_radius  outer radius of the
-                       ring, held there; default: 1.25 times the reach of its teeth or of the seats
-                       of its pins
+                       size, else 0.35 times the ring radius
+    ring_outer_radius  outer radius of the ring, held there; default: 1.25 times the reach of its
+                       teeth or of the seats of its pins
     pin_span       free length of a ring pin held at both ends; default: pins in full-length seats,
                    which do not bend
                    (the model of the ring's body assumes such seats in either case)
     envelope       how the second branch of envelope lobes stiffens the contacts: "rule" or "exact";
-                   default: the rule in its range, exact outside disc           holes and bore of
-                   the discs
+                   default: the rule in its range, exact outside
+    disc           holes and bore of the discs
     seats          of the bearings of the eccentric's shaft, by name
     rigid          names of members declared rigid, as the results list them
     process        that makes disc and ring: its tolerances count where none are stated ("IT7", "ISO

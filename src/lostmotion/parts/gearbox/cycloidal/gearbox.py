@@ -33,10 +33,11 @@ class CycloidalGearbox(CycloidalDrawing):
     fixed            "ring" (the disc, or its carrier, is the output) or "carrier" (the ring is)
     first_stage      planetary (RV) or cycloidal; default: the input turns the eccentric
     frame            torsional stiffness of housing and output shaft, at the output; or a table of
-                     its screws and of the housing as a tube input_shaft      torsional stiffness at
-                     the input; default: that of the eccentric's shaft up to its first disc, where
-                     its sections are stated rigid            names of members declared rigid;
-                     others that the drawing does not describe are bounded
+                     its screws and of the housing as a tube
+    input_shaft      torsional stiffness at the input; default: that of the eccentric's shaft up to
+                     its first disc, where its sections are stated
+    rigid            names of members declared rigid; others that the drawing does not describe are
+                     bounded
     friction_torque  at the output without load (seals, preload), included in the hysteresis. Under
                      a load below it the play stays open; default: 1 % of the rated torque for the
                      play, and none in the hysteresis. ± is its scatter over gearboxes, of the play
