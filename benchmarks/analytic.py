@@ -64,8 +64,10 @@ def measure(name, arm, count) -> None:
     q = lostmotion.sample_poses(arm, count).q[:count]
     # Rays and points are compared where all robots have the same plays closed, and so the same
     # draws.
-    poses = Poses(q[~lostmotion.screws(arm, q).closed_in_some.any(axis=0)], "given")
-    matrix, count = lostmotion.screws(arm, poses.q), len(poses)
+    poses = Poses(
+        q[~lostmotion.screws(lostmotion.state_of(arm, q)).closed_in_some.any(axis=0)], "given"
+    )
+    matrix, count = lostmotion.screws(lostmotion.state_of(arm, poses.q)), len(poses)
     drawn = Drawn(matrix)
     shift, bias = drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:])
     found, points = analytic(arm, poses, threads=2), drawn.draws(POINTS)

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import lostmotion
-from lostmotion.mechanism.elastostatics import compliances
+from lostmotion.mechanism.state import state_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -25,7 +25,7 @@ def main() -> None:
         seconds = []
         for _ in range(6):  # the first one warms up
             start = time.perf_counter()
-            found = compliances(arm, q)
+            found = state_of(arm, q).compliances
             seconds.append(time.perf_counter() - start)
         best = min(seconds[1:])
         print(

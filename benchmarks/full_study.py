@@ -48,7 +48,7 @@ class NumPyStudy:
 
     def __init__(self, matrix: PoseMatrix, robots: int, visits: int) -> None:
         self.matrix, self.robots, self.visits = matrix, robots, visits
-        self.steps = steps_between(matrix.at)
+        self.steps = steps_between(matrix.state.frames)
         self.places = np.unique(matrix.place)
         self.columns = {place: np.flatnonzero(matrix.place == place) for place in self.places}
         self.local = {
@@ -94,7 +94,7 @@ class NumPyStudy:
                     )
                 step = self.steps[place, pose]
                 point = step[:3, :3] @ point + step[:3, 3:]
-            self.reduce(point - self.matrix.at[-1, pose, :3, 3:], out, histogram)
+            self.reduce(point - self.matrix.state.frames[-1, pose, :3, 3:], out, histogram)
         return out
 
     def linear(self) -> list:
@@ -135,7 +135,9 @@ def main() -> None:
     # The NumPy programs take every tenth pose: their time per sample does not depend on the number
     # of poses, and nobody need wait.
     some = poses.q[::10]
-    numpy_study = NumPyStudy(lostmotion.screws(arm, some), options.robots, options.visits)
+    numpy_study = NumPyStudy(
+        lostmotion.screws(lostmotion.state_of(arm, some)), options.robots, options.visits
+    )
     run(arm, lostmotion.sample_poses(arm, 8), 64, 2, 1)  # compile
     draws = options.robots * options.visits
     contestants = {

@@ -23,6 +23,7 @@ from lostmotion.controller_model.controller import OPEN_PLAY
 from lostmotion.error_model.draws import robot_draws
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import sample_poses
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import compose, draws_of
 from lostmotion.propagation.montecarlo.waterfall import Waterfall, geometry_of, waterfall
 from lostmotion.reporting.chart import PER_UNIT, label_axes, legend, one
@@ -94,7 +95,7 @@ def arrivals(
     """Return where the tool of a robot arrives (pose, visit, 3), m; without visits where it arrives
     on average over them.
     """
-    matrix, rows = screws(arm, command), np.arange(len(command))
+    matrix, rows = screws(state_of(arm, command)), np.arange(len(command))
     row, visit = (
         each.ravel() for each in np.meshgrid(rows, np.arange(max(visits, 1)), indexing="ij")
     )
@@ -110,7 +111,7 @@ def demonstrate(arm: lostmotion.Arm) -> Demonstration:
     """Send every robot to every pose with each command, and again without gravity."""
     poses = sample_poses(arm, POSES, seed=SEED)
     q, weightless, none = poses.q, arm.model_copy(update={"gravity": 0.0}), np.zeros(3)
-    design, matrix = lostmotion.controller(arm), screws(arm, q)
+    design, matrix = lostmotion.controller(arm), screws(state_of(arm, q))
     ideal, compensated = design.predict(q).point[:, None], design.compensate(q).command
     errors: dict[str, list[np.ndarray]] = {name: [] for name in STAGES}
     by_gravity = []

@@ -27,6 +27,7 @@ from lostmotion.analyses.iso9283.joint_motion import (
 )
 from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, with_payload_share
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
 from lostmotion.spatial import pose_of
 
@@ -42,7 +43,7 @@ def visited(
     arm: lostmotion.Arm, q: np.ndarray, approach: np.ndarray, first: int, visits: int = VISITS
 ) -> np.ndarray:
     """Return the errors (pose, visit, 3) of the one robot, m."""
-    matrix = screws(arm, q, approach=approach)
+    matrix = screws(state_of(arm, q), approach=approach)
     numbers = np.arange(visits)
     return np.stack(
         [

@@ -146,7 +146,7 @@ def part_screws(
     """Return a part's terms at one pose in its own frame: name -> screw (6,) per unit draw, and the
     largest draw.
     """
-    matrix = lostmotion.screws(arm, q)
+    matrix = lostmotion.screws(lostmotion.state_of(arm, q))
     # Without what friction changes from robot to robot: no load is near it here.
     mine = [
         (k, info)
@@ -185,7 +185,7 @@ def moment_rows() -> Rows:
             float(paper.static_moment(z_arm, weights, q, reading)[2][0])
             for reading in ("printed", "corrected")
         )
-        ours = float(lostmotion.worst_torques_over_tilts(arm, q)[0, 1])
+        ours = float(lostmotion.worst_torques_over_tilts(lostmotion.state_of(arm, q))[0, 1])
         rows.append(
             (
                 f"moment Ma at A, {name} [1]",
@@ -201,7 +201,9 @@ def moment_rows() -> Rows:
 def transmission_rows() -> Rows:
     """Compare the strain that is read as an angle, the backlash and the manufacture."""
     read = paper.strain_read_as_angle()
-    torque = float(lostmotion.worst_torques_over_tilts(arm_with(), STRAIGHT)[0, 1])
+    torque = float(
+        lostmotion.worst_torques_over_tilts(lostmotion.state_of(arm_with(), STRAIGHT))[0, 1]
+    )
     boxed = arm_with("A", gearbox={"backlash": "0.5 arcmin", "transmission_error": "0.5 arcmin"})
     terms = part_screws(boxed, STRAIGHT, "joints.A.gearbox")
     play = sum(
@@ -450,7 +452,7 @@ def extremes_rows() -> Rows:
 def tilt_note() -> str:
     """Return a note on the effect of the same 60 µm when they tilt an axis."""
     tilting = arm_with("O", bearing={"kind": "rolling", "clearance": "60 µm", "span": "50 mm"})
-    matrix = lostmotion.screws(tilting, LEVEL)
+    matrix = lostmotion.screws(lostmotion.state_of(tilting, LEVEL))
     tilt, moved = (
         float(np.linalg.norm(matrix.bias[0, :3])) / ARCMIN,
         float(np.linalg.norm(matrix.bias[0, 3:])),

@@ -25,7 +25,7 @@ from lostmotion.error_model.intervals import pooled_robots_quantile
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.first_screen import print_first_screen
@@ -87,7 +87,7 @@ def test_the_study_has_the_rp_of_the_iso_command_at_its_poses():
     q = np.array(
         [[0.1, -0.4, 0.9], [0.3, -0.2, 0.7], [0.3, -0.6, 1.2], [-0.2, -0.5, 1.1], [-0.3, -0.3, 0.8]]
     )
-    cube = Cube(np.zeros(3), 0.1, None, q, frames(arm, q)[-1], 0, np.nan, "given")
+    cube = Cube(np.zeros(3), 0.1, None, q, state_of(arm, q).frames[-1], 0, np.nan, "given")
     iso = predict_robots(arm, cube, cycles=30, robots=40, loads=(1.0,)).loads[0]
     study = lostmotion.study(arm, Poses(q, "given"), robots=40, visits=30)
     cycle, either = study.repeats
@@ -407,7 +407,7 @@ def test_a_sizing_for_rp_sums_what_differs_between_visits(of, approach):
     """Its covariance at every pose is that of a robot's visits, and no mean counts."""
     arm, q = scattering_arm(), np.random.default_rng(4).uniform(-1, 1, (8, 3))
     sums = ErrorCache(arm, q, of).of(arm)
-    covariance = visit_covariance(screws(arm, q, approach=approach))
+    covariance = visit_covariance(screws(state_of(arm, q), approach=approach))
     assert not sums[BIAS].any()
     np.testing.assert_allclose(
         sums[COVARIANCE],

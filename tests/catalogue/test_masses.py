@@ -11,7 +11,7 @@ from lostmotion.catalogue.gearbox_row import GearboxRow
 from lostmotion.catalogue.search import Criteria
 from lostmotion.io import read
 from lostmotion.mechanism.arm import STANDARD_GRAVITY
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import state_of
 from tests.catalogue.test_own_reducers import ROW
 
 LIMITS = 'type = "revolute"\naxis = "-y"\nlimits = ["-90 deg", "90 deg"]\n'
@@ -35,7 +35,9 @@ def test_a_heavier_reducer_loads_the_joints_before_it(tmp_path):
     nothing at the elbow.
     """
     arm = arm_from(tmp_path, TWO + 'gearbox = "RV-40E-121"\n')
-    assert joint_torques(arm, [[0.0, 0.3]])[0] == pytest.approx([9.3 * STANDARD_GRAVITY * 0.5, 0.0])
+    assert state_of(arm, [[0.0, 0.3]]).torques[0] == pytest.approx(
+        [9.3 * STANDARD_GRAVITY * 0.5, 0.0]
+    )
     assert arm.mass == pytest.approx(9.3)
     assert any(
         "added at joints whose own mass is not stated" in note and "B 9.3 kg" in note
@@ -47,7 +49,7 @@ def test_a_stated_mass_of_a_joint_includes_its_reducer(tmp_path):
     """Nothing is weighed twice: 12 kg stay 12 kg, and zero stays zero."""
     for stated in (12.0, 0.0):
         arm = arm_from(tmp_path, TWO + f'mass = "{stated} kg"\ngearbox = "RV-40E-121"\n')
-        assert joint_torques(arm, [[0.0, 0.3]])[0] == pytest.approx(
+        assert state_of(arm, [[0.0, 0.3]]).torques[0] == pytest.approx(
             [stated * STANDARD_GRAVITY * 0.5, 0.0]
         )
         assert any("includes" in note and "B 9.3 kg" in note for note in arm.remarks)
@@ -80,7 +82,9 @@ def test_the_bodies_of_a_urdf_include_their_drives(tmp_path):
     )
     (tmp_path / "arm.toml").write_text('[joints.B]\ngearbox = "RV-40E-121"\n', encoding="utf-8")
     arm = read(tmp_path / "arm.urdf")
-    assert joint_torques(arm, [[0.0, 0.0]])[0] == pytest.approx([5 * STANDARD_GRAVITY * 0.2, 0.0])
+    assert state_of(arm, [[0.0, 0.0]]).torques[0] == pytest.approx(
+        [5 * STANDARD_GRAVITY * 0.2, 0.0]
+    )
     assert any("includes" in note for note in arm.remarks)
 
 

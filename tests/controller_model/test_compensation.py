@@ -14,6 +14,7 @@ from lostmotion.controller_model.controller import LARGEST_STEP, OK, SINGULAR
 from lostmotion.controller_model.prediction import frames
 from lostmotion.controller_model.remainder import reached, remainder
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import compose
 from tests.controller_model.test_prediction import one_joint
 from tests.parts.random_arms import EXAMPLES, random_arm
@@ -44,7 +45,7 @@ def composed(arm, command):
     """Return the tool points (pose, 3) of a robot that has exactly its expected errors, with exact
     composition of all frames.
     """
-    matrix = screws(arm, command)
+    matrix = screws(state_of(arm, command))
     draws = np.array([float(info.level == "design") for info in matrix.infos])
     return compose(
         matrix,

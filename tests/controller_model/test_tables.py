@@ -12,7 +12,7 @@ import pytest
 import lostmotion
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.distributions import Cosine, Normal, Sine
-from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
 from tests.parts.random_arms import EXAMPLES, random_arm, random_poses
 
@@ -68,13 +68,13 @@ def test_a_controller_predicts_what_a_study_computes(name):
     for approach in (0.0, 1.0, -1.0, mixed):
         found, matrix = (
             model.predict(q, side=np.broadcast_to(approach, q.shape)),
-            screws(arm, q, approach=approach),
+            screws(state_of(arm, q), approach=approach),
         )
-        tool = frames(arm, q)[-1]
+        tool = state_of(arm, q).frames[-1]
         assert not found.status.any()
         np.testing.assert_allclose(found.point, tool[:, :3, 3], atol=1e-13)
         np.testing.assert_allclose(found.turn, tool[:, :3, :3], atol=1e-13)
-        assert_near(found.torques, joint_torques(arm, q))
+        assert_near(found.torques, state_of(arm, q).torques)
         assert_near(found.screw, matrix.bias)
         assert_near(found.covariance, covariance_of(matrix))
         assert_near(
@@ -103,9 +103,9 @@ def test_payload_and_gravity_are_inputs():
     load = [3.0, 0.02, -0.01, 0.05, 5.0, -20.0, 10.0, 0.3, 0.1, -0.2]
     found, matrix = (
         lostmotion.controller(arm).predict(q, load, tilted.gravity_in_base),
-        screws(tilted, q),
+        screws(state_of(tilted, q)),
     )
-    assert_near(found.torques, joint_torques(tilted, q))
+    assert_near(found.torques, state_of(tilted, q).torques)
     assert_near(found.screw, matrix.bias)
     assert_near(found.covariance, covariance_of(matrix))
 
@@ -122,11 +122,13 @@ def test_the_jacobian_is_the_derivative_of_the_tool():
     q, step = random_poses(arm, 5) * 0.9, 1e-6
     found = lostmotion.controller(arm, largest_payload=100.0).predict(q).jacobian
     for k in range(q.shape[1]):
-        ends = [frames(arm, q + sign * step * np.eye(q.shape[1])[k])[-1] for sign in (1, -1)]
+        ends = [
+            state_of(arm, q + sign * step * np.eye(q.shape[1])[k]).frames[-1] for sign in (1, -1)
+        ]
         spin = (
             (ends[0][:, :3, :3] - ends[1][:, :3, :3])
             / (2 * step)
-            @ frames(arm, q)[-1][:, :3, :3].transpose(0, 2, 1)
+            @ state_of(arm, q).frames[-1][:, :3, :3].transpose(0, 2, 1)
         )
         np.testing.assert_allclose(
             found[:, 3:, k], (ends[0] - ends[1])[:, :3, 3] / (2 * step), atol=1e-8
@@ -158,7 +160,7 @@ def test_a_calibrated_robot_has_its_own_mean_and_less_scatter():
         arm, calibration=lostmotion.Calibration(streams, mean, remaining)
     ).predict(q)
 
-    matrix = screws(arm, q)
+    matrix = screws(state_of(arm, q))
     names = [stream for stream, _ in streams]
     laws = dict(enumerate(law for _, law in streams))
     known, uncertain, used = {}, {}, set()

@@ -21,8 +21,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.laws.distributions import Normal
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.error_source import Friction
 from lostmotion.propagation.analytic import Drawn, analytic
 from lostmotion.propagation.exact import draws_of
@@ -82,7 +81,7 @@ def sampled(arm, robots, visits=1, approach=0.0, seed=4):
     """Return the error of each sample (robot x visit,), mm, and whether the play of its robot is
     closed.
     """
-    matrix = screws(arm, HERE, approach=approach)
+    matrix = screws(state_of(arm, HERE), approach=approach)
     robot, visit = (
         axis.ravel() for axis in np.meshgrid(np.arange(robots), np.arange(visits), indexing="ij")
     )
@@ -95,7 +94,7 @@ def test_cumulants_are_the_sums_over_sides_and_states(load):
     """The columns of the pose matrix and their joint cumulants have the share, mean, variance,
     third and fourth cumulant of p.
     """
-    matrix = screws(loaded(load), HERE)
+    matrix = screws(state_of(loaded(load), HERE))
     drawn = Drawn(matrix)
     shift = 1e3 * drawn.shift(matrix)[0, 1]
     closed = matrix.closed.T[:, drawn.plays]
@@ -136,7 +135,7 @@ def test_a_known_approach_leaves_scatter_between_robots_alone(approach, mean, va
     """With a known approach each robot repeats exactly, and p varies between robots alone: the load
     or the last motion sets its play.
     """
-    matrix = screws(loaded(0.9), HERE, approach=approach)
+    matrix = screws(state_of(loaded(0.9), HERE), approach=approach)
     merged = matrix.merged
     assert {info.level for info in merged.infos} <= {"design", "robot"}
     drawn = sum(merged.squares[k, 0] for k, info in enumerate(merged.infos) if info.draws)
@@ -177,7 +176,7 @@ def test_no_sample_exceeds_the_worst_case_and_the_largest_is_close(load, approac
     """
     arm = loaded(load)
     largest = np.abs(sampled(arm, 200_000, approach=approach)[0]).max() * 1e-3
-    matrix = screws(arm, HERE, approach=approach)
+    matrix = screws(state_of(arm, HERE), approach=approach)
     bound = worst_case(matrix)[0]
     assert largest <= bound * (1 + 1e-12)
     assert bounds(matrix).root_sum_square[0] <= bound * (1 + 1e-12)
@@ -189,7 +188,7 @@ def test_friction_without_scatter_closes_the_play_of_all_robots_at_one_load():
     """Where all robots have the same friction, the play of every robot is open below that load and
     closed above it.
     """
-    below, above = (screws(loaded(load, scatter=0.0), HERE) for load in (0.99, 1.01))
+    below, above = (screws(state_of(loaded(load, scatter=0.0), HERE)) for load in (0.99, 1.01))
     assert all(info.closing is None for matrix in (below, above) for info in matrix.infos)
     assert not below.bias.any()
     assert 1e3 * above.bias[0, 4] == pytest.approx(H)
@@ -210,7 +209,7 @@ def test_one_robot_s_play_at_two_poses_is_closed_by_one_friction():
     arm = Arm.model_validate(
         {"name": "pitch", "joints": [joint | {"gearbox": gearbox}], "payload": {"mass": 1.0}}
     )
-    matrix = screws(arm, np.array([[0.0], [0.45]]))
+    matrix = screws(state_of(arm, np.array([[0.0], [0.45]])))
     first, second = matrix.closed[0]
     assert 0.1 < second < first < 0.9
     robots, changed = (
@@ -234,7 +233,7 @@ def test_load_compensation_leaves_the_scatter_of_friction():
     arm = loaded(0.9, amount=0.0)
     stages = waterfall(arm, Poses(HERE, "given"), 512, 4, 2).stages
     mean = {stage.name: 1e3 * stage.mean.value for stage in stages}
-    c = float(screws(arm, HERE).closed[0, 0])
+    c = float(screws(state_of(arm, HERE)).closed[0, 0])
     ends = [(share / 2, b, s) for (share, b), s in itertools.product(((c, 1), (1 - c, 0)), (-1, 1))]
     assert mean["as manufactured"] == pytest.approx(
         sum(w * abs(H * (b + (1 - b) * s) + L * s) for w, b, s in ends), rel=0.03
@@ -253,11 +252,11 @@ def test_the_play_of_each_robot_is_either_closed_or_open(arm):
     switches on or off.
     """
     q, robots = random_poses(arm, 6), 40
-    at = frames(arm, q)
+    state = state_of(arm, q)
     felt, matrix, joints = (
-        Conditions(arm, q, at),
-        screws(arm, q),
-        [joint.name for joint in arm.moving],
+        state.conditions(),
+        screws(state),
+        [joint.name for joint in arm.driven],
     )
     robot, visit = (
         axis.ravel() for axis in np.meshgrid(np.arange(robots), np.arange(3), indexing="ij")
@@ -266,7 +265,7 @@ def test_the_play_of_each_robot_is_either_closed_or_open(arm):
     for of in arm.terms:
         term, condition = of.term, felt(of)
         moved = np.einsum(
-            "pij,jp->pi", carry(arm.tree, at, of.place), term.scale * term.form.screw(condition)
+            "pij,jp->pi", state.carry(of.place), term.scale * term.form.screw(condition)
         )
         for row in range(len(q)):
             size = np.ones(len(robot))
@@ -326,7 +325,7 @@ def test_pooled_quantiles_over_poses_of_any_load_agree_with_monte_carlo():
         {"name": "pitch", "joints": [joint | {"gearbox": gearbox}], "payload": {"mass": 1.0}}
     )
     poses = Poses(np.linspace(-1.5, 1.5, 64)[:, None], "given")
-    some = screws(arm, poses.q).closed_in_some
+    some = screws(state_of(arm, poses.q)).closed_in_some
     assert 0.2 < some.mean() < 0.9
     without = pooled(arm, poses, analytic(arm, poses))
     found = run(arm, poses, 4000, 4, 1)

@@ -20,7 +20,8 @@ from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io import read
 from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
-from lostmotion.mechanism.serial import worst_torques_over_tilts
+from lostmotion.mechanism.holding_torques import worst_torques_over_tilts
+from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
@@ -137,7 +138,7 @@ def poses(arm: Arm) -> Floats:
 
 def repeatability(arm: Arm, q: Floats) -> Floats:
     """Return RP_l of many visits (pose,), m, without sampling."""
-    return expected_repeatability(visit_covariance(screws(arm, q)))[0]
+    return expected_repeatability(visit_covariance(screws(state_of(arm, q))))[0]
 
 
 def from_one_side(arm: Arm, q: Floats) -> Floats:
@@ -145,7 +146,8 @@ def from_one_side(arm: Arm, q: Floats) -> Floats:
     downward last motions of all joints.
     """
     return (
-        screws(arm, q, approach=1.0).bias[:, 3:] - screws(arm, q, approach=-1.0).bias[:, 3:]
+        screws(state_of(arm, q), approach=1.0).bias[:, 3:]
+        - screws(state_of(arm, q), approach=-1.0).bias[:, 3:]
     ).ravel()
 
 
@@ -356,7 +358,7 @@ def test_the_largest_load_of_a_joint_is_that_of_random_poses_under_every_tilt():
         q = low + (high - low) * np.random.default_rng(1).random((20_000, len(low)))
         numbers = [k for k, joint in enumerate(arm.joints) if not isinstance(joint, FixedJoint)]
         for number, worst in zip(
-            numbers, worst_torques_over_tilts(arm, q).max(axis=0), strict=True
+            numbers, worst_torques_over_tilts(state_of(arm, q)).max(axis=0), strict=True
         ):
             found = arm.holding(number).load
             assert 0.93 * worst < found < 1.005 * max(worst, 0.1 * STANDARD_GRAVITY * 2)

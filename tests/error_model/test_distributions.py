@@ -17,6 +17,7 @@ from lostmotion.error_model.draws import robot_draws, sobol
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.distributions import Normal, Table, product_mean
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.units import Toleranced
 
@@ -135,7 +136,7 @@ def test_the_standard_deviation_is_that_of_all_samples():
     ]
     arm = Arm(name="two", joints=joints, tool={"frame": {"xyz": (0.3, 0.1, 0.2)}})
     study = lostmotion.study(arm, 16, robots=200, visits=2, seed=4)
-    matrix = screws(arm, study.poses.q)
+    matrix = screws(state_of(arm, study.poses.q))
     draws = (
         robot_draws(4, [info.robot for info in matrix.infos], 200)
         .transpose(1, 0, 2)
@@ -185,7 +186,7 @@ def test_a_two_row_table_is_the_uniform_distribution():
     distribution.
     """
     table, word = (
-        screws(slides("x", noise_law=law), np.array([[0.5]]))
+        screws(state_of(slides("x", noise_law=law), np.array([[0.5]])))
         for law in (((-1, 0), (1, 1)), "uniform")
     )
     np.testing.assert_allclose(table.tool[..., -1], word.tool[..., -1], rtol=1e-12)
@@ -222,7 +223,7 @@ def test_the_mean_of_a_table_displaces_every_robot_equally():
         link={"length": Toleranced(0.5, 1e-4, SKEWED)},
     )
     arm = Arm(name="one", joints=[turning], base={"roll": Toleranced(0.0, 1e-3, SKEWED)})
-    bias = screws(arm, np.zeros((1, 1))).bias[0]
+    bias = screws(state_of(arm, np.zeros((1, 1)))).bias[0]
     assert bias[2] == pytest.approx(3e-3 * MEAN_OF_SKEWED)
     assert bias[3] == pytest.approx(1e-4 * MEAN_OF_SKEWED)
     assert bias[0] == pytest.approx(1e-3 * MEAN_OF_SKEWED)
@@ -233,7 +234,7 @@ def test_an_error_without_limits_has_no_worst_case():
     without a lever arm does not change it.
     """
     arm = slides("xyz", noise_law=WITHOUT_LIMITS)
-    matrix = screws(arm, middle(arm))
+    matrix = screws(state_of(arm, middle(arm)))
     assert np.isinf(worst_case(matrix)).all()
     assert bounds(matrix).root_sum_square == pytest.approx(math.sqrt(3) * 3e-3)
     study = both(arm, robots=20, visits=2)
@@ -265,7 +266,7 @@ def test_an_error_without_limits_has_no_worst_case():
             )
         ],
     )
-    assert worst_case(screws(still, np.zeros((1, 1)))) == pytest.approx(3e-5)
+    assert worst_case(screws(state_of(still, np.zeros((1, 1))))) == pytest.approx(3e-5)
 
 
 def test_a_target_is_sized_where_an_error_has_no_limits():

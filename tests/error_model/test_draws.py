@@ -8,6 +8,7 @@ from lostmotion.error_model.draw_kernel import LANES, TABLE
 from lostmotion.error_model.draws import Stream, robot_draws, uniforms, visit_draws
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
+from lostmotion.mechanism.state import state_of
 from tests.conftest import arm_of
 
 
@@ -63,5 +64,5 @@ def test_a_new_error_source_changes_no_other_draws():
     """An arm with an added encoder has the same streams for all other terms."""
     bare, more = arm_of(encoder=None), arm_of()
     q = np.zeros((1, 3))
-    known = {(info.name, info.robot, info.visit) for info in screws(more, q).infos}
-    assert {(info.name, info.robot, info.visit) for info in screws(bare, q).infos} < known
+    known = {(info.name, info.robot, info.visit) for info in screws(state_of(more, q)).infos}
+    assert {(info.name, info.robot, info.visit) for info in screws(state_of(bare, q)).infos} < known

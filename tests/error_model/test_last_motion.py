@@ -9,6 +9,7 @@ from lostmotion.analyses.sizing.error_cache import BIAS, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo.montecarlo import run
 from tests.parts.random_arms import example_arms, random_arms
@@ -50,9 +51,11 @@ def test_the_mean_square_of_a_random_last_motion_is_the_mean_of_both_directions(
     for joint in range(q.shape[1]):
         up, down, either = (sides.copy() for _ in range(3))
         up[:, joint], down[:, joint], either[:, joint] = 1.0, -1.0, 0.0
-        each = [mean_square(screws(arm, q, approach=approach)) for approach in (up, down)]
+        each = [mean_square(screws(state_of(arm, q), approach=approach)) for approach in (up, down)]
         np.testing.assert_allclose(
-            mean_square(screws(arm, q, approach=either)), np.mean(each, axis=0), rtol=1e-12
+            mean_square(screws(state_of(arm, q), approach=either)),
+            np.mean(each, axis=0),
+            rtol=1e-12,
         )
 
 
@@ -73,7 +76,7 @@ def test_a_visit_with_random_last_motion_is_a_visit_from_either_direction(arm):
         errors = {}
         for side in (0.0, 1.0, -1.0):
             sides[:, joint] = side
-            matrix = screws(arm, q, approach=sides)
+            matrix = screws(state_of(arm, q), approach=sides)
             errors[side] = (matrix.tool[0, 3:] @ draws_of(matrix, 0, 5, 0, robot, visit)).T.reshape(
                 64, 32, 3
             )
@@ -111,7 +114,7 @@ def test_parts_of_a_joint_that_share_its_last_motion_add_before_they_are_squared
     sums = ErrorCache(arm, q).of(arm)
     np.testing.assert_allclose(
         (sums[BIAS] ** 2).sum(axis=0) + sums[3:6].sum(axis=0),
-        mean_square(screws(arm, q)),
+        mean_square(screws(state_of(arm, q))),
         rtol=1e-11,
         atol=1e-30,
     )

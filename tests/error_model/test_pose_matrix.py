@@ -16,8 +16,7 @@ import lostmotion
 from lostmotion.error_model.closing import mean_and_change
 from lostmotion.error_model.pose_matrix import Columns, screws
 from lostmotion.laws.distributions import COMPARED, Cosine, Sine, product_mean
-from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.forms import Constant, Harmonic, Linear
 from tests.parts.random_arms import example_arms, random_arms, random_poses
 
@@ -41,7 +40,7 @@ def test_merged_columns_are_uncorrelated(arm, approach):
     a partly known approach.
     """
     q = random_poses(arm, 4)
-    merged = screws(arm, q, approach=approach_of(approach, q)).merged
+    merged = screws(state_of(arm, q), approach=approach_of(approach, q)).merged
     assert len(set(merged.infos)) == len(merged.infos)
 
     def mean(one, other):
@@ -69,7 +68,7 @@ def test_a_pose_has_the_same_bits_alone_as_among_many(arm):
     another way than many.
     """
     q = random_poses(arm, 40)
-    many, columns = screws(arm, q), Columns(arm)
+    many, columns = screws(state_of(arm, q)), Columns(arm)
     assert columns.infos == many.infos
     for k in (0, 17, 39):
         one = columns.matrix(q[k : k + 1])
@@ -87,7 +86,7 @@ def test_a_pose_has_the_same_bits_alone_as_among_many(arm):
 def test_merging_loses_no_error(arm, approach):
     """The merged columns displace the tool exactly as the single columns do, for any draws."""
     q = random_poses(arm, 8)
-    matrix = screws(arm, q, approach=approach_of(approach, q))
+    matrix = screws(state_of(arm, q), approach=approach_of(approach, q))
     drawn = dict(
         zip(matrix.groups, np.random.default_rng(2).normal(size=len(matrix.groups)), strict=True)
     )
@@ -102,7 +101,7 @@ def test_a_known_approach_fixes_the_side_of_every_sided_error(arm):
     approach on the opposite side.
     """
     q = random_poses(arm, 8)
-    either, up, down = (screws(arm, q, approach=sign) for sign in (0.0, 1.0, -1.0))
+    either, up, down = (screws(state_of(arm, q), approach=sign) for sign in (0.0, 1.0, -1.0))
     assert [info.of for info in up.infos] == [info.of for info in either.infos]
     for k, info in enumerate(either.infos):
         if info.of.term.sided:
@@ -176,10 +175,9 @@ def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(ar
     so the fields of a term are complete.
     """
     q = random_poses(arm, 20)
-    matrix = screws(arm, q)
+    state = state_of(arm, q)
+    matrix, felt = screws(state), state.conditions()
     drawn = matrix.merged.tool[:, :, matrix.merged.columns("robot", "visit", "robot x visit")]
-    at = frames(arm, q)
-    felt = Conditions(arm, q, at)
     mean, covariance, shared = (
         np.zeros((len(q), 6)),
         np.zeros((len(q), 6, 6)),
@@ -221,7 +219,7 @@ def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(ar
             by_draw[of, term.robot, term.visit, closing] += (
                 term.scale * term.form.screw(condition) * share
             )
-        to_tool = carry(arm.tree, at, place)
+        to_tool = state.carry(place)
         for (_, *draws), screw in by_draw.items():
             drawn_by = [draw for draw in draws if draw is not None]
             # the temperature of all places, or a batch of material
@@ -248,7 +246,7 @@ def test_records_of_the_terms_have_the_mean_and_covariance_of_the_pose_matrix(ar
 @every_arm
 def test_terms_that_differ_only_in_size_share_a_form(arm):
     """Columns of one form at one place are proportional to their sizes at every pose."""
-    matrix = screws(arm, random_poses(arm, 8))
+    matrix = screws(state_of(arm, random_poses(arm, 8)))
     by_form = defaultdict(list)
     for k, info in enumerate(matrix.infos):
         by_form[info.of.place, info.of.term.form, info.closing].append(k)

@@ -14,6 +14,7 @@ from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import montecarlo
@@ -38,7 +39,9 @@ def test_a_harmonic_is_at_most_its_amplitude(angle: float):
     sine and cosine share their phase.
     """
     matrix = screws(
-        turning(gearbox={"transmission_error": 0.6 * ARCMIN, "ratio": 121}), np.array([[angle]])
+        state_of(
+            turning(gearbox={"transmission_error": 0.6 * ARCMIN, "ratio": 121}), np.array([[angle]])
+        )
     )
     assert worst_case(matrix)[0] == pytest.approx(LEVER * 0.3 * ARCMIN, rel=1e-12)
     assert bounds(matrix).root_sum_square[0] == pytest.approx(LEVER * 0.3 * ARCMIN, rel=1e-12)
@@ -61,7 +64,7 @@ def test_a_scattered_play_has_the_mean_square_of_its_half_width(
     expected = ARCMIN**2 * (1 + (0.5 / deviations) ** 2)
     found = montecarlo.run(arm, sample_poses(arm, 8), 64, 4, 1, approach=approach)
     np.testing.assert_allclose(found.rotation_ms, expected, rtol=1e-5)
-    matrix = screws(arm, np.zeros((1, 1)), approach=approach)
+    matrix = screws(state_of(arm, np.zeros((1, 1))), approach=approach)
     (cost,) = costs(Tally.of(matrix))
     assert cost.alone == pytest.approx(LEVER * math.sqrt(expected), rel=1e-5)
     assert worst_case(matrix)[0] == pytest.approx(LEVER * 1.5 * ARCMIN, rel=1e-12)

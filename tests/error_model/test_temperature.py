@@ -16,7 +16,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import frames, tool_points
+from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.mechanism.tool import Tool
 from lostmotion.parts.environment import Environment
 from lostmotion.propagation.montecarlo import kernel
@@ -41,7 +41,7 @@ def of_links(arm: Arm, q: np.ndarray) -> np.ndarray:
     """Return the sum of the vectors from each joint to the far end of its link (pose, 3), for links
     between base and tool.
     """
-    at, tree = frames(arm, q), arm.tree
+    at, tree = state_of(arm, q).frames, arm.tree
     tips = [unit.tip for unit in tree.joints if unit.tip in tree.tool_path]
     return np.asarray(
         sum(at[tip, :, :3, 3] - at[tree.places[tip].parent, :, :3, 3] for tip in tips)
@@ -61,7 +61,9 @@ def test_an_arm_of_one_material_grows_in_proportion(arm: Arm, temperature: float
     does not turn.
     """
     q = some_poses(arm)
-    moved = screws(in_heat(arm, f"{temperature} °C"), q).bias - screws(arm, q).bias
+    moved = (
+        screws(state_of(in_heat(arm, f"{temperature} °C"), q)).bias - screws(state_of(arm, q)).bias
+    )
     np.testing.assert_allclose(
         moved[:, 3:], 23e-6 * (temperature - 20) * of_links(arm, q), rtol=1e-9, atol=1e-15
     )
@@ -100,7 +102,7 @@ def test_growth_is_that_of_an_arm_with_longer_links(seed: int):
     hot = built(lengths, environment={"temperature": 293.15 + rise})
     q = some_poses(hot)
     moved = tool_points(built(lengths * (1 + expansions * rise)), q) - tool_points(hot, q)
-    np.testing.assert_allclose(screws(hot, q).bias[:, 3:], moved, rtol=1e-9, atol=1e-14)
+    np.testing.assert_allclose(screws(state_of(hot, q)).bias[:, 3:], moved, rtol=1e-9, atol=1e-14)
 
 
 def test_the_reference_temperature_is_that_of_the_drawing(arm: Arm):
@@ -108,10 +110,10 @@ def test_the_reference_temperature_is_that_of_the_drawing(arm: Arm):
     difference alone.
     """
     q = some_poses(arm)
-    at_rest = screws(arm, q).bias
-    np.testing.assert_array_equal(screws(in_heat(arm, "20 °C"), q).bias, at_rest)
+    at_rest = screws(state_of(arm, q)).bias
+    np.testing.assert_array_equal(screws(state_of(in_heat(arm, "20 °C"), q)).bias, at_rest)
     moved, other = (
-        screws(in_heat(arm, "30 °C", reference_temperature=t), q).bias - at_rest
+        screws(state_of(in_heat(arm, "30 °C", reference_temperature=t), q)).bias - at_rest
         for t in ("20 °C", "298.15 K")
     )
     np.testing.assert_allclose(other, moved / 2, rtol=1e-9, atol=1e-16)
@@ -123,7 +125,7 @@ def test_all_links_share_one_temperature(arm: Arm, varies: str):
     growth, not the sum of those of the links.
     """
     q = some_poses(arm)
-    hot = screws(in_heat(arm, "20 °C ± 6 K (uniform)", temperature_varies=varies), q)
+    hot = screws(state_of(in_heat(arm, "20 °C ± 6 K (uniform)", temperature_varies=varies), q))
     (found,) = [
         members
         for draws, members in hot.groups.items()
@@ -152,7 +154,7 @@ def test_the_sizing_cache_and_the_pose_matrix_agree(arm: Arm, varies: str):
     cache = ErrorCache(arm, q)
     for temperature in ("35 °C ± 6 K", "10 °C", None, "35 °C ± 3 K"):
         hot = in_heat(arm, temperature, temperature_varies=varies)
-        sums, matrix = cache.of(hot), screws(hot, q)
+        sums, matrix = cache.of(hot), screws(state_of(hot, q))
         np.testing.assert_allclose(sums[BIAS].T, matrix.bias[:, 3:], rtol=1e-9, atol=1e-16)
         drawn = matrix.merged.tool[:, 3:, matrix.merged.columns("robot", "visit", "robot x visit")]
         covariance = drawn @ drawn.transpose(0, 2, 1)
@@ -169,7 +171,7 @@ def test_sampled_and_summed_errors_agree(arm: Arm, varies: str):
     """
     hot, q = in_heat(arm, "40 °C ± 15 K", temperature_varies=varies), some_poses(arm, 16)
     found = run(hot, Poses(q, "given"), robots=4000, visits=4, seed=1)
-    merged = screws(hot, q).merged
+    merged = screws(state_of(hot, q)).merged
     summed = (merged.bias[:, 3:] ** 2).sum() + merged.square_sums[
         merged.columns("robot", "visit", "robot x visit")
     ].sum()

@@ -13,6 +13,7 @@ import lostmotion
 from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.standard_terms import VARIATION
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
@@ -52,7 +53,7 @@ def arm() -> Arm:
 
 def of_temperature(arm: Arm, q: np.ndarray, varies: str) -> np.ndarray:
     """Return the displacement of the tool (pose, 3) per unit draw of the temperature alone."""
-    matrix = screws(arm, q)
+    matrix = screws(state_of(arm, q))
     (found,) = [
         members
         for draws, members in matrix.groups.items()
@@ -72,7 +73,8 @@ def test_a_draw_moves_the_tool_as_another_temperature_does(arm: Arm, varies: str
     q = np.array([[0.3, 0.4, -0.6], [-1.0, 0.9, -1.2], [1.4, 0.1, -0.2]])
     for each, tolerance in ((lostmotion.read(SUN), 0.003), (arm, 0.03)):
         hot, cold = (
-            screws(in_heat(each, f"{25 + shift} °C"), q).bias[:, 3:] for shift in (1.0, -1.0)
+            screws(state_of(in_heat(each, f"{25 + shift} °C"), q)).bias[:, 3:]
+            for shift in (1.0, -1.0)
         )
         per_kelvin = (hot - cold) / 2
         found = of_temperature(
@@ -90,7 +92,7 @@ def test_the_cache_and_the_pose_matrix_agree_on_clearances(arm: Arm, varies: str
     """
     q = some_poses(arm, 12)
     hot = in_heat(arm, "30 °C ± 6 K", temperature_varies=varies)
-    sums, matrix = ErrorCache(arm, q).of(hot), screws(hot, q)
+    sums, matrix = ErrorCache(arm, q).of(hot), screws(state_of(hot, q))
     np.testing.assert_allclose(sums[BIAS].T, matrix.bias[:, 3:], rtol=1e-9, atol=1e-15)
     drawn = matrix.merged.tool[:, 3:, matrix.merged.columns("robot", "visit", "robot x visit")]
     covariance = drawn @ drawn.transpose(0, 2, 1)
@@ -105,7 +107,7 @@ def test_simulated_robots_have_the_summed_error(arm: Arm, varies: str):
     """The mean-square error of simulated robots at 30 °C ± 10 K is that of the pose matrix."""
     hot, q = in_heat(arm, "30 °C ± 10 K", temperature_varies=varies), some_poses(arm, 12)
     found = run(hot, Poses(q, "given"), robots=3000, visits=4, seed=1)
-    merged = screws(hot, q).merged
+    merged = screws(state_of(hot, q)).merged
     summed = (merged.bias[:, 3:] ** 2).sum() + merged.square_sums[
         merged.columns("robot", "visit", "robot x visit")
     ].sum()

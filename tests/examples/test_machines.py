@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import lostmotion
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -93,7 +93,7 @@ def test_the_tilt_of_the_tracked_base_moves_the_tool_by_angle_times_distance():
     study = lostmotion.study(arm, 64, robots=20, visits=2)
     (found,) = [cost for cost in study.costs() if cost.name == "base tilt"]
     # from the origin of the base, about which it leans
-    x, y, z = frames(arm, study.poses.q)[-1, :, :3, 3].T
+    x, y, z = state_of(arm, study.poses.q).frames[-1, :, :3, 3].T
     # Variance of a normal distribution that is cut at three standard deviations.
     cut = 1 - 6 * 0.00443184841193801 / 0.99730020393674
     square = cut * (math.radians(0.5) / 3) ** 2 * ((y**2 + z**2) + (x**2 + z**2)).mean()

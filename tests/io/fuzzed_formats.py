@@ -34,7 +34,7 @@ from lostmotion.io.part_file import read_bearing, read_gearbox
 from lostmotion.io.pose_and_zone_text import read_pose, read_zone
 from lostmotion.io.poses import read_poses
 from lostmotion.io.sweep_designs import read_sweep
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import state_of
 from lostmotion.runs.job import order_of
 from tests.io.conftest import JOINT
 from tests.runs.conftest import ARM, SWEEP
@@ -129,7 +129,7 @@ def study(path: Path, sidecar: Path | None = None) -> object:
     finite(bounds(matrix).root_sum_square)
     finite(worst_case(matrix))
     finite(matrix.bias)
-    finite(joint_torques(arm, poses))
+    finite(state_of(arm, poses).torques)
     str(arm.remarks)
     return arm
 

@@ -10,7 +10,7 @@ import pytest
 from lostmotion.io import read
 from lostmotion.io.native import arm_of
 from lostmotion.mechanism.inverse import tool_and_jacobian
-from lostmotion.mechanism.serial import frames, joint_torques, tool_points, wrenches
+from lostmotion.mechanism.state import state_of, tool_points
 from tests.io.urdfs import agrees_with_pinocchio, arm, joint, link, robot
 from tests.parts.conditions import local_screws
 
@@ -51,12 +51,12 @@ def test_a_place_on_the_base_is_a_fixed_joint_before_the_arm():
     placed = native({**PLACE, **TILTED})
     plinth = native(TILTED, {"name": "plinth", "type": "fixed", "origin": PLACE})
     q = np.random.default_rng(1).uniform(-2, 2, (20, 3))
-    assert np.abs(frames(placed, q)[-1] - frames(plinth, q)[-1]).max() < 1e-13
-    assert np.abs(frames(placed, q)[0] - np.eye(4)).max() == 0
+    assert np.abs(state_of(placed, q).frames[-1] - state_of(plinth, q).frames[-1]).max() < 1e-13
+    assert np.abs(state_of(placed, q).frames[0] - np.eye(4)).max() == 0
     assert np.abs(tool_points(placed, q) - tool_points(plinth, q)).max() < 1e-13
-    assert np.abs(joint_torques(placed, q) - joint_torques(plinth, q)).max() < 1e-12
+    assert np.abs(state_of(placed, q).torques - state_of(plinth, q).torques).max() < 1e-12
     assert np.abs(tool_and_jacobian(placed, q)[1] - tool_and_jacobian(plinth, q)[1]).max() < 1e-12
-    assert np.abs(wrenches(placed, q)[0] - wrenches(plinth, q)[0]).max() < 1e-11
+    assert np.abs(state_of(placed, q).wrenches[0] - state_of(plinth, q).wrenches[0]).max() < 1e-11
     one, other = (
         {of.name: screw for of, screw in local_screws(each, q)} for each in (placed, plinth)
     )
@@ -72,15 +72,15 @@ def test_an_arm_is_moved_by_a_new_base():
     copy = low.model_copy(update={"base": high.base})
     for each in (high, copy):
         assert tool_points(each, q) == pytest.approx(moved)
-        assert frames(each, q)[-1, :, :3, 3] == pytest.approx(moved)
+        assert state_of(each, q).frames[-1, :, :3, 3] == pytest.approx(moved)
 
 
 def test_an_arm_on_the_ceiling_carries_itself_the_other_way():
     """Turned over, a joint about a horizontal axis holds the opposite torque."""
     q = np.array([[0.0, 0.3, 0.4]])
     floor, ceiling = (
-        joint_torques(native({}), q),
-        joint_torques(native({"rpy": ["180 deg", "0 deg", "0 deg"]}), q),
+        state_of(native({}), q).torques,
+        state_of(native({"rpy": ["180 deg", "0 deg", "0 deg"]}), q).torques,
     )
     assert ceiling[0, 1:] == pytest.approx(-floor[0, 1:])
     assert abs(floor[0, 1]) > 1
@@ -107,7 +107,7 @@ def test_a_sidecar_places_a_urdf(tmp_path):
     path.with_suffix(".toml").write_text(
         f'[base]\nlink = "link1"\nxyz = {PLACE["xyz"]}\n', encoding="utf-8"
     )
-    assert frames(read(path), np.zeros((1, 2)))[1, 0, :3, 3] == pytest.approx(
+    assert state_of(read(path), np.zeros((1, 2))).frames[1, 0, :3, 3] == pytest.approx(
         np.add(XYZ, (0.3, 0, 0.1))
     )
 

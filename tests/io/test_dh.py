@@ -12,7 +12,7 @@ import lostmotion
 from lostmotion.error_model.provenance import states
 from lostmotion.io.dh import rpy_of
 from lostmotion.io.native import arm_of
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.spatial import pose_of, shift, turn
 from tests.io.conftest import JOINT
 from tests.parts.conditions import local_screws
@@ -98,7 +98,7 @@ def test_rows_multiply_as_their_convention_orders(key, modified):
         q = rng.uniform(-2, 2, count)
         assert (
             np.abs(
-                frames(arm_of_rows(key, rows, kinds), q)[-1, 0]
+                state_of(arm_of_rows(key, rows, kinds), q).frames[-1, 0]
                 - by_hand(rows, q, kinds, modified=modified)
             ).max()
             < 1e-12
@@ -137,7 +137,7 @@ def test_fixed_joints_without_a_row_stand_beside_rows(key):
     )
     arm = arm_of("x", {"name": "x", "joints": joints})
     q = np.random.default_rng(8).uniform(-3, 3, (20, 6))
-    for row, pose in zip(q, frames(arm, q)[-1], strict=True):
+    for row, pose in zip(q, state_of(arm, q).frames[-1], strict=True):
         first = by_hand(rows[:3], row[:3], ["revolute"] * 3, modified=key == "mdh")
         last = by_hand(rows[3:], row[3:], ["revolute"] * 3, modified=key == "mdh")
         assert (
@@ -169,9 +169,9 @@ def test_a_row_behind_after_begins_a_chain_of_its_own(key):
     joints[4]["after"] = "J1.tip"
     arm = arm_of("x", {"name": "x", "joints": joints})
     kinds, modified = ["revolute"] * 6, key == "mdh"
-    first = frames(arm_of_rows(key, rows[:4]), q[:4])[arm.places.index("J1.tip"), 0]
+    first = state_of(arm_of_rows(key, rows[:4]), q[:4]).frames[arm.places.index("J1.tip"), 0]
     second = by_hand(rows[4:], q[4:], kinds[4:], modified=modified)
-    assert np.abs(frames(arm, q)[-1, 0] - first @ second).max() < 1e-12
+    assert np.abs(state_of(arm, q).frames[-1, 0] - first @ second).max() < 1e-12
 
 
 def test_both_conventions_describe_the_same_ur5e():
@@ -187,7 +187,7 @@ def test_both_conventions_describe_the_same_ur5e():
     ]
     one, other = arm_of_rows("dh", rows), arm_of_rows("mdh", moved)
     q = np.random.default_rng(2).uniform(-3, 3, (20, 6))
-    assert np.abs(frames(one, q) - frames(other, q)).max() < 1e-12
+    assert np.abs(state_of(one, q).frames - state_of(other, q).frames).max() < 1e-12
 
 
 @pytest.mark.parametrize("pitch", [0.0, 90.0, -90.0, 89.9999999, 180.0, 45.0])
@@ -393,7 +393,7 @@ def tool_screws(arm, q):
     """Return the displacement of the tool (term, 3), m, per standard deviation of each term, in the
     base's axes.
     """
-    matrix = lostmotion.screws(arm, q[None])
+    matrix = lostmotion.screws(lostmotion.state_of(arm, q[None]))
     return matrix.tool[0, 3:].T
 
 

@@ -10,7 +10,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.tables.study import sections
 from lostmotion.catalogue import materials
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 from tests.io.conftest import EXAMPLES
 
 
@@ -27,7 +27,7 @@ def test_the_z_arm_moves_as_the_papers_equations_say():
         up = sum(length * math.sin(phi) for length, phi in zip(lengths, directions, strict=True))
         expected = [out * math.cos(omega) + s, out * math.sin(omega), up + r]
         q = [omega, math.pi - q1, q2 - math.pi, q3 - math.pi, roll]
-        assert frames(arm, np.array(q))[-1, 0, :3, 3] == pytest.approx(expected, abs=1e-12)
+        assert state_of(arm, np.array(q)).frames[-1, 0, :3, 3] == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["z-arm.toml", "ur5e.urdf"])

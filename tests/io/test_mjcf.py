@@ -14,7 +14,7 @@ import pytest
 from lostmotion import new
 from lostmotion.io import mjcf, mjcf_process, read
 from lostmotion.io.sweep_designs import texts
-from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.mechanism.state import state_of
 from tests.io.conftest import mistakes
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -110,7 +110,9 @@ def agrees_with_mujoco(path, arm, site):
     moving = [exact.joint(each.name) for each in arm.moving]
     zeros = np.array([exact.qpos0[each.qposadr[0]] for each in moving])
     q = np.random.default_rng(5).uniform(arm.limits[:, 0], arm.limits[:, 1], (10, len(moving)))
-    for row, where, forces in zip(q, frames(arm, q)[-1], joint_torques(arm, q), strict=True):
+    for row, where, forces in zip(
+        q, state_of(arm, q).frames[-1], state_of(arm, q).torques, strict=True
+    ):
         data.qpos[:] = exact.qpos0
         data.qpos[[each.qposadr[0] for each in moving]] = row + zeros
         mujoco.mj_forward(exact, data)

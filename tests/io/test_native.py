@@ -6,7 +6,7 @@ import pytest
 
 from lostmotion.io import read
 from lostmotion.io.native import arm_of
-from lostmotion.mechanism.serial import frames, wrenches
+from lostmotion.mechanism.state import state_of
 from tests.io.conftest import JOINT
 
 HEAD = 'name = "x"\n'
@@ -72,11 +72,11 @@ def test_a_gripper_of_two_fingers_stands_on_one_flange(tmp_path):
         encoding="utf-8",
     )
     arm = read(path)
-    at = dict(zip(arm.places, frames(arm, [[0.0]])[:, 0, :3, 3], strict=True))
+    at = dict(zip(arm.places, state_of(arm, [[0.0]]).frames[:, 0, :3, 3], strict=True))
     assert at["left.tip"] == pytest.approx([1.0, 0.08, 0.0])
     assert at["right.tip"] == pytest.approx([1.0, -0.08, 0.0])
     assert at["tool"] == pytest.approx([1.0, 0.0, 0.0])
-    weight = dict(zip(arm.places, -wrenches(arm, [[0.0]])[:, 0, 5], strict=True))
+    weight = dict(zip(arm.places, -state_of(arm, [[0.0]]).wrenches[:, 0, 5], strict=True))
     assert weight["base"] == pytest.approx(4 * 9.80665)
     assert weight["left"] == pytest.approx(2 * 9.80665)
     assert weight["tool"] == 0.0

@@ -13,7 +13,7 @@ import pytest
 
 import lostmotion
 from lostmotion.io import read
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import state_of
 from tests.io.conftest import mistakes
 from tests.io.test_mjcf import INERTIAL, model
 from tests.io.urdfs import agrees_with_pinocchio, arm, joint, link, robot
@@ -134,7 +134,7 @@ def test_a_first_sidecar_keeps_the_repairs(written):
     after = read(path)
     np.testing.assert_array_equal(after.limits, before.limits)
     np.testing.assert_array_equal(
-        joint_torques(after, np.array([[0.3]])), joint_torques(before, np.array([[0.3]]))
+        state_of(after, np.array([[0.3]])).torques, state_of(before, np.array([[0.3]])).torques
     )
 
 

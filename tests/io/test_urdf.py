@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 
 from lostmotion.io import read
-from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.mechanism.state import state_of
 from tests.io.conftest import EXAMPLES, mistakes
 from tests.io.test_dh import UR5E, by_hand
 
@@ -74,8 +74,8 @@ def test_the_ur5e_stands_and_holds_as_pinocchios_does():
     q = np.random.default_rng(3).uniform(arm.limits[:, 0], arm.limits[:, 1], (50, 6))
     where, torques = pinocchios(UR5E_URDF, arm, q, "tool0")
     assert arm.payload.mass == 5
-    assert np.abs(frames(arm, q)[-1] - where).max() < 1e-10
-    assert np.abs(joint_torques(arm, q) - torques).max() < 1e-10
+    assert np.abs(state_of(arm, q).frames[-1] - where).max() < 1e-10
+    assert np.abs(state_of(arm, q).torques - torques).max() < 1e-10
 
 
 def test_the_ur5e_is_the_makers_table():
@@ -83,7 +83,7 @@ def test_the_ur5e_is_the_makers_table():
     arm = read(UR5E_URDF)
     rows = list(zip(UR5E["a"], UR5E["alpha"], UR5E["d"], [0.0] * 6, strict=True))
     q = np.random.default_rng(4).uniform(-3, 3, (20, 6))
-    for row, pose in zip(q, frames(arm, q)[-1], strict=True):
+    for row, pose in zip(q, state_of(arm, q).frames[-1], strict=True):
         assert np.abs(pose - by_hand(rows, row, ["revolute"] * 6, modified=False)).max() < 1e-12
 
 
@@ -182,7 +182,7 @@ def test_side_branches_weigh_on_the_link_that_carries_them(urdf):
     data = model.createData()
     model.gravity.linear = np.array([0, 0, -arm.gravity])
     for (turn, slide), where, torque in zip(
-        q, frames(arm, q)[-1], joint_torques(arm, q), strict=True
+        q, state_of(arm, q).frames[-1], state_of(arm, q).torques, strict=True
     ):
         values = pin.neutral(model)
         a, b = (model.joints[model.getJointId(name)] for name in "ab")

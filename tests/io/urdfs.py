@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.mechanism.state import state_of
 
 LIMIT = '<limit lower="-1" upper="1.2" effort="1" velocity="1"/>'
 
@@ -65,7 +65,9 @@ def agrees_with_pinocchio(path, arm, tip, base=None, held=None):
     start = model.getFrameId(base, pin.FrameType.BODY) if base else None
     q = np.random.default_rng(5).uniform(arm.limits[:, 0], arm.limits[:, 1], (10, len(arm.moving)))
     moving = [model.joints[model.getJointId(each.name)] for each in arm.moving]
-    for row, where, torques in zip(q, frames(arm, q)[-1], joint_torques(arm, q), strict=True):
+    for row, where, torques in zip(
+        q, state_of(arm, q).frames[-1], state_of(arm, q).torques, strict=True
+    ):
         values = pin.neutral(model)
         for name, value in (held or {}).items():
             values[model.joints[model.getJointId(name)].idx_q] = value

@@ -17,14 +17,8 @@ from pydantic import ValidationError
 import lostmotion
 from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
 from lostmotion.mechanism.frames import steps_between
-from lostmotion.mechanism.serial import (
-    as_poses,
-    frames,
-    joint_torques,
-    tool_points,
-    worst_torques_over_tilts,
-    wrenches,
-)
+from lostmotion.mechanism.holding_torques import worst_torques_over_tilts
+from lostmotion.mechanism.state import as_poses, state_of, tool_points
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
@@ -36,7 +30,7 @@ VALIDATES = (
         "joint torques",
         "finite differences of potential energy; brute force over tilts",
         "1e-6; exact",
-        "mechanism/serial.py",
+        "mechanism/state.py",
     ),
 )
 
@@ -112,7 +106,7 @@ def test_a_planar_arm_stands_where_trigonometry_says(a: float, b: float):
     further.
     """
     arm = planar()
-    at = frames(arm, np.array([[a, b]]))[:, 0]
+    at = state_of(arm, np.array([[a, b]])).frames[:, 0]
     place = dict(zip(arm.places, at, strict=True))
     elbow = ONE * np.array([math.cos(a), 0, math.sin(a)])
     tool = elbow + TWO * np.array([math.cos(a + b), 0, math.sin(a + b)])
@@ -135,7 +129,7 @@ def test_a_planar_arm_holds_what_its_levers_carry(a: float, b: float):
     second = STANDARD_GRAVITY * (2.0 * x2 / 2 + 3.0 * x2)
     first = STANDARD_GRAVITY * (4.0 * x1 / 2 + 1.5 * x1 + 2.0 * (x1 + x2 / 2) + 3.0 * (x1 + x2))
     np.testing.assert_allclose(
-        joint_torques(arm, np.array([[a, b]]))[0], [first, second], atol=1e-12
+        state_of(arm, np.array([[a, b]])).torques[0], [first, second], atol=1e-12
     )
 
 
@@ -144,7 +138,7 @@ def test_a_joints_own_motor_hangs_on_the_link_before():
     bearing nor its drive.
     """
     arm = planar()
-    place = dict(zip(arm.places, wrenches(arm, np.zeros((1, 2)))[:, 0], strict=True))
+    place = dict(zip(arm.places, state_of(arm, np.zeros((1, 2))).wrenches[:, 0], strict=True))
     weight = {name: -load[5] / STANDARD_GRAVITY for name, load in place.items()}
     expected = {
         "tool": 0,
@@ -166,7 +160,7 @@ def test_the_ground_carries_everything(q: tuple[float, ...]):
     weight at its own place.
     """
     arm = spatial()
-    at = dict(zip(arm.places, frames(arm, np.array([q]))[:, 0], strict=True))
+    at = dict(zip(arm.places, state_of(arm, np.array([q])).frames[:, 0], strict=True))
     gravity = arm.gravity_in_base
     loads = [  # mass, frame, centre
         (2.0, "waist.seat", (0.1, 0, 0.05)),
@@ -184,14 +178,14 @@ def test_the_ground_carries_everything(q: tuple[float, ...]):
     moment = np.cross(tool[:3, 3], process) + tool[:3, :3] @ [0.3, 0.2, -0.1]
     for mass, frame, centre in loads:
         moment = moment + np.cross((at[frame] @ [*centre, 1])[:3], mass * gravity)
-    found = wrenches(arm, np.array([q]))[0, 0]
+    found = state_of(arm, np.array([q])).wrenches[0, 0]
     np.testing.assert_allclose(found[3:], force, atol=1e-11)
     np.testing.assert_allclose(found[:3], moment, atol=1e-11)
 
 
 def potential(arm: Arm, q: np.ndarray, payload: Payload) -> float:
     """Return the height energy of all masses, J, from frames alone."""
-    at = dict(zip(arm.places, frames(arm, q[None])[:, 0], strict=True))
+    at = dict(zip(arm.places, state_of(arm, q[None]).frames[:, 0], strict=True))
     energy = 0.0
     down = arm.gravity_in_base
     for joint in arm.joints:
@@ -221,7 +215,9 @@ def test_holding_torques_are_the_slope_of_the_energy(q: tuple[float, ...]):
         / (2 * step)
         for unit in np.eye(4)
     ]
-    np.testing.assert_allclose(joint_torques(arm, at[None], payload)[0], slopes, atol=1e-6)
+    np.testing.assert_allclose(
+        state_of(arm.with_payload(payload), at).torques[0], slopes, atol=1e-6
+    )
 
 
 @given(QS)
@@ -232,12 +228,12 @@ def test_a_process_force_is_held_by_the_jacobian(q: tuple[float, ...]):
     """
     arm, at = spatial(), np.array(q)
     payload = Payload(force=(5, -7, 9), moment=(0.3, 0.2, -0.1))
-    found = joint_torques(arm, at[None], payload, gravity=np.zeros(3))[0]
-    tool = frames(arm, at[None])[-1, 0]
+    found = state_of(arm.with_payload(payload), at, gravity=np.zeros(3)).torques[0]
+    tool = state_of(arm, at[None]).frames[-1, 0]
     force, moment = tool[:3, :3] @ payload.force, tool[:3, :3] @ payload.moment
     step = 1e-6
     for k, unit in enumerate(np.eye(4)):
-        ahead, behind = frames(arm, np.array([at + step * unit, at - step * unit]))[-1]
+        ahead, behind = state_of(arm, np.array([at + step * unit, at - step * unit])).frames[-1]
         shift = (ahead[:3, 3] - behind[:3, 3]) / (2 * step)
         turned = (ahead[:3, :3] - behind[:3, :3]) @ tool[:3, :3].T / (2 * step)
         turn = np.array([turned[2, 1], turned[0, 2], turned[1, 0]])
@@ -251,14 +247,16 @@ def test_the_worst_tilt_is_the_worst_of_all_tilts(q: tuple[float, ...]):
     20 000 directions comes within 1 % of it.
     """
     arm, at = spatial(), np.array([q])
-    worst = worst_torques_over_tilts(arm, at)[0]
+    worst = worst_torques_over_tilts(state_of(arm, at))[0]
     directions = np.random.default_rng(0).normal(size=(20_000, 3))
     directions *= arm.gravity / np.linalg.norm(directions, axis=1)[:, None]
     # Torque is affine in gravity, which is checked on one direction; that makes the search cheap.
-    none = joint_torques(arm, at, gravity=np.zeros(3))[0]
-    slope = np.array([joint_torques(arm, at, gravity=unit)[0] - none for unit in np.eye(3)])
+    none = state_of(arm, at, gravity=np.zeros(3)).torques[0]
+    slope = np.array([state_of(arm, at, gravity=unit).torques[0] - none for unit in np.eye(3)])
     np.testing.assert_allclose(
-        joint_torques(arm, at, gravity=directions[0])[0], none + directions[0] @ slope, atol=1e-10
+        state_of(arm, at, gravity=directions[0]).torques[0],
+        none + directions[0] @ slope,
+        atol=1e-10,
     )
     tried = np.abs(none + directions @ slope).max(axis=0)
     assert (tried <= worst * (1 + 1e-12) + 1e-12).all()
@@ -275,7 +273,7 @@ def test_the_worst_tilt_of_a_lever_is_its_weight_times_its_reach():
         payload=Payload(mass=2.0),
     )
     np.testing.assert_allclose(
-        worst_torques_over_tilts(arm, np.array([[0.0], [math.pi / 2], [1.0]])),
+        worst_torques_over_tilts(state_of(arm, np.array([[0.0], [math.pi / 2], [1.0]]))),
         2 * 0.8 * STANDARD_GRAVITY,
     )
     slide = Arm(
@@ -284,7 +282,7 @@ def test_the_worst_tilt_of_a_lever_is_its_weight_times_its_reach():
         payload=Payload(mass=2.0),
     )
     np.testing.assert_allclose(
-        worst_torques_over_tilts(slide, np.array([[0.1]])), 2 * STANDARD_GRAVITY
+        worst_torques_over_tilts(state_of(slide, np.array([[0.1]]))), 2 * STANDARD_GRAVITY
     )
 
 
@@ -298,7 +296,8 @@ def test_a_process_force_adds_to_the_worst_tilt():
     )
     load = Payload(mass=2.0, force=(0, 0, 30.0))
     np.testing.assert_allclose(
-        worst_torques_over_tilts(arm, np.zeros((1, 1)), load), 2 * 0.8 * STANDARD_GRAVITY + 24
+        worst_torques_over_tilts(state_of(arm.with_payload(load), np.zeros((1, 1)))),
+        2 * 0.8 * STANDARD_GRAVITY + 24,
     )
 
 
@@ -310,7 +309,7 @@ def test_a_slide_carries_what_points_down_it():
             joints=[PrismaticJoint(name="A", limits=(0, 1), axis=axis)],
             payload=Payload(mass=5.0),
         )
-        assert joint_torques(arm, np.array([[0.3]]))[0, 0] == pytest.approx(held, abs=1e-12)
+        assert state_of(arm, np.array([[0.3]])).torques[0, 0] == pytest.approx(held, abs=1e-12)
 
 
 def test_on_a_slope_the_load_leans():
@@ -330,7 +329,7 @@ def test_on_a_slope_the_load_leans():
         )
         # Pitched nose down about +y, gravity gains a part along the base's +x and pulls the mast
         # over forwards.
-        assert joint_torques(arm, np.zeros((1, 1)))[0, 0] == pytest.approx(
+        assert state_of(arm, np.zeros((1, 1))).torques[0, 0] == pytest.approx(
             -5 * STANDARD_GRAVITY * math.sin(pitch), abs=1e-12
         )
 
@@ -338,12 +337,12 @@ def test_on_a_slope_the_load_leans():
 def test_gravity_may_be_the_moons():
     """Everything weighs in proportion to the arm's gravity; without it nothing weighs anything."""
     q = np.array([[0.2, -0.4]])
-    earth = joint_torques(planar(payload=Payload(mass=3.0)), q)
+    earth = state_of(planar(payload=Payload(mass=3.0)), q).torques
     np.testing.assert_allclose(
-        joint_torques(planar(payload=Payload(mass=3.0), gravity=1.62), q),
+        state_of(planar(payload=Payload(mass=3.0), gravity=1.62), q).torques,
         earth * 1.62 / STANDARD_GRAVITY,
     )
-    assert not joint_torques(planar(payload=Payload(mass=3.0), gravity=0.0), q).any()
+    assert not state_of(planar(payload=Payload(mass=3.0), gravity=0.0), q).torques.any()
 
 
 def test_a_weightless_arm_carries_what_acts_on_its_tool_alone():
@@ -356,10 +355,10 @@ def test_a_weightless_arm_carries_what_acts_on_its_tool_alone():
         Arm(name="rod", joints=joints, payload=load)
         for load in (Payload(force=(0, 8, 0)), Payload(moment=(0, 0, 3)), Payload())
     )
-    assert joint_torques(pushed, q)[0, 0] == pytest.approx(-8 * ONE)
-    assert joint_torques(twisted, q)[0, 0] == pytest.approx(-3)
-    assert wrenches(free, q).shape == wrenches(pushed, q).shape
-    assert not wrenches(free, q).any()
+    assert state_of(pushed, q).torques[0, 0] == pytest.approx(-8 * ONE)
+    assert state_of(twisted, q).torques[0, 0] == pytest.approx(-3)
+    assert state_of(free, q).wrenches.shape == state_of(pushed, q).wrenches.shape
+    assert not state_of(free, q).wrenches.any()
 
 
 @given(QS)
@@ -369,7 +368,7 @@ def test_steps_multiply_back_to_frames(q: tuple[float, ...]):
     tool gives the same point.
     """
     arm = spatial()
-    at = frames(arm, np.array([q, q]))
+    at = state_of(arm, np.array([q, q])).frames
     here = np.eye(4)
     for step, frame in zip(steps_between(at)[:, 0], at[:, 0], strict=True):
         here = here @ step
@@ -385,7 +384,7 @@ def test_a_pure_motion_is_an_exponential(q: tuple[float, ...]):
     """
     arm = spatial()
     for joint, amount in zip(arm.moving, q, strict=True):
-        here = frames(arm, np.array([q]))[-1, 0]
+        here = state_of(arm, np.array([q])).frames[-1, 0]
         there = combined(here[..., None], motion(joint.twist, np.array([amount])))[..., 0]
         np.testing.assert_allclose(there, here @ exp(amount * joint.twist), atol=1e-14)
 
@@ -394,8 +393,8 @@ def test_places_are_named_in_walking_order():
     """Base, then seat, joint and tip of every joint, then the tool: as many places as frames."""
     arm = planar()
     assert arm.places == ("base", "A.seat", "A", "A.tip", "B.seat", "B", "B.tip", "tool")
-    assert frames(arm, np.zeros((5, 2))).shape == (8, 5, 4, 4)
-    assert wrenches(arm, np.zeros((5, 2))).shape == (8, 5, 6)
+    assert state_of(arm, np.zeros((5, 2))).frames.shape == (8, 5, 4, 4)
+    assert state_of(arm, np.zeros((5, 2))).wrenches.shape == (8, 5, 6)
     np.testing.assert_array_equal(arm.limits, [[-4, 4], [-4, 4]])
 
 
@@ -411,21 +410,14 @@ def test_joint_values_of_another_shape_are_refused(q: np.ndarray):
     wanted.
     """
     with pytest.raises(ValueError, match=r"q has shape .* expected \(pose, 2\)"):
-        frames(planar(), q)
+        state_of(planar(), q)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_joint_values_that_are_no_numbers_are_refused(bad: float):
     """An angle that is not finite is refused by every question."""
     q = np.array([[0.0, bad]])
-    for question in (
-        frames,
-        wrenches,
-        joint_torques,
-        worst_torques_over_tilts,
-        lostmotion.screws,
-        tool_points,
-    ):
+    for question in (state_of, tool_points):
         with pytest.raises(ValueError, match="not finite"):
             question(planar(), q)
 
@@ -483,7 +475,7 @@ def test_the_approach_reaches_every_joint():
     joints = [RevoluteJoint(name=name, limits=(-1, 1), gearbox={"backlash": 1e-3}) for name in "AB"]
     arm = Arm(name="arm", joints=joints)
     for approach, left in ((0.0, 2), (1.0, 0), (-1.0, 0)):
-        matrix = lostmotion.screws(arm, np.zeros((1, 2)), approach=approach)
+        matrix = lostmotion.screws(lostmotion.state_of(arm, np.zeros((1, 2))), approach=approach)
         assert (
             sum(
                 info.visit is not None and matrix.local[0, :, k].any()

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 import lostmotion
 from lostmotion.laws.elastic_foundation import track_stiffness
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import frames, wrenches
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.frame import Frame
 from lostmotion.spatial import pose_of
 
@@ -123,7 +123,7 @@ def of_mass(where, field, mass="mass"):
 
     def probe(place, axes):
         fields = {where: {mass: 2.0, field: V}}
-        found = wrenches(arm_with(**fields), Q[None])[0, 0, :3]
+        found = state_of(arm_with(**fields), Q[None]).wrenches[0, 0, :3]
         return found, np.cross(place + axes @ V, 2.0 * DOWN)
 
     return probe
@@ -138,7 +138,7 @@ def of_place(name, before=None, **fields):
         expected[:3, :3], expected[:3, 3] = axes, place
         stated = {"xyz": V, "rpy": (0.3, 0.2, 0.1)}
         expected = expected @ pose(stated) @ (np.eye(4) if before is None else pose(before))
-        return frames(arm, Q[None])[arm.places.index(name), 0], expected
+        return state_of(arm, Q[None]).frames[arm.places.index(name), 0], expected
 
     return probe
 
@@ -152,7 +152,7 @@ def of_term(word, turn=None, shift=None, **fields):
     """
 
     def probe(place, axes):
-        matrix = lostmotion.screws(arm_with(**fields), Q[None])
+        matrix = lostmotion.screws(lostmotion.state_of(arm_with(**fields), Q[None]))
         (column,) = [k for k, info in enumerate(matrix.infos) if word in info.name]
         way = matrix.tool[0, :, column]
         if shift is not None:
@@ -178,9 +178,9 @@ def of_spring(stiffness, **fields):
         twist = six @ np.linalg.solve(
             stiffness, six.T @ np.concatenate([np.cross(POINT - place, PROCESS), PROCESS])
         )
-        return lostmotion.screws(arm, Q[None]).bias[0, 3:], twist[3:] + np.cross(
-            twist[:3], POINT - place
-        )
+        return lostmotion.screws(lostmotion.state_of(arm, Q[None])).bias[0, 3:], twist[
+            3:
+        ] + np.cross(twist[:3], POINT - place)
 
     return probe
 
@@ -196,7 +196,8 @@ def of_axis(place, axes):
     """Return how the tool moves with the second joint, from a small difference."""
     arm = arm_with()
     found = (
-        frames(arm, (Q + STEP)[None])[-1, 0, :3, 3] - frames(arm, (Q - STEP)[None])[-1, 0, :3, 3]
+        state_of(arm, (Q + STEP)[None]).frames[-1, 0, :3, 3]
+        - state_of(arm, (Q - STEP)[None]).frames[-1, 0, :3, 3]
     ) / (2 * STEP[1])
     return found, np.cross(axes @ AXES[1] / np.linalg.norm(AXES[1]), POINT - place)
 
@@ -204,9 +205,9 @@ def of_axis(place, axes):
 def of_direction(_, axes):
     """Return where a link by length and direction ends."""
     arm = arm_with(link={"length": 0.4, "direction": V})
-    return frames(arm, Q[None])[arm.places.index("B.tip"), 0, :3, 3], AT["joint"][:3, 3] + axes @ (
-        0.4 * np.array(V) / np.linalg.norm(V)
-    )
+    return state_of(arm, Q[None]).frames[arm.places.index("B.tip"), 0, :3, 3], AT["joint"][
+        :3, 3
+    ] + axes @ (0.4 * np.array(V) / np.linalg.norm(V))
 
 
 def of_up(_, axes):
@@ -226,7 +227,7 @@ def of_up(_, axes):
         "mass": 0.0,
     }
     arm = arm_with(link=link, tool={"frame": {}}, payload={"force": tuple(force)})
-    found = lostmotion.screws(arm, Q[None]).bias[0, 3:]
+    found = lostmotion.screws(lostmotion.state_of(arm, Q[None])).bias[0, 3:]
     return found / (10 * 0.5**3 / (3 * 70e9 * 0.03 * 0.01**3 / 12)), axes @ np.array(
         [0.0, 0.0, 1.0]
     )
@@ -290,7 +291,9 @@ def of_slide(straightness, direction):
 
     def probe(_, axes):
         joint = {**SLIDE, "guideway": {"straightness": straightness, "up": V}}
-        matrix = lostmotion.screws(arm_with(joint=joint), np.array([[Q[0], 0.0]]))
+        matrix = lostmotion.screws(
+            lostmotion.state_of(arm_with(joint=joint), np.array([[Q[0], 0.0]]))
+        )
         columns = [k for k, info in enumerate(matrix.infos) if "straightness" in info.name]
         shift = next(way for k in columns if np.linalg.norm(way := matrix.tool[0, 3:, k]) > 0)
         unturned = axes @ turned(AXES[1], Q[1]).T
@@ -307,14 +310,14 @@ PROBES["joints.guideway.straightness"] = of_slide((0.0, 1e-3), np.cross(ACROSS, 
 
 def of_process(place, axes):
     """Return force and moment on the base of a process force on the tool."""
-    return wrenches(arm_with(payload={"force": FORCE}), Q[None])[0, 0], np.concatenate(
+    return state_of(arm_with(payload={"force": FORCE}), Q[None]).wrenches[0, 0], np.concatenate(
         [np.cross(place, axes @ FORCE), axes @ FORCE]
     )
 
 
 def of_moment(_, axes):
     """Return the moment on the base of a process moment."""
-    return wrenches(arm_with(payload={"moment": FORCE}), Q[None])[0, 0], np.concatenate(
+    return state_of(arm_with(payload={"moment": FORCE}), Q[None]).wrenches[0, 0], np.concatenate(
         [axes @ FORCE, np.zeros(3)]
     )
 

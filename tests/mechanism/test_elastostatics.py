@@ -11,8 +11,8 @@ import pytest
 
 import lostmotion
 from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
-from lostmotion.mechanism.elastostatics import compliances, ellipsoid
-from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.mechanism.elastostatics import ellipsoid
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.spatial import pose_of, skew
 from lostmotion.units import Toleranced
@@ -172,7 +172,7 @@ def assembled(arm: Arm, q: np.ndarray) -> np.ndarray:
     each link's tip, and the forces in joints and mount. With forces as unknowns, rigid springs need
     no large number. All in the base's axes.
     """
-    at = frames(arm, q[None])[:, 0]
+    at = state_of(arm, q[None]).frames[:, 0]
     count = len(arm.joints)
     nodes, springs = 1 + 2 * count, 1 + count
     size = 6 * (nodes + springs)
@@ -243,7 +243,7 @@ def test_an_arm_deflects_as_one_structure_of_beams_and_springs(joints: int):
         arm = elastic_arm(rng, joints)
         q = rng.uniform(-1, 1, joints)
         expected = assembled(arm, q)
-        found = lostmotion.compliance(arm, q)[0]
+        found = lostmotion.state_of(arm, q).compliance[0]
         unit = np.sqrt(np.diag(expected))
         np.testing.assert_allclose(
             found / np.outer(unit, unit), expected / np.outer(unit, unit), rtol=0, atol=1e-8
@@ -259,7 +259,7 @@ def test_compliance_is_reciprocal_and_positive(arms: int):
     for number in range(arms):
         joints = int(rng.integers(1, 7))
         arm = elastic_arm(rng, joints, zones=number % 2 == 0)
-        found = compliances(arm, rng.uniform(-1, 1, joints))
+        found = state_of(arm, rng.uniform(-1, 1, joints)).compliances
         whole = found.whole
         unit = np.sqrt(np.einsum("pii->pi", whole))
         alike = whole / (unit[:, :, None] * unit[:, None, :])
@@ -286,10 +286,12 @@ def test_a_rigid_arm_does_not_deflect():
     ]
     arm = Arm(name="rigid", joints=joints, payload={"mass": 5.0})
     q = np.random.default_rng(1).uniform(-1, 1, (7, 3))
-    assert not lostmotion.deflection(arm, q, np.array([10.0, -20, 5, 100, 200, -300])).any()
-    assert not lostmotion.compliance(arm, q).any()
-    assert compliances(arm, q).shares.shape[1] == 7
-    assert not ellipsoid(lostmotion.compliance(arm, q)).values.any()
+    assert (
+        not lostmotion.state_of(arm, q).deflection(np.array([10.0, -20, 5, 100, 200, -300])).any()
+    )
+    assert not lostmotion.state_of(arm, q).compliance.any()
+    assert state_of(arm, q).compliances.shares.shape[1] == 7
+    assert not ellipsoid(lostmotion.state_of(arm, q).compliance).values.any()
 
 
 def test_play_does_not_add_compliance():
@@ -305,7 +307,10 @@ def test_play_does_not_add_compliance():
     )
     q = rng.uniform(-1, 1, (5, 4))
     np.testing.assert_allclose(
-        lostmotion.compliance(arm, q), lostmotion.compliance(tight, q), rtol=0, atol=1e-18
+        lostmotion.state_of(arm, q).compliance,
+        lostmotion.state_of(tight, q).compliance,
+        rtol=0,
+        atol=1e-18,
     )
 
 
@@ -315,7 +320,7 @@ def _without_play(joint: RevoluteJoint | PrismaticJoint) -> object:
 
 def payload_wrench(arm: Arm, q: np.ndarray) -> np.ndarray:
     """Return moment and force of the payload's weight at the tool point, in the base's axes."""
-    at = frames(arm, q)[-1]
+    at = state_of(arm, q).frames[-1]
     lever = at[:, :3, :3] @ np.array(arm.payload.centre_of_mass)
     force = np.broadcast_to(arm.payload.mass * arm.gravity_in_base, lever.shape)
     return np.hstack([np.cross(lever, force), force])
@@ -342,10 +347,13 @@ def test_the_deflection_under_the_payload_is_what_the_payload_adds_to_the_system
         empty = arm.model_copy(update={"payload": arm.payload.model_copy(update={"mass": 0.0})})
         q = rng.uniform(-1, 1, (16, 4))
         wrench = payload_wrench(arm, q)
-        added = lostmotion.screws(arm, q).bias - lostmotion.screws(empty, q).bias
-        moved = lostmotion.deflection(empty, q, wrench)
+        added = (
+            lostmotion.screws(lostmotion.state_of(arm, q)).bias
+            - lostmotion.screws(lostmotion.state_of(empty, q)).bias
+        )
+        moved = lostmotion.state_of(empty, q).deflection(wrench)
         np.testing.assert_allclose(moved, added, rtol=1e-9, atol=1e-9 * np.abs(added).max())
-        by_tangent = np.einsum("pij,pj->pi", lostmotion.compliance(empty, q), wrench)
+        by_tangent = np.einsum("pij,pj->pi", lostmotion.state_of(empty, q).compliance, wrench)
         np.testing.assert_allclose(by_tangent, moved, rtol=1e-8, atol=1e-8 * np.abs(added).max())
 
 
@@ -363,7 +371,9 @@ def test_the_error_of_a_weightless_arm_is_its_compliance_times_the_payload():
     )
     study = lostmotion.study(arm, 64, robots=2, visits=2)
     q = study.poses.q
-    moved = np.einsum("pij,pj->pi", lostmotion.compliance(arm, q), payload_wrench(arm, q))[:, 3:]
+    moved = np.einsum("pij,pj->pi", lostmotion.state_of(arm, q).compliance, payload_wrench(arm, q))[
+        :, 3:
+    ]
     assert study.sampled.tally.levels[0] / len(q) == pytest.approx(
         float((moved**2).sum(axis=1).mean()), rel=1e-9
     )
@@ -385,7 +395,7 @@ def test_a_straight_beam_has_the_compliance_of_beam_theory():
             )
         ],
     )
-    found = lostmotion.compliance(arm, np.zeros((1, 1)))
+    found = lostmotion.state_of(arm, np.zeros((1, 1))).compliance
     shear = (
         length / (SECTION["shear_y"] * SHEAR * SECTION["area"]),
         length / (SECTION["shear_z"] * SHEAR * SECTION["area"]),
@@ -423,14 +433,16 @@ def test_a_gearbox_has_the_stiffness_of_the_zone_of_its_load():
             ],
             payload={"mass": mass},
         )
-        assert lostmotion.compliance(arm, np.zeros((1, 1)))[0, 1, 1] == pytest.approx(
+        assert lostmotion.state_of(arm, np.zeros((1, 1))).compliance[0, 1, 1] == pytest.approx(
             1 / slope, rel=1e-9
         )
     # Over both zones: of 20 N m in addition to 2.45 N m, 7.55 N m are in the first zone and the
     # rest in the second.
     arm = arm.model_copy(update={"payload": arm.payload.model_copy(update={"mass": 0.5})})
     first = 10.0 - 0.5 * 0.5 * STANDARD_GRAVITY
-    turned = lostmotion.deflection(arm, np.zeros((1, 1)), np.array([0, 20.0, 0, 0, 0, 0]))[0, 1]
+    turned = lostmotion.state_of(arm, np.zeros((1, 1))).deflection(np.array([0, 20.0, 0, 0, 0, 0]))[
+        0, 1
+    ]
     assert turned == pytest.approx(first / 1e4 + (20 - first) / 4e4, rel=1e-12)
 
 
@@ -462,11 +474,11 @@ def test_many_poses_in_one_call_equal_each_pose_alone():
     ]
     arm = Arm(name="hardening", joints=joints, payload={"mass": 3.0})
     q = np.random.default_rng(2).uniform(-1.5, 1.5, (1500, 2))
-    together = lostmotion.compliance(arm, q)
+    together = lostmotion.state_of(arm, q).compliance
     some = [0, 3, 700, 1023, 1024, 1499]
-    alone = np.concatenate([lostmotion.compliance(arm, q[k]) for k in some])
+    alone = np.concatenate([lostmotion.state_of(arm, q[k]).compliance for k in some])
     np.testing.assert_allclose(together[some], alone, rtol=1e-8, atol=1e-8 * np.abs(alone).max())
-    asymmetry = compliances(arm, q[:50]).asymmetry
+    asymmetry = state_of(arm, q[:50]).compliances.asymmetry
     shift = together[:50, 3:, 3:]
     expected = [np.abs(each - each.T).max() / np.abs(each).max() for each in shift]
     np.testing.assert_allclose(asymmetry, expected, rtol=1e-6)
@@ -480,14 +492,14 @@ def test_an_invalid_wrench_is_refused(wrench: np.ndarray):
     """A wrench has six finite values, for all poses together or for each pose."""
     arm = elastic_arm(np.random.default_rng(1), 2)
     with pytest.raises(ValueError, match="wrench"):
-        lostmotion.deflection(arm, np.zeros((3, 2)), wrench)
+        lostmotion.state_of(arm, np.zeros((3, 2))).deflection(wrench)
 
 
 def potential(arm: Arm, q: np.ndarray) -> np.ndarray:
     """Return the potential energy (pose,) of all masses, N m: the sum of mass times gravity times
     height.
     """
-    at, down = frames(arm, q), arm.gravity_in_base
+    at, down = state_of(arm, q).frames, arm.gravity_in_base
     out = np.zeros(len(q))
 
     def raise_(place: int, mass: float, centre: object) -> None:
@@ -518,7 +530,7 @@ def test_holding_torques_are_the_gradient_of_the_potential_energy():
             }
         )
         q, step = rng.uniform(-1, 1, joints), 1e-3
-        held = joint_torques(arm, q)[0]
+        held = state_of(arm, q).torques[0]
         for k in range(joints):
             to = np.eye(joints)[k] * step
             far = potential(arm, np.array([q + 2 * to, q + to, q - to, q - 2 * to]))
@@ -529,12 +541,12 @@ def test_holding_torques_are_the_gradient_of_the_potential_energy():
 def test_a_force_along_a_principal_direction_displaces_along_it():
     """A force along a principal direction displaces the tool point along that direction only."""
     arm = elastic_arm(np.random.default_rng(4), 5)
-    found = lostmotion.compliance(arm, np.full((1, 5), 0.3))
+    found = lostmotion.state_of(arm, np.full((1, 5), 0.3)).compliance
     free = ellipsoid(found)
     for k in range(3):
         direction = free.directions[0, :, k]
-        moved = lostmotion.deflection(
-            arm, np.full((1, 5), 0.3), np.concatenate([np.zeros(3), direction])
+        moved = lostmotion.state_of(arm, np.full((1, 5), 0.3)).deflection(
+            np.concatenate([np.zeros(3), direction])
         )[0, 3:]
         np.testing.assert_allclose(
             moved, free.values[0, k] * direction, rtol=0, atol=1e-7 * free.values[0, 0]
@@ -547,7 +559,7 @@ def test_the_offset_of_the_tool_frame_is_a_lever_arm():
     """
     joint = RevoluteJoint(name="A", axis="z", limits=(-4, 4), gearbox={"stiffness": 1e4})
     arm = Arm(name="arm", joints=[joint], tool={"frame": {"xyz": (0.5, 0.0, 0.0)}})
-    found = lostmotion.compliance(arm, np.array([[math.pi / 2]]))[0]
+    found = lostmotion.state_of(arm, np.array([[math.pi / 2]])).compliance[0]
     lever = pose_of(rpy=(0, 0, math.pi / 2))[:3, :3] @ [0.5, 0, 0]
     twist = np.concatenate([[0, 0, 1.0], np.cross([0, 0, 1.0], lever)])
     np.testing.assert_allclose(found, np.outer(twist, twist) / 1e4, rtol=0, atol=1e-15)

@@ -16,7 +16,7 @@ from lostmotion.mechanism.inverse import (
     tool_and_jacobian,
 )
 from lostmotion.mechanism.inverse_kernel import write_tool_and_jacobian
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -33,7 +33,9 @@ def test_the_jacobian_is_the_derivative_of_the_frames(six):
     found, step = tool_and_jacobian(six, q)[1], 1e-6
     for k in range(q.shape[1]):
         moved = np.eye(q.shape[1])[k] * step
-        slope = pose_difference(frames(six, q - moved)[-1], frames(six, q + moved)[-1]) / (2 * step)
+        slope = pose_difference(
+            state_of(six, q - moved).frames[-1], state_of(six, q + moved).frames[-1]
+        ) / (2 * step)
         assert found[:, :, k] == pytest.approx(slope, abs=1e-8)
 
 
@@ -72,11 +74,14 @@ def test_compiled_forward_kinematics_equals_the_last_frame():
     for arm in arms:
         q = sample_poses(arm, 64, "uniform", 5).q
         found, jacobian = tool_and_jacobian(arm, q)
-        assert np.abs(found - frames(arm, q)[-1]).max() < 1e-14
+        assert np.abs(found - state_of(arm, q).frames[-1]).max() < 1e-14
         slope = np.stack(
             [
                 pose_difference(
-                    *(frames(arm, q + end * np.eye(q.shape[1])[k])[-1] for end in (-1e-6, 1e-6))
+                    *(
+                        state_of(arm, q + end * np.eye(q.shape[1])[k]).frames[-1]
+                        for end in (-1e-6, 1e-6)
+                    )
                 )
                 / 2e-6
                 for k in range(q.shape[1])
@@ -92,11 +97,11 @@ def test_a_pose_reported_as_reached_is_reached(six, turned):
     reached within the joint limits.
     """
     q = sample_poses(six, 400, "uniform", 4).q
-    wanted = frames(six, q)[-1]
+    wanted = state_of(six, q).frames[-1]
     start = q + np.random.default_rng(0).normal(0, 0.1, q.shape)
     found, reached = inverse_kinematics(six, wanted, start, with_orientation=turned)
     assert reached.mean() > 0.99
-    miss = pose_difference(frames(six, found)[-1], wanted)[:, slice(0 if turned else 3, 6)]
+    miss = pose_difference(state_of(six, found).frames[-1], wanted)[:, slice(0 if turned else 3, 6)]
     assert np.abs(miss[reached]).max() < REACHED
     low, high = six.limits.T
     assert (found >= low).all()

@@ -13,10 +13,9 @@ from pydantic import ValidationError
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.inverse import inverse_kinematics, pose_difference, tool_and_jacobian
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.mechanism.serial import frames, joint_torques, tool_points, wrenches
+from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
@@ -148,7 +147,7 @@ def test_every_place_is_attached_to_the_place_that_it_names(seed: int):
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, (3, len(arm.moving)))
-    at = frames(arm, q)
+    at = state_of(arm, q).frames
     for k, each in enumerate(q):
         expected = by_hand(arm, each)
         np.testing.assert_allclose(at[:, k], [expected[name] for name in arm.places], atol=1e-13)
@@ -165,7 +164,7 @@ def test_holding_torques_are_the_gradient_of_the_potential_energy(seed: int):
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, len(arm.moving))
-    torques = joint_torques(arm, q)[0]
+    torques = state_of(arm, q).torques[0]
     np.testing.assert_allclose(
         torques, slopes(arm, q), atol=1e-10 * max(1.0, np.abs(torques).max())
     )
@@ -179,16 +178,17 @@ def test_the_carry_matrix_transposed_gives_the_wrench_of_a_load_on_the_tool(seed
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, (3, len(arm.moving)))
-    at = frames(arm, q)
+    state = state_of(arm, q)
     moment, force = rng.uniform(-50, 50, (2, 3))
-    felt = wrenches(arm, q, Payload(moment=tuple(moment), force=tuple(force)), gravity=np.zeros(3))
-    turned = at[-1, :, :3, :3]
+    pressed = arm.with_payload(Payload(moment=tuple(moment), force=tuple(force)))
+    felt = state_of(pressed, q, gravity=np.zeros(3)).wrenches
+    turned = state.frames[-1, :, :3, :3]
     load = np.concatenate([turned @ moment, turned @ force], axis=1)
     for k in range(len(arm.places)):
         np.testing.assert_allclose(
-            np.einsum("pji,pj->pi", carry(arm.tree, at, k), load), felt[k], atol=3e-15 * 100
+            np.einsum("pji,pj->pi", state.carry(k), load), felt[k], atol=3e-15 * 100
         )
-        assert (k in arm.tree.tool_path) == bool(carry(arm.tree, at, k).any())
+        assert (k in arm.tree.tool_path) == bool(state.carry(k).any())
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -198,8 +198,8 @@ def test_the_carry_matrix_is_the_tools_motion_under_a_small_motion_of_a_place(se
     """
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
-    q = rng.uniform(-1, 1, len(arm.moving))
-    at = frames(arm, q)
+    state = state_of(arm, rng.uniform(-1, 1, len(arm.driven)))
+    at = state.frames
     small = 1e-5 * rng.uniform(-1, 1, 6)
     for k in range(len(arm.places)):
         here = at[k, 0]
@@ -208,7 +208,7 @@ def test_the_carry_matrix_is_the_tools_motion_under_a_small_motion_of_a_place(se
         )
         moved = pose_difference(again, there) / 2
         expected = moved if k in arm.tree.tool_path else np.zeros(6)
-        np.testing.assert_allclose(carry(arm.tree, at, k)[0] @ small, expected, atol=1e-13)
+        np.testing.assert_allclose(state.carry(k)[0] @ small, expected, atol=1e-13)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -219,13 +219,11 @@ def test_joints_on_a_branch_do_not_move_the_tool(seed: int):
     rng = np.random.default_rng(seed)
     arm = random_tree(rng)
     q = rng.uniform(-1, 1, (3, len(arm.moving)))
-    at = frames(arm, q)
+    state = state_of(arm, q)
     tool, levers = tool_and_jacobian(arm, q)
-    np.testing.assert_allclose(tool, at[-1], atol=1e-13)
+    np.testing.assert_allclose(tool, state.frames[-1], atol=1e-13)
     for k, (joint, place) in enumerate(zip(arm.moving, arm.tree.moved, strict=True)):
-        np.testing.assert_allclose(
-            levers[:, :, k], carry(arm.tree, at, place) @ joint.twist, atol=1e-13
-        )
+        np.testing.assert_allclose(levers[:, :, k], state.carry(place) @ joint.twist, atol=1e-13)
         assert levers[:, :, k].any() == (k in arm.tree.tool_joints)
     beside = [k for k in range(len(arm.moving)) if k not in arm.tree.tool_joints]
     start = np.clip(q + 0.1 * rng.uniform(-1, 1, q.shape), *arm.limits.T)
@@ -263,7 +261,7 @@ def test_a_counterweight_loads_the_places_that_carry_it_and_never_moves_the_tool
     without, arm = lifter(), lifter(counterweight=True)
     rng = np.random.default_rng(3)
     q = rng.uniform(-2, 2, (20, 4))
-    before, after = wrenches(without, q[:, [0, 1, 3]]), wrenches(arm, q)
+    before, after = state_of(without, q[:, [0, 1, 3]]).wrenches, state_of(arm, q).wrenches
     grown = {
         name: np.linalg.norm(after[arm.places.index(name), :, 3:], axis=1)
         - np.linalg.norm(before[k, :, 3:], axis=1)
@@ -277,8 +275,8 @@ def test_a_counterweight_loads_the_places_that_carry_it_and_never_moves_the_tool
         )
         np.testing.assert_allclose(more, expected, atol=1e-10, err_msg=name)
     for each in q:
-        np.testing.assert_allclose(joint_torques(arm, each)[0], slopes(arm, each), atol=1e-8)
-    matrix = screws(arm, q)
+        np.testing.assert_allclose(state_of(arm, each).torques[0], slopes(arm, each), atol=1e-8)
+    matrix = screws(state_of(arm, q))
     beside = np.array([info.owner.startswith("joints.weight") for info in matrix.infos])
     assert beside.any()
     assert not matrix.tool[:, :, beside].any()
@@ -291,7 +289,10 @@ def test_errors_on_a_branch_do_not_change_the_exact_composition():
     """
     rng = np.random.default_rng(5)
     q = rng.uniform(-2, 2, (3, 4))
-    whole, plain = screws(lifter(counterweight=True), q), screws(lifter(), q[:, [0, 1, 3]])
+    whole, plain = (
+        screws(state_of(lifter(counterweight=True), q)),
+        screws(state_of(lifter(), q[:, [0, 1, 3]])),
+    )
     owners = [info.owner for info in whole.infos]
     shared = [k for k, owner in enumerate(owners) if not owner.startswith("joints.weight")]
     assert [owners[k] for k in shared] == [info.owner for info in plain.infos]

@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 import lostmotion
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import frames, joint_torques, tool_points
+from lostmotion.mechanism.state import state_of, tool_points
 from tests.mechanism.test_places import random_tree
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def check_connected(arm: Arm, q: np.ndarray) -> None:
     reaches from its level to the first seats.
     """
     shape = arm.bodies
-    for at in frames(arm, q).swapaxes(0, 1):
+    for at in state_of(arm, q).frames.swapaxes(0, 1):
         lines = [ends(body, at) for body in shape]
         for number, place in enumerate(arm.tree.places[1:], start=1):
             here, parent = at[number, :3, 3], at[place.parent, :3, 3]
@@ -92,7 +92,7 @@ def test_the_bodies_of_every_example_connect_and_end_at_the_tool_point(path):
     q = sample_poses(arm, 8).q[:3]
     check_connected(arm, q)
     shape = arm.bodies
-    placed = np.stack([frames(arm, q)[body.place] @ body.pose for body in shape])
+    placed = np.stack([state_of(arm, q).frames[body.place] @ body.pose for body in shape])
     (tip,) = [k for k, body in enumerate(shape) if body.name == "tool point"]
     np.testing.assert_allclose(placed[tip, :, :3, 3], tool_points(arm, q), atol=1e-12)
 
@@ -118,10 +118,12 @@ def test_a_joint_is_a_cylinder_along_its_axis_that_it_does_not_leave():
             (body,) = [body for body in arm.bodies if body.name == joint.name]
             q = np.tile(sample_poses(arm, 1).q[:1], (2, 1))
             q[1, arm.moving.index(joint)] += 0.5
-            line = ends(body, frames(arm, q[:1])[:, 0])
-            in_link = [np.linalg.inv(at) @ np.append(line[1], 1) for at in frames(arm, q)[moved]]
+            line = ends(body, state_of(arm, q[:1]).frames[:, 0])
+            in_link = [
+                np.linalg.inv(at) @ np.append(line[1], 1) for at in state_of(arm, q).frames[moved]
+            ]
             np.testing.assert_allclose(in_link[0], in_link[1], atol=1e-12)
-            assert distance(frames(arm, q)[moved, 0, :3, 3], line) < 1e-12
+            assert distance(state_of(arm, q).frames[moved, 0, :3, 3], line) < 1e-12
 
 
 def test_a_slide_is_a_rail_over_its_travel():
@@ -130,7 +132,7 @@ def test_a_slide_is_a_rail_over_its_travel():
     arm = Arm.model_validate({"name": "lift", "joints": [lift]})
     shape = {body.name: body for body in arm.bodies}
     for value, end in ((0.1, 0), (0.7, 1)):
-        at = frames(arm, np.array([[value]]))[:, 0]
+        at = state_of(arm, np.array([[value]])).frames[:, 0]
         np.testing.assert_allclose(
             (at[shape["lift"].place] @ shape["lift"].pose)[:3, 3],
             ends(shape["lift.rail"], at)[end],
@@ -164,7 +166,7 @@ def test_a_link_has_the_outer_size_of_its_section(section, form, size):
     (body,) = [body for body in arm.bodies if body.kind == "link"]
     assert (body.form, body.stated) == (form, True)
     np.testing.assert_allclose(body.near, size)
-    seen = body.silhouette(frames(arm, np.zeros((1, 1)))[body.place, 0], FRONT)
+    seen = body.silhouette(state_of(arm, np.zeros((1, 1))).frames[body.place, 0], FRONT)
     np.testing.assert_allclose(np.ptp(seen, axis=0), (0.4, size[1]))
 
 
@@ -223,7 +225,7 @@ def test_steps_and_tapers_lie_in_a_row_along_the_link():
     ):
         arm = of_links({"length": "400 mm", "section": section, "material": ALUMINIUM}, axis="y")
         links = [body for body in arm.bodies if body.kind == "link"]
-        at = frames(arm, np.zeros((1, 1)))[:, 0]
+        at = state_of(arm, np.zeros((1, 1))).frames[:, 0]
         lines = [ends(body, at) for body in links]
         assert all(np.allclose(one[1], other[0]) for one, other in itertools.pairwise(lines))
         np.testing.assert_allclose(
@@ -270,10 +272,10 @@ def test_the_payload_is_drawn_at_its_centre_of_mass():
     arm = lostmotion.read(ROOT / "examples" / "z-arm.toml")
     q = sample_poses(arm, 1).q[:1]
     (payload,) = [body for body in arm.bodies if body.kind == "payload"]
-    point = (frames(arm, q)[payload.place, 0] @ payload.pose)[:3, 3]
+    point = (state_of(arm, q).frames[payload.place, 0] @ payload.pose)[:3, 3]
     empty = arm.with_payload(arm.payload.model_copy(update={"mass": 0.0}))
-    added = joint_torques(arm, q) - joint_torques(empty, q)
+    added = state_of(arm, q).torques - state_of(empty, q).torques
     for joint, moved, torque in zip(arm.moving, arm.tree.moved, added[0], strict=True):
-        frame = frames(arm, q)[moved, 0]
+        frame = state_of(arm, q).frames[moved, 0]
         moment = np.cross(point - frame[:3, 3], arm.payload.mass * arm.gravity_in_base)
         assert torque == pytest.approx(-moment @ frame[:3, :3] @ joint.twist[:3], abs=1e-9)

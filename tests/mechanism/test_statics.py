@@ -11,9 +11,13 @@ import lostmotion
 from lostmotion.analyses.statics.survey import survey
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.holding_torques import holding_torques, static_loads
+from lostmotion.mechanism.holding_torques import (
+    holding_torques,
+    static_loads,
+    worst_torques_over_tilts,
+)
 from lostmotion.mechanism.load_causes import CAUSES, OWN_WEIGHT, bending, single_cause_arms
-from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts, wrenches
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Material
@@ -52,10 +56,10 @@ def test_the_worst_torque_over_tilts_is_the_largest_and_is_reached(tilt: float):
     for _ in range(2):
         arm = elastic_arm(rng, 4)  # with a process force
         q = rng.uniform(-1, 1, (1, 4))
-        worst = worst_torques_over_tilts(arm, q, within=tilt)[0]
+        worst = worst_torques_over_tilts(state_of(arm, q), within=tilt)[0]
         held = np.abs(
             [
-                joint_torques(arm, q, gravity=arm.gravity * down)[0]
+                state_of(arm, q, gravity=arm.gravity * down).torques[0]
                 for down in directions_within(rng, tilt, 500)
             ]
         )
@@ -71,15 +75,18 @@ def test_every_worst_torque_occurs_under_its_reported_gravity():
     for _ in range(5):
         arm = elastic_arm(rng, 5)
         q = rng.uniform(-1, 1, (40, 5))
-        within = worst_torques_over_tilts(arm, q, within=0.3), worst_torques_over_tilts(arm, q)
+        within = (
+            worst_torques_over_tilts(state_of(arm, q), within=0.3),
+            worst_torques_over_tilts(state_of(arm, q)),
+        )
         for k, node in enumerate(static_loads(arm, q, 0.3)):
             assert node.within_tilt is not None
             assert abs(node.nominal.value) == pytest.approx(
-                np.abs(joint_torques(arm, q)[:, k]).max(), rel=1e-12
+                np.abs(state_of(arm, q).torques[:, k]).max(), rel=1e-12
             )
             for asked, worst in zip((node.within_tilt, node.any_tilt), within, strict=True):
                 assert abs(asked.value) == pytest.approx(worst[:, k].max(), rel=1e-9)
-                assert joint_torques(arm, q[asked.index], gravity=asked.gravity)[
+                assert state_of(arm, q[asked.index], gravity=asked.gravity).torques[
                     0, k
                 ] == pytest.approx(asked.value, rel=1e-9)
                 assert sum(asked.by_cause.values()) == pytest.approx(asked.value, rel=1e-12)
@@ -90,7 +97,7 @@ def test_every_worst_torque_occurs_under_its_reported_gravity():
                 leaning = arm.model_copy(
                     update={"base": Base(roll=Toleranced(roll), pitch=Toleranced(pitch))}
                 )
-                assert joint_torques(leaning, q[asked.index])[0, k] == pytest.approx(
+                assert state_of(leaning, q[asked.index]).torques[0, k] == pytest.approx(
                     asked.value, rel=1e-9, abs=1e-9
                 )
             assert node.within_tilt.tilt <= 0.3 + 1e-12
@@ -114,12 +121,16 @@ def test_the_worst_bearing_moment_is_not_exceeded_at_any_tilt():
         def sizes(carried: np.ndarray, across: np.ndarray = across) -> np.ndarray:
             return np.linalg.norm(carried[..., :3] @ across, axis=-1)
 
-        assert node.moment == pytest.approx(sizes(wrenches(arm, q)[place]).max(), rel=1e-12)
+        assert node.moment == pytest.approx(
+            sizes(state_of(arm, q).wrenches[place]).max(), rel=1e-12
+        )
         assert node.force == pytest.approx(
-            np.linalg.norm(wrenches(arm, q)[place, :, 3:], axis=1).max(), rel=1e-12
+            np.linalg.norm(state_of(arm, q).wrenches[place, :, 3:], axis=1).max(), rel=1e-12
         )
         at_worst = q[[node.moment_any_tilt_index]]
-        seen = max(sizes(wrenches(arm, at_worst, gravity=down)[place])[0] for down in tilts)
+        seen = max(
+            sizes(state_of(arm, at_worst, gravity=down).wrenches[place])[0] for down in tilts
+        )
         assert seen <= node.moment_any_tilt * (1 + 1e-12)
         assert seen == pytest.approx(node.moment_any_tilt, rel=3e-2)
 
@@ -132,7 +143,7 @@ def test_the_largest_holding_torque_is_sought_at_every_pose():
     arm = elastic_arm(rng, 3)
     q = rng.uniform(-1, 1, (5000, 3))  # more than are computed in one block
     found, largest = holding_torques(arm, q)
-    torques, over_tilts = joint_torques(arm, q), worst_torques_over_tilts(arm, q)
+    torques, over_tilts = state_of(arm, q).torques, worst_torques_over_tilts(state_of(arm, q))
     np.testing.assert_allclose(found, torques, rtol=1e-12, atol=1e-12 * np.abs(torques).max())
     for k, each in enumerate(largest):
         assert (each.worst, each.over_tilts) == pytest.approx(
@@ -162,7 +173,7 @@ def test_the_mass_of_a_tool_is_at_the_tool_point_unless_stated():
         tool = {"frame": {"xyz": (0.1, 0.0, 0.0)}, "mass": 2.0, **centre}
         arm = Arm.model_validate({"name": "tool", "joints": [joint], "tool": tool})
         np.testing.assert_allclose(
-            np.abs(joint_torques(arm, q)[:, 0]),
+            np.abs(state_of(arm, q).torques[:, 0]),
             2.0 * arm.gravity * lever * np.cos(q[:, 0]),
             atol=1e-12,
         )
@@ -177,9 +188,9 @@ def test_causes_add_up_to_the_whole():
     q = rng.uniform(-1, 1, (9, 6))
     apart = single_cause_arms(arm)
     assert tuple(apart) == CAUSES
-    whole = wrenches(arm, q)
+    whole = state_of(arm, q).wrenches
     np.testing.assert_allclose(
-        sum(wrenches(one, q) for one in apart.values()),
+        sum(state_of(one, q).wrenches for one in apart.values()),
         whole,
         rtol=0,
         atol=1e-12 * np.abs(whole).max(),
@@ -216,7 +227,7 @@ def test_the_causes_of_bending_add_up_to_the_bending_of_the_link():
     rng = np.random.default_rng(9)
     arm = elastic_arm(rng, 5)
     q = rng.uniform(-1, 1, (50, 5))
-    at = frames(arm, q)
+    at = state_of(arm, q).frames
     for bent in bending(arm, q, np.zeros((50, 3)), 0.0):
         place = arm.places.index(f"{bent.joint}.tip")
         twist = sum(
@@ -270,7 +281,7 @@ def test_a_cantilever_bends_by_each_cause_as_in_beam_theory():
         joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link=link)],
         payload={"mass": 3.0},
     )
-    bias = lostmotion.screws(arm, np.zeros((1, 1))).bias[:, 3:]
+    bias = lostmotion.screws(lostmotion.state_of(arm, np.zeros((1, 1)))).bias[:, 3:]
     (bent,) = bending(arm, np.zeros((1, 1)), bias, float(bias[0] @ bias[0]))
     force, weight = 3.0 * arm.gravity, mass * arm.gravity / length
     assert bent.by_cause["payload"][:2] == pytest.approx(
@@ -304,7 +315,7 @@ def test_a_survey_agrees_with_compliance_and_deflection():
     arm = elastic_arm(np.random.default_rng(13), 4)
     found = survey(arm, lostmotion.sample_poses(arm, 64), 0.2)
     q = found.poses.q
-    whole = lostmotion.compliance(arm, q)
+    whole = lostmotion.state_of(arm, q).compliance
     softest = np.linalg.eigvalsh(whole[:, 3:, 3:])[:, -1]
     np.testing.assert_allclose(found.max_compliance, softest, rtol=1e-9)
     assert found.softest_pose == softest.argmax()
@@ -367,7 +378,7 @@ def test_tolerances_of_a_link_do_not_change_its_bending():
         return Arm.model_validate({"name": "beam", "joints": [joint], "payload": {"mass": "3 kg"}})
 
     arms, q = (beam("400 mm", "0 %"), beam("400 mm ± 5 mm", "10 %")), np.array([[0.0], [0.4]])
-    bias = lostmotion.screws(arms[0], q).bias[:, 3:]
+    bias = lostmotion.screws(lostmotion.state_of(arms[0], q)).bias[:, 3:]
     exact, inexact = (bending(arm, q, bias, float(np.vdot(bias, bias)) / len(q))[0] for arm in arms)
     assert sum(part[2] for part in exact.by_cause.values()) == pytest.approx(1)
     assert inexact == exact

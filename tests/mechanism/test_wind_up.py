@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.wind_up import wind_ups
 
 ARCMIN = math.pi / 10800
@@ -36,7 +36,7 @@ def test_a_horizontal_link_winds_its_drive_up_by_torque_over_stiffness():
         turning("B", gearbox={"backlash": "1 arcmin"}),
     )
     q = np.array([[math.pi / 2, 0.0], [0.0, 0.0]])  # the links stand upright, then lie
-    torques = joint_torques(found, q)
+    torques = state_of(found, q).torques
     (wound,) = wind_ups(found, q)
     assert (wound.joint, wound.index) == ("A", int(np.abs(torques[:, 0]).argmax()))
     assert abs(wound.value) / ARCMIN == pytest.approx(10 * 9.80665 * 1.0 / 20, rel=1e-9)

@@ -12,6 +12,7 @@ import numpy as np
 
 from lostmotion.error_model.closing import mean_and_change, standardised
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.parts.term import Condition, Draw, Holding, Level, Motion, Term, level_of
 
@@ -183,7 +184,7 @@ def local_screws(
     arm: Arm, q: Sequence[float] | Floats, *, approach: float = 0.0
 ) -> list[tuple[PlacedTerm, Floats]]:
     """Return every term of an arm with its screw (pose, 6) in the frame of its place."""
-    matrix = screws(arm, np.asarray(q, dtype=float), approach=approach)
+    matrix = screws(state_of(arm, np.asarray(q, dtype=float)), approach=approach)
     return [(column.of, matrix.local[:, :, k]) for k, column in enumerate(matrix.infos)]
 
 
@@ -193,8 +194,8 @@ def at_tool(
     """Carry every term of one pose to the tool: (term, twist (6,)) of the tool point, in the base's
     axes.
     """
-    matrix = screws(arm, np.array([q], dtype=float), approach=approach)
-    at = matrix.at[:, 0]
+    matrix = screws(state_of(arm, np.array([q], dtype=float)), approach=approach)
+    at = matrix.state.frames[:, 0]
 
     def carried(frame: Floats, screw: Floats) -> Floats:
         turn, shift = frame[:3, :3] @ screw[:3], frame[:3, :3] @ screw[3:]

@@ -10,6 +10,7 @@ import pytest
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.spatial import pose_of
@@ -102,10 +103,10 @@ def test_a_tilt_that_nobody_measured_is_a_part_of_its_own():
     both angles times the tool's lever.
     """
     tilted = arm_on(Base(roll=Toleranced(0, 0.01), pitch=Toleranced(0, 0.01), tracks=GROUND))
-    matrix = screws(tilted, Q)
+    matrix = screws(state_of(tilted, Q))
     by_part = {cost.part: cost for cost in costs(Tally.of(matrix))}
     assert {"base tilt", "base mount"} <= set(by_part)
-    tool = matrix.at[-1, :, :3, 3]
+    tool = matrix.state.frames[-1, :, :3, 3]
     lever = tool[:, 1] ** 2 + tool[:, 2] ** 2 + tool[:, 0] ** 2 + tool[:, 2] ** 2
     deviation = 0.01 / next(info.bound for info in matrix.infos if info.owner == "base tilt")
     assert by_part["base tilt"].alone == pytest.approx(
@@ -119,12 +120,16 @@ def test_the_load_that_a_tilt_changes_is_small_beside_the_tilt(axis: str, angle:
     """With the tilt set, the arm's deflection changes by less than 2 % of the tilt's effect at the
     tool: it is neglected, and grows as the tilt.
     """
-    level, tilted = (screws(arm_on(Base(**{axis: size})), Q).bias[:, 3:] for size in (0.0, angle))
-    drawn = screws(arm_on(Base(**{axis: Toleranced(0.0, angle)})), Q)
+    level, tilted = (
+        screws(state_of(arm_on(Base(**{axis: size})), Q)).bias[:, 3:] for size in (0.0, angle)
+    )
+    drawn = screws(state_of(arm_on(Base(**{axis: Toleranced(0.0, angle)})), Q))
     (column,) = drawn.columns("robot")
     itself = np.linalg.norm(drawn.tool[:, 3:, column], axis=1) * drawn.infos[column].bound
     change = np.linalg.norm(tilted - level, axis=1)
     assert (change < 0.02 * itself).all()
-    twice = np.linalg.norm(screws(arm_on(Base(**{axis: 2 * angle})), Q).bias[:, 3:] - level, axis=1)
+    twice = np.linalg.norm(
+        screws(state_of(arm_on(Base(**{axis: 2 * angle})), Q)).bias[:, 3:] - level, axis=1
+    )
     np.testing.assert_allclose(twice, 2 * change, rtol=0.05, atol=1e-9)
     assert change.max() > 0

@@ -18,6 +18,7 @@ from lostmotion.io.part_file import read_gearbox
 from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.simulated import simulate
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.temperature import note_on_temperature
 from lostmotion.parts.term import Motion
@@ -312,7 +313,7 @@ def test_the_play_of_a_warm_drive_enters_the_error_of_the_arm():
     squares = []
     for temperature in ("50 °C", "20 °C", "50 °C", "35 °C"):
         arm = arm_with(MIXED, temperature=temperature)
-        sums, matrix = cache.of(arm), screws(arm, q)
+        sums, matrix = cache.of(arm), screws(state_of(arm, q))
         np.testing.assert_allclose(sums[BIAS].T, matrix.bias[:, 3:], rtol=1e-9, atol=1e-15)
         squares.append(float(sums[COVARIANCE][:3].sum() + (sums[BIAS] ** 2).sum()))
     assert squares[0] == squares[2]
@@ -333,8 +334,8 @@ def test_what_follows_the_temperature_is_named():
     silent = arm_with({**DRAWING, "disc_material": unknown}, temperature="50 °C")
     assert "gearboxes of A (expansion not stated)" in silent.remarks[-1]
     np.testing.assert_array_equal(
-        screws(silent, np.zeros((1, 1))).bias,
-        screws(arm_with({**DRAWING, "disc_material": unknown}), np.zeros((1, 1))).bias,
+        screws(state_of(silent, np.zeros((1, 1)))).bias,
+        screws(state_of(arm_with({**DRAWING, "disc_material": unknown}), np.zeros((1, 1)))).bias,
     )
 
 

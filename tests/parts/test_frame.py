@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.cross_sections import SectionValues
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -118,7 +118,7 @@ def random_arm(rng: np.random.Generator, links: int) -> Arm:
 
 def by_direct_stiffness(arm: Arm, q: np.ndarray) -> np.ndarray:
     """Turn and shift (6,) of the tool, in the base's axes."""
-    at = frames(arm, q)[:, 0]
+    at = state_of(arm, q).frames[:, 0]
     nodes = len(arm.joints) + 1
     stiff, load = np.zeros((6 * nodes, 6 * nodes)), np.zeros(6 * nodes)
     for k, joint in enumerate(arm.joints):
@@ -149,7 +149,7 @@ def test_a_chain_of_links_is_a_frame(links: int):
     arm = random_arm(rng, links)
     q = rng.uniform(-3, 3, (1, len(arm.moving)))
     expected = by_direct_stiffness(arm, q)
-    found = screws(arm, q).bias[0]
+    found = screws(state_of(arm, q)).bias[0]
     np.testing.assert_allclose(
         found[:3], expected[:3], rtol=0, atol=1e-8 * np.linalg.norm(expected[:3])
     )

@@ -14,7 +14,7 @@ import lostmotion
 from lostmotion import Arm
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.provenance import states
-from lostmotion.mechanism.elastostatics import compliance
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.parts.term import Motion
@@ -62,7 +62,7 @@ def mean_and_square(arm: Arm):
     """Return the mean error and the mean square of the rest, both (pose, 3) along x, y, z, at nine
     places of the axis.
     """
-    merged = screws(arm, AT[:, None]).merged
+    merged = screws(state_of(arm, AT[:, None])).merged
     rest = merged.columns("robot", "visit", "robot x visit")
     return merged.bias[:, 3:], (merged.tool[:, 3:, rest] ** 2).sum(axis=2)
 
@@ -187,7 +187,7 @@ def test_a_drive_yields_as_its_free_length_says(drive, rest):
         bias, np.column_stack([100 * by_hand(drive, rest), 0 * AT, 0 * AT]), rtol=1e-4, atol=1e-18
     )
     np.testing.assert_allclose(
-        compliance(arm, AT[:, None])[:, 3, 3], by_hand(drive, rest), rtol=1e-4
+        state_of(arm, AT[:, None]).compliance[:, 3, 3], by_hand(drive, rest), rtol=1e-4
     )
     assert not square.any()
     assert states(arm).joints[0].states["stiffness"] == "stated"
@@ -351,5 +351,5 @@ def test_a_bearing_stands_for_a_rail_with_the_carriage_at_its_middle(each, const
         "span": 0.15,
         "radial_stiffness": each * stiffness,
     }
-    found = compliance(axis(bearing=bearing), np.array([[0.3]]))[0, 5, 5]
+    found = state_of(axis(bearing=bearing), np.array([[0.3]])).compliance[0, 5, 5]
     assert found == pytest.approx(1 / (constant * stiffness), rel=1e-9)

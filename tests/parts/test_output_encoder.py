@@ -13,6 +13,7 @@ from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.expected_repeatability import visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.units import Toleranced
 from tests.parts.conditions import condition, drawn, encoder, terms_at
@@ -111,7 +112,7 @@ def test_an_arm_says_what_its_output_encoders_correct():
         "encoder on the output of A, C: the controller corrects wind-up and backlash"
     )
     one = Arm(name="one", joints=joints[:1])
-    spread = visit_covariance(screws(one, np.array([[0.0]])))[0]
+    spread = visit_covariance(screws(state_of(one, np.array([[0.0]]))))[0]
     assert math.sqrt(np.trace(spread)) == pytest.approx(REACH * PLAY / 2 / math.sqrt(3))
     assert one.assumed_friction
     assert not [

@@ -15,6 +15,7 @@ from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.gearbox.cycloidal.sources import Loop
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from tests.parts.conditions import TURN_Z, condition, drawn, terms_at
@@ -43,7 +44,7 @@ def joint(**fields: Any) -> RevoluteJoint:
 def spread(approach: float = 1.0, **fields: Any) -> float:
     """Return the standard deviation (m) between visits of the tool of an arm of one joint."""
     matrix = screws(
-        Arm(name="one", joints=(joint(**fields),)), np.array([[0.3]]), approach=approach
+        state_of(Arm(name="one", joints=(joint(**fields),)), np.array([[0.3]])), approach=approach
     )
     return math.sqrt(np.trace(visit_covariance(matrix)[0]))
 
@@ -88,7 +89,9 @@ def test_a_dead_band_along_a_slide_is_a_length_at_the_slide():
         encoder={},
         servo={"dead_band": 1e-5},
     )
-    covariance = visit_covariance(screws(Arm(name="one", joints=(slide,)), np.array([[0.3]])))[0]
+    covariance = visit_covariance(
+        screws(state_of(Arm(name="one", joints=(slide,)), np.array([[0.3]])))
+    )[0]
     assert math.sqrt(np.trace(covariance)) == pytest.approx(1e-5 / math.sqrt(3))
 
 
@@ -123,11 +126,11 @@ def test_friction_that_scatters_remains_where_the_side_is_known():
     )
     arm = Arm(name="one", joints=(joint(gearbox=gearbox),))
     sided, plain = (
-        screws(each, np.array([[0.3]]), approach=1.0).bias
+        screws(state_of(each, np.array([[0.3]])), approach=1.0).bias
         for each in (arm, Arm(name="one", joints=(joint(gearbox={"hysteresis": LOOP}),)))
     )
     np.testing.assert_array_equal(sided, plain)
-    covariance = visit_covariance(screws(arm, np.array([[0.3]]), approach=1.0))
+    covariance = visit_covariance(screws(state_of(arm, np.array([[0.3]])), approach=1.0))
     assert expected_repeatability(covariance)[0][0] == pytest.approx(2.60632 * known, rel=1e-4)
 
 

@@ -342,9 +342,8 @@ def screws_of(terms, bias):
         np.zeros(len(infos), int),
         np.ones(len(infos)),
         tool,
-        np.zeros((1, 1, 4, 4)),
         np.zeros((0, 1)),
-        (0,),
+        None,  # the state of no arm
     )
 
 

@@ -13,6 +13,7 @@ from lostmotion.band import Band
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.io.native import read_arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.bands import influence
 from lostmotion.propagation.montecarlo.bands import DRAWS, bands
 
@@ -83,7 +84,9 @@ def test_a_middle_changes_nothing_and_a_known_value_has_no_band(tmp_path):
     arm, poses = read(tmp_path), sample_poses(read(tmp_path), 64)
     known = read(tmp_path, young=f"{math.sqrt(1.3 * 3.0)} GPa")
     assert bands(known, poses, 8, 2, 1) is None
-    assert screws(arm, poses.q).local == pytest.approx(screws(known, poses.q).local, rel=1e-12)
+    assert screws(state_of(arm, poses.q)).local == pytest.approx(
+        screws(state_of(known, poses.q)).local, rel=1e-12
+    )
 
 
 def test_errors_between_visits_are_not_widened_by_ignorance_of_a_spring(tmp_path):

@@ -10,6 +10,7 @@ from SALib.sample import sobol as sobol_sample
 from lostmotion import sample_poses
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo.sensitivity import halving
 from tests.conftest import arm_of
 
@@ -64,7 +65,7 @@ def test_indices_of_each_component_are_the_exact_variance_shares(arm):
     Weighted by the variances of the components, the indices equal the part's share of the drawn
     mean square in the budget.
     """
-    matrix = screws(arm, np.array([[0.4, -0.3, 0.9]]))
+    matrix = screws(state_of(arm, np.array([[0.4, -0.3, 0.9]])))
     problem = problem_of(matrix.infos)
     uniforms = sobol_sample.sample(problem, 2048, calc_second_order=False, seed=1)
     shift = matrix.tool[0, 3:]
@@ -95,7 +96,7 @@ def test_sobol_indices_of_the_squared_error_are_not_the_shares(arm):
 
     A part's share is its part of the mean of |e|^2; its index is its part of the variance of |e|^2.
     """
-    matrix = screws(arm, np.array([[0.4, -0.3, 0.9]]))
+    matrix = screws(state_of(arm, np.array([[0.4, -0.3, 0.9]])))
     problem = problem_of(matrix.infos)
     uniforms = sobol_sample.sample(problem, 2048, calc_second_order=False, seed=1)
     drawn = np.array([info.level != "design" for info in matrix.infos])
@@ -133,7 +134,7 @@ def test_total_indices_of_the_95_percent_error_rank_parts_as_halving_does():
     )
     arm = arm.model_copy(update={"joints": joints, "gravity": 0.0})
     poses = sample_poses(arm, 64)
-    matrix = screws(arm, poses.q)
+    matrix = screws(state_of(arm, poses.q))
     robot, visit = (matrix.columns(level) for level in ("robot", "visit"))
     infos = [matrix.infos[k] for k in robot]
     problem = problem_of(infos)

@@ -89,7 +89,9 @@ def test_joint_values_are_those_of_the_pose(run):
     arm = run.store.order.read(each.found.design)
     q = lostmotion.sample_poses(arm, 64, seed=1).q[each.found.pose]
     np.testing.assert_array_equal(each.found.q, q)
-    np.testing.assert_allclose(lostmotion.frames(arm, q[None])[-1, 0], each.tool, atol=1e-15)
+    np.testing.assert_allclose(
+        lostmotion.state_of(arm, q[None]).frames[-1, 0], each.tool, atol=1e-15
+    )
 
 
 def test_the_sheet_compares_stored_and_replayed_error(run):

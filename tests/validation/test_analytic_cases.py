@@ -122,7 +122,7 @@ def test_the_papers_benchmark_pose_by_pose():
     halves: each lies within 1.5e-3 of the middle.
     """
     arm, q = ur5e(), np.random.default_rng(1).uniform(-math.pi, math.pi, (12, 6))
-    matrix = lostmotion.screws(arm, q)
+    matrix = lostmotion.screws(lostmotion.state_of(arm, q))
     found = analytic(arm, q)
     sobol, lengths = (
         qmc.Sobol(len(matrix.infos), rng=np.random.default_rng(2)),
@@ -189,7 +189,7 @@ def test_the_examples_are_many_points(path):
     arm = lostmotion.read(path)
     poses = lostmotion.sample_poses(arm, 64)
     found = analytic(arm, poses, threads=2)
-    matrix = lostmotion.screws(arm, poses.q)
+    matrix = lostmotion.screws(lostmotion.state_of(arm, poses.q))
     names = dict.fromkeys(stream for info in matrix.infos for stream, _ in info.draws)
     uniform = dict(
         zip(
@@ -238,7 +238,7 @@ def test_every_example_against_plain_samples(path):
     samples, whose own scatter counts.
     """
     arm = lostmotion.read(path)
-    matrix = lostmotion.screws(arm, lostmotion.sample_poses(arm, 32).q)
+    matrix = lostmotion.screws(lostmotion.state_of(arm, lostmotion.sample_poses(arm, 32).q))
     found, count = of_screws(matrix, Drawn(matrix)), 400_000
     rng = np.random.default_rng(4)
     uniform = {

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import state_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -76,7 +76,7 @@ def test_the_arm_file_and_the_formulas_put_the_tool_at_the_same_point(poses):
     """Eq. (1) with sines in Z is the kinematics of the TOML arm, its interior angles taken as they
     are.
     """
-    assert lostmotion.frames(_arm(), poses)[-1, :, :3, 3] == pytest.approx(
+    assert lostmotion.state_of(_arm(), poses).frames[-1, :, :3, 3] == pytest.approx(
         method.position(Z_ARM, poses), abs=1e-12
     )
     assert _arm().limits == pytest.approx(Z_ARM.ranges)
@@ -148,7 +148,7 @@ def test_from_zero_to_maximum_is_half_a_maximum_of_bias():
     assert drawn.max() <= largest
     assert drawn.mean() == pytest.approx(largest / 2, rel=1e-3)
     assert drawn.std() == pytest.approx(0.98658 * largest / 6, rel=3e-3)
-    matrix = lostmotion.screws(_arm(), np.radians([[0.0, 90.0, 90.0, 180.0]]))
+    matrix = lostmotion.screws(lostmotion.state_of(_arm(), np.radians([[0.0, 90.0, 90.0, 180.0]])))
     names = [info.name for info in matrix.infos]
     mean = matrix.local[0, 1, names.index("joints.A.lumped.mean angle")]
     angle = names.index("joints.A.lumped.angle")
@@ -213,10 +213,10 @@ def test_the_static_moment_is_the_worst_over_tilts(poses):
     what it asks on a level chassis.
     """
     mx, _, total = method.static_moment(Z_ARM, method.Weights(), poses)
-    assert lostmotion.worst_torques_over_tilts(_arm(), poses)[:, 1] == pytest.approx(
-        total, rel=1e-12
-    )
-    assert np.abs(joint_torques(_arm(), poses)[:, 1]) == pytest.approx(np.abs(mx), abs=1e-10)
+    assert lostmotion.worst_torques_over_tilts(lostmotion.state_of(_arm(), poses))[
+        :, 1
+    ] == pytest.approx(total, rel=1e-12)
+    assert np.abs(state_of(_arm(), poses).torques[:, 1]) == pytest.approx(np.abs(mx), abs=1e-10)
 
 
 def test_eq_2_as_printed_counts_the_weight_at_d_twice(poses):
@@ -253,7 +253,7 @@ def test_the_slope_of_a_link_is_the_cantilevers():
     del link["rigid"]
     link |= {"section": section, "material": {"young": young, "poisson": 0.3, "density": 2700.0}}
     q = np.radians([[0.0, 180.0, 135.0, 180.0]])
-    matrix = lostmotion.screws(lostmotion.Arm.model_validate(described), q)
+    matrix = lostmotion.screws(lostmotion.state_of(lostmotion.Arm.model_validate(described), q))
     bent = sum(
         matrix.local[0, :, k]
         for k, info in enumerate(matrix.infos)
@@ -318,7 +318,9 @@ def test_sixty_micrometres_over_fifty_millimetres_tilt_an_axis_by_more_than_the_
         del joint["lumped"]
     described["joints"][0]["bearing"] = {"kind": "rolling", "clearance": "60 µm", "span": "50 mm"}
     bias = lostmotion.screws(
-        lostmotion.Arm.model_validate(described), np.radians([[0.0, 180.0, 135.0, 180.0]])
+        lostmotion.state_of(
+            lostmotion.Arm.model_validate(described), np.radians([[0.0, 180.0, 135.0, 180.0]])
+        )
     ).bias[0]
     tilt = np.linalg.norm(bias[:3]) / method.ARCMIN
     assert tilt == pytest.approx(60e-6 / 50e-3 / method.ARCMIN)

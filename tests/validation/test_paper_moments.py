@@ -16,7 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lostmotion.mechanism.arm import STANDARD_GRAVITY, Arm
-from lostmotion.mechanism.serial import joint_torques, worst_torques_over_tilts
+from lostmotion.mechanism.holding_torques import worst_torques_over_tilts
+from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, RevoluteJoint
@@ -139,7 +140,7 @@ def test_the_papers_root_is_the_worst_moment_over_all_tilts(phi: tuple[float, ..
     whichever way the chassis leans.
     """
     h, z = projections(phi)
-    worst = worst_torques_over_tilts(z_arm(w), q_of(phi))[0, 0]
+    worst = worst_torques_over_tilts(state_of(z_arm(w), q_of(phi)))[0, 0]
     assert worst == pytest.approx(math.hypot(moment(h, w), moment(z, w)), rel=1e-12, abs=1e-9)
 
 
@@ -150,12 +151,12 @@ def test_on_level_ground_only_mx_acts(phi: tuple[float, ...]):
     Mz.
     """
     h, z = projections(phi)
-    assert joint_torques(z_arm(TYPICAL), q_of(phi))[0, 0] == pytest.approx(
+    assert state_of(z_arm(TYPICAL), q_of(phi)).torques[0, 0] == pytest.approx(
         moment(h, TYPICAL), abs=1e-9
     )
     # Pitched about +y by a quarter turn, gravity points along the base's +x: masses above A want to
     # fall forwards.
-    nose_down = joint_torques(z_arm(TYPICAL, pitch=math.pi / 2), q_of(phi))[0, 0]
+    nose_down = state_of(z_arm(TYPICAL, pitch=math.pi / 2), q_of(phi)).torques[0, 0]
     assert nose_down == pytest.approx(moment(z, TYPICAL), abs=1e-9)
 
 
@@ -166,9 +167,9 @@ def test_some_tilt_reaches_the_worst_and_none_passes_it(phi: tuple[float, ...]):
     pitches = np.linspace(-math.pi, math.pi, 721)
     arm, q = z_arm(TYPICAL), q_of(phi)
     down = STANDARD_GRAVITY * np.column_stack([np.sin(pitches), np.zeros(721), -np.cos(pitches)])
-    by_axis = np.array([joint_torques(arm, q, gravity=unit)[0, 0] for unit in np.eye(3)])
+    by_axis = np.array([state_of(arm, q, gravity=unit).torques[0, 0] for unit in np.eye(3)])
     held = np.abs(down @ by_axis)
-    worst = worst_torques_over_tilts(arm, q)[0, 0]
+    worst = worst_torques_over_tilts(state_of(arm, q))[0, 0]
     assert held.max() <= worst * (1 + 1e-12)
     assert held.max() == pytest.approx(worst, rel=1e-4)
 
@@ -182,11 +183,11 @@ def test_the_printed_sums_do_not_balance():
     moment that statics gives, Mx by a fifth and more.
     """
     h, z = projections(DRAWN)
-    held = joint_torques(z_arm(TYPICAL), q_of(DRAWN))[0, 0]
+    held = state_of(z_arm(TYPICAL), q_of(DRAWN)).torques[0, 0]
     assert moment(h, TYPICAL) == pytest.approx(held, rel=1e-12)
     assert abs(printed_x(h, TYPICAL) / held - 1) > 0.2
     assert abs(printed_z(z, TYPICAL) / moment(z, TYPICAL) - 1) > 0.05
-    worst = worst_torques_over_tilts(z_arm(TYPICAL), q_of(DRAWN))[0, 0]
+    worst = worst_torques_over_tilts(state_of(z_arm(TYPICAL), q_of(DRAWN)))[0, 0]
     assert abs(math.hypot(printed_x(h, TYPICAL), printed_z(z, TYPICAL)) / worst - 1) > 0.01
 
 

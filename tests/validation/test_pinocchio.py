@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import frames, joint_torques, wrenches
+from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
@@ -24,7 +24,7 @@ VALIDATES = (
             "branches, and the UR5e"
         ),
         "1e-10",
-        "mechanism/serial.py",
+        "mechanism/state.py",
     ),
 )
 
@@ -182,14 +182,14 @@ def test_gearboxes_weigh_at_their_joints_as_pinocchios_bodies_do(seed: int):
     model = as_pinocchio(arm)
     theirs = [pin.computeGeneralizedGravity(model, model.createData(), each) for each in q]
     np.testing.assert_allclose(
-        joint_torques(arm, q), theirs, rtol=0, atol=1e-10 * 1000 * arm.gravity
+        state_of(arm, q).torques, theirs, rtol=0, atol=1e-10 * 1000 * arm.gravity
     )
     assert arm.mass == pytest.approx(
         sum(map(weight_at, own)) + sum(joint.link.total_mass for joint in own) + arm.tool.mass,
         rel=1e-14,
     )
     np.testing.assert_array_equal(
-        joint_torques(drawn.model_copy(update={"joints": within}), q), joint_torques(drawn, q)
+        state_of(drawn.model_copy(update={"joints": within}), q).torques, state_of(drawn, q).torques
     )
 
 
@@ -211,7 +211,7 @@ def test_any_chain_stands_and_holds_as_pinocchios_does(seed: int):
     arm = random_arm(rng)
     model = as_pinocchio(arm)
     q = rng.uniform(-3, 3, (POSES, len(arm.moving)))
-    ours, torques = frames(arm, q), joint_torques(arm, q)
+    ours, torques = state_of(arm, q).frames, state_of(arm, q).torques
     carried = (
         sum(weight_at(joint) + joint.link.total_mass for joint in arm.joints)
         + arm.tool.mass
@@ -227,6 +227,29 @@ def test_any_chain_stands_and_holds_as_pinocchios_does(seed: int):
         )
 
 
+@pytest.mark.parametrize("seed", range(CHAINS))
+def test_the_carry_matrices_of_joints_are_pinocchios_jacobian(seed: int):
+    """The carry matrix of a joint's place times its unit motion is its column of the tool's
+    Jacobian in the base's axes, to 1e-10.
+    """
+    rng = np.random.default_rng(2000 + seed)
+    arm = random_arm(rng)
+    model = as_pinocchio(arm)
+    state = state_of(arm, rng.uniform(-3, 3, (1, len(arm.driven))))
+    ours = np.column_stack(
+        [state.carry(place)[0] @ arm.tree.places[place].twist for place in arm.tree.moved]
+    )
+    theirs = pin.computeFrameJacobian(
+        model,
+        model.createData(),
+        np.array(state.q[0]),
+        model.getFrameId("tool"),
+        pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
+    )
+    linear, turning = np.split(theirs.reshape(6, -1), 2)
+    np.testing.assert_allclose(ours, np.vstack([turning, linear]), rtol=0, atol=1e-10)
+
+
 @pytest.mark.parametrize("seed", range(0, CHAINS, 10))
 def test_a_force_on_the_tool_is_held_as_pinocchios_jacobian_says(seed: int):
     """A process force and moment in the tool's axes add to each drive what Pinocchio's tool
@@ -237,7 +260,8 @@ def test_a_force_on_the_tool_is_held_as_pinocchios_jacobian_says(seed: int):
     model = as_pinocchio(arm)
     force, moment = vector(rng, 100), vector(rng, 100)
     q = rng.uniform(-3, 3, (1, len(arm.moving)))
-    ours = joint_torques(arm, q, Payload(force=force, moment=moment), gravity=np.zeros(3))[0]
+    pressed = arm.with_payload(Payload(force=force, moment=moment))
+    ours = state_of(pressed, q, gravity=np.zeros(3)).torques[0]
     data = model.createData()
     # linear rows first
     jacobian = pin.computeFrameJacobian(
@@ -259,7 +283,7 @@ def test_the_joints_of_the_base_carry_what_pinocchio_says():
         pin.rnea(model, data, q[0], np.zeros(model.nv), np.zeros(model.nv))
         # on the body, in the joint's frame
         held = np.concatenate([data.f[1].angular, data.f[1].linear])
-        ours = wrenches(arm, q)[arm.places.index(arm.moving[0].name), 0]
+        ours = state_of(arm, q).wrenches[arm.places.index(arm.moving[0].name), 0]
         np.testing.assert_allclose(ours, -held, rtol=0, atol=1e-10 * max(1.0, np.abs(held).max()))
 
 
@@ -311,7 +335,7 @@ def test_a_ur5e_stands_and_holds_as_pinocchios_does():
     arm, rng = ur5e(), np.random.default_rng(3)
     model = as_pinocchio(arm)
     q = rng.uniform(-math.pi, math.pi, (50, 6))
-    ours, torques = frames(arm, q), joint_torques(arm, q)
+    ours, torques = state_of(arm, q).frames, state_of(arm, q).torques
     for row in range(50):
         np.testing.assert_allclose(ours[-1, row], by_dh(q[row]), atol=1e-12)
         np.testing.assert_allclose(
@@ -328,7 +352,7 @@ def test_a_ur5e_stretched_out_reaches_as_its_drawing_shows():
     """At joint zeros a UR5e lies stretched along -x: flange at (-0.8172, -0.2329, 0.0628), as the
     drawing's sums say.
     """
-    flange = frames(ur5e(), np.zeros((1, 6)))[-1, 0]
+    flange = state_of(ur5e(), np.zeros((1, 6))).frames[-1, 0]
     np.testing.assert_allclose(
         flange[:3, 3], [-0.425 - 0.3922, -0.1333 - 0.0996, 0.1625 - 0.0997], atol=1e-12
     )

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import frames, tool_points
+from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Frame, Link
 
@@ -25,7 +25,7 @@ VALIDATES = (
             "mm); 0.091 mm with the maker's 89.159 and 94.65, "
             "all of it along one axis"
         ),
-        "mechanism/serial.py",
+        "mechanism/state.py",
     ),
 )
 
@@ -66,7 +66,7 @@ def misses(grid: np.ndarray, arm: Arm) -> np.ndarray:
     3), mm.
     """
     commanded = np.column_stack([grid[f"{axis}_t"] for axis in "xyz"])
-    return commanded - frames(arm, joint_angles(grid))[-1, :, :3, 3] * 1000
+    return commanded - state_of(arm, joint_angles(grid)).frames[-1, :, :3, 3] * 1000
 
 
 def test_the_makers_table_leads_to_the_commanded_positions(grid: np.ndarray):
@@ -78,7 +78,7 @@ def test_the_makers_table_leads_to_the_commanded_positions(grid: np.ndarray):
     """
     assert len(grid) == 1000
     off = misses(grid, ur5())
-    turned = frames(ur5(), joint_angles(grid))[-1, :, :3, :3]
+    turned = state_of(ur5(), joint_angles(grid)).frames[-1, :, :3, :3]
     beside = np.einsum("nij,ni->nj", turned, off).mean(axis=0)
     np.testing.assert_allclose(beside, [0, 0.09, 0], atol=0.002)
     tool = (beside[0] / 1000, beside[1] / 1000, 0.031 + beside[2] / 1000)
@@ -105,4 +105,6 @@ def test_another_tool_length_would_show(grid: np.ndarray):
 def test_the_quick_way_to_the_tool_is_the_same(grid: np.ndarray):
     """On a thousand real poses the tool point found alone is the one found with all frames."""
     q = joint_angles(grid)
-    np.testing.assert_allclose(tool_points(ur5(), q), frames(ur5(), q)[-1, :, :3, 3], atol=1e-13)
+    np.testing.assert_allclose(
+        tool_points(ur5(), q), state_of(ur5(), q).frames[-1, :, :3, 3], atol=1e-13
+    )

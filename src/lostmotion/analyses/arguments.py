@@ -111,7 +111,7 @@ def poses_of(name: str, value: Any, given: Mapping[str, Any]) -> int | Poses:  #
     import numpy as np
 
     from lostmotion.error_model.poses import Poses
-    from lostmotion.mechanism.serial import as_poses
+    from lostmotion.mechanism.state import as_poses
 
     if isinstance(value, Poses):
         return value
@@ -124,7 +124,7 @@ def poses_of(name: str, value: Any, given: Mapping[str, Any]) -> int | Poses:  #
     except (TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        expected = f"how many, a CSV file, or joint values q (pose, {len(arm.moving)}) in rad and m"
+        expected = f"how many, a CSV file, or joint values q (pose, {len(arm.driven)}) in rad and m"
         raise refuse_argument(name, str(error), expected, **{name: DEFAULT_POSES}) from None
 
 
@@ -223,7 +223,7 @@ def pose_of(name: str, value: Any, given: Mapping[str, Any]) -> Any:  # noqa: AN
     ):
         import numpy as np
 
-        fields = [_SLIDES if joint.type == "prismatic" else _TURNS for joint in arm.moving]
+        fields = [_SLIDES if joint.type == "prismatic" else _TURNS for joint in arm.driven]
         if len(value) != len(fields):
             raise refuse_argument(
                 name,

@@ -110,11 +110,11 @@ def tables_of(arm: Arm, valid: Validity, terms: Sequence[PlacedTerm] | None = No
     draws = _shared(errors)
     payload, rated = (
         arm.payload,
-        [None if joint.gearbox is None else joint.gearbox.rated_torque for joint in arm.moving],
+        [None if joint.gearbox is None else joint.gearbox.rated_torque for joint in arm.driven],
     )
     return Tables(
         arm.name,
-        tuple(joint.name for joint in arm.moving),
+        tuple(joint.name for joint in arm.driven),
         arm.limits,
         np.array([np.inf if each is None else each for each in rated]),
         tuple(_record(*each, draws) for each in zip(places.records, errors, factors, strict=True)),

@@ -54,7 +54,7 @@ def places_of(tree: Tree, with_terms: AbstractSet[int]) -> Places:
                 number.append(parent)
                 pose.append(fixed)
                 continue
-        turned = np.eye(4) if place.joint is None else along_z(place.twist)
+        turned = np.eye(4) if place.joint is None else along_z(place.twist[:, 0])
         records.append(
             Record(
                 place.name,

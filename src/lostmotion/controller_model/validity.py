@@ -33,7 +33,7 @@ def validity_of(arm: Arm, payload: float | None = None) -> Validity:
     gravity = _ACCELERATION * (arm.gravity or _GRAVITY)
     lengths = [float(np.linalg.norm(place.pose[:3, 3])) for place in arm.tree.places]
     slides = [
-        float(np.abs(joint.limits).max()) for joint in arm.moving if not joint.twist[:3].any()
+        float(np.abs(joint.limits).max()) for joint in arm.driven if not joint.twist[:3].any()
     ]
     reach = sum(lengths) + sum(slides)
     force = most * gravity + _PAYLOADS * float(np.abs(arm.payload.force).max())

@@ -16,6 +16,7 @@ from lostmotion.error_model.few_poses import known_ends
 from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -316,10 +317,9 @@ def budget_changes(
     Other arguments and errors as for `tally`.
     """
     out: list[dict[str, float]] = [{} for _ in labels]
-    for start in range(0, len(q), _BLOCK):
-        matrices = [
-            screws(arm, q[start : start + _BLOCK], approach=approach) for arm in (before, after)
-        ]
+    blocks = (states_of(arm, q, _BLOCK) for arm in (before, after))
+    for both_states in zip(*blocks, strict=True):
+        matrices = [screws(state, approach=approach) for _, state in both_states]
         for draws in dict.fromkeys(draws for matrix in matrices for draws in matrix.groups):
             found = [matrix.along_poses[3:, matrix.groups.get(draws, [])] for matrix in matrices]
             both = sum(each.sum(axis=1) for each in found)
@@ -343,8 +343,8 @@ def tallies(
     arguments and errors as for `tally`.
     """
     out: list[Tally] = []
-    for start in range(0, len(q), _BLOCK):
-        matrix = screws(arm, q[start : start + _BLOCK], approach=approach)
+    for _, state in states_of(arm, q, _BLOCK):
+        matrix = screws(state, approach=approach)
         block = [Tally.of(matrix, by) for by in groupings]
         out = [whole + part for whole, part in zip(out, block, strict=True)] if out else block
     if not out:

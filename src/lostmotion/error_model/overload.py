@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
@@ -60,11 +60,7 @@ def overloads(arm: Arm, poses: Poses | None = None) -> tuple[Overload, ...]:
         return ()
     q = poses.q if poses is not None and poses.law == "given" else sample_poses(arm, _POSES).q
     held = np.max(
-        [
-            np.abs(joint_torques(arm, q[k : k + _CHUNK])).max(axis=0)
-            for k in range(0, len(q), _CHUNK)
-        ],
-        axis=0,
+        [np.abs(state.torques).max(axis=0) for _, state in states_of(arm, q, _CHUNK)], axis=0
     )
     return overloaded(arm, held, len(q))
 
@@ -78,7 +74,7 @@ def rated_torques(arm: Arm) -> Floats:
             np.nan
             if joint.gearbox is None or joint.gearbox.rated_torque is None
             else joint.gearbox.rated_torque
-            for joint in arm.moving
+            for joint in arm.driven
         ]
     )
 
@@ -89,6 +85,6 @@ def overloaded(arm: Arm, held: Floats, poses: int) -> tuple[Overload, ...]:
     """
     return tuple(
         Overload(joint.name, joint.load_unit, float(most), float(limit), poses)
-        for joint, most, limit in zip(arm.moving, held, rated_torques(arm), strict=True)
+        for joint, most, limit in zip(arm.driven, held, rated_torques(arm), strict=True)
         if exceeds(most, limit)
     )

@@ -15,8 +15,6 @@ import numpy as np
 from lostmotion.error_model.closing import Closing, closed_in_some, mean_and_change
 from lostmotion.error_model.draws import Stream
 from lostmotion.laws.distributions import COMPARED
-from lostmotion.mechanism.carry import tool_twists
-from lostmotion.mechanism.serial import Conditions, as_poses, frames
 from lostmotion.parts import forms_together
 from lostmotion.parts.term import level_of
 
@@ -28,6 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.placed_terms import PlacedTerm
+    from lostmotion.mechanism.state import State
     from lostmotion.parts.term import Draw, Form, Level, Threshold
     from lostmotion.spatial import Floats
 
@@ -166,9 +165,8 @@ class PoseMatrix(ToolScrews):
     scale      (column,) size of the term; columns of one form at one place are proportional to it
                at every pose
     local      (pose, 6, column) screw at the place, rad and m per unit draw
-    at         (place, pose, 4, 4) frames of the arm
     closed     (row, pose) share of robots in which a load closes the play of each `Closing`
-    tool_path  numbers of the places from the base to the tool
+    state      state of the arm at the poses, about which its errors are linearised
     """
 
     infos: tuple[Column, ...]
@@ -176,9 +174,8 @@ class PoseMatrix(ToolScrews):
     place: NDArray[np.int64]
     scale: Floats
     local: Floats
-    at: Floats
     closed: Floats
-    tool_path: tuple[int, ...]
+    state: State
 
     def stretch(self, first: int, last: int) -> PoseMatrix:
         """Return the matrix of the poses from number `first` to `last` - 1."""
@@ -190,8 +187,8 @@ class PoseMatrix(ToolScrews):
             self,
             tool=self.tool[rows],
             local=self.local[rows],
-            at=self.at[:, rows],
             closed=self.closed[:, rows],
+            state=self.state.rows(rows),
         )
 
     def scaled(self, factors: Floats) -> PoseMatrix:
@@ -234,17 +231,15 @@ def grouped(infos: Sequence[Draws]) -> Groups:
     return out
 
 
-def screws(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix:
-    """Return the pose matrix of the arm at these poses, to first order in the errors.
+def screws(state: State, *, approach: float | Floats = 0.0) -> PoseMatrix:
+    """Return the pose matrix of an arm in this state, to first order in the errors.
 
-    q         (pose, joint) rad or m
     approach  sign of the joints' last motion, 0 where it is drawn at every visit: one for all, or
               (pose, joint)
 
-    Valid for small errors; `propagation.exact.check` reports what first order neglects. Raises
-    ValueError for q of another shape or not finite.
+    Valid for small errors; `propagation.exact.check` reports what first order neglects.
     """
-    return Columns(arm, approach).matrix(q)
+    return Columns(state.arm, approach).matrix(state)
 
 
 @dataclass(frozen=True)
@@ -272,9 +267,9 @@ class Columns:
     """
 
     def __init__(self, arm: Arm, approach: float | Floats = 0.0) -> None:
-        """Number the columns; arm and approach as for `screws`."""
-        self._arm, self._last_motion = arm, np.asarray(approach, dtype=float)
-        sides, names = _sides(self._last_motion), [joint.name for joint in arm.moving]
+        """Number the columns; approach as for `screws`."""
+        self._last_motion = np.asarray(approach, dtype=float)
+        sides, names = _sides(self._last_motion), [joint.name for joint in arm.driven]
         thresholds: dict[tuple[int, Threshold], int] = {}
         infos: list[Column] = []
         self._families: list[_Family] = []
@@ -320,15 +315,13 @@ class Columns:
         self._place = np.array([info.of.place for info in infos], dtype=int)
         self._scale = np.array([info.of.term.scale for info in infos])
 
-    def matrix(self, q: Floats) -> PoseMatrix:
-        """Return the pose matrix at these poses; q and errors as for `screws`."""
-        arm, last_motion, values = self._arm, self._last_motion, as_poses(self._arm, q)
-        at = frames(arm, values)
-        conditions = Conditions(arm, values, at)
-        closed = np.empty((self._rows, len(values)))
+    def matrix(self, state: State) -> PoseMatrix:
+        """Return the pose matrix in a state of the arm."""
+        last_motion, conditions = self._last_motion, state.conditions()
+        closed = np.empty((self._rows, len(state)))
         done: set[int] = set()
         # The pose is the innermost axis in memory, since every loop below runs along it.
-        local = np.empty((6, len(self.infos), len(values)))
+        local = np.empty((6, len(self.infos), len(state)))
         for family in self._families:
             of, row = family.of, family.row
             form, condition = of.term.form, conditions(of)
@@ -349,17 +342,15 @@ class Columns:
                 factor = {"whole": None, "mean": mean, "changed": changed}[part]
                 if factor is not None:
                     screw *= factor
-        tool = tool_twists(arm.tree, at, self._place, local)
         return PoseMatrix(
             self.infos,
-            tool.transpose(2, 0, 1),
+            state.tool_twists(self._place, local).transpose(2, 0, 1),
             self._groups,
             self._place,
             self._scale,
             local.transpose(2, 0, 1),
-            at,
             closed,
-            arm.tree.tool_path,
+            state,
         )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.errors import InputError, Problem, refuse_argument, shown
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion.error_model.draws import sobol, uniforms
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import Normal
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm

@@ -248,7 +248,7 @@ def refuse_undescribed(arm: Arm) -> None:
     message states what to add, and where.
     """
     if not states(arm).described:
-        joint = arm.moving[0]
+        joint = arm.driven[0]
         backlash = "20 µm" if joint.type == "prismatic" else "1 arcmin"
         expected = (
             "the gearbox, bearing, encoder or link of at least one joint; `lostmotion study "

@@ -40,6 +40,7 @@ import numpy as np
 from lostmotion.error_model.few_poses import known_ends
 from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.state import state_of, states_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -121,9 +122,9 @@ def geometry_of(arm: Arm) -> frozenset[str]:
 
 def screws_at_stage(arm: Arm, q: Floats, stage: str, *, approach: float = 0.0) -> PoseMatrix:
     """Return the pose matrix of the errors that remain at a stage of `EVERY_STAGE`; other arguments
-    and errors as for `screws`.
+    and errors as for `state_of` and `screws`.
     """
-    matrix = screws(arm, q, approach=approach_at_stage(stage, approach))
+    matrix = screws(state_of(arm, q), approach=approach_at_stage(stage, approach))
     return (
         matrix
         if stage == STAGES[0]
@@ -159,12 +160,12 @@ def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
     squares: dict[str, list[float]] = {stage: [] for stage in EVERY_STAGE}
     for q in np.split(poses.q, poses.replicates):
         sums = dict.fromkeys(EVERY_STAGE, 0.0)
-        for start in range(0, len(q), _BLOCK):
+        for _, state in states_of(arm, q, _BLOCK):
             arriving: dict[float, PoseMatrix] = {}
             for stage in EVERY_STAGE:
                 side = approach_at_stage(stage, approach)
                 if side not in arriving:
-                    arriving[side] = screws(arm, q[start : start + _BLOCK], approach=side)
+                    arriving[side] = screws(state, approach=side)
                 matrix = arriving[side]
                 shift = matrix.scaled(remaining(matrix.infos, stage, geometry)).merged.along_poses[
                     3:

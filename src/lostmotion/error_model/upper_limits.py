@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.provenance import LimitShare
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.gearbox.gearbox import LIMITED
 
 if TYPE_CHECKING:
@@ -42,14 +43,14 @@ def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[L
 
     limited = {
         f"joints.{joint.name}.gearbox": (joint.name, joint.gearbox.model, keys)
-        for joint in arm.moving
+        for joint in arm.driven
         if joint.gearbox is not None and (keys := getattr(joint.gearbox, "upper_limits", ()))
     }
     if not limited:
         return ()
     rows = np.unique(np.linspace(0, len(q) - 1, min(len(q), _MOST_POSES)).astype(int))
     last_motion = approach[rows] if isinstance(approach, np.ndarray) else approach
-    found = costs(Tally.of(screws(arm, np.asarray(q)[rows], approach=last_motion), _item))
+    found = costs(Tally.of(screws(state_of(arm, np.asarray(q)[rows]), approach=last_motion), _item))
     between = sum(cost.levels[2] for cost in found)
     out = []
     for owner, (joint, model, keys) in limited.items():

@@ -152,7 +152,7 @@ def class_of_arm(arm: Arm) -> DriveClass | None:
     The largest is that of the latest class in the order of size.
     """
     found = []
-    for joint in arm.moving:
+    for joint in arm.driven:
         presets = [_class_preset(getattr(joint, part, None)) for part in ("gearbox", "encoder")]
         if any(each is None for each in presets):
             return None

@@ -4,7 +4,7 @@ else static loads, else the reach.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -12,13 +12,14 @@ import numpy as np
 from lostmotion.catalogue.drive_classes import class_of, drive_classes
 from lostmotion.mechanism.arm import STANDARD_GRAVITY
 from lostmotion.mechanism.even_poses import even_poses
-from lostmotion.mechanism.serial import frames, joint_torques
+from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lostmotion.catalogue.drive_classes import DriveClass
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.state import State
     from lostmotion.spatial import Floats
 
 # A drive gives this many times the largest static load of the arm without payload. Source: maker's
@@ -74,10 +75,11 @@ def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLo
     the reach: the estimate is then within a factor of about three.
     """
     q = even_poses(arm)
-    held = np.abs(joint_torques(arm, q)).max(axis=0)
-    turns = np.array([joint.type == "revolute" for joint in arm.moving])
+    state = state_of(arm, q)
+    held = np.abs(state.torques).max(axis=0)
+    turns = np.array([joint.type == "revolute" for joint in arm.driven])
     remarks: list[str] = []
-    lever, reach = _levers(arm, q), _reaches(arm, q)
+    lever, reach = _levers(state), _reaches(state)
     upright = bool(turns.any()) and bool(lever[turns].max() <= _NO_LOAD * reach[turns].max())
     by_reach = _by_reach(np.where(upright, 0.0, lever), turns)
     why = _placeholder_masses(arm, held, by_reach, turns)
@@ -93,7 +95,7 @@ def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLo
             f"{why}: static loads by the reach of {lever[turns].max(initial=0.0):.2g} m, "
             f"{BY_REACH:g} N m x (reach / 1 m)^4"
         )
-    stated = np.array([(efforts or {}).get(joint.name, 0.0) for joint in arm.moving])
+    stated = np.array([(efforts or {}).get(joint.name, 0.0) for joint in arm.driven])
     need = np.where(
         turns & (not upright),
         _with_neighbours(static, turns),
@@ -103,7 +105,7 @@ def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLo
     remarks += [reason] if reason else []
     loads = np.where(used, stated, MARGIN * need)
     loads = _at_least_a_share(loads, turns)
-    names = [joint.name for joint in arm.moving]
+    names = [joint.name for joint in arm.driven]
     return DriveLoads(
         dict(zip(names, map(float, loads), strict=True)),
         dict(zip(names, map(float, static), strict=True)),
@@ -114,19 +116,21 @@ def drive_loads(arm: Arm, efforts: Mapping[str, float] | None = None) -> DriveLo
     )
 
 
-def _levers(arm: Arm, q: Floats) -> Floats:
+def _levers(state: State) -> Floats:
     """Return the largest lever (m) of a weight at the tool about each joint; 1 for sliding joints
     that lift it.
     """
-    heavier = arm.payload.model_copy(update={"mass": arm.payload.mass + 1.0})
-    more = joint_torques(arm.model_copy(update={"payload": heavier}), q) - joint_torques(arm, q)
-    return np.asarray(np.abs(more).max(axis=0) / STANDARD_GRAVITY)
+    payload = state.arm.payload
+    heavier = payload.model_copy(update={"mass": payload.mass + 1.0})
+    loaded = replace(state, arm=state.arm.model_copy(update={"payload": heavier}))
+    return np.asarray(np.abs(loaded.torques - state.torques).max(axis=0) / STANDARD_GRAVITY)
 
 
-def _reaches(arm: Arm, q: Floats) -> Floats:
+def _reaches(state: State) -> Floats:
     """Return the largest distance (m) of the tool from the origin of each moving joint."""
-    at = frames(arm, q)[:, :, :3, 3]
-    return np.asarray(np.linalg.norm(at[-1] - at[list(arm.tree.moved)], axis=-1).max(axis=1))
+    at = state.frames[:, :, :3, 3]
+    moved = at[list(state.arm.tree.moved)]
+    return np.asarray(np.linalg.norm(at[-1] - moved, axis=-1).max(axis=1))
 
 
 def _by_reach(lever: Floats, turns: np.ndarray) -> Floats:
@@ -165,7 +169,7 @@ def _with_neighbours(static: Floats, turns: np.ndarray) -> Floats:
 
 def _moved(arm: Arm, k: int) -> float:
     """Return the mass (kg) behind a moving joint, with the payload."""
-    behind = arm.joints[arm.joints.index(arm.moving[k]) :]
+    behind = arm.joints[arm.joints.index(arm.driven[k]) :]
     return (
         sum(each.link.total_mass for each in behind)
         + sum(each.total_mass for each in behind[1:])
@@ -181,7 +185,7 @@ def _in_motion(arm: Arm, static: Floats, reach: Floats, *, masses: bool) -> Floa
     reach alone.
     """
     out = static.copy()
-    for k, joint in enumerate(arm.moving):
+    for k, joint in enumerate(arm.driven):
         usual = drive_classes()["small strain wave"].reference(joint.type)
         moved = _ACCELERATION * _moved(arm, k)
         if joint.type == "revolute":

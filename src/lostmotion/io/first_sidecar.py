@@ -141,7 +141,7 @@ def _arguments(stated: dict[str, Any]) -> list[str]:
 def _joints(arm: Arm, found: DriveLoads, repairs: dict[str, dict[str, Any]]) -> list[str]:
     lines: list[str] = []
     held = list(found.static.values())
-    for k, joint in enumerate(arm.moving):
+    for k, joint in enumerate(arm.driven):
         turning = joint.type == "revolute"
         effort = found.efforts.get(joint.name)
         limit = "" if effort is None else f"; effort limit: {load_text(effort, joint.load_unit)}"
@@ -158,7 +158,7 @@ def _joints(arm: Arm, found: DriveLoads, repairs: dict[str, dict[str, Any]]) -> 
             f'"{load_text(found.loads[joint.name], joint.load_unit)}" }}'
         )
         needed = _MARGIN * max(
-            (held[i] for i in range(k, len(held)) if arm.moving[i].type == "revolute"), default=0.0
+            (held[i] for i in range(k, len(held)) if arm.driven[i].type == "revolute"), default=0.0
         )
         proposed = _reducers(needed) if turning and needed > _NOTHING else []
         lines += [

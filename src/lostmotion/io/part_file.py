@@ -158,7 +158,7 @@ def _notes_on(arm: Arm, part: object) -> tuple[str, ...]:
     """Return the notes of an arm without those on catalogue rows that only parts of other joints
     are from.
     """
-    others = {getattr(each.gearbox, "model", "") for each in arm.moving} - {
+    others = {getattr(each.gearbox, "model", "") for each in arm.driven} - {
         getattr(part, "model", "")
     }
     return tuple(

@@ -40,7 +40,7 @@ def read_pose(text: str, arm: Arm, argument: str = "at") -> int | Floats:
     # \s has more characters than int() takes
     if re.fullmatch(r"[ \t\r\n]*[0-9]{1,9}[ \t\r\n]*", text):
         return int(text)
-    joints = {joint.name: joint for joint in arm.moving}
+    joints = {joint.name: joint for joint in arm.driven}
     example = " ".join(
         f"{name}={'10mm' if isinstance(joint, PrismaticJoint) else '30deg'}"
         for name, joint in joints.items()

@@ -68,14 +68,14 @@ def _example(arm: Arm) -> str:
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow(
         f"{joint.name} [{'mm' if isinstance(joint, PrismaticJoint) else 'deg'}]"
-        for joint in arm.moving
+        for joint in arm.driven
     )
     return line.getvalue()
 
 
 def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]:
     """Return the SI value of each column's unit, and which column holds each joint."""
-    joints = {joint.name: joint for joint in arm.moving}
+    joints = {joint.name: joint for joint in arm.driven}
     mistakes: list[Problem] = []
     found: dict[str, int] = {}
     factors = np.ones(len(header))
@@ -183,7 +183,7 @@ def _outside(q: Floats, lines: array[int], arm: Arm, file: str) -> list[Problem]
     slack = _ROUNDING * (high - low)
     mistakes = []
     for row, column in np.argwhere((q < low - slack) | (q > high + slack))[: _MOST_MISTAKES + 1]:
-        joint = arm.moving[column]
+        joint = arm.driven[column]
         found, *limits = (
             _value_text(value, sliding=isinstance(joint, PrismaticJoint))
             for value in (q[row, column], *joint.limits)

@@ -49,7 +49,7 @@ def skeleton(arm: Arm, path: Path, drives: DriveLoads, sidecar: Path | None = No
         *_of_arm(f"{DRIVES} = {quoted(drives.of.name)}", tree),
     ]
     there = tree.get("joints", {})
-    for joint in arm.moving:
+    for joint in arm.driven:
         lines += _joint(
             joint, drives.loads[joint.name], there if isinstance(there, dict) else {}, urdf=urdf
         )

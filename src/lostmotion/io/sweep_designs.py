@@ -236,7 +236,7 @@ def read_sweep(
             if len(mistakes) > MOST_MISTAKES:
                 break
             continue
-        if len(found.moving) != len(arm.moving):
+        if len(found.moving) != len(arm.driven):
             mistakes.append(
                 Problem(
                     file,

@@ -127,7 +127,7 @@ def _of_lengths(chain: Chain) -> list[str]:
 def _of_ranges(arm: Arm, tree: UrdfTree) -> list[str]:
     far = [
         joint.name
-        for joint in arm.moving
+        for joint in arm.driven
         if isinstance(joint, RevoluteJoint) and joint.limits[1] - joint.limits[0] > _TWO_TURNS
     ]
     return (

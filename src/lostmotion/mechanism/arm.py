@@ -48,7 +48,7 @@ class Arm(Part):
 
     Places are listed in the order of the joints: "base", then for each joint NAME its seat
     "NAME.seat" (before the motion), "NAME" (after it) and "NAME.tip" (the far end of its link), and
-    last "tool". q has one value per moving joint, in rad or m, in the order of the joints.
+    last "tool". q has one value per driven joint, in rad or m, in the order of the joints.
 
     joints   in order from the base
     base     place and tilt of the foot, with its errors
@@ -122,8 +122,13 @@ class Arm(Part):
 
     @functools.cached_property
     def moving(self) -> tuple[RevoluteJoint | PrismaticJoint, ...]:
-        """Return the moving joints, in the order of the columns of q."""
+        """Return the joints that move, in the order of `joints`."""
         return tuple(joint for joint in self.joints if joint.type != "fixed")
+
+    @property
+    def driven(self) -> tuple[RevoluteJoint | PrismaticJoint, ...]:
+        """Return the joints with a drive, in the order of the columns of q: all that move."""
+        return self.moving
 
     @functools.cached_property
     def tree(self) -> Tree:
@@ -195,8 +200,8 @@ class Arm(Part):
 
     @functools.cached_property
     def limits(self) -> Floats:
-        """Return the range of every moving joint (joint, 2), rad or m."""
-        return np.array([joint.limits for joint in self.moving])
+        """Return the range of every driven joint (joint, 2), rad or m."""
+        return np.array([joint.limits for joint in self.driven])
 
     @property
     def warnings(self) -> tuple[str, ...]:

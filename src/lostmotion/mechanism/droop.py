@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.elastostatics import sag
 from lostmotion.mechanism.even_poses import even_poses
+from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -39,6 +39,6 @@ def droop(arm: Arm) -> Droop:
     order.
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        found = sag(arm, even_poses(arm))
+        found = np.concatenate([state.sag for _, state in states_of(arm, even_poses(arm))])
         turns, lengths = (np.linalg.norm(each, axis=1) for each in np.split(found, 2, axis=1))
     return Droop(float(lengths.max()), float(turns.max()))

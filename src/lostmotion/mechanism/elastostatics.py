@@ -13,21 +13,16 @@ manipulator in cartesian coordinates, Proc. 19th IEEE Conf. on Decision and Cont
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-
-from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.serial import Conditions, as_poses, frames
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.spatial import Floats
 
-# Poses evaluated at a time, so that the arrays of the parts fit into the processor's cache.
-_BLOCK: Final = 1024
 # Below this share of the largest compliance a direction counts as rigid. Rounding leaves about a
 # thousandth of it in place of zero.
 _RIGID: Final = 1e-10
@@ -79,106 +74,6 @@ class Compliances:
         off = np.abs(shift - shift.transpose(0, 2, 1)).max(axis=(1, 2), initial=0.0)
         with np.errstate(invalid="ignore"):
             return np.asarray(off / np.abs(shift).max(axis=(1, 2), initial=0.0))
-
-
-def compliances(arm: Arm, q: Floats) -> Compliances:
-    """Return the compliance contribution of each part at these poses, q (pose, joint) in rad or m.
-
-    Each contribution is the tangent at the load that the part carries. It is exact, except for
-    bearings described by drawings: their tables are differentiated over ±0.1 % of the load. An
-    unloaded rolling contact has no stiffness; it is evaluated at a load of one millinewton.
-    Raises ValueError for q of another shape or not finite.
-    """
-    values = as_poses(arm, q)
-    springs = elastic_terms(arm)
-    parts = tuple(dict.fromkeys(placed.owner for placed in springs))
-    by_part = np.zeros((len(parts), len(values), 6, 6))
-    tool = np.empty((len(values), 3))
-    for start in range(0, len(values), _BLOCK):
-        here = slice(start, start + _BLOCK)
-        at = frames(arm, values[here])
-        tool[here] = at[-1, :, :3, 3]
-        conditions, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
-        for placed in springs:
-            carried = carries[placed.place]
-            own = placed.term.scale * placed.term.form.compliance(conditions(placed))
-            by_part[parts.index(placed.owner), here] += carried @ own @ carried.transpose(0, 2, 1)
-    return Compliances(parts, by_part, tool)
-
-
-def compliance(arm: Arm, q: Floats) -> Floats:
-    """Return the twist of the tool per wrench on it (pose, 6, 6), rad and m per N m and N;
-    arguments and errors as `compliances`.
-
-    Symmetric and positive semidefinite where the compliances of all parts are (reciprocity).
-    """
-    return compliances(arm, q).whole
-
-
-def deflection(arm: Arm, q: Floats, wrench: Floats) -> Floats:
-    """Return rotation and displacement of the tool (pose, 6; rad, m) due to this wrench in addition
-    to the arm's own loads.
-
-    q       (pose, joint) rad or m
-    wrench  (6,) or (pose, 6): moment and force at the tool point in the base's axes, N m and N
-
-    The deflection of each part is evaluated with and without the wrench. So stiffness zones and
-    contacts are included over the full change of load, not by their tangent. For linear springs the
-    result is compliance @ wrench; for a rigid arm it is zero.
-    Raises ValueError for q or wrench of another shape or not finite.
-    """
-    values = as_poses(arm, q)
-    load = np.asarray(wrench, dtype=float)
-    if load.shape not in {(6,), (len(values), 6)} or not np.isfinite(load).all():
-        raise ValueError(
-            f"a wrench of shape {load.shape}; expected 6 finite values, moment and force, or "
-            "as many per pose"
-        )
-    load = np.broadcast_to(load, (len(values), 6))
-    out, springs = np.zeros((len(values), 6)), elastic_terms(arm)
-    for start in range(0, len(values), _BLOCK):
-        here = slice(start, start + _BLOCK)
-        at = frames(arm, values[here])
-        conditions, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
-        for placed in springs:
-            before, carried = conditions(placed), carries[placed.place]
-            more = replace(
-                before, wrench=before.wrench + np.einsum("pji,pj->ip", carried, load[here])
-            )
-            moved = placed.term.scale * (
-                placed.term.form.screw(more) - placed.term.form.screw(before)
-            )
-            out[here] += np.einsum("pij,jp->pi", carried, moved)
-    return out
-
-
-def sag(arm: Arm, q: Floats) -> Floats:
-    """Return rotation and displacement of the tool (pose, 6; rad, m) by which the arm's own loads
-    deflect its parts, first order.
-
-    The loads are the weights of arm and payload, and the process force, at the pose of the unloaded
-    arm; arguments and errors as `compliances`.
-    """
-    values = as_poses(arm, q)
-    out, springs = np.zeros((len(values), 6)), elastic_terms(arm)
-    for start in range(0, len(values), _BLOCK):
-        here = slice(start, start + _BLOCK)
-        at = frames(arm, values[here])
-        conditions, carries = Conditions(arm, values[here], at), _carries(arm, at, springs)
-        for placed in springs:
-            out[here] += np.einsum(
-                "pij,jp->pi",
-                carries[placed.place],
-                placed.term.scale * placed.term.form.screw(conditions(placed)),
-            )
-    return out
-
-
-def _carries(arm: Arm, at: Floats, terms: list[PlacedTerm]) -> dict[int, Floats]:
-    return {
-        place: carry(arm.tree, at, place)
-        for place in dict.fromkeys(placed.place for placed in terms)
-    }
 
 
 def elastic_terms(arm: Arm) -> list[PlacedTerm]:

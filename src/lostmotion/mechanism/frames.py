@@ -29,7 +29,9 @@ def place_frames(tree: Tree, q: Floats) -> Floats:
     rows = out[:, :3]
     for k, place in enumerate(tree.places[1:], start=1):
         step = (
-            place.pose.tolist() if place.joint is None else motion(place.twist, q[:, place.joint])
+            place.pose.tolist()
+            if place.joint is None
+            else motion(place.twist[:, 0], q[:, place.joint])
         )
         combined(rows[place.parent], step, out=rows[k])
     return out.transpose(0, 3, 1, 2)
@@ -55,7 +57,7 @@ def _tool_point(tree: Tree, q: Floats) -> tuple[Floats, Floats, Floats]:
         if place.joint is None:
             x, y, z = (a * x + b * y + c * z + shift for a, b, c, shift in place.pose[:3].tolist())
             continue
-        value, (a, b, c) = q[:, place.joint], place.twist[:3].tolist()
+        value, (a, b, c) = q[:, place.joint], place.twist[:3, 0].tolist()
         if a or b or c:
             cos, sin = np.cos(value), np.sin(value)
             along = (1 - cos) * (a * x + b * y + c * z)
@@ -67,7 +69,7 @@ def _tool_point(tree: Tree, q: Floats) -> tuple[Floats, Floats, Floats]:
         else:
             x, y, z = (
                 each + value * slide
-                for each, slide in zip((x, y, z), place.twist[3:].tolist(), strict=True)
+                for each, slide in zip((x, y, z), place.twist[3:, 0].tolist(), strict=True)
             )
     return x, y, z
 

@@ -49,7 +49,8 @@ def holding_loads(
     reach = max(float(np.linalg.norm(end - start, axis=-1).max()) for end in ends)
     out = []
     for _, moved, _ in tree.joints:
-        along, weights, process_wrench = tree.places[moved].twist, by_axis[:, moved], process[moved]
+        along = tree.places[moved].twist.sum(axis=1)  # zero for a fixed joint
+        weights, process_wrench = by_axis[:, moved], process[moved]
         # Under the worst direction of gravity: the load along the joint, the moment of a horizontal
         # lever arm, and the weight.
         load = np.linalg.norm([mapped(along, weight) for weight in weights], axis=0)

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.load_causes import single_cause_arms
-from lostmotion.mechanism.serial import frames, joint_torques, worst_torques_over_tilts
-from lostmotion.mechanism.wrenches import place_wrenches, wrenches_by_axis
+from lostmotion.mechanism.state import state_of, states_of
+from lostmotion.spatial import mapped
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.state import State
     from lostmotion.spatial import Floats
 
 _CHUNK: Final = 4096
@@ -47,11 +48,11 @@ def holding_torques(arm: Arm, q: Floats) -> tuple[Floats, list[HoldingTorque]]:
 
     q (pose, joint) rad or m. Raises ValueError for q of another shape or not finite.
     """
-    parts = [q[k : k + _CHUNK] for k in range(0, len(q), _CHUNK)]
-    nominal = np.concatenate([joint_torques(arm, part) for part in parts])
-    tilted = np.concatenate([worst_torques_over_tilts(arm, part) for part in parts])
+    states = (state for _, state in states_of(arm, q, _CHUNK))
+    both = [(state.torques, worst_torques_over_tilts(state)) for state in states]
+    nominal, tilted = (np.concatenate(each) for each in zip(*both, strict=True))
     out = []
-    for k, joint in enumerate(arm.moving):
+    for k, joint in enumerate(arm.driven):
         at, tilted_at = int(np.abs(nominal[:, k]).argmax()), int(tilted[:, k].argmax())
         out.append(
             HoldingTorque(
@@ -130,18 +131,21 @@ def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLo
     maximum over tilts is exact (see `worst_torques_over_tilts`), that over poses is the largest of
     the given ones. Raises ValueError for q of another shape or not finite.
     """
-    blocks = [q[k : k + _CHUNK] for k in range(0, len(q), _CHUNK)]
-    nominal = np.concatenate([joint_torques(arm, block) for block in blocks])
-    any_tilt = np.concatenate([worst_torques_over_tilts(arm, block) for block in blocks])
-    within = (
-        None
-        if tilt is None
-        else np.concatenate([worst_torques_over_tilts(arm, block, within=tilt) for block in blocks])
+    blocks = [
+        (
+            state.torques,
+            worst_torques_over_tilts(state),
+            worst_torques_over_tilts(state, within=math.pi if tilt is None else tilt),
+            _bearing_loads(state),
+        )
+        for _, state in states_of(arm, q, _CHUNK)
+    ]
+    nominal, any_tilt, within, carried = (
+        np.concatenate(each) for each in zip(*blocks, strict=True)
     )
-    carried = np.concatenate([_bearing_loads(arm, block) for block in blocks])
     causes = single_cause_arms(arm)
     out = []
-    for k, joint in enumerate(arm.moving):
+    for k, joint in enumerate(arm.driven):
         moment, moment_any_tilt, force = (int(each) for each in carried[:, k].argmax(axis=0))
         out.append(
             JointLoad(
@@ -149,7 +153,7 @@ def static_loads(arm: Arm, q: Floats, tilt: float | None = None) -> list[JointLo
                 joint.load_unit,
                 _drive_load(causes, q, k, int(np.abs(nominal[:, k]).argmax()), arm.gravity_in_base),
                 None
-                if within is None or tilt is None
+                if tilt is None
                 else _worst_within(arm, causes, q, k, int(within[:, k].argmax()), tilt),
                 _worst_within(arm, causes, q, k, int(any_tilt[:, k].argmax()), math.pi),
                 float(carried[moment, k, 0]),
@@ -167,7 +171,7 @@ def _drive_load(
     causes: dict[str, Arm], q: Floats, joint: int, index: int, gravity: Floats
 ) -> DriveLoad:
     by_cause = {
-        name: float(joint_torques(one, q[index], gravity=gravity)[0, joint])
+        name: float(state_of(one, q[index], gravity=gravity).torques[0, joint])
         for name, one in causes.items()
     }
     return DriveLoad(sum(by_cause.values()), index, gravity, by_cause)
@@ -179,10 +183,11 @@ def _worst_within(
     """Return the load under the worst direction of gravity within a tilt: that nearest to the
     gradient of the torque, or to its opposite.
     """
-    process = joint_torques(arm, q[index], gravity=np.zeros(3))[0, joint]
-    gradient = np.array(
-        [joint_torques(arm, q[index], gravity=axis)[0, joint] - process for axis in np.eye(3)]
+    process, *along = (
+        state_of(arm, q[index], gravity=gravity).torques[0, joint]
+        for gravity in (np.zeros(3), *np.eye(3))
     )
+    gradient = np.array(along) - process
     both = [
         _drive_load(causes, q, joint, index, arm.gravity * direction_within(side * gradient, tilt))
         for side in (1, -1)
@@ -201,15 +206,42 @@ def direction_within(wanted: Floats, tilt: float) -> Floats:
     return np.array([*(math.sin(from_down) * side), -math.cos(from_down)])
 
 
-def _bearing_loads(arm: Arm, q: Floats) -> Floats:
+def worst_torques_over_tilts(state: State, within: float = math.pi) -> Floats:
+    """Return the largest magnitude of each joint's holding torque over tilts of the base (pose,
+    joint), N m or N.
+
+    within (rad): largest tilt of the base from level, in any direction; by default all tilts.
+
+    Over all tilts the torque of a turning joint is the weight outboard times the distance of its
+    centre of mass from the axis, and the force of a sliding joint is the whole weight. A process
+    force on the tool turns with the arm.
+    Exact, without a search: torque = gravity . v + torque of the process force. The direction
+    within a cone that is nearest to v is v itself or lies on the edge of the cone. Source:
+    generalises eq. (3) of S. Strutynskyi, R. Semenchuk 2021 to any joint.
+    """
+    arm, (by_axis, process) = state.arm, state.wrenches_by_axis
+    out = []
+    for joint, place in zip(arm.driven, arm.tree.moved, strict=True):
+        v = arm.gravity * np.stack(
+            [mapped(joint.twist, weight) for weight in by_axis[:, place]], axis=-1
+        )
+        from_down = np.arctan2(np.hypot(v[:, 0], v[:, 1]), -v[:, 2])
+        most, least = (
+            np.linalg.norm(v, axis=-1) * np.cos(np.maximum(angle - within, 0.0))
+            for angle in (from_down, math.pi - from_down)
+        )
+        of_process = mapped(joint.twist, process[place])
+        out.append(np.maximum(np.abs(of_process + most), np.abs(of_process - least)))
+    return np.column_stack(out)
+
+
+def _bearing_loads(state: State) -> Floats:
     """Return (pose, joint, 3): the moment across the axis at the nominal tilt and its bound over
     all tilts (N m), and the force (N).
     """
-    at = frames(arm, q)
-    nominal = place_wrenches(arm.tree, at, arm.payload, arm.gravity_in_base)
-    by_axis, process = wrenches_by_axis(arm.tree, at, arm.payload)
-    out = np.empty((len(q), len(arm.moving), 3))
-    for k, (joint, place) in enumerate(zip(arm.moving, arm.tree.moved, strict=True)):
+    arm, nominal, (by_axis, process) = state.arm, state.wrenches, state.wrenches_by_axis
+    out = np.empty((len(state), len(arm.driven), 3))
+    for k, (joint, place) in enumerate(zip(arm.driven, arm.tree.moved, strict=True)):
         across = np.eye(3) - np.outer(joint.twist[:3], joint.twist[:3])
         gradient = arm.gravity * np.stack(
             [each[:, :3] @ across for each in by_axis[:, place]], axis=1

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.inverse_kernel import write_tool_and_jacobian
-from lostmotion.mechanism.serial import as_poses
+from lostmotion.mechanism.state import as_poses
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -27,9 +27,9 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
     """Return the pose of the tool (pose, 4, 4), m, in the base's frame, and its Jacobian (pose, 6,
     joint), for q (pose, joint) in rad or m.
 
-    The pose equals `frames(arm, q)[-1]` to rounding. The Jacobian is the twist of the tool about
-    the tool point, in the base's axes, per motion of each joint: rad or m per rad or m. Raises
-    ValueError for q of another shape or not finite.
+    The pose equals the last of `State.frames` to rounding. The Jacobian is the twist of the tool
+    about the tool point, in the base's axes, per motion of each joint: rad or m per rad or m.
+    Raises ValueError for q of another shape or not finite.
     Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
     """
     values = as_poses(arm, q)
@@ -42,7 +42,7 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
             step = np.eye(4)
     fixed.append(step)
     drives = list(arm.tree.tool_joints)
-    moving = [arm.tree.places[arm.tree.moved[drive]].twist for drive in drives]
+    moving = [arm.tree.places[arm.tree.moved[drive]].twist[:, 0] for drive in drives]
     turning, sliding = (
         np.array([twist[half] for twist in moving]) for half in (slice(3), slice(3, 6))
     )
@@ -99,7 +99,7 @@ def inverse_kinematics(
     size = max(float(np.abs(wanted[:, :3, 3]).max(initial=0.0)), 0.1)
     weight = np.r_[np.full(3, size), np.ones(3)][rows]
     longest = _LONGEST_STEP * np.array(
-        [1.0 if joint.type == "revolute" else size for joint in arm.moving]
+        [1.0 if joint.type == "revolute" else size for joint in arm.driven]
     )
     active = np.arange(len(q))
     for _ in range(steps):

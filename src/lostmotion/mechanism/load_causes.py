@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.carry import carry
-from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.mechanism.state import State, state_of, states_of
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -107,9 +106,8 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
     """
     whole: dict[str, Floats] = {}
     shared: dict[str, dict[str, float]] = {}
-    for start in range(0, len(q), _BLOCK):
-        here = slice(start, start + _BLOCK)
-        for joint, bent in _link_deflections(arm, q[here]).items():
+    for here, state in states_of(arm, q, _BLOCK):
+        for joint, bent in _link_deflections(state).items():
             sizes = whole.setdefault(joint, np.zeros((len(q), 2)))
             sizes[here] = np.linalg.norm(sum(bent.across.values()).reshape(-1, 2, 3), axis=2)  # type: ignore[union-attr]
             sums = shared.setdefault(joint, dict.fromkeys(bent.at_tool, 0.0))
@@ -129,13 +127,17 @@ def _link_bending(
     slopes = _along_whole(
         {
             cause: twist[0, :3]
-            for cause, twist in _link_deflections(arm, q[[steepest]])[joint].across.items()
+            for cause, twist in _link_deflections(state_of(arm, q[[steepest]]))[
+                joint
+            ].across.items()
         }
     )
     shifts = _along_whole(
         {
             cause: twist[0, 3:]
-            for cause, twist in _link_deflections(arm, q[[farthest]])[joint].across.items()
+            for cause, twist in _link_deflections(state_of(arm, q[[farthest]]))[
+                joint
+            ].across.items()
         }
     )
     length = next(each.link.reach for each in arm.joints if each.name == joint)
@@ -173,12 +175,11 @@ class _LinkDeflection:
     at_tool: dict[str, Floats]
 
 
-def _link_deflections(arm: Arm, q: Floats) -> dict[str, _LinkDeflection]:
-    at = frames(arm, q)
-    conditions, conditions_by_cause = (
-        Conditions(arm, q, at),
-        {cause: Conditions(one, q, at) for cause, one in single_cause_arms(arm).items()},
-    )
+def _link_deflections(state: State) -> dict[str, _LinkDeflection]:
+    arm, conditions = state.arm, state.conditions()
+    conditions_by_cause = {
+        cause: replace(state, arm=one).conditions() for cause, one in single_cause_arms(arm).items()
+    }
     links: dict[str, list[PlacedTerm]] = {}
     for placed in arm.terms:
         if placed.kind == "link" and placed.term.level == "design" and placed.term.form.reads:
@@ -200,8 +201,8 @@ def _link_deflections(arm: Arm, q: Floats) -> dict[str, _LinkDeflection]:
                 for cause, one in acting.items()
             }
             carried, off = (
-                carry(arm.tree, at, place)[:, 3:],
-                _projection_across(at, arm.tree.places[place].parent, place),
+                state.carry(place)[:, 3:],
+                _projection_across(state.frames, arm.tree.places[place].parent, place),
             )
             out[joint.name] = _LinkDeflection(
                 {

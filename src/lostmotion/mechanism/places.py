@@ -26,16 +26,17 @@ class Place:
 
     parent  index of the place that it is fixed to, or moves relative to; -1 for the base
     pose    (4, 4) pose relative to the parent, m, of a frame that is fixed to it
-    joint   index of the moving joint between the parent and this frame, which is its column in q;
-            None for a fixed frame
-    twist   (6,) unit motion of that joint, in the frame's own axes
+    joint   index of the driven joint between the parent and this frame, which is its column in q;
+            None for a frame without a drive
+    twist   (6, n) unit motions by the n freedoms between them, in the frame's own axes: none for a
+            fixed frame, one for a driven joint
     """
 
     name: str
     parent: int
     pose: Floats = field(default_factory=functools.partial(np.eye, 4))
     joint: int | None = None
-    twist: Floats = field(default_factory=functools.partial(np.zeros, 6))
+    twist: Floats = field(default_factory=functools.partial(np.zeros, (6, 0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +85,7 @@ class Tree:
 
     @functools.cached_property
     def moved(self) -> tuple[int, ...]:
-        """Return the index of the place that each moving joint moves, in the order of q."""
+        """Return the index of the place that each driven joint moves, in the order of q."""
         return tuple(number for number, place in enumerate(self.places) if place.joint is not None)
 
     @functools.cached_property
@@ -163,7 +164,7 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
         if joint.type == "fixed":
             moved = add(Place(joint.name, seat))
         else:
-            moved = add(Place(joint.name, seat, joint=column, twist=joint.twist))
+            moved = add(Place(joint.name, seat, joint=column, twist=joint.twist[:, None]))
             column += 1
         end = add(Place(f"{joint.name}.tip", moved, joint.link.tip_pose))
         units.append(JointPlaces(seat, moved, end))

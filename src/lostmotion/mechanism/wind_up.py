@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.serial import Conditions, as_poses, frames
+from lostmotion.mechanism.state import as_poses, states_of
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -43,15 +43,14 @@ def wind_ups(arm: Arm, q: Floats) -> list[WindUp]:
     ]
     nominal = [(joint, of) for joint, of in elastic if of.term.level == "design"]
     found = {joint: np.zeros(len(values)) for joint, _ in nominal}
-    for start in range(0, len(values), _BLOCK):
-        here = slice(start, start + _BLOCK)
-        conditions = Conditions(arm, values[here], frames(arm, values[here]))
+    for here, state in states_of(arm, values, _BLOCK):
+        conditions = state.conditions()
         for joint, of in nominal:
-            found[joint][here] += arm.moving[joint].twist @ (
+            found[joint][here] += arm.driven[joint].twist @ (
                 of.term.scale * of.term.form.screw(conditions(of))
             )
     largest = {joint: int(np.abs(angle).argmax()) for joint, angle in found.items()}
     return [
-        WindUp(arm.moving[joint].name, float(found[joint][at]), at)
+        WindUp(arm.driven[joint].name, float(found[joint][at]), at)
         for joint, at in sorted(largest.items())
     ]

@@ -19,7 +19,7 @@ from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import COMPARED
-from lostmotion.mechanism.serial import as_poses
+from lostmotion.mechanism.state import as_poses
 from lostmotion.propagation.error_magnitude import (
     LEVELS,
     POINTS,

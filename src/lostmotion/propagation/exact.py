@@ -13,8 +13,6 @@ import numpy as np
 
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, robot_draws, visit_draws
-from lostmotion.mechanism.frames import steps_between
-from lostmotion.spatial import exp
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -112,22 +110,16 @@ def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Float
     """Return the exact frames of the tool (row, sample, 4, 4) at the poses in these rows of the
     matrix, for draws (row, column, sample).
 
-    Every place moves by the exponential of the sum of its own columns, and the frames are
-    multiplied along the chain. The geometry is exact for errors of any size.
+    Every place moves by the exponential of the sum of its own columns. The geometry is exact for
+    errors of any size.
     """
-    # Errors on a branch do not move the tool.
-    places = [place for place in matrix.tool_path if place in matrix.place]
-    # Fixed steps from each place with errors to the next one, and from the last one to the tool.
-    *steps, last = steps_between(matrix.at[[*places, -1]][:, rows])
+    places = np.unique(matrix.place)
     local = matrix.local[rows]
     twists = np.empty((len(places), len(rows), draws.shape[2], 6))
     for twist, place in zip(twists, places, strict=True):
         own = matrix.place == place
         twist[:] = (local[:, :, own] @ draws[:, own]).transpose(0, 2, 1)
-    here = np.broadcast_to(np.eye(4), (*twists.shape[1:3], 4, 4))
-    for step, moved in zip(steps, exp(twists), strict=True):
-        here = here @ (step[:, None] @ moved)
-    return np.asarray(here @ last[:, None])
+    return matrix.state.rows(rows).composed(places.tolist(), twists)
 
 
 def check(
@@ -157,7 +149,8 @@ def check(
         .transpose(1, 0, 2)
     )
     turns, linear = np.split((matrix.tool[rows] @ draws).transpose(0, 2, 1), 2, axis=-1)
-    exactly = compose(matrix, rows, draws)[..., :3, 3] - matrix.at[-1, rows, None, :3, 3]
+    stands = matrix.state.frames[-1, rows, None, :3, 3]
+    exactly = compose(matrix, rows, draws)[..., :3, 3] - stands
     distances = np.linalg.norm(exactly - linear, axis=-1)
     turn, length = (float(np.linalg.norm(each, axis=-1).max()) for each in (turns, linear))
     return ExactCheck(float(distances.max()), float(distances.mean()), distances.size, turn, length)

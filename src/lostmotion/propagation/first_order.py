@@ -13,6 +13,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError, Problem
 from lostmotion.mechanism.droop import droop
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import FAILS, check, share_neglected
 
 if TYPE_CHECKING:
@@ -36,7 +37,12 @@ def refuse_large_errors(arm: Arm) -> None:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         found = check(
-            screws(arm, sample_poses(arm, _POSES).q), 0, np.arange(_POSES), _SEED, _ROBOTS, _VISITS
+            screws(state_of(arm, sample_poses(arm, _POSES).q)),
+            0,
+            np.arange(_POSES),
+            _SEED,
+            _ROBOTS,
+            _VISITS,
         )
     if share_neglected(found, found.length) <= FAILS:
         return

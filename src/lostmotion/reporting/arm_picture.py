@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import LostmotionError, OutputExistsError
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.palette import LIGHT, round_below
 
@@ -57,7 +57,7 @@ def arm_picture(arm: Arm) -> str:
     section states it.
     """
     q = arm.limits.mean(axis=1)[None]
-    at = frames(arm, q)[:, 0]
+    at = state_of(arm, q).frames[:, 0]
     corners = np.concatenate([body.corners_at(at[body.place]) for body in arm.bodies])
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = (_PANEL - 2 * _LABEL) / (float((high - low).max()) or 1.0)
@@ -123,7 +123,7 @@ def _view(
         )
     # left end, right end and height of the names before
     taken: list[tuple[float, float, float]] = []
-    for joint, place in zip(arm.moving, arm.tree.moved, strict=True):
+    for joint, place in zip(arm.driven, arm.tree.moved, strict=True):
         ((x, y),) = on_page((flat @ at[place, :3, 3])[None])
         width = _LETTER * len(joint.name)
         x = max(min(x + 6, left + _PANEL - width - 4), left + 4)

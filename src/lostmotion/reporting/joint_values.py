@@ -22,7 +22,7 @@ def joint_values(arm: Arm, q: Floats) -> str:
     """Return the values q (joint,) of all joints of the arm."""
     return ", ".join(
         joint_value(joint.name, joint.type, value)
-        for joint, value in zip(arm.moving, q, strict=True)
+        for joint, value in zip(arm.driven, q, strict=True)
     )
 
 

@@ -13,6 +13,7 @@ from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.errors import LostmotionError
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.runs.job import Order, made_with, order_of
@@ -213,7 +214,7 @@ def _design_of(text: bytes, design: int) -> Design:
     # The plan's poses play no part in a block, which is given its own.
     plan = Plan.of(
         arm,
-        Poses(np.zeros((1, len(arm.moving))), "given"),
+        Poses(np.zeros((1, len(arm.driven))), "given"),
         order.robots,
         order.visits,
         order.seed,
@@ -223,7 +224,7 @@ def _design_of(text: bytes, design: int) -> Design:
     if given is not None and len(given) != order.poses:
         raise LostmotionError(f"the order lists {len(given)} poses and speaks of {order.poses}")
     if order.law == "grid":
-        steps_of(order.poses, len(arm.moving))  # refuses a count that is no grid's
+        steps_of(order.poses, len(arm.driven))  # refuses a count that is no grid's
     return Design(arm, plan, given)
 
 
@@ -242,8 +243,7 @@ def poses_of(order: Order, design: int, first: int, last: int) -> Floats:
 def matrix_of(order: Order, design: int, block: int) -> PoseMatrix:
     """Return the pose matrix of this block."""
     return screws(
-        design_of(order, design).arm,
-        poses_of(order, design, *order.span(block)),
+        state_of(design_of(order, design).arm, poses_of(order, design, *order.span(block))),
         approach=order.approach,
     )
 

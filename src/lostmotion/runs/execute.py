@@ -68,11 +68,11 @@ def order(  # noqa: PLR0913 - a run is these numbers
     def look(each: Arm) -> None:
         refuse_undescribed(each)
         parts.update(dict.fromkeys(parts_of(each)))
-        reaches.setdefault((*(joint.name for joint in each.moving), each.limits.tobytes()), each)
+        reaches.setdefault((*(joint.name for joint in each.driven), each.limits.tobytes()), each)
 
     arm, axes = read_sweep(path, sidecar, by, progress, look)
     # checks the counts
-    Plan.of(arm, Poses(np.zeros((1, len(arm.moving))), "given"), robots, visits, seed, approach)
+    Plan.of(arm, Poses(np.zeros((1, len(arm.driven))), "given"), robots, visits, seed, approach)
     if not 0 <= seed < 2**63:
         raise refuse_argument("seed", seed, f"a whole number from 0 to {2**63 - 1}", seed=1)
     files = texts(path, sidecar, axes)

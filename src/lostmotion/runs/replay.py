@@ -161,8 +161,8 @@ def _replay(store: Store, found: Worst) -> Replay:
     arm = design_of(order, found.design).arm
     return Replay(
         found,
-        tuple((joint.name, joint.type) for joint in arm.moving),
-        matrix.at[-1, row],
+        tuple((joint.name, joint.type) for joint in arm.driven),
+        matrix.state.frames[-1, row],
         error,
         exact.compose(matrix, np.array([row]), draws[None])[0, 0],
         float(compute(order, found.design, found.block).poses[row, _LARGEST]),

@@ -31,7 +31,7 @@ def rounded(arm: Arm, poses: int, law: Law) -> tuple[int, int]:
     if not 1 <= poses <= MOST_POSES:
         raise refuse_argument("poses", poses, f"from 1 to {MOST_POSES}", poses=100000)
     if law == "grid":
-        joints = len(arm.moving)
+        joints = len(arm.driven)
         steps = max(math.ceil(poses ** (1 / joints) - 1e-9), 1)
         if steps**joints > MOST_POSES:
             found = f"{steps} steps in each of {joints} joints, {steps**joints:.3g} poses"

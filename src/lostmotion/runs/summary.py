@@ -24,6 +24,7 @@ from lostmotion.error_model.overload import Overload, overloads
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import limit_shares
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_of
@@ -250,7 +251,7 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     return Outcome(
         design,
         order.stated(design),
-        tuple((joint.name, joint.type) for joint in arm.moving),
+        tuple((joint.name, joint.type) for joint in arm.driven),
         mean,
         standard_deviation(merged.groups, merged.sets, mean.value, merged.square / order.poses),
         {
@@ -308,7 +309,7 @@ def _check(order: Order, design: int) -> exact.ExactCheck:
     arm = design_of(order, design).arm
     poses = np.unique(np.linspace(0, order.poses - 1, _CHECKED_POSES).astype(int))
     q = np.concatenate([poses_of(order, design, int(pose), int(pose) + 1) for pose in poses])
-    matrix = screws(arm, q, approach=order.approach)
+    matrix = screws(state_of(arm, q), approach=order.approach)
     counts = min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS)
     found = [
         exact.check(matrix, int(pose) - row, np.array([row]), order.seed, *counts)

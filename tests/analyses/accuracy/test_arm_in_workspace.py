@@ -16,7 +16,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.plots import arm as picture
 from lostmotion.analyses.accuracy.plots.study import pose_errors
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.page.viewer import viewer

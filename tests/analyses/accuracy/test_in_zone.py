@@ -18,7 +18,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.pose_selection import among, in_zone, poses_in_zone
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.errors import InputError
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import Sampled, run
@@ -99,8 +99,8 @@ def test_the_figures_of_a_zone_are_those_of_its_stored_errors(arm, corner):
     RP.
     """
     assert len(corner.poses) == 64
-    matrix = screws(arm, corner.poses.q)
-    assert in_zone(matrix.at[-1, :, :3, 3], CORNER)[0].all()
+    matrix = screws(state_of(arm, corner.poses.q))
+    assert in_zone(matrix.state.frames[-1, :, :3, 3], CORNER)[0].all()
     robots, visits = (
         axis.ravel() for axis in np.meshgrid(np.arange(ROBOTS), np.arange(VISITS), indexing="ij")
     )

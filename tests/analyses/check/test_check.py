@@ -15,6 +15,7 @@ from lxml import etree
 import lostmotion
 from lostmotion.errors import InputError, OutputExistsError
 from lostmotion.mechanism.even_poses import even_poses
+from lostmotion.mechanism.state import state_of
 from tests.io.conftest import EXAMPLES
 
 ARM = EXAMPLES / "z-arm.toml"
@@ -236,9 +237,7 @@ def test_nothing_is_drawn_over_the_titles_of_a_picture(file, tmp_path):
 
 def _placed(arm):
     """Return each body with the frame of its place in the middle of all ranges."""
-    from lostmotion.mechanism.serial import frames
-
-    at = frames(arm, arm.limits.mean(axis=1)[None])[:, 0]
+    at = state_of(arm, arm.limits.mean(axis=1)[None]).frames[:, 0]
     return [(body, at[body.place]) for body in arm.bodies]
 
 

@@ -9,7 +9,7 @@ import lostmotion
 from lostmotion.analyses.iso9283.cube import CORNERS, cube_from_arguments, five_points
 from lostmotion.analyses.iso9283.largest_cube import largest_cube
 from lostmotion.mechanism.inverse import inverse_kinematics
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -103,7 +103,7 @@ def test_a_cube_is_reached_all_over():
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     cube = largest_cube(arm)
     assert cube.poses[:, :3, 3] == pytest.approx(five_points(cube.centre, cube.side), abs=1e-8)
-    assert frames(arm, cube.q)[-1] == pytest.approx(cube.poses)
+    assert state_of(arm, cube.q).frames[-1] == pytest.approx(cube.poses)
     assert cube.corners[:, 2].min() >= -1e-9
     wanted = np.tile(np.eye(4), (300, 1, 1))
     wanted[:, :3, 3] = cube.centre + cube.side * np.random.default_rng(1).uniform(

@@ -16,6 +16,7 @@ from lostmotion.analyses.iso9283.predicted import predict_robots
 from lostmotion.analyses.iso9283.warm_up import WarmUp
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.inverse import tool_and_jacobian
+from lostmotion.mechanism.state import state_of
 from lostmotion.spatial import exp, pose_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -162,14 +163,14 @@ def test_signs_of_each_joint_and_pose_are_felt_there():
     signs = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 1.0]])
 
     def design(pose: int, sign: float, joint: str) -> np.ndarray:
-        matrix = screws(arm, q[pose : pose + 1], approach=sign)
+        matrix = screws(state_of(arm, q[pose : pose + 1]), approach=sign)
         return sum(
             matrix.tool[0, :, t]
             for t in matrix.columns("design")
             if matrix.infos[t].owner.startswith(f"joints.{joint}.")
         )
 
-    both = screws(arm, q, approach=signs).bias
+    both = screws(state_of(arm, q), approach=signs).bias
     for pose in range(2):
         expected = sum(design(pose, signs[pose, k], joint) for k, joint in enumerate("ABC"))
         assert both[pose] == pytest.approx(expected, abs=1e-15)

@@ -33,6 +33,7 @@ from lostmotion.analyses.iso9283.visits import Visits
 from lostmotion.analyses.iso9283.warm_up import WarmUp, drift, growth
 from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -316,7 +317,8 @@ def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
     ]
     for number, load in enumerate(LOADS):
         matrix = screws(
-            with_payload_share(arm, load), q, approach=path_approach(q, found.approach[DISTANCE[0]])
+            state_of(with_payload_share(arm, load), q),
+            approach=path_approach(q, found.approach[DISTANCE[0]]),
         )
         for cycle in range(found.path_cycles):
             for k, place in enumerate(places):

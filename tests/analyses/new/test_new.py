@@ -15,7 +15,7 @@ from lostmotion.analyses.new.command import Template
 from lostmotion.catalogue.gearboxes import find_gearbox
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import InputError, OutputExistsError
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import state_of
 from tests.io.conftest import EXAMPLES
 from tests.io.urdfs import arm, link, robot
 
@@ -109,7 +109,7 @@ def test_three_reducers_are_proposed_with_a_margin_over_the_static_load(urdf):
     q = arm.limits[:, 0] + np.random.default_rng(1).random((2000, len(arm.moving))) * np.ptp(
         arm.limits, axis=1
     )
-    held = np.abs(joint_torques(arm, q)).max(axis=0)
+    held = np.abs(state_of(arm, q).torques).max(axis=0)
     for k, joint in enumerate(arm.moving):
         table = text.partition(f"[joints.{joint.name}]")[2].partition("\n[")[0]
         load = float(re.search(r"static load: ([\d.e+-]+)", table)[1])

@@ -25,7 +25,7 @@ from lostmotion.catalogue import materials
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.parts.encoder import Encoder
 from lostmotion.parts.error_source import (
@@ -185,7 +185,7 @@ def q(arm):
 def test_sums_over_parts_are_those_of_the_study(arm, q):
     """Bias, covariance and mean square of the sums are those of the pose matrix."""
     sums = ErrorCache(arm, q).of(arm)
-    matrix = screws(arm, q)
+    matrix = screws(state_of(arm, q))
     drawn = matrix.tool[:, 3:, matrix.columns("robot", "visit", "robot x visit")]
     covariance = np.einsum("pit,pjt->pij", drawn, drawn)
     assert np.allclose(sums[:3].T, matrix.bias[:, 3:], rtol=1e-12, atol=1e-18)
@@ -341,7 +341,7 @@ def test_gearboxes_below_the_holding_torque_are_not_selected(arm, q):
     assert search.evaluator.parts(search.solve(1.0))[0].name == "strong"
     held = search.evaluator.torques(search.evaluator.arm_with((1, 0)))[1]
     level = np.abs(
-        joint_torques(search.evaluator.arm_with((1, 0)), search.evaluator.load_q)[:, 1]
+        state_of(search.evaluator.arm_with((1, 0)), search.evaluator.load_q).torques[:, 1]
     ).max()
     assert held == pytest.approx(level, rel=1e-12)
     # rated between the holding torques with light and with heavy links outboard: only light ones

@@ -473,7 +473,7 @@ def test_the_exact_error_is_that_of_a_study():
     """
     arm = two_links()
     q = lostmotion.sample_poses(arm, 32).q
-    matrix = lostmotion.screws(arm, q)
+    matrix = lostmotion.screws(lostmotion.state_of(arm, q))
     drawn = [k for k, info in enumerate(matrix.infos) if info.level != "design"]
     square = np.sum(matrix.bias[:, 3:] ** 2) + sum(
         np.sum(matrix.tool[:, 3:, k] ** 2) for k in drawn

@@ -10,7 +10,8 @@ import pytest
 import lostmotion
 from lostmotion.analyses.statics.payload import max_payload
 from lostmotion.error_model.poses import Poses
-from lostmotion.mechanism.serial import joint_torques, worst_torques_over_tilts
+from lostmotion.mechanism.holding_torques import worst_torques_over_tilts
+from lostmotion.mechanism.state import state_of
 from lostmotion.reporting.sheet import find_row
 
 VALIDATES = (
@@ -126,7 +127,7 @@ def test_the_largest_payload_just_holds_on_a_tilted_base(tmp_path):
     values = max_payload(arm, Poses(POSES, "given"), tilt, None, None).limits[0].values
     for q, mass in zip(POSES, values, strict=True):
         loaded = arm.with_payload(arm.payload.model_copy(update={"mass": float(mass)}))
-        shares = worst_torques_over_tilts(loaded, q[None], within=tilt)[0] / [100.0, 30.0]
+        shares = worst_torques_over_tilts(state_of(loaded, q[None]), within=tilt)[0] / [100.0, 30.0]
         assert shares.max() == pytest.approx(1.0, abs=1e-6)
     level = max_payload(arm, Poses(POSES, "given"), None, None, None).limits[0].values
     assert (values <= level * (1 + 1e-9)).all()
@@ -177,10 +178,10 @@ def test_an_arm_that_cannot_hold_itself_holds_no_payload(tmp_path):
     over = int(
         (
             np.abs(
-                joint_torques(
+                state_of(
                     weak.with_payload(weak.payload.model_copy(update={"mass": 0.0})),
                     lostmotion.sample_poses(weak, 64).q,
-                )
+                ).torques
             )
             > [100, 1]
         )
@@ -260,7 +261,7 @@ def test_the_slides_of_a_mill_are_springs_in_series(tmp_path):
     )
     assert worst_x == best_x == pytest.approx(along_x, rel=1e-6)
     assert (worst_y, best_y) == pytest.approx((along_y[1], along_y[0]), rel=1e-6)
-    compliance = lostmotion.compliance(arm, found.poses.q)
+    compliance = lostmotion.state_of(arm, found.poses.q).compliance
     np.testing.assert_allclose(
         found.axis_compliance, np.einsum("pii->pi", compliance[:, 3:, 3:]), rtol=1e-12
     )

@@ -20,7 +20,7 @@ from lostmotion.analyses.statics.tables import statics_sheet
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import searchable_figures
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.reporting.sheet import find_row
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
@@ -55,7 +55,7 @@ def test_torques_on_the_sheet_are_those_of_the_arm(found):
     for k, node in enumerate(found.joint_loads):
         standing, tilted, anyhow = find_row(sheet.sections, "torques", node.joint).figures
         assert standing.value == pytest.approx(
-            joint_torques(found.arm, found.poses.q[node.nominal.index])[0, k], abs=1e-9
+            state_of(found.arm, found.poses.q[node.nominal.index]).torques[0, k], abs=1e-9
         )
         assert abs(standing.value) <= tilted.value * (1 + 1e-9) + 1e-9
         assert tilted.value <= anyhow.value * (1 + 1e-9) + 1e-9
@@ -137,7 +137,7 @@ def test_compliance_on_the_sheet_is_that_of_the_arm(found):
     pose.
     """
     sheet = statics_sheet(found)
-    there = lostmotion.compliance(found.arm, found.poses.q[found.softest_pose])
+    there = lostmotion.state_of(found.arm, found.poses.q[found.softest_pose]).compliance
     free = lostmotion.ellipsoid(there).values[0]
     assert find_row(sheet.sections, "map", "most compliant direction, worst pose").figures[
         0
@@ -168,7 +168,7 @@ def test_plots_show_the_figures_of_the_survey(found):
         for line in drawn["compliance-xoz"].figure.axes[0].lines
         if line.get_label() == "most compliant pose"
     ]
-    axis = lostmotion.frames(found.arm, np.zeros((1, len(found.arm.moving))))[
+    axis = lostmotion.state_of(found.arm, np.zeros((1, len(found.arm.moving)))).frames[
         found.arm.tree.moved[0], 0, :3, 3
     ]
     x, y, z = 1e3 * (found.tool_positions[found.softest_pose] - [axis[0], axis[1], 0])

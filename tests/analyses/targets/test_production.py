@@ -24,6 +24,7 @@ from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError
 from lostmotion.io import read
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Plan
 from lostmotion.propagation.montecarlo.montecarlo import run
@@ -105,7 +106,7 @@ def built():
     arm = read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 16)
     plan = Plan.of(arm, poses, 40, 6, 3, 0.0)
-    matrix = screws(arm, poses.q)
+    matrix = screws(state_of(arm, poses.q))
     errors = np.empty((16, 40, 6, 3))
     robots, visits = (
         each.ravel() for each in np.meshgrid(np.arange(40), np.arange(6), indexing="ij")
@@ -154,7 +155,7 @@ def test_each_robot_is_judged_by_itself(built):
 def test_blocks_change_nothing(built):
     """Poses in one block or in many give the same figures."""
     plan, _ = built
-    whole = screws(plan.arm, plan.poses.q)
+    whole = screws(state_of(plan.arm, plan.poses.q))
     parts = [(k, whole.stretch(k, k + 5)) for k in range(0, 16, 5)]
     one, other = robot_figures(plan, [(0, whole)], 0.9), robot_figures(plan, parts, 0.9)
     for name in ("error", "worst_accuracy", "repeatability", "worst_repeatability"):

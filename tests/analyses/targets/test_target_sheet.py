@@ -20,7 +20,7 @@ from lostmotion.analyses.targets.tables.sizes import in_unit, size_at
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 from lostmotion.reporting.sheet import Figure, find_row
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

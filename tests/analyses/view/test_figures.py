@@ -122,7 +122,7 @@ def test_the_workspace_is_that_of_a_study_without_sampling(stage):
     assert parts == [None] * poses.replicates  # so few poses that a set of them is one part
     expected = analytic(arm, poses, stage=stage)
     np.testing.assert_allclose(found.q95, expected.quantiles[:, LEVELS.index(0.95)], rtol=1e-12)
-    np.testing.assert_allclose(found.points, lostmotion.frames(arm, poses.q)[-1, :, :3, 3])
+    np.testing.assert_allclose(found.points, lostmotion.state_of(arm, poses.q).frames[-1, :, :3, 3])
     assert found.whole == pooled(arm, poses, expected, stage=stage).quantiles[LEVELS.index(0.95)]
 
 

@@ -17,7 +17,7 @@ from lostmotion.analyses.view.framing import Framing, first_pose, picked, visibl
 from lostmotion.analyses.view.live import LiveArm
 from lostmotion.error_model.budget import Cost
 from lostmotion.io.pose_and_zone_text import read_pose
-from lostmotion.mechanism.serial import frames, tool_points
+from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.reporting.palette import round_number
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -85,7 +85,7 @@ def test_an_arm_above_its_workspace_is_in_the_picture():
     arm = lostmotion.read(EXAMPLES / "gantry.toml")
     poses = sample_poses(arm, 64)
     framing = Framing.of(arm, tool_points(arm, poses.q), poses.q[0])
-    at = frames(arm, poses.q[:1])[:, 0]
+    at = state_of(arm, poses.q[:1]).frames[:, 0]
     corners = np.concatenate(
         [body.corners() @ at[body.place, :3, :3].T + at[body.place, :3, 3] for body in arm.bodies]
     )
@@ -108,7 +108,7 @@ def test_the_first_pose_shows_the_arm_above_its_base(file):
     arm = lostmotion.read(EXAMPLES / file)
     poses = sample_poses(arm, 512)
     q = first_pose(arm, poses)
-    at = frames(arm, q[None])[:, 0, :3, 3]
+    at = state_of(arm, q[None]).frames[:, 0, :3, 3]
     points = tool_points(arm, poses.q)
     assert at[:, 2].min() > -0.02
     assert 0.3 < np.hypot(*at[-1, :2]) / np.hypot(*points[:, :2].T).max() < 0.9

@@ -11,7 +11,7 @@ from lostmotion.error_model.few_poses import many_poses
 from lostmotion.error_model.poses import POSE_LAWS
 from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
 from lostmotion.mechanism.load_causes import LinkBending, bending
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.montecarlo.bands import bands
 from lostmotion.propagation.montecarlo.repeatability import both_repeatabilities
 from lostmotion.propagation.montecarlo.sensitivity import halving

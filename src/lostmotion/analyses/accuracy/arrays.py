@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.analyses.accuracy.tables.zone import seen_in
 from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.mechanism.holding_torques import holding_torques
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.histogram import linear_bins, share_intervals
 
@@ -308,9 +308,9 @@ def _visited(arm: Arm, poses: Poses, tool: Floats) -> dict[str, Any]:
 
 
 def _axes(arm: Arm) -> dict[str, Any]:
-    units = ["rad" if joint.type == "revolute" else "m" for joint in arm.moving]
+    units = ["rad" if joint.type == "revolute" else "m" for joint in arm.driven]
     return {
-        "joint": [joint.name for joint in arm.moving],
+        "joint": [joint.name for joint in arm.driven],
         "joint_unit": ("joint", units),
         "axis": list("xyz"),
     }
@@ -320,7 +320,7 @@ def _of_joints(arm: Arm, turning: str, sliding: str, text: str) -> dict[str, str
     """Return unit and long name of an array over joints; turning and sliding joints have no common
     unit, so that a mixed array states none.
     """
-    units = {turning if joint.type == "revolute" else sliding for joint in arm.moving}
+    units = {turning if joint.type == "revolute" else sliding for joint in arm.driven}
     if len(units) == 1:
         return {"units": units.pop(), "long_name": text}
     return {"long_name": f"{text}: {turning} where joint_unit is rad, {sliding} where it is m"}

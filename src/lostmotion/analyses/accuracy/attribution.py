@@ -11,7 +11,7 @@ from lostmotion.error_model.pose_selection import in_zone, one_pose
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 from lostmotion.reporting.sheet import several
 
 if TYPE_CHECKING:

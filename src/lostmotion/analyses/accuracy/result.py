@@ -155,7 +155,7 @@ class AnalyticStudy(Attributed, Result):
         from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace
         from lostmotion.analyses.accuracy.plots.budget import of_budget
         from lostmotion.error_model.poses import reachable_points
-        from lostmotion.mechanism.serial import tool_points
+        from lostmotion.mechanism.state import tool_points
 
         within = self.analytic.quantiles[:, self.analytic.levels.index(0.95)]
         reachable = reachable_points(self.arm, self.seed)

@@ -12,7 +12,7 @@ from lostmotion.error_model.budget import budget
 from lostmotion.error_model.few_poses import many_poses
 from lostmotion.error_model.pose_selection import among, one_pose, poses_in_zone
 from lostmotion.error_model.poses import sample_poses
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
 from lostmotion.reporting.sheet import several
 

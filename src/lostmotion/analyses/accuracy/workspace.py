@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.poses import PoseLaw, sample_poses
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -59,12 +59,12 @@ def workspace(
     No obstacle, floor or self-collision is considered. `samples` by default half a million, fewer
     with more than eight joints.
     """
-    count = samples or min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.moving)).bit_length() - 1)
+    count = samples or min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.driven)).bit_length() - 1)
     points = tool_points(arm, sample_poses(arm, count, law, seed).q)
     distance = np.linalg.norm(points, axis=1)
     low, high = points.min(axis=0), points.max(axis=0)
     inner, outer, cell = (
-        _volume(points, low, high) if len(arm.moving) >= _DIMENSIONS else (0.0, 0.0, 0.0)
+        _volume(points, low, high) if len(arm.driven) >= _DIMENSIONS else (0.0, 0.0, 0.0)
     )
     return Workspace(
         points,

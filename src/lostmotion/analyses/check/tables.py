@@ -13,7 +13,7 @@ from lostmotion.error_model.overload import overloaded
 from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
 from lostmotion.io.repairs import REPAIRED
 from lostmotion.mechanism.even_poses import even_poses
-from lostmotion.mechanism.serial import frames, joint_torques, tool_points
+from lostmotion.mechanism.state import state_of
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.provenance import (
     caveats,
@@ -38,9 +38,9 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
     """
     known = states(arm)
     q = even_poses(arm)
-    held = np.abs(joint_torques(arm, q)).max(axis=0)
-    base = frames(arm, q[:1])[0, 0, :3, 3]
-    reach = float(np.linalg.norm(tool_points(arm, q) - base, axis=1).max())
+    state = state_of(arm, q)
+    held = np.abs(state.torques).max(axis=0)
+    reach = float(np.linalg.norm(state.frames[-1, :, :3, 3], axis=1).max())
     return Sheet(
         name=arm.name,
         subject="check of the description",
@@ -119,7 +119,7 @@ def _evenly(poses: int) -> str:
 
 
 def _joints(arm: Arm, held: Floats, poses: int) -> Section:
-    load = dict(zip((joint.name for joint in arm.moving), held, strict=True))
+    load = dict(zip((joint.name for joint in arm.driven), held, strict=True))
     rows = tuple(_row(joint, load.get(joint.name)) for joint in arm.joints)
     note = (
         f"range of motion; mass of joint and link; static load: largest of {_evenly(poses)}; base "

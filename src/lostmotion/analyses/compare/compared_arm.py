@@ -15,7 +15,7 @@ from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.overload import Overload, overloads, rated_torques
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
-from lostmotion.mechanism.serial import joint_torques
+from lostmotion.mechanism.state import states_of
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
@@ -167,10 +167,7 @@ def compared_arm(  # noqa: PLR0913 - a study is these numbers
         )
     )
     held = np.max(
-        [
-            np.abs(joint_torques(arm, poses.q[k : k + _CHUNK])).max(axis=0)
-            for k in range(0, len(poses), _CHUNK)
-        ],
+        [np.abs(state.torques).max(axis=0) for _, state in states_of(arm, poses.q, _CHUNK)],
         axis=0,
     )
     known = with_limits(states(arm), arm, poses.q, approach)

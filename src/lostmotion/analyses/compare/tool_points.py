@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.differences import sets_difference
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from lostmotion.error_model.intervals import Estimate

@@ -20,7 +20,7 @@ from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError, Problem
 from lostmotion.io.limits import cut
 from lostmotion.mechanism.inverse import inverse_kinematics
-from lostmotion.mechanism.serial import frames, tool_points
+from lostmotion.mechanism.state import state_of, tool_points
 
 if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.visits import Visits
@@ -90,7 +90,7 @@ def commanded_poses(arm: Arm, visits: Visits) -> CommandedPoses | None:
         )
         if not missed:
             return CommandedPoses(
-                tuple(kept), q, frames(arm, q)[-1], rotation, len(names) - len(kept)
+                tuple(kept), q, state_of(arm, q).frames[-1], rotation, len(names) - len(kept)
             )
     k = first[kept[missed[0]]]
     named = ", ".join(

@@ -17,7 +17,7 @@ import numpy as np
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.inverse import inverse_kinematics
-from lostmotion.mechanism.serial import frames, tool_points
+from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.spatial import pose_of
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ def verified_cube(arm: Arm, cube: Candidate, resolution: float, text: str) -> Cu
         cube.side,
         cube.orientation,
         five,
-        frames(arm, five)[-1],
+        state_of(arm, five).frames[-1],
         resolution,
         len(offsets),
         text,
@@ -242,7 +242,7 @@ def candidate_rotations(arm: Arm, rotation: Floats | None) -> list[Floats | None
         return [np.asarray(rotation, dtype=float)]
     if len(arm.tree.tool_joints) < FULL:
         return [None]
-    return [_DOWN, _FORWARD, frames(arm, arm.limits.mean(axis=1)[None])[-1, 0, :3, :3]]
+    return [_DOWN, _FORWARD, state_of(arm, arm.limits.mean(axis=1)).frames[-1, 0, :3, :3]]
 
 
 def poses_at(points: Floats, orientation: Floats | None) -> Floats:

@@ -27,7 +27,7 @@ from lostmotion.analyses.iso9283.cube import (
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.inverse import inverse_kinematics
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -97,7 +97,7 @@ def largest_cube(
     """
     refuse_planar(arm)
     cloud = sample_poses(arm, SAMPLES).q
-    tools = frames(arm, cloud)[-1]
+    tools = state_of(arm, cloud).frames[-1]
     grid, step = _grid(tools, floor, cells)
     clearance = float(np.linalg.norm(tools[:, :3, 3], axis=1).max()) * _CLEARANCE
     free = _off_column(arm, grid, clearance)
@@ -359,9 +359,9 @@ def _column(arm: Arm) -> Floats:
 
     None where the first of them slides: then the column moves out of the way.
     """
-    if arm.moving[arm.tree.tool_joints[0]].type == "prismatic":
+    if arm.driven[arm.tree.tool_joints[0]].type == "prismatic":
         return np.empty((0, SPACE))
-    at = frames(arm, arm.limits.mean(axis=1)[None])
+    at = state_of(arm, arm.limits.mean(axis=1)).frames
     moved = [arm.tree.moved[drive] for drive in arm.tree.tool_joints[:2]]
     line = np.vstack(
         [np.zeros(3), at[[arm.tree.places[place].parent for place in moved], 0, :3, 3]]

@@ -27,6 +27,7 @@ from lostmotion.error_model.draws import key
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 
 if TYPE_CHECKING:
@@ -205,13 +206,13 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         robots,
         seed,
         approach,
-        tuple(joint.name for joint, stands in zip(arm.moving, still, strict=True) if stands),
+        tuple(joint.name for joint, stands in zip(arm.driven, still, strict=True) if stands),
         tuple(sheets),
         path,
         path_points,
         path_cycles,
         exact.check(
-            screws(arm, cube.q, approach=approach),
+            screws(state_of(arm, cube.q), approach=approach),
             0,
             np.arange(len(NAMES)),
             seed,
@@ -312,7 +313,8 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     instrument: float,
 ) -> dict[str, Floats]:
     """Return the fields of a `LoadSheet` that belong to the poses."""
-    matrix, loose = screws(arm, cube.q, approach=approach), screws(arm, cube.q)
+    state = state_of(arm, cube.q)
+    matrix, loose = screws(state, approach=approach), screws(state)
     errors = np.stack(
         [
             _errors(matrix, k, first + k, seed, robots, cycles, instrument)
@@ -374,7 +376,7 @@ def _from_sides(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     out = np.empty((len(FROM_THREE_SIDES), robots))
     for row, pose in enumerate(FROM_THREE_SIDES):
         q = np.tile(cube.q[pose], (3, 1))
-        matrix = screws(arm, q, approach=side_approach(arm, cube, pose, approach[pose]))
+        matrix = screws(state_of(arm, q), approach=side_approach(arm, cube, pose, approach[pose]))
         number = first + 3 * row
         shift = np.stack(
             [
@@ -403,7 +405,7 @@ def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
     of the whole path (8, robot).
     """
     q = path_poses(arm, cube, ends, points)
-    matrix = screws(arm, q, approach=path_approach(q, approach[ends[0]]))
+    matrix = screws(state_of(arm, q), approach=path_approach(q, approach[ends[0]]))
     along = cube.poses[ends[1], :3, 3] - cube.poses[ends[0], :3, 3]
     found = np.empty((len(PATH_FIGURES), points, robots))
     for k in range(points):

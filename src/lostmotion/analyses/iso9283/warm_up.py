@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.carry import tool_twists
-from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.environment import DRAWING, Environment
 from lostmotion.units import Toleranced
 
@@ -78,13 +77,13 @@ def growth(arm: Arm, q: Floats, warm_up: WarmUp) -> Floats:
     rise of all links, to first order.
     """
     warm = _warmed(arm, warm_up)
-    at = frames(warm, q[None])
-    conditions, shift = Conditions(warm, q[None], at), np.zeros(3)
+    state = state_of(warm, q)
+    conditions, shift = state.conditions(), np.zeros(3)
     links = (placed for part in warm.parts if part.kind == "link" for placed in part.terms())
     for placed in links:
         if "temperature_rise" in placed.term.form.reads:
             local = placed.term.scale * placed.term.form.screw(conditions(placed))
-            shift += tool_twists(warm.tree, at, np.array([placed.place]), local[:, None])[3:, 0, 0]
+            shift += state.tool_twists(np.array([placed.place]), local[:, None])[3:, 0, 0]
     return shift
 
 

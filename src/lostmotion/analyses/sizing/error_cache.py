@@ -9,13 +9,13 @@ evaluated again. The sums are exact.
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.error_model.closing import mean_and_change
-from lostmotion.mechanism.carry import tool_twists
-from lostmotion.mechanism.serial import Conditions, frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.term import LAST_MOTION
 from lostmotion.propagation.error_magnitude import rays_of, share_below
 
@@ -49,8 +49,7 @@ class ErrorCache:
         differs between visits counts.
         """
         self.q, self._of = q, of
-        self._at = frames(arm, q)
-        self._tree = arm.tree
+        self._state = state_of(arm, q)
         self._known: OrderedDict[
             tuple[Hashable, ...], tuple[ErrorSource, Floats, dict[Draw, Floats]]
         ] = OrderedDict()
@@ -59,7 +58,7 @@ class ErrorCache:
         """Return bias and covariance (ROWS, pose), m and m^2, of an arm with the geometry of the
         first one.
         """
-        out, felt = np.zeros((ROWS, len(self.q))), Conditions(arm, self.q, self._at)
+        out, felt = np.zeros((ROWS, len(self.q))), replace(self._state, arm=arm).conditions()
         shared: dict[tuple[int | str | None, Draw], Floats] = {}
         for part in arm.parts:
             _, own, common = self._contribution(part, felt(part))
@@ -101,7 +100,7 @@ class ErrorCache:
         local = np.empty((6, len(terms), len(self.q)))
         for k, term in enumerate(terms):
             term.form.write(felt, np.array([term.scale]), local[:, k : k + 1])
-        shift = tool_twists(self._tree, self._at, np.full(len(terms), part.place), local)[3:]
+        shift = self._state.tool_twists(np.full(len(terms), part.place), local)[3:]
         groups: dict[tuple[Draw | None, Draw | None, str | None], Floats] = {}
         for k, term in enumerate(terms):
             columns: dict[str | None, Floats] = {None: shift[:, k]}

@@ -17,7 +17,8 @@ from lostmotion.analyses.sizing.lightest import LinkTask
 from lostmotion.analyses.sizing.link_deflection import LinkLoads
 from lostmotion.analyses.sizing.sizing import corners
 from lostmotion.errors import LostmotionError
-from lostmotion.mechanism.serial import joint_torques, worst_torques_over_tilts
+from lostmotion.mechanism.holding_torques import worst_torques_over_tilts
+from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -168,10 +169,12 @@ class Evaluator:
         """
         key = _masses(arm)
         if key not in self._torques:
-            if self.constraints.tilt is None:
-                held = np.abs(joint_torques(arm, self.load_q))
-            else:
-                held = worst_torques_over_tilts(arm, self.load_q, within=self.constraints.tilt)
+            state, tilt = state_of(arm, self.load_q), self.constraints.tilt
+            held = (
+                np.abs(state.torques)
+                if tilt is None
+                else worst_torques_over_tilts(state, within=tilt)
+            )
             self._torques[key] = held.max(axis=0)
         return self._torques[key]
 
@@ -186,7 +189,7 @@ class Evaluator:
         selected = {slot.joint for slot in self.slots if slot.kind == "gearbox"}
         out = 0.0
         for joint, torque in zip(
-            arm.moving, self.torques(arm) if selected else (), strict=bool(selected)
+            arm.driven, self.torques(arm) if selected else (), strict=bool(selected)
         ):
             rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
             if joint.name in selected and rated is not None and torque > rated * (1 + EQUAL):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Self
 import numpy as np
 
 from lostmotion.mechanism.holding_torques import direction_within
-from lostmotion.mechanism.serial import frames, wrenches
+from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -142,9 +142,8 @@ def deflection_under(link: ElasticLink, load: Floats, measure: int) -> Floats:
 
 
 def _load(arm: Arm, tip: int, q: Floats, gravity: Floats) -> Floats:
-    return np.hstack(
-        [wrenches(arm, q, gravity=gravity)[tip], gravity @ frames(arm, q)[tip, :, :3, :3]]
-    )
+    state = state_of(arm, q, gravity=gravity)
+    return np.hstack([state.wrenches[tip], gravity @ state.frames[tip, :, :3, :3]])
 
 
 def across(link: ElasticLink) -> Floats:

@@ -34,7 +34,7 @@ from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.mechanism.load_causes import LinkBending, bending
-from lostmotion.mechanism.serial import as_poses
+from lostmotion.mechanism.state import as_poses, states_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -261,9 +261,7 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
 
 def rms_error(arm: Arm, q: Floats) -> float:
     """Return the r.m.s. tool error over these poses, m, by exact sums over terms."""
-    total = sum(
-        Tally.of(screws(arm, q[start : start + _BLOCK])).total for start in range(0, len(q), _BLOCK)
-    )
+    total = sum(Tally.of(screws(state)).total for _, state in states_of(arm, q, _BLOCK))
     return math.sqrt(total / len(q))
 
 

@@ -255,7 +255,7 @@ def select_parts(  # noqa: PLR0913 - the numbers of a search
         halving=halving(sized, poses, size.robots, size.visits, size.seed),
         torques={
             joint.name: float(torque)
-            for joint, torque in zip(sized.moving, evaluator.torques(sized), strict=True)
+            for joint, torque in zip(sized.driven, evaluator.torques(sized), strict=True)
             if any(slot.joint == joint.name and slot.kind == "gearbox" for slot in slots)
         },
         small_study=(len(some), min(size.robots, _ROBOTS), _few_visits(size)),

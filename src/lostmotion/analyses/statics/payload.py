@@ -13,14 +13,13 @@ payload it is solved for.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from lostmotion.error_model.overload import rated_torques
-from lostmotion.mechanism.elastostatics import deflection, sag
-from lostmotion.mechanism.serial import frames, joint_torques, tool_points
+from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.mechanism.tool import Payload
 from lostmotion.spatial import cross
 
@@ -140,7 +139,7 @@ def _by_drives(arm: Arm, q: Floats, tilt: float | None) -> tuple[PayloadLimit, t
     of_payload = np.abs(held(alone + MOST)).max(axis=0) > _ROUNDING * MOST
     unrated = tuple(
         joint.name
-        for joint, loads, limit in zip(arm.moving, of_payload, rated, strict=True)
+        for joint, loads, limit in zip(arm.driven, of_payload, rated, strict=True)
         if loads and np.isnan(limit)
     )
     values = _bisected(held, np.where(np.isnan(rated), math.inf, rated), alone.shape)
@@ -165,14 +164,16 @@ def _loads_of_drives(arm: Arm, q: Floats, tilt: float | None) -> Callable[[Float
     (`worst_torques_over_tilts`).
     """
     bare, loaded = _with_mass(arm, 0.0), _with_mass(arm, 1.0)
-    process = joint_torques(bare, q, gravity=np.zeros(3))
+    states = [state_of(each, q) for each in (bare, loaded)]
     if tilt is None:
-        own, per_mass = joint_torques(bare, q), joint_torques(loaded, q) - joint_torques(bare, q)
+        own, full = (state.torques for state in states)
+        per_mass = full - own
         return lambda masses: np.abs(own + masses * per_mass)
+    process = replace(states[0], gravity=np.zeros(3)).torques
     axes = arm.gravity * np.eye(3)
     own, full = (
-        np.stack([joint_torques(each, q, gravity=axis) - process for axis in axes], axis=-1)
-        for each in (bare, loaded)
+        np.stack([replace(state, gravity=axis).torques - process for axis in axes], axis=-1)
+        for state in states
     )
 
     def held(masses: Floats) -> Floats:
@@ -193,20 +194,21 @@ def _by_sag(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     m.
     """
     bare = arm.with_payload(Payload(centre_of_mass=arm.payload.centre_of_mass))
-    at = frames(arm, q)[-1]
+    state = state_of(bare, q)
+    at = state.frames[-1]
     weight = np.broadcast_to(arm.gravity_in_base, (len(q), 3))
     per_mass = np.hstack(
         [cross(at[:, :3, :3] @ np.array(arm.payload.centre_of_mass), weight), weight]
     )
-    own = sag(bare, q)[:, 3:]
+    own = state.sag[:, 3:]
 
     def sagging(masses: Floats) -> Floats:
         return np.asarray(
-            np.linalg.norm(own + deflection(bare, q, masses[:, None] * per_mass)[:, 3:], axis=1)
+            np.linalg.norm(own + state.deflection(masses[:, None] * per_mass)[:, 3:], axis=1)
         )
 
     empty = np.linalg.norm(own, axis=1) > limit * (1 + _ROUNDING)
-    slope = deflection(bare, q, per_mass)[:, 3:]
+    slope = state.deflection(per_mass)[:, 3:]
     values = np.where(empty, 0.0, _root(own, slope, limit))
     found = np.where(np.isfinite(values), values, 0.0)
     if (
@@ -253,12 +255,12 @@ def _by_accuracy(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     from lostmotion.error_model.pose_matrix import screws
     from lostmotion.propagation.analytic import Drawn, of_screws
 
-    drawn = Drawn(screws(arm, q))
+    drawn = Drawn(screws(state_of(arm, q)))
 
     def within(mass: float, at: Floats = q) -> Floats:
         return np.asarray(
             of_screws(
-                screws(_with_mass(arm, mass), at), drawn, (_LEVEL,), with_bounds=False
+                screws(state_of(_with_mass(arm, mass), at)), drawn, (_LEVEL,), with_bounds=False
             ).quantiles[:, 0]
         )
 

@@ -120,7 +120,7 @@ def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
                     "median_kg": _plain(float(np.median(each.values))),
                     "best_kg": _plain(float(each.values.max())),
                     "limit_m": each.limit,
-                    "joint": arm.moving[int(each.joints[each.worst])].name
+                    "joint": arm.driven[int(each.joints[each.worst])].name
                     if len(each.joints) and math.isfinite(each.everywhere)
                     else None,
                     "q": each.q[each.worst].tolist(),
@@ -150,7 +150,7 @@ def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
     )
     if math.isinf(each.everywhere):
         return Row(name, figures, "")
-    cause = f"{arm.moving[int(each.joints[each.worst])].name} governs; " if len(each.joints) else ""
+    cause = f"{arm.driven[int(each.joints[each.worst])].name} governs; " if len(each.joints) else ""
     empty = (
         f"; not met without payload at {int(each.empty.sum())} of {counted}"
         if each.empty.any()
@@ -168,7 +168,7 @@ def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
 
 def _cause(arm: Arm, each: PayloadLimit) -> str:
     if each.criterion == "drives":
-        return f"the drive of {arm.moving[int(each.joints[each.worst])].name}"
+        return f"the drive of {arm.driven[int(each.joints[each.worst])].name}"
     return f"the {each.criterion} limit of {length(each.limit or 0.0, stated=True)}"
 
 

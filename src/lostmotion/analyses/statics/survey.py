@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.elastostatics import Ellipsoid, compliances, deflection, ellipsoid
+from lostmotion.mechanism.elastostatics import Ellipsoid, ellipsoid
 from lostmotion.mechanism.holding_torques import JointLoad, static_loads
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of, states_of
 from lostmotion.spatial import cross
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.state import State
     from lostmotion.spatial import Floats
 
 _BLOCK: Final = 4096
@@ -77,8 +78,10 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
     `static_loads`.
     """
     q = poses.q
-    blocks = [q[start : start + _BLOCK] for start in range(0, len(q), _BLOCK)]
-    by_block = [compliances(arm, block) for block in blocks]
+    blocks = [
+        (state.compliances, _payload_deflection(state)) for _, state in states_of(arm, q, _BLOCK)
+    ]
+    by_block = [compliances for compliances, _ in blocks]
     largest = np.concatenate([ellipsoid(each.whole).values[:, 0] for each in by_block])
     by_part = np.concatenate([each.mean_compliance for each in by_block], axis=1)
     mean = by_part.sum(axis=0)
@@ -87,9 +90,9 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
     softest = int(largest.argmax())
     along = np.concatenate([np.einsum("pii->pi", each.whole[:, 3:, 3:]) for each in by_block])
     of_axes = np.einsum(
-        "tpii->ipt", compliances(arm, q[along.argmax(axis=0)]).by_part[:, :, 3:, 3:]
+        "tpii->ipt", state_of(arm, q[along.argmax(axis=0)]).compliances.by_part[:, :, 3:, 3:]
     )
-    matrix = compliances(arm, q[[softest]]).whole
+    matrix = state_of(arm, q[[softest]]).compliances.whole
     swapped = np.roll(matrix, 3, axis=(1, 2))  # rotation and displacement exchanged
     return Survey(
         arm,
@@ -103,9 +106,7 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
         along.argmax(axis=0),
         of_axes[np.arange(3), np.arange(3)],
         np.concatenate([each.asymmetry for each in by_block]),
-        np.concatenate([_payload_deflection(arm, block) for block in blocks])
-        if arm.payload.mass
-        else None,
+        np.concatenate([deflection for _, deflection in blocks]) if arm.payload.mass else None,
         by_block[0].parts,
         shares.mean(axis=1),
         softest,
@@ -117,13 +118,10 @@ def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
     )
 
 
-def _payload_deflection(arm: Arm, q: Floats) -> Floats:
+def _payload_deflection(state: State) -> Floats:
     """Return the tool displacement (pose,), m, when the payload's weight is removed."""
-    at = frames(arm, q)[-1]
-    weight = np.broadcast_to(arm.payload.mass * arm.gravity_in_base, (len(q), 3))
-    lever = at[:, :3, :3] @ np.array(arm.payload.centre_of_mass)
-    return np.asarray(
-        np.linalg.norm(
-            deflection(arm, q, -np.hstack([cross(lever, weight), weight]))[:, 3:], axis=1
-        )
-    )
+    payload = state.arm.payload
+    weight = np.broadcast_to(payload.mass * state.gravity, (len(state), 3))
+    lever = state.frames[-1, :, :3, :3] @ np.array(payload.centre_of_mass)
+    moved = state.deflection(-np.hstack([cross(lever, weight), weight]))
+    return np.asarray(np.linalg.norm(moved[:, 3:], axis=1))

@@ -145,7 +145,7 @@ def _rigid(survey: Survey) -> list[str]:
     soft = {(of.kind, of.place) for of in elastic_terms(arm)}
     closed_loop = [
         joint.name
-        for joint in arm.moving
+        for joint in arm.driven
         if joint.encoder is not None and joint.encoder.side == "output"
     ]
     unspecified: dict[str, list[str]] = {"gearboxes": [], "bearings": [], "links": []}
@@ -374,7 +374,7 @@ def _causes(survey: Survey, counted: str) -> Section:
 def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
     rows, unrated = [], 0
     known = [*own, *gearboxes()]
-    for joint, node in zip(survey.arm.moving, survey.joint_loads, strict=True):
+    for joint, node in zip(survey.arm.driven, survey.joint_loads, strict=True):
         required = abs(node.required.value)
         stated = joint.gearbox.rated_torque if joint.gearbox is not None else None
         rated = (

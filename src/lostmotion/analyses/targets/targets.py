@@ -45,6 +45,7 @@ from lostmotion.analyses.targets.yield_ import (
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo.blocks import Plan
 
 if TYPE_CHECKING:
@@ -180,7 +181,7 @@ def targets(  # noqa: PLR0913 - arguments of a target
     if threads < 1:
         raise refuse_argument("threads", threads, "at least 1", threads=2)
     plan = Plan.of(arm, poses, robots, visits, seed, approach)
-    matrix = screws(arm, poses.q, approach=approach)
+    matrix = screws(state_of(arm, poses.q), approach=approach)
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
         most = _MOST_CELLS // len(matrix.infos)
         raise refuse_argument(

@@ -18,6 +18,7 @@ from lostmotion.error_model import error_bins
 from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.state import states_of
 from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import BLOCK
 
@@ -217,8 +218,8 @@ def split_blocks(matrix: PoseMatrix, robots: int) -> Iterator[tuple[int, PoseMat
 def computed_blocks(plan: Plan) -> Iterator[tuple[int, PoseMatrix]]:
     """Yield the pose matrix of a plan in blocks, each with the index of its first pose."""
     step = max(min(BLOCK, _MOST_PAIRS // plan.robots), 1)
-    for first in range(0, len(plan.poses), step):
-        yield first, screws(plan.arm, plan.poses.q[first : first + step], approach=plan.approach)
+    for rows, state in states_of(plan.arm, plan.poses.q, step):
+        yield rows.start, screws(state, approach=plan.approach)
 
 
 def compute_yield(  # noqa: PLR0913 - arguments of a production

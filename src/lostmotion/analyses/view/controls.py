@@ -62,7 +62,7 @@ class Controls:
         with gui.add_folder("Pose"):
             self._sliders = [
                 self._joint_slider(k, joint, value)
-                for k, (joint, value) in enumerate(zip(arm.moving, session.q.tolist(), strict=True))
+                for k, (joint, value) in enumerate(zip(arm.driven, session.q.tolist(), strict=True))
             ]
             # What each slider shows by itself: setting it calls its callback, which must not move
             # the arm again.
@@ -149,7 +149,7 @@ class Controls:
         """
         self._session.move(q)
         for k, (slider, joint, value) in enumerate(
-            zip(self._sliders, self._session.arm.moving, q.tolist(), strict=True)
+            zip(self._sliders, self._session.arm.driven, q.tolist(), strict=True)
         ):
             low = slider.min
             shown = min(

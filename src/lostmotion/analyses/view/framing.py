@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 
 import numpy as np
 
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -57,7 +57,7 @@ class Framing:
         """Return the framing for the tool points (pose, 3), m, and for the arm itself at q
         (joint,), rad and m.
         """
-        at = frames(arm, q)[:, 0]
+        at = state_of(arm, q).frames[:, 0]
         corners = {body: body.corners_at(at[body.place]) for body in arm.bodies}
         seen = np.concatenate([points, np.zeros((1, 3)), *corners.values()])
         low, high = seen.min(axis=0), seen.max(axis=0)
@@ -85,7 +85,7 @@ def first_pose(arm: Arm, poses: Poses) -> Floats:
     stretched, near the middle of its ranges.
     """
     q = poses.q[:_SEARCHED]
-    at = frames(arm, q)[:, :, :3, 3]
+    at = state_of(arm, q).frames[:, :, :3, 3]
     aside = np.hypot(at[-1, :, 0], at[-1, :, 1])
     below = np.maximum(-at[..., 2], 0.0).max(axis=0) / (np.abs(at).max() or 1.0)
     low, high = arm.limits.T

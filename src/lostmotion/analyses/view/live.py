@@ -13,8 +13,7 @@ from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.error_model.pose_matrix import Columns
 from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
-from lostmotion.mechanism.serial import torques_of
-from lostmotion.mechanism.wrenches import place_wrenches
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import Analytic, Drawn, joined, of_screws
 from lostmotion.propagation.error_magnitude import LEVELS, TILE
 from lostmotion.propagation.pooled import PooledHistogram
@@ -98,13 +97,10 @@ class LiveArm:
         """Return the figures at a pose q (joint,), rad and m."""
         pose = np.asarray(q, dtype=float)[None]
         matrix = self._screws(pose)
-        torques = torques_of(
-            self.arm,
-            place_wrenches(self.arm.tree, matrix.at, self.arm.payload, self.arm.gravity_in_base),
-        )[0]
+        torques = matrix.state.torques[0]
         return Figures(
             pose[0],
-            matrix.at[:, 0],
+            matrix.state.frames[:, 0],
             of_screws(matrix, self._drawn, with_bounds=False),
             costs(Tally.of(matrix)),
             torques,
@@ -117,7 +113,7 @@ class LiveArm:
         for block in histogram.blocks(TILE):
             matrix = self._screws(self.poses.q[block])
             found.append(of_screws(matrix, self._drawn, with_bounds=False))
-            points.append(matrix.at[-1, :, :3, 3])
+            points.append(matrix.state.frames[-1, :, :3, 3])
             histogram.add(block, self._drawn.pooled_counts(matrix, histogram.points))
             yield None
         error = joined(found)
@@ -126,5 +122,5 @@ class LiveArm:
 
     def _screws(self, q: Floats) -> PoseMatrix:
         """Return the pose matrix of the errors that remain, for q (pose, joint)."""
-        matrix = self._columns.matrix(q)
+        matrix = self._columns.matrix(state_of(self.arm, q))
         return matrix if self._remaining is None else matrix.scaled(self._remaining)

@@ -82,7 +82,7 @@ def meshes_of(
     pose = arm.tree.places[1].pose @ np.linalg.inv(first)
     root.position, root.wxyz = pose[:3, 3], SO3.from_matrix(pose[:3, :3]).wxyz
     shown = ViserUrdf(server, model, root_node_name="/urdf")
-    column = {joint.name: k for k, joint in enumerate(arm.moving)}
+    column = {joint.name: k for k, joint in enumerate(arm.driven)}
     columns = [column.get(name) for name in shown.get_actuated_joint_names()]
 
     def move(q: Floats) -> None:

@@ -95,7 +95,7 @@ def torque_bars(arm: Arm, found: Figures) -> str:
     sizes = np.nan_to_num(found.loads if rated else np.abs(found.torques)).tolist()
     rows = []
     for joint, size, torque, load in zip(
-        arm.moving, sizes, found.torques.tolist(), found.loads.tolist(), strict=True
+        arm.driven, sizes, found.torques.tolist(), found.loads.tolist(), strict=True
     ):
         share = f", {100 * load:.0f} %" if math.isfinite(load) else ""
         rows.append((joint.name, size, f"{digits(abs(torque))} {joint.load_unit}{share}"))
@@ -155,7 +155,7 @@ def pose_option(arm: Arm, q: Floats) -> str:
         f"{joint.name}={math.degrees(value):.9g}deg"
         if joint.type == "revolute"
         else f"{joint.name}={value * 1e3:.9g}mm"
-        for joint, value in zip(arm.moving, q.tolist(), strict=True)
+        for joint, value in zip(arm.driven, q.tolist(), strict=True)
     )
     return f'--at "{" ".join(values)}"'
 

@@ -20,7 +20,7 @@ from lostmotion.analyses.view.guard import Guard
 from lostmotion.analyses.view.live import Figures, Workspace
 from lostmotion.analyses.view.scene import Scene
 from lostmotion.analyses.view.session import Refused
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.error_model.poses import REPLICATES, sample_poses
 from lostmotion.mechanism.inverse import inverse_kinematics, tool_and_jacobian
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -63,7 +63,7 @@ def solve_positions(
     An unreached point is not proven to be out of reach.
     """
     if not len(wanted):
-        return np.zeros((0, len(arm.moving))), np.zeros(0, bool)
+        return np.zeros((0, len(arm.driven))), np.zeros(0, bool)
     with ThreadPoolExecutor(threads) as pool:
         q, done, _ = from_nearest_poses(arm, found, wanted, STARTS, pool, found.grid.edge)
         left = np.flatnonzero(~done)
@@ -84,7 +84,7 @@ def distinct_configurations(arm: Arm, q: Floats, cell: np.ndarray, edge: float) 
     alone = np.ones(len(q), bool)
     begins = np.flatnonzero(np.r_[True, cell[1:] != cell[:-1]]) if len(q) else np.zeros(0, int)
     rank = np.arange(len(q)) - np.repeat(begins, np.diff(np.r_[begins, len(q)]))
-    scale = np.array([1.0 if joint.type == "revolute" else edge for joint in arm.moving])
+    scale = np.array([1.0 if joint.type == "revolute" else edge for joint in arm.driven])
     for back in range(1, int(rank.max(initial=0)) + 1):
         later = np.flatnonzero(rank >= back)
         alone[
@@ -100,7 +100,7 @@ def distinct_configurations(arm: Arm, q: Floats, cell: np.ndarray, edge: float) 
 def _configuration_distance(arm: Arm, one: Floats, other: Floats) -> Floats:
     """Return the differences of joint values (..., joint), rad or m, modulo full turns."""
     off = np.abs(one - other)
-    turning = np.array([joint.type == "revolute" for joint in arm.moving])
+    turning = np.array([joint.type == "revolute" for joint in arm.driven])
     return np.asarray(np.where(turning, np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi))), off))
 
 

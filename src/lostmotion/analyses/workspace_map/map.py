@@ -7,7 +7,9 @@ with more poses; the mean does not. Any orientation of the tool counts.
 
 from __future__ import annotations
 
+import functools
 import math
+import operator
 from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Final
@@ -33,6 +35,7 @@ from lostmotion.error_model.budget import Cost, Tally, costs
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.reach import Progress
@@ -425,9 +428,8 @@ def _budget(
         np.unique(np.linspace(0, len(which) - 1, min(len(which), _MOST_IN_BUDGET)).astype(int))
     ]
     q = evaluated.reached.q[which]
-    tally = Tally.of(screws(arm, q[:_BLOCK], approach=approach))
-    for start in range(_BLOCK, len(q), _BLOCK):
-        tally = tally + Tally.of(screws(arm, q[start : start + _BLOCK], approach=approach))
+    blocks = (screws(state, approach=approach) for _, state in states_of(arm, q, _BLOCK))
+    tally = functools.reduce(operator.add, map(Tally.of, blocks))
     return ZoneBudget(
         name, len(cells), len(q), math.sqrt(tally.total / tally.poses), tuple(costs(tally))
     )

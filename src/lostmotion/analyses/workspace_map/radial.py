@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE, cell_figures
-from lostmotion.mechanism.serial import vertical_axis
+from lostmotion.mechanism.state import vertical_axis
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.map import WorkspaceMap
@@ -56,5 +56,5 @@ def full_turn_axis(arm: Arm) -> tuple[float, float] | None:
     """Return the position (x, y; m) of the first axis if it is vertical and turns through 360°;
     else None.
     """
-    low, high = arm.moving[arm.tree.tool_joints[0]].limits
+    low, high = arm.driven[arm.tree.tool_joints[0]].limits
     return vertical_axis(arm) if high - low >= _TURN * (1 - _ROUNDING) else None

@@ -24,7 +24,7 @@ from lostmotion.analyses.workspace_map.configurations import (
     spread_starts,
 )
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -20,6 +20,7 @@ from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import Device, Plan, sample_blocks
@@ -252,7 +253,7 @@ def _grouped(plan: Plan, spans: list[tuple[int, int]]) -> list[list[tuple[int, i
 
 def _batch(plan: Plan, spans: list[tuple[int, int]]) -> _Batch:
     first, last = spans[0][0], spans[-1][1]
-    matrix = screws(plan.arm, plan.poses.q[first:last], approach=plan.approach)
+    matrix = screws(state_of(plan.arm, plan.poses.q[first:last]), approach=plan.approach)
     checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))
     rows = checked[(checked >= first) & (checked < last)] - first
     blocks = []

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.reporting.chart import class_names
 from lostmotion.reporting.page.text import escaped, spaced
 from lostmotion.reporting.palette import round_number
@@ -109,7 +109,7 @@ def _data(scene: ArmScene) -> str:
     """Return what the script draws, as JSON in which no tag can begin; lengths in m. The arm and
     its error lie between low and high.
     """
-    at = [frames(scene.arm, pose.q[None])[:, 0] for pose in scene.poses]
+    at = [state_of(scene.arm, pose.q).frames[:, 0] for pose in scene.poses]
     tools = [each[-1, :3, 3] for each in at]
     bodies = scene.arm.bodies
     corners = [body.corners_at(each[body.place]) for each in at for body in bodies]

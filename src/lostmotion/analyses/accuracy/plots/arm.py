@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.pose_matrix import screws
-from lostmotion.mechanism.serial import frames
+from lostmotion.mechanism.state import state_of
 from lostmotion.reporting.arm_scene import ArmScene, Cells, ShownPose
 from lostmotion.reporting.chart import PER_UNIT, cells, class_legend, class_of, label_axes, one
 from lostmotion.reporting.palette import LIGHT, class_limits, round_below
@@ -162,7 +162,7 @@ def _errors(found: PoseErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
     """Return the mean error vectors (pose, 3), and the semi-axes (pose, axis, 3) of the ellipsoids
     with 95 % of the positions about them, m.
     """
-    matrix = screws(found.arm, found.q[poses], approach=found.approach)
+    matrix = screws(state_of(found.arm, found.q[poses]), approach=found.approach)
     drawn = matrix.merged.tool[:, 3:][
         :, :, matrix.merged.columns("robot", "visit", "robot x visit")
     ]
@@ -279,7 +279,7 @@ def _arm(on: Axes, found: PoseErrors, pose: int, view: Floats) -> list[Floats]:
     """Draw the bodies of the arm from far to near, and return their outlines (corner, 2), mm."""
     from matplotlib.patches import Polygon
 
-    at = frames(found.arm, found.q[pose : pose + 1])[:, 0]
+    at = state_of(found.arm, found.q[pose : pose + 1]).frames[:, 0]
     bodies = sorted(
         found.arm.bodies, key=lambda body: float(view[2] @ (at[body.place] @ body.pose)[:3, 3])
     )

@@ -120,14 +120,14 @@ def _named(arm: Arm) -> bool:
     """Return whether joint values are printed with the names of their joints: long names would fill
     the screen.
     """
-    return sum(len(joint.name) for joint in arm.moving) <= _LONG_NAMES * len(arm.moving)
+    return sum(len(joint.name) for joint in arm.driven) <= _LONG_NAMES * len(arm.driven)
 
 
 def _joints(arm: Arm, q: Floats) -> str:
     """Return joint values to whole degrees and millimetres."""
     texts = []
     named = _named(arm)
-    for joint, value in zip(arm.moving, q, strict=True):
+    for joint, value in zip(arm.driven, q, strict=True):
         turns = joint.type == "revolute"
         # as a whole number, so that nothing is -0
         whole = round(math.degrees(value) if turns else 1e3 * value)
@@ -183,7 +183,7 @@ def _held(drive: HoldingTorque, *, first: bool) -> str:
 
 
 def _ratings(arm: Arm) -> Iterable[float | None]:
-    return (None if joint.gearbox is None else joint.gearbox.rated_torque for joint in arm.moving)
+    return (None if joint.gearbox is None else joint.gearbox.rated_torque for joint in arm.driven)
 
 
 def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, str]]:

@@ -51,7 +51,7 @@ def joints_section(answer: Answer, known: States) -> Section:
         )
     )
     rows = []
-    for joint, held in zip(arm.moving, answer.worst_torques, strict=True):
+    for joint, held in zip(arm.driven, answer.worst_torques, strict=True):
         rated = None if joint.gearbox is None else joint.gearbox.rated_torque
         share = (
             Figure(100 * abs(held.worst) / rated, "%", samples=counted)

@@ -161,7 +161,7 @@ def undescribed_scatter(arm: Arm) -> tuple[str, ...]:
     """Return the names of the moving joints that describe neither a dead band nor a scatter of
     friction, from which one-sided RP comes.
     """
-    return tuple(joint.name for joint in arm.moving if not _describes_scatter(joint))
+    return tuple(joint.name for joint in arm.driven if not _describes_scatter(joint))
 
 
 def _describes_scatter(joint: object) -> bool:

@@ -397,7 +397,7 @@ def _poses(found: Comparison) -> str:
             if len(first.poses) > 1
             else "All arms stand at the same pose."
         )
-    kinds = [[(joint.name, joint.type) for joint in each.arm.moving] for each in found.arms]
+    kinds = [[(joint.name, joint.type) for joint in each.arm.driven] for each in found.arms]
     why = (
         "their joints differ"
         if any(other != kinds[0] for other in kinds[1:])

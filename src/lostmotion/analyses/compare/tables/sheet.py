@@ -350,17 +350,17 @@ def _figures(found: Comparison) -> Section:
 
 
 def _drives(found: Comparison) -> Section:
-    names = list(dict.fromkeys(joint.name for each in found.arms for joint in each.arm.moving))
+    names = list(dict.fromkeys(joint.name for each in found.arms for joint in each.arm.driven))
     rows = []
     for name in names:
         cells, shares = [], []
         for each in found.arms:
-            at = next((k for k, joint in enumerate(each.arm.moving) if joint.name == name), None)
+            at = next((k for k, joint in enumerate(each.arm.driven) if joint.name == name), None)
             if at is None:
                 cells.append(in_words(ABSENT))
                 continue
             joint, held, rated = (
-                each.arm.moving[at],
+                each.arm.driven[at],
                 float(each.held[at]),
                 float(rated_torques(each.arm)[at]),
             )

@@ -85,7 +85,7 @@ def distance_facts(found: Comparison, change: Change) -> dict[str, Any] | None:
         "largest_m": apart.largest,
         "largest_at_joint_values": dict(
             zip(
-                (joint.name for joint in first.arm.moving),
+                (joint.name for joint in first.arm.driven),
                 map(float, first.poses.q[at]),
                 strict=True,
             )

@@ -17,7 +17,7 @@ from lostmotion.analyses.iso9283.plots.measured import (
 )
 from lostmotion.analyses.iso9283.tables.labels import accuracy_key, load_label, measured_label
 from lostmotion.error_model.poses import sample_poses
-from lostmotion.mechanism.serial import tool_points
+from lostmotion.mechanism.state import tool_points
 from lostmotion.reporting.chart import (
     PER_UNIT,
     axes,
