@@ -71,7 +71,7 @@ def test_a_pose_has_the_same_bits_alone_as_among_many(arm):
     many, columns = screws(state_of(arm, q)), Columns(arm)
     assert columns.infos == many.infos
     for k in (0, 17, 39):
-        one = columns.matrix(q[k : k + 1])
+        one = columns.matrix(state_of(arm, q[k : k + 1]))
         for name in ("tool", "local", "bias", "scale", "place"):
             found, expected = getattr(one, name), getattr(many, name)
             np.testing.assert_array_equal(
