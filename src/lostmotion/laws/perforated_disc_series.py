@@ -1,5 +1,8 @@
-"""Series of Kolosov's two functions for a plane disc with round holes, and the boundary conditions
-on its edges.
+"""Plane disc with a central bore and a circle of round holes, by series of Kolosov's two functions
+with conditions on its edges.
+
+Source: N. Muskhelishvili, Some Basic Problems of the Mathematical Theory of Elasticity, 1953,
+sections 35 to 41 (multiply connected bodies).
 """
 
 from __future__ import annotations

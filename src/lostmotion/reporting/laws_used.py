@@ -30,7 +30,7 @@ def laws_section(given: Iterable[GivenValue]) -> tuple[Section, ...]:
     found: dict[str, str] = {}
     for part in dict.fromkeys(each.part for each in given):
         for law in _laws_of(part):
-            words = " ".join((law.__doc__ or "").split("\n")[0].split()).rstrip(".")
+            words = " ".join((law.__doc__ or "").partition("\n\n")[0].split()).rstrip(".")
             source = _SOURCE.search(law.__doc__ or "")
             if source:
                 found.setdefault(words, " ".join(source[1].split()))

@@ -7,7 +7,8 @@ translation, as a single eccentric does, and against rotation, as output pins wo
 static load and to first order in the gaps. The discs share the torque equally here; for the effect
 of their differences see `cycloid.tolerances`.
 
-Source: the crankshafts by statics; M. Lehmann, TU München 1976.
+Source: K = 1/sum(1/K_i) with K_ecc = k (e z)^2 and K_pins = k_w Rw^2 n_w/4 after M. Lehmann, TU
+München 1976; the crankshafts by statics.
 """
 
 from __future__ import annotations
