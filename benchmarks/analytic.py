@@ -21,7 +21,7 @@ from scipy import stats
 
 import lostmotion
 from lostmotion.error_model.poses import Poses
-from lostmotion.propagation.analytic import Drawn, analytic
+from lostmotion.propagation.analytic import DrawnColumns, analytic
 from lostmotion.propagation.error_magnitude import LEVELS, POINTS, by_points, by_rays
 from lostmotion.propagation.pooled import pooled
 
@@ -68,7 +68,7 @@ def measure(name, arm, count) -> None:
         q[~lostmotion.screws(lostmotion.state_of(arm, q)).closed_in_some.any(axis=0)], "given"
     )
     matrix, count = lostmotion.screws(lostmotion.state_of(arm, poses.q)), len(poses)
-    drawn = Drawn(matrix)
+    drawn = DrawnColumns(matrix)
     shift, bias = drawn.shift(matrix), np.ascontiguousarray(matrix.bias[:, 3:])
     found, points = analytic(arm, poses, threads=2), drawn.draws(POINTS)
     print(

@@ -24,7 +24,7 @@ import numpy as np
 from scipy.special import lambertw
 
 from lostmotion.laws.contact import equivalent_modulus, johnson_scale
-from lostmotion.laws.cycloid.bodies import Body, flexibility
+from lostmotion.laws.cycloid.bodies import ElasticBody, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.geometry import arms, contact_radius, pin_angles
 from lostmotion.laws.cycloid.stage import Stage
@@ -35,7 +35,7 @@ TORQUES = np.concatenate([-np.geomspace(10, 200, 5), np.geomspace(10, 200, 5)])
 CRANKS = np.linspace(0, 2 * math.pi, 20, endpoint=False)
 BODIES = sum(
     flexibility(STAGE, each, 0.01, CRANKS)
-    for each in (Body("planet", 0.02, 210e9, 0.3), Body("ring", 0.06, 210e9, 0.3))
+    for each in (ElasticBody("planet", 0.02, 210e9, 0.3), ElasticBody("ring", 0.06, 210e9, 0.3))
 )
 SOFT = 1 / (math.pi * FLANKS.modulus * FLANKS.width)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body, ring_reach
+from lostmotion.laws.cycloid.bodies import ElasticBody, ring_reach
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
@@ -55,7 +55,7 @@ def stages(random: np.random.Generator) -> Iterator[Stage]:
             yield stage
 
 
-def drawn(seed: int) -> tuple[tuple[str, str], Stage, Body, Body, float, float]:
+def drawn(seed: int) -> tuple[tuple[str, str], Stage, ElasticBody, ElasticBody, float, float]:
     """Return materials, stage, disc, ring, crank angle (rad) and torque (N m) of one stage."""
     random = np.random.default_rng(seed)
     stage = next(stages(random))
@@ -69,7 +69,14 @@ def drawn(seed: int) -> tuple[tuple[str, str], Stage, Body, Body, float, float]:
     disc, ring = (MATERIALS[each] for each in pair)
     force = pressure**2 * math.pi * stage.pin_radius * WIDTH / equivalent_modulus(*disc, *ring)
     torque = force * stage.planet_pitch_radius * stage.pins / 4
-    return pair, stage, Body("planet", hub, *disc), Body("ring", outer, *ring), crank, torque
+    return (
+        pair,
+        stage,
+        ElasticBody("planet", hub, *disc),
+        ElasticBody("ring", outer, *ring),
+        crank,
+        torque,
+    )
 
 
 def main() -> None:

@@ -24,20 +24,20 @@ import numpy as np
 from scipy.optimize import root
 
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
-from lostmotion.laws.rolling.rows import BallRow, CrossedRow, Seat
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RowSeat
 
 GROOVE = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
 ANGULAR = BallRow(count=13, ball=12.7e-3, pitch=65e-3, contact_angle=math.radians(25))
 SHAFTS = {
-    "deep-groove pair": ((Seat(GROOVE, -0.03), Seat(GROOVE, 0.03)), 15e-6),
+    "deep-groove pair": ((RowSeat(GROOVE, -0.03), RowSeat(GROOVE, 0.03)), 15e-6),
     "angular-contact pair": (
         (
-            Seat(ANGULAR, -0.03, preload_shift=5e-6),
-            Seat(ANGULAR, 0.03, mirrored=True, preload_shift=5e-6),
+            RowSeat(ANGULAR, -0.03, preload_shift=5e-6),
+            RowSeat(ANGULAR, 0.03, mirrored=True, preload_shift=5e-6),
         ),
         0.0,
     ),
-    "crossed roller": ((Seat(CrossedRow(count=48, length=8e-3, pitch=120e-3)),), -5e-6),
+    "crossed roller": ((RowSeat(CrossedRow(count=48, length=8e-3, pitch=120e-3)),), -5e-6),
 }
 REACH = 0.05  # m, at which a tilt counts as a shift
 SCALE = np.array([1, 1, 1, 1 / REACH, 1 / REACH])
@@ -46,7 +46,7 @@ SCALE = np.array([1, 1, 1, 1 / REACH, 1 / REACH])
 class Balance:
     """All contacts of a shaft for many cases at once; stands in metres throughout."""
 
-    def __init__(self, seats: tuple[Seat, ...], play: float) -> None:
+    def __init__(self, seats: tuple[RowSeat, ...], play: float) -> None:
         self.contacts = np.concatenate([seat.contacts for seat in seats])
         self.across, self.along = self.contacts["across"] * SCALE, self.contacts["along"] * SCALE
         self.radial = self.contacts["radial"] - self.contacts["share"] * play

@@ -59,7 +59,7 @@ from lostmotion.compiled import compiled
 from lostmotion.error_model.draws import robot_draws
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import BLOCK, run
 from lostmotion.propagation.montecarlo.product_kernel import AT_ONCE, squared_lengths
 
@@ -249,7 +249,7 @@ class Ours:
             _ = matrix.along_poses, matrix.bias, matrix.square_sums
 
     def __call__(self, q: np.ndarray, draws: int) -> np.ndarray:
-        plan = replace(Plan.of(self.arm, self.poses, draws, 1, 1, 0.0), device=self.device)
+        plan = replace(BlockPlan.of(self.arm, self.poses, draws, 1, 1, 0.0), device=self.device)
         found, first = [], 0
         for matrix in self.blocks:
             if first >= len(q):

@@ -15,7 +15,7 @@ from lostmotion.error_model.intervals import Estimate, quantile, quantile_drop
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io.pose_and_zone_text import read_pose, read_zone
 from lostmotion.mechanism.state import state_of
-from lostmotion.propagation.analytic import Drawn, of_screws
+from lostmotion.propagation.analytic import DrawnColumns, of_screws
 from lostmotion.propagation.montecarlo import montecarlo
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired
 from lostmotion.propagation.montecarlo.sensitivity import halving
@@ -305,12 +305,12 @@ def test_the_gain_from_halving_at_a_pose_equals_the_analytic_gain():
     study = lostmotion.study(arm, poses, 20, 2).with_budget(at=5)
     found = study.budgets[0].halving
     assert found.samples == 4 * 65_536
-    before = of_screws(matrix, Drawn(matrix))
+    before = of_screws(matrix, DrawnColumns(matrix))
     for part in sorted(found.gains, key=lambda name: -found.gains[name].value)[:3]:
         halved = matrix.scaled(
             np.array([0.5 if info.owner == part else 1.0 for info in matrix.infos])
         )
-        after = of_screws(halved, Drawn(halved))
+        after = of_screws(halved, DrawnColumns(halved))
         difference = abs(
             found.gains[part].value - float(before.quantiles[0, 1] - after.quantiles[0, 1])
         )

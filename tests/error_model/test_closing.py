@@ -23,7 +23,7 @@ from lostmotion.laws.distributions import Normal
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.error_source import Friction
-from lostmotion.propagation.analytic import Drawn, analytic
+from lostmotion.propagation.analytic import DrawnColumns, analytic
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.propagation.montecarlo.waterfall import waterfall
@@ -95,7 +95,7 @@ def test_cumulants_are_the_sums_over_sides_and_states(load):
     third and fourth cumulant of p.
     """
     matrix = screws(state_of(loaded(load), HERE))
-    drawn = Drawn(matrix)
+    drawn = DrawnColumns(matrix)
     shift = 1e3 * drawn.shift(matrix)[0, 1]
     closed = matrix.closed.T[:, drawn.plays]
     third, fourth = (

@@ -12,7 +12,7 @@ import pytest
 
 from lostmotion import new
 from lostmotion.errors import InputError
-from lostmotion.io import read, xacro_file
+from lostmotion.io import read, xacro_file, xacro_process
 from lostmotion.io.sidecar import sidecar_place
 from lostmotion.io.sweep_designs import read_sweep, texts
 from lostmotion.io.xacro_expression import check_plain
@@ -362,3 +362,8 @@ def test_a_sweep_over_an_argument_is_refused_with_what_to_do_instead(project):
         problem.example
         == "lostmotion compare r.urdf.xacro r.urdf.xacro --sidecar one.toml --sidecar two.toml"
     )
+
+
+def test_the_functions_of_xacro_that_are_replaced_exist():
+    """Another version of the package that renames one would evaluate the file's expressions."""
+    assert all(callable(getattr(module, name)) for module, name in xacro_process._HOOKS)

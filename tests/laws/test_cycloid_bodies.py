@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from lostmotion.laws.annulus import ELLIPTIC, Annulus, Plane, spectrum
 from lostmotion.laws.annulus import flexibility as edge_flexibility
-from lostmotion.laws.cycloid.bodies import Body, _rim, flexibility
+from lostmotion.laws.cycloid.bodies import ElasticBody, _rim, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles
 from lostmotion.laws.cycloid.stage import Part, Stage
@@ -51,9 +51,9 @@ def compliance(
     plane: Plane = "strain",
 ):
     """Return the displacements (N, N) of a body along the contacts under unit forces, m/N."""
-    return flexibility(stage, Body(part, edge, young, NU, plane=plane), width, np.array([crank]))[
-        0, 0
-    ]
+    return flexibility(
+        stage, ElasticBody(part, edge, young, NU, plane=plane), width, np.array([crank])
+    )[0, 0]
 
 
 def turned(

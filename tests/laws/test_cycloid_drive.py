@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body
+from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.contact import Flanks, output_pin_stiffness
 from lostmotion.laws.cycloid.drive import (
     Drive,
-    Eccentric,
-    OutputPins,
+    EccentricSprings,
+    OutputPinSprings,
     crank_angles_of_pitch,
     crank_force_per_torque,
     loaded_disc,
@@ -63,7 +63,9 @@ def test_equal_springs_have_the_closed_forms():
     n_w/4: each by itself, to the ripple of N = 40.
     """
     drive = replace(
-        SPRINGS, eccentric=Eccentric(bearing=3e8, shaft=6e8), output=OutputPins(8, 0.04, 2e8)
+        SPRINGS,
+        eccentric=EccentricSprings(bearing=3e8, shaft=6e8),
+        output=OutputPinSprings(8, 0.04, 2e8),
     )
     found = wind_up_by_member(drive, np.array([50.0, 400.0]))
     torque = np.array([50.0, 400.0])
@@ -89,7 +91,9 @@ def test_crankshafts_support_a_disc_as_a_stiffness_matrix_does(cranks):
     stiffness matrix states.
     """
     circle, spring, torque = 0.036, 3e8, 300.0
-    drive = replace(SPRINGS, eccentric=Eccentric(bearing=spring, cranks=cranks, circle=circle))
+    drive = replace(
+        SPRINGS, eccentric=EccentricSprings(bearing=spring, cranks=cranks, circle=circle)
+    )
     places = circle * np.exp(2j * math.pi * np.arange(cranks) / cranks + 0.3j)
     matrix = np.zeros((3, 3))
     for place in places:
@@ -119,7 +123,7 @@ def test_each_crank_carries_its_part_of_force_and_torque():
     """The force on each crankshaft is the mean over a turn of |T/(n e z) y + T/(n Rc) t|, as a sum
     of vectors.
     """
-    drive = replace(SPRINGS, eccentric=Eccentric(bearing=3e8, cranks=3, circle=0.036))
+    drive = replace(SPRINGS, eccentric=EccentricSprings(bearing=3e8, cranks=3, circle=0.036))
     at = np.linspace(0, 2 * math.pi, 10_001)[:-1]
     force = np.array([[0.0], [1 / LEVER]]) + np.array([-np.sin(at), np.cos(at)]) / 0.036
     assert crank_force_per_torque(drive) == pytest.approx(np.hypot(*force).mean() / 3, rel=1e-6)
@@ -131,7 +135,7 @@ def test_a_rolling_bearing_has_the_secant_stiffness_of_its_load():
     """Rollers stiffen with load: the eccentric's wind-up per torque decreases, and is the
     displacement of the bearing over e z.
     """
-    rollers = Eccentric(elements=16, element_stiffness=roller_stiffness(0.0105))
+    rollers = EccentricSprings(elements=16, element_stiffness=roller_stiffness(0.0105))
     drive = replace(SPRINGS, eccentric=rollers)
     torque = np.array([10.0, 100.0, 1000.0])
     shares = wind_up_by_member(drive, torque)["eccentric bearing"]
@@ -141,7 +145,7 @@ def test_a_rolling_bearing_has_the_secant_stiffness_of_its_load():
         # mostly across, a little along the line of centres
         assert force == pytest.approx(each / LEVER, rel=0.05)
         assert 1.0 < share / (force**2 / rollers.bearing_stiffness(force) / each) < 1.03
-    assert Eccentric().bearing_stiffness(10.0) == math.inf
+    assert EccentricSprings().bearing_stiffness(10.0) == math.inf
     assert rollers.bearing_stiffness(0.0) == 0.0
 
 
@@ -159,10 +163,10 @@ GIVEN = Drive(
     Flanks(0.0125, STEEL, bending=1e-9),
     Modification(roller=5e-6),
     2,
-    Eccentric(elements=14, element_stiffness=roller_stiffness(0.01), shaft=5e8),
-    OutputPins(8, 0.04, 2e8),
-    Body("planet", 0.02, 210e9, 0.3),
-    Body("ring", 0.08, 210e9, 0.3),
+    EccentricSprings(elements=14, element_stiffness=roller_stiffness(0.01), shaft=5e8),
+    OutputPinSprings(8, 0.04, 2e8),
+    ElasticBody("planet", 0.02, 210e9, 0.3),
+    ElasticBody("ring", 0.08, 210e9, 0.3),
 )
 
 
@@ -235,7 +239,7 @@ def test_impossible_eccentrics_are_refused(wrong):
     are refused.
     """
     with pytest.raises(ValueError, match=r"eccentric|bearing"):
-        Eccentric(**wrong)
+        EccentricSprings(**wrong)
 
 
 @pytest.mark.parametrize("discs", [1, 2, 3, 4])
@@ -258,7 +262,7 @@ def test_output_pins_between_several_discs(discs):
         )
         energy += spring / 2 * found.fun * 1e-12
     torque = 2 * energy / turn
-    drive = replace(SPRINGS, discs=discs, output=OutputPins(count, circle, spring))
+    drive = replace(SPRINGS, discs=discs, output=OutputPinSprings(count, circle, spring))
     assert wind_up_by_member(drive, np.array([torque]))["output pins"][0] == pytest.approx(
         turn, rel=5e-3
     )

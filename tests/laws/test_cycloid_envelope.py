@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body
+from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.envelope import (
@@ -332,8 +332,8 @@ def test_a_contact_that_begins_at_the_junction_does_not_let_the_wind_up_jump():
     drive = Drive(
         stage,
         Flanks(0.01, modulus),
-        disc_body=Body("planet", 0.012, 210e9, 0.3),
-        ring_body=Body("ring", 0.042, 210e9, 0.3),
+        disc_body=ElasticBody("planet", 0.012, 210e9, 0.3),
+        ring_body=ElasticBody("ring", 0.042, 210e9, 0.3),
     )
     angles = np.linspace(0.156, 0.168, 9)
     rotation = loaded_disc(drive, 50.0, angles, nominal_gaps(drive, angles)).rotation

@@ -12,7 +12,7 @@ import pytest
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
-from lostmotion.laws.cycloid.friction import DriveFriction, Friction, friction_torques
+from lostmotion.laws.cycloid.friction import DriveFriction, FrictionCoefficients, friction_torques
 from lostmotion.laws.cycloid.geometry import pin_angles
 from lostmotion.laws.cycloid.stage import Stage
 from lostmotion.laws.gears import friction_loop, unloads
@@ -76,7 +76,7 @@ def turned_by(
 
 def flank_share(stage: Stage, answer: LoadSharing, crank: float, mu: float) -> float:
     """Return the friction of the flanks over the moment of the normal forces."""
-    torques = friction_torques(stage, [crank], answer, Friction(mu))
+    torques = friction_torques(stage, [crank], answer, FrictionCoefficients(mu))
     return float(
         (torques.disc + torques.crank)[0, 0, 0] / turned_by(stage, answer, crank, 0.0, 1)[0]
     )
@@ -85,7 +85,7 @@ def flank_share(stage: Stage, answer: LoadSharing, crank: float, mu: float) -> f
 def of_flanks(stage: Stage, answer: LoadSharing, crank: float, mu: float) -> DriveFriction:
     """Return the friction of a drive of which only the flanks rub."""
     torques, moment = (
-        friction_torques(stage, [crank], answer, Friction(mu)),
+        friction_torques(stage, [crank], answer, FrictionCoefficients(mu)),
         turned_by(stage, answer, crank, 0.0, 1)[0],
     )
     return DriveFriction(
@@ -114,7 +114,9 @@ def test_friction_is_the_work_of_sliding():
     fixed_in_disc = (touch - e * np.exp(1j * crank)) * np.exp(1j * crank / z)
     moved = e * np.exp(1j * (crank + step)) + fixed_in_disc * np.exp(-1j * (crank + step) / z)
     work = mu * (ours.forces[0, 0, 0] * np.abs(moved - touch)).sum() / (step / z)
-    found = friction_torques(RV_LIKE, [crank], ours, Friction(mu, 0.002, 0.02, 0.1, 0.05))
+    found = friction_torques(
+        RV_LIKE, [crank], ours, FrictionCoefficients(mu, 0.002, 0.02, 0.1, 0.05)
+    )
     whole = (found.disc + found.crank)[0, 0, 0]
     assert whole == pytest.approx(work + 0.002 * 0.02 * 40 * ours.bearing_force[0, 0, 0], rel=1e-5)
     assert found.pins[0, 0, 0] == pytest.approx(

@@ -15,14 +15,14 @@ from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import simulated
-from lostmotion.laws.cycloid.bodies import Body
+from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.drive import Drive, Eccentric, OutputPins, rest_angle
+from lostmotion.laws.cycloid.drive import Drive, EccentricSprings, OutputPinSprings, rest_angle
 from lostmotion.laws.cycloid.geometry import arms, normals, pin_angles
 from lostmotion.laws.cycloid.preload import ClearanceEffects, preloaded_discs
 from lostmotion.laws.cycloid.simulated import simulate
 from lostmotion.laws.cycloid.stage import Modification, Stage
-from lostmotion.laws.cycloid.tolerances import Scatter
+from lostmotion.laws.cycloid.tolerances import DimensionScatter
 from lostmotion.laws.cycloid.wind_up import wind_up_by_member
 from lostmotion.units import Toleranced
 
@@ -42,17 +42,19 @@ CASE = Drive(
     Stage(0.0775, 0.004, 0.0015, 40),
     Flanks(0.02, 1e11, "linear", stiffness=2e8),
     discs=2,
-    eccentric=Eccentric(bearing=3e8),
+    eccentric=EccentricSprings(bearing=3e8),
 )
 DRIVE = Drive(
     Stage(0.064, 0.003, 0.0013, 40),
     Flanks(0.0125, STEEL),
     Modification(),
     2,
-    Eccentric(bearing=4e8),
+    EccentricSprings(bearing=4e8),
 )
 ELASTIC = replace(
-    DRIVE, disc_body=Body("planet", 0.02, 210e9, 0.3), ring_body=Body("ring", 0.08, 210e9, 0.3)
+    DRIVE,
+    disc_body=ElasticBody("planet", 0.02, 210e9, 0.3),
+    ring_body=ElasticBody("ring", 0.08, 210e9, 0.3),
 )
 CRANK = np.array([0.1])
 
@@ -126,12 +128,14 @@ def test_output_pins_all_displaced_by_one_angle_turn_the_output_by_it(relief, mo
         return np.tile(size * (np.sin(at) if " x " in name else -np.cos(at)), (shape[0], 1))
 
     drive = replace(
-        DRIVE, relief=Modification(roller=relief), output=OutputPins(8, circle, math.inf)
+        DRIVE, relief=Modification(roller=relief), output=OutputPinSprings(8, circle, math.inf)
     )
     case = (np.array([-200.0, -20.0, 20.0, 200.0]), np.array([0.1, 1.7]), 10, 1)
-    straight = simulate(drive, Scatter(flank_form=3e-6), *case)
+    straight = simulate(drive, DimensionScatter(flank_form=3e-6), *case)
     monkeypatch.setattr(simulated, "sample", displaced)
-    turned = simulate(drive, Scatter(flank_form=3e-6, output_position=angle * circle), *case)
+    turned = simulate(
+        drive, DimensionScatter(flank_form=3e-6, output_position=angle * circle), *case
+    )
     assert (straight.play > 0).all() == (relief > 0)
     np.testing.assert_allclose(turned.rotation, straight.rotation + angle, atol=1e-12)
     for end, before in zip(turned.ends, straight.ends, strict=True):
@@ -220,7 +224,7 @@ def test_a_small_torque_winds_each_pair_up_as_its_balance_says(relief, single, m
     )
     simulate(
         replace(CASE, relief=Modification(roller=relief)),
-        Scatter(flank_form=3e-6),
+        DimensionScatter(flank_form=3e-6),
         np.array([2.0]),
         np.array([0.3, 2.0]),
         12,
@@ -252,7 +256,7 @@ def test_no_gearbox_winds_up_backwards(relief, form, clearance, seed, elastic):
     torque, and further under a larger torque.
     """
     drive = replace(ELASTIC if elastic else DRIVE, relief=Modification(roller=relief))
-    scatter = Scatter(
+    scatter = DimensionScatter(
         pin_radius=Toleranced(0.003, 2e-6), flank_form=form, crank_clearance=Toleranced(clearance)
     )
     torque = np.array([-200.0, -20.0, -2.0, 2.0, 20.0, 80.0, 200.0])
@@ -271,7 +275,7 @@ def test_discs_that_just_touch_wind_up_as_those_with_play():
     """
     torque = np.array([10.0, 40.0, 160.0])
     crank = np.array([0.2, 1.3])
-    plain = simulate(DRIVE, Scatter(), torque, crank, 1, 1)
+    plain = simulate(DRIVE, DimensionScatter(), torque, crank, 1, 1)
     none = np.zeros((2, 2, 1))
     rest, turned = preloaded_discs(
         DRIVE, torque, crank, np.zeros((2, 2, 1, 40)), ClearanceEffects(none, none, none)
@@ -288,7 +292,7 @@ def test_play_and_wind_up_are_continuous_into_interference():
     for relief in (2e-8, -2e-8):
         found = simulate(
             replace(DRIVE, relief=Modification(roller=relief)),
-            Scatter(flank_form=3e-6),
+            DimensionScatter(flank_form=3e-6),
             torque,
             crank,
             40,

@@ -9,7 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lostmotion.laws.cycloid.shaft import Layer, Screws, ShaftCompliance, Stretch, shaft_compliance
+from lostmotion.laws.cycloid.shaft import (
+    ShaftBolts,
+    ShaftCompliance,
+    ShaftLayer,
+    Stretch,
+    shaft_compliance,
+)
 from lostmotion.laws.supported_beam import Support, SupportedBeam, respond
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -31,7 +37,7 @@ def bar(
     start: float, end: float, diameter: float = 0.012, material: tuple[float, float] = STEEL
 ) -> Stretch:
     """Return a stretch of a solid bar."""
-    return Stretch(start, end, (Layer(diameter, 0.0, *material),))
+    return Stretch(start, end, (ShaftLayer(diameter, 0.0, *material),))
 
 
 def found(
@@ -78,7 +84,7 @@ def test_a_core_on_the_axis_adds_its_stiffness():
     """Plastic of 12 mm, 30 mm long, clamped, around a steel core of 4 mm: 1.8122e-3 mm/N; 1.8153e-3
     by finite elements.
     """
-    layers = (Layer(0.012, 0.004, *PLASTIC), Layer(0.004, 0.0, *STEEL))
+    layers = (ShaftLayer(0.012, 0.004, *PLASTIC), ShaftLayer(0.004, 0.0, *STEEL))
     whole = found([Stretch(0.0, 0.03, layers)], [Support(0.0, RIGID, RIGID)], [0.03])
     assert whole.total * 1e3 == pytest.approx(1.8122e-3, rel=1e-3)
     assert whole.total * 1e3 == pytest.approx(1.8153e-3, rel=3e-3)
@@ -139,14 +145,14 @@ def test_softening_any_part_softens_the_shaft(part, factor, discs, turn):
     assert (answers[0].by_part > -1e-20).all()
 
 
-PAIR = Screws(2, 0.004, 0.0035, *STEEL)
+PAIR = ShaftBolts(2, 0.004, 0.0035, *STEEL)
 
 
 def cantilever(
-    direction: float, *, tight: bool, length: float = 0.03, screws: Screws = PAIR
+    direction: float, *, tight: bool, length: float = 0.03, screws: ShaftBolts = PAIR
 ) -> float:
     """Return the compliance (mm/N) of a clamped plastic bar of 12 mm with screws."""
-    bar_with_screws = Stretch(0.0, length, (Layer(0.012, 0.0, *PLASTIC),), screws)
+    bar_with_screws = Stretch(0.0, length, (ShaftLayer(0.012, 0.0, *PLASTIC),), screws)
     beam = SupportedBeam(
         (bar_with_screws.piece_with_screws(direction, tight=tight),), (Support(0.0, RIGID, RIGID),)
     )
@@ -162,10 +168,10 @@ def test_a_pair_of_screws_in_a_plastic_shaft():
     assert cantilever(0.0, tight=True) == pytest.approx(3.242e-4, rel=1e-3)
     assert cantilever(0.0, tight=True) == pytest.approx(3.461e-4, rel=0.07)
     assert cantilever(0.0, tight=False) == pytest.approx(1.316e-3, rel=1e-3)
-    piece = Stretch(0.0, 0.03, (Layer(0.012, 0.0, *PLASTIC),), PAIR).piece_with_screws(
+    piece = Stretch(0.0, 0.03, (ShaftLayer(0.012, 0.0, *PLASTIC),), PAIR).piece_with_screws(
         0.0, tight=True
     )
-    loose = Stretch(0.0, 0.03, (Layer(0.012, 0.0, *PLASTIC),), PAIR).piece_with_screws(
+    loose = Stretch(0.0, 0.03, (ShaftLayer(0.012, 0.0, *PLASTIC),), PAIR).piece_with_screws(
         0.0, tight=False
     )
     assert piece.second is not None
@@ -179,8 +185,8 @@ def test_tight_screws_are_a_sandwich(length, diameter, count):
     """L^3/(3 EI) + (L/S)(1 - EI_f/EI)^2 (1 - tanh(q)/q) for any length, size and number (Allen
     1969).
     """
-    screws = Screws(count, diameter, 0.004, *STEEL)
-    piece = Stretch(0.0, length, (Layer(0.012, 0.0, *PLASTIC),), screws).piece_with_screws(
+    screws = ShaftBolts(count, diameter, 0.004, *STEEL)
+    piece = Stretch(0.0, length, (ShaftLayer(0.012, 0.0, *PLASTIC),), screws).piece_with_screws(
         0.0, tight=True
     )
     assert piece.second is not None
@@ -198,11 +204,13 @@ def test_three_screws_bend_equally_in_every_direction():
     """Evenly spaced, three or more have the same sum of squares all round; a pair has a stiff and a
     soft direction.
     """
-    three = Screws(3, 0.003, 0.004, *STEEL)
+    three = ShaftBolts(3, 0.003, 0.004, *STEEL)
     assert three.directions == (0.0,)
     assert cantilever(0.3, tight=True, screws=three) == pytest.approx(
         cantilever(1.1, tight=True, screws=three), rel=1e-9
     )
     assert len(PAIR.directions) == 2
     with pytest.raises(ValueError, match="within one layer"):
-        Stretch(0.0, 0.03, (Layer(0.012, 0.004, *PLASTIC), Layer(0.004, 0.0, *STEEL)), PAIR)
+        Stretch(
+            0.0, 0.03, (ShaftLayer(0.012, 0.004, *PLASTIC), ShaftLayer(0.004, 0.0, *STEEL)), PAIR
+        )

@@ -13,7 +13,13 @@ from scipy.optimize import brentq, linprog
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.drive import LEAST_ARM, Drive, Eccentric, OutputPins, loaded_disc
+from lostmotion.laws.cycloid.drive import (
+    LEAST_ARM,
+    Drive,
+    EccentricSprings,
+    OutputPinSprings,
+    loaded_disc,
+)
 from lostmotion.laws.cycloid.geometry import (
     arms,
     first_contact_angle,
@@ -26,7 +32,7 @@ from lostmotion.laws.cycloid.geometry import (
 from lostmotion.laws.cycloid.simulated import simulate
 from lostmotion.laws.cycloid.stage import Modification, Stage
 from lostmotion.laws.cycloid.tolerances import (
-    Scatter,
+    DimensionScatter,
     clearance_angle,
     sample,
     sample_gaps,
@@ -57,8 +63,10 @@ VALIDATES = (
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 STAGE = Stage(0.064, 0.003, 0.0013, 40)
 LEVER = STAGE.planet_pitch_radius
-DRIVE = Drive(STAGE, Flanks(0.0125, STEEL), Modification(roller=6e-6), 2, Eccentric(bearing=4e8))
-SCATTER = Scatter(
+DRIVE = Drive(
+    STAGE, Flanks(0.0125, STEEL), Modification(roller=6e-6), 2, EccentricSprings(bearing=4e8)
+)
+SCATTER = DimensionScatter(
     pin_radius=Toleranced(0.003, 1e-6),
     eccentricity=Toleranced(0.0013, 2e-6),
     pin_position=2e-6,
@@ -70,7 +78,7 @@ CRANK = 2 * math.pi * np.arange(8) / 8
 
 def test_without_scatter_all_gearboxes_are_nominal():
     """Without scatter the play is the formula's, and the wind-up is the sum over the members."""
-    found = simulate(DRIVE, Scatter(), np.array([100.0]), CRANK, 3, 1)
+    found = simulate(DRIVE, DimensionScatter(), np.array([100.0]), CRANK, 3, 1)
     np.testing.assert_allclose(found.play, play(STAGE, DRIVE.relief), rtol=5e-3)
     wind_up = (found.rotation[0] - found.ahead).mean(axis=0)
     np.testing.assert_allclose(
@@ -117,8 +125,8 @@ def test_errors_average_under_load_and_one_decides_without():
     unloaded the narrowest gap decides.
     """
     deviation = 1e-6
-    scatter = Scatter(flank_form=3 * deviation)
-    one = replace(DRIVE, discs=1, eccentric=Eccentric())
+    scatter = DimensionScatter(flank_form=3 * deviation)
+    one = replace(DRIVE, discs=1, eccentric=EccentricSprings())
     # the wind-up is much larger than the differences between flanks
     found = simulate(one, scatter, np.array([3000.0]), np.array([0.3]), 1500, 1)
     spread = found.rotation[0, 0].std()
@@ -137,7 +145,7 @@ def test_every_dimension_changes_the_gaps_to_first_order():
     t = np.linspace(0, 2 * math.pi, 400_001)
     psi = 0.4
     for name, size in wrong.items():
-        scatter = Scatter(**{name: Toleranced(getattr(STAGE, name), size)})
+        scatter = DimensionScatter(**{name: Toleranced(getattr(STAGE, name), size)})
         gap = sample_gaps(replace(DRIVE, relief=Modification()), scatter, np.array([psi]), 1, 1)[
             0, 0, 0
         ]
@@ -154,7 +162,7 @@ def test_every_dimension_changes_the_gaps_to_first_order():
         np.testing.assert_allclose(gap, seen, atol=0.02 * abs(sample))
 
 
-def _drawn_size(scatter: Scatter, name: str) -> float:
+def _drawn_size(scatter: DimensionScatter, name: str) -> float:
     """Return the sampled size from a stage on which it alone acts."""
     gap = sample_gaps(
         replace(DRIVE, relief=Modification(), discs=1), scatter, np.array([0.0]), 1, 1
@@ -171,7 +179,7 @@ def test_clearances_add_by_their_levers():
     """Play is G/(e z) of the crank bearing plus Gw/Rw of the output pins; a direct search over disc
     positions finds slightly more, never less.
     """
-    drive = replace(DRIVE, discs=1, output=OutputPins(8, 0.04))
+    drive = replace(DRIVE, discs=1, output=OutputPinSprings(8, 0.04))
     scatter = replace(SCATTER, crank_clearance=Toleranced(10e-6), output_clearance=Toleranced(8e-6))
     np.testing.assert_allclose(clearance_angle(drive, scatter, 4, 1), 10e-6 / LEVER + 8e-6 / 0.04)
     crank = np.array([0.2])
@@ -210,7 +218,12 @@ def test_gearboxes_that_interfere_are_counted():
     """
     tight = replace(DRIVE, relief=Modification())
     found = simulate(
-        tight, Scatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")), np.array([]), CRANK, 200, 1
+        tight,
+        DimensionScatter(pin_radius=Toleranced(0.003, 5e-6, "uniform")),
+        np.array([]),
+        CRANK,
+        200,
+        1,
     )
     assert 0.4 < found.jammed.mean() < 0.6
     assert (found.play[found.jammed] == 0).all()
@@ -288,9 +301,9 @@ def test_misplaced_output_pins_touch_their_holes_as_circles_do():
     """Free rotation to the first contact of circular pins and holes agrees with the first-order
     formula; under load the errors average.
     """
-    clearance, position, pins = 30e-6, 12e-6, OutputPins(8, 0.04)
+    clearance, position, pins = 30e-6, 12e-6, OutputPinSprings(8, 0.04)
     drive = replace(DRIVE, discs=1, output=pins)
-    scatter = Scatter(output_clearance=Toleranced(clearance), output_position=position)
+    scatter = DimensionScatter(output_clearance=Toleranced(clearance), output_position=position)
     crank = np.array([0.5])
     found = simulate(drive, scatter, np.array([]), crank, 40, 3)
     without = simulate(drive, replace(scatter, output_position=0.0), np.array([]), crank, 40, 3)
@@ -310,7 +323,7 @@ def test_misplaced_output_pins_touch_their_holes_as_circles_do():
             assert ends[0, gearbox] == pytest.approx(true, abs=0.02 * clearance / pins.circle)
     assert (found.play < without.play).mean() > 0.9  # one of many pins touches early
     heavy = simulate(
-        replace(drive, eccentric=Eccentric()), scatter, np.array([3000.0]), crank, 1500, 1
+        replace(drive, eccentric=EccentricSprings()), scatter, np.array([3000.0]), crank, 1500, 1
     ).rotation[0, 0]
     # errors of pins along the line of centres have the deviation s, the output s/(Rw sqrt(sum of
     # sin^2)); the sum is a quarter of the number of pins
@@ -319,7 +332,7 @@ def test_misplaced_output_pins_touch_their_holes_as_circles_do():
     )
 
 
-CRANKS = Eccentric(bearing=4e8, cranks=2, circle=0.036)
+CRANKS = EccentricSprings(bearing=4e8, cranks=2, circle=0.036)
 
 
 def _bores_off(position: float, cranks: int, gearboxes: int, disc: int) -> np.ndarray:
@@ -331,13 +344,17 @@ def _bores_off(position: float, cranks: int, gearboxes: int, disc: int) -> np.nd
     return x + 1j * y
 
 
-@pytest.mark.parametrize("eccentric", [Eccentric(), CRANKS, Eccentric(cranks=3, circle=0.036)])
+@pytest.mark.parametrize(
+    "eccentric", [EccentricSprings(), CRANKS, EccentricSprings(cranks=3, circle=0.036)]
+)
 def test_misplaced_bores_shift_and_rotate_the_disc(eccentric):
     """Gaps measured on the true profile of a disc, placed on its crankshafts by least squares,
     agree with the simulated gaps.
     """
     drive, psi, gearbox = replace(DRIVE, relief=Modification(), eccentric=eccentric), 0.4, 0
-    found = sample_gaps(drive, Scatter(crank_position=2e-7), np.array([psi]), 4, 3)[:, 0, gearbox]
+    found = sample_gaps(drive, DimensionScatter(crank_position=2e-7), np.array([psi]), 4, 3)[
+        :, 0, gearbox
+    ]
     points = flank(STAGE, np.linspace(0, 2 * math.pi, 400_001))[0] @ [1, 1j]
     pins = STAGE.ring_radius * np.exp(2j * math.pi * np.arange(STAGE.pins) / STAGE.pins)
     circle = eccentric.circle if eccentric.cranks > 1 else 0.0
@@ -363,7 +380,7 @@ def test_misfitting_bores_reduce_the_clearance(cranks, missing):
     """
     clearance = 10e-6
     drive = replace(DRIVE, discs=1, relief=Modification(), eccentric=replace(CRANKS, cranks=cranks))
-    scatter = Scatter(crank_clearance=Toleranced(clearance), crank_position=4e-6)
+    scatter = DimensionScatter(crank_clearance=Toleranced(clearance), crank_position=4e-6)
     crank, many = 2 * math.pi * np.arange(6) / 6, 40
     free = simulate(drive, scatter, np.array([]), crank, many, 3)
     tight = simulate(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body, flexibility
+from lostmotion.laws.cycloid.bodies import ElasticBody, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, load_sharing
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
 from lostmotion.laws.cycloid.stage import Stage
@@ -202,7 +202,7 @@ def test_holes_near_the_flank_agree_with_finite_elements_of_the_whole_contact(
     webs of 3 mm below valleys of 1.5 mm, else 0.5 %.
     """
     pytest.importorskip("ngsolve")
-    body, load = Body("planet", bore, 210e9, 0.3, holes), np.array([torque])
+    body, load = ElasticBody("planet", bore, 210e9, 0.3, holes), np.array([torque])
     # turned by whole pitches of the pins, so that only the holes move
     cranks = 2 * math.pi / stage.pins * np.array(pitches)
     found = [

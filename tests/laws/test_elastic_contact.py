@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body, flexibility
+from lostmotion.laws.cycloid.bodies import ElasticBody, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, Supports, load_sharing
 from lostmotion.laws.cycloid.geometry import arms, contact_radius, normals, pin_angles
 from lostmotion.laws.cycloid.stage import Stage
@@ -20,7 +20,7 @@ from tests.laws.closed_forms import approach
 STEEL = equivalent_modulus(210e9, 0.3, 210e9, 0.3)
 STAGE = Stage(0.05, 0.003, 0.0012, 20)
 HERTZ = Flanks(0.01, STEEL)
-DISC, RING = Body("planet", 0.02, 210e9, 0.3), Body("ring", 0.06, 210e9, 0.3)
+DISC, RING = ElasticBody("planet", 0.02, 210e9, 0.3), ElasticBody("ring", 0.06, 210e9, 0.3)
 CRANK = np.array([0.0, 0.05, 1.7])
 TORQUE = np.array([-100.0, -3.0, 0.5, 20.0, 200.0])
 
@@ -155,7 +155,7 @@ def test_a_backward_torque_is_the_mirrored_drive():
     carries under a forward one, also with holes.
     """
     mirror = -np.arange(20) % 20
-    body = Body("planet", 0.02, 210e9, 0.3, Holes(6, 0.033, 0.006))
+    body = ElasticBody("planet", 0.02, 210e9, 0.3, Holes(6, 0.033, 0.006))
     ahead, behind = (
         load_sharing(STAGE, HERTZ, [t], [c], bodies=flexibility(STAGE, body, 0.01, np.array([c])))
         for t, c in ((90.0, 0.1), (-90.0, -0.1))
@@ -269,8 +269,8 @@ def random_cases(seed: int, stages: int, gearboxes: int, checked: int) -> tuple[
             )
             nu, crank = stream.uniform(0.2, 0.45), stream.uniform(0, 6, 1)
             bore = stream.uniform(0.1, 0.6) * reach
-            disc = Body("planet", bore, young, nu, random_holes(stream, stage, bore))
-            ring = Body("ring", stream.uniform(1.35, 2) * reach, other, nu)
+            disc = ElasticBody("planet", bore, young, nu, random_holes(stream, stage, bore))
+            ring = ElasticBody("ring", stream.uniform(1.35, 2) * reach, other, nu)
             bodies = flexibility(stage, disc, width, crank) + flexibility(stage, ring, width, crank)
         except ValueError:
             continue

@@ -14,7 +14,7 @@ import pytest
 
 from lostmotion.errors import LostmotionError
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body
+from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.finite_elements.contours import contacts, gaps_at, pinned, toothed
@@ -55,7 +55,7 @@ VALIDATES = (
 )
 
 STAGE = Stage(0.05, 0.003, 0.0012, 20)
-PLANET, RING = Body("planet", 0.02, 210e9, 0.3), Body("ring", 0.06, 210e9, 0.3)
+PLANET, RING = ElasticBody("planet", 0.02, 210e9, 0.3), ElasticBody("ring", 0.06, 210e9, 0.3)
 TORQUES = np.array([50.0, 100.0])
 ARCMIN = math.pi / 180 / 60
 KINDS: tuple[Kind, ...] = ("ring pins", "lobe arcs", "planet pins")
@@ -130,7 +130,7 @@ def test_without_ngsolve_the_message_names_the_extra(monkeypatch):
 
 def solved(
     *,
-    ring: Body | None = RING,
+    ring: ElasticBody | None = RING,
     torques: Floats = TORQUES,
     crank: float = 0.0,
     gap: float = 0.0,

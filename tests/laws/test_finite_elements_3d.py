@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.laws.cycloid.bodies import Body
+from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.finite_elements.contours import contacts, toothed
 from lostmotion.laws.cycloid.finite_elements.elasticity import Elasticity
 from lostmotion.laws.cycloid.finite_elements.mesh import MM, Blank, face_of, mesh_of
@@ -39,7 +39,7 @@ VALIDATES = (
 )
 
 STAGE = Stage(0.05, 0.003, 0.0012, 20)
-PLANET = Body("planet", 0.02, 210e9, 0.3)
+PLANET = ElasticBody("planet", 0.02, 210e9, 0.3)
 
 
 @functools.cache

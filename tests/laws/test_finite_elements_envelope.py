@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body
+from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.envelope import second_contacts
@@ -103,7 +103,7 @@ def test_interfering_relief_is_refused_before_meshing():
     """A disc with added material interferes with its envelope; gaps of single lobes have no meaning
     there.
     """
-    disc = Body("planet", 0.02, 210e9, 0.3)
+    disc = ElasticBody("planet", 0.02, 210e9, 0.3)
     with pytest.raises(ValueError, match="interfere before they are loaded, at"):
         loaded_stage(STAGE, disc, None, 0.01, np.array([100.0]), relief=Modification(roller=-1e-6))
     with pytest.raises(ValueError, match="single lobes"):
@@ -117,7 +117,7 @@ def test_both_branches_on_elastic_bodies_wind_up_as_by_finite_elements():
 
     More stages, with results computed beforehand: tests/validation/test_fem_cases.py.
     """
-    bodies = Body("planet", 0.0105, 2.4e9, 0.3), Body("ring", 0.038, 2.4e9, 0.3)
+    bodies = ElasticBody("planet", 0.0105, 2.4e9, 0.3), ElasticBody("ring", 0.038, 2.4e9, 0.3)
     angle = np.array([0.1])
     made = loaded_stage(SMALL, *bodies, 0.01, np.array([0.2]), crank=0.1)
     drive = Drive(
@@ -150,8 +150,8 @@ def test_the_largest_pressure_is_that_of_finite_elements(stage, hub, outer, cran
     drive = Drive(
         stage,
         flanks,
-        disc_body=Body("planet", hub, 210e9, 0.3),
-        ring_body=Body("ring", outer, 210e9, 0.3),
+        disc_body=ElasticBody("planet", hub, 210e9, 0.3),
+        ring_body=ElasticBody("ring", outer, 210e9, 0.3),
     )
     assert loaded_disc(
         drive, 100.0, angle, nominal_gaps(drive, angle)

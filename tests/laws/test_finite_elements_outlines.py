@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body
+from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.contact import Flanks
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.finite_elements.contours import contacts
@@ -27,7 +27,7 @@ STAGES = [
     Stage(0.064, 0.003, 0.0013, 40),
     Stage(0.05, 0.003, 0.0012, 20, "planet pins"),
 ]
-DISC, RING = Body("planet", 0.02, 210e9, 0.3), Body("ring", 0.06, 210e9, 0.3)
+DISC, RING = ElasticBody("planet", 0.02, 210e9, 0.3), ElasticBody("ring", 0.06, 210e9, 0.3)
 
 
 def distances(stage: Stage, points: np.ndarray) -> np.ndarray:
@@ -59,7 +59,7 @@ def test_outlines_and_curved_elements_lie_on_the_exact_profile(stage):
     at = {k: np.linspace(-1e-4, 1e-4, 6) for k in range(stage.pins // 2)}
     if stage.has_planet_pins:
         blank = Blank(
-            made.ring_outline(at), Body("ring", stage.ring_radius + 0.01, 210e9, 0.3), 0.0
+            made.ring_outline(at), ElasticBody("ring", stage.ring_radius + 0.01, 210e9, 0.3), 0.0
         )
     else:
         blank = Blank(made.planet_outline(at), DISC, made.planet)
@@ -93,7 +93,7 @@ def test_lobes_of_plain_arcs_end_at_the_circle_of_their_centres(pin, eccentricit
     centres too.
     """
     stage = Stage(0.05, 1e-3 * pin, 1e-3 * eccentricity, pins, "lobe arcs")
-    ring = Body("ring", 0.063, 210e9, 0.3)
+    ring = ElasticBody("ring", 0.063, 210e9, 0.3)
     drive = Drive(
         stage,
         Flanks(0.01, equivalent_modulus(210e9, 0.3, 210e9, 0.3)),
@@ -113,20 +113,23 @@ def test_lobes_of_plain_arcs_end_at_the_circle_of_their_centres(pin, eccentricit
     [
         (
             "reach in to 45.8 mm: choose a smaller hub",
-            {"planet": Body("planet", 0.046, 210e9, 0.3)},
+            {"planet": ElasticBody("planet", 0.046, 210e9, 0.3)},
         ),
-        ("reach out to 53 mm: choose a larger one", {"ring": Body("ring", 0.0529, 210e9, 0.3)}),
+        (
+            "reach out to 53 mm: choose a larger one",
+            {"ring": ElasticBody("ring", 0.0529, 210e9, 0.3)},
+        ),
         (
             "leave 0.1 mm to the bore",
-            {"planet": Body("planet", 0.02, 210e9, 0.3, Holes(6, 0.0301, 0.01))},
+            {"planet": ElasticBody("planet", 0.02, 210e9, 0.3, Holes(6, 0.0301, 0.01))},
         ),
         (
             "leave -1.2 mm to the teeth",
-            {"planet": Body("planet", 0.02, 210e9, 0.3, Holes(6, 0.037, 0.01))},
+            {"planet": ElasticBody("planet", 0.02, 210e9, 0.3, Holes(6, 0.037, 0.01))},
         ),
         (
             "to each other: take smaller holes",
-            {"planet": Body("planet", 0.02, 210e9, 0.3, Holes(20, 0.033, 0.0055))},
+            {"planet": ElasticBody("planet", 0.02, 210e9, 0.3, Holes(20, 0.033, 0.0055))},
         ),
         (
             "interfere before they are loaded, at pin 0 by 2 µm",
@@ -178,4 +181,6 @@ def test_contacts_wider_than_their_lobes_are_refused_before_meshing(monkeypatch)
         DidNotConvergeError,
         match="outgrow their lobes: take a smaller torque or a stiffer material",
     ):
-        loaded_stage(STAGES[0], Body("planet", 0.02, 5e6, 0.45), None, 0.01, np.array([400.0]))
+        loaded_stage(
+            STAGES[0], ElasticBody("planet", 0.02, 5e6, 0.45), None, 0.01, np.array([400.0])
+        )

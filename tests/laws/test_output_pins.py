@@ -12,9 +12,9 @@ from scipy.optimize import minimize
 
 from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid.output_pins import (
+    ElasticPinSeat,
     HeldPin,
     Hole,
-    PinSeat,
     largest_pin_force,
     needle_compliance,
     ring_share,
@@ -46,9 +46,9 @@ BONDED = [
 
 def seat(
     depth: float, outer: float, young: float = 2.4e9, nu: float = 0.36, **more: object
-) -> PinSeat:
+) -> ElasticPinSeat:
     """Return a seat with depth and outer radius in mm."""
-    return PinSeat(depth * MM, outer * MM, young, nu, **more)  # type: ignore[arg-type]
+    return ElasticPinSeat(depth * MM, outer * MM, young, nu, **more)  # type: ignore[arg-type]
 
 
 def cage(of_seat: float = 2.4e9, nu: float = 0.36, **more: object) -> HeldPin:

@@ -212,7 +212,7 @@ def test_the_disc_of_a_stage():
     ) -> float:
         force = np.maximum(arms(stage, pin_angles(stage, np.zeros(1))[0]), 0.0)
         soft = bodies.flexibility(
-            stage, bodies.Body("planet", bore, young, 0.3, holes), width, np.zeros(1)
+            stage, bodies.ElasticBody("planet", bore, young, 0.3, holes), width, np.zeros(1)
         )[0, 0]
         return (
             float(force @ soft @ force)

@@ -19,7 +19,7 @@ from lostmotion.laws.rolling.radial import (
     radial_shift,
     roller_stiffness,
 )
-from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, RowSeat
 from tests.laws.closed_forms import element_loads
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -38,15 +38,15 @@ ANGULAR = BallRow(count=15, ball=9.5e-3, pitch=60e-3, contact_angle=math.radians
 ROLLERS = RollerRow(count=16, length=10e-3, roller=10e-3, pitch=60e-3, slices=20)
 CROSSED = CrossedRow(count=40, length=6e-3, pitch=80e-3)
 PAIR = (
-    Seat(ANGULAR, 0.02, preload_shift=5 * UM),
-    Seat(ANGULAR, -0.02, mirrored=True, preload_shift=5 * UM),
+    RowSeat(ANGULAR, 0.02, preload_shift=5 * UM),
+    RowSeat(ANGULAR, -0.02, mirrored=True, preload_shift=5 * UM),
 )
 SHAFTS = [
-    pytest.param((Seat(GROOVE),), id="deep groove"),
-    pytest.param((Seat(GROOVE, -0.03), Seat(GROOVE, 0.03)), id="two deep grooves"),
+    pytest.param((RowSeat(GROOVE),), id="deep groove"),
+    pytest.param((RowSeat(GROOVE, -0.03), RowSeat(GROOVE, 0.03)), id="two deep grooves"),
     pytest.param(PAIR, id="preloaded angular pair"),
-    pytest.param((Seat(CROSSED),), id="crossed roller"),
-    pytest.param((Seat(ROLLERS), Seat(GROOVE, 0.05)), id="roller and groove"),
+    pytest.param((RowSeat(CROSSED),), id="crossed roller"),
+    pytest.param((RowSeat(ROLLERS), RowSeat(GROOVE, 0.05)), id="roller and groove"),
 ]
 FORCE = st.floats(-5000, 5000)
 MOMENT = st.floats(-60, 60)
@@ -87,7 +87,7 @@ def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
     """Balls and rollers under a radial load have the shift and the element loads of the law with
     one unknown.
     """
-    found = shaft_equilibrium((Seat(GROOVE),), np.array([[load, 0, 0, 0, 0]]), clearance)
+    found = shaft_equilibrium((RowSeat(GROOVE),), np.array([[load, 0, 0, 0, 0]]), clearance)
     k, angles = ball_stiffness(12.7e-3, 65e-3), element_angles(9)
     alone = radial_shift(load, clearance, k, BALL_EXPONENT, angles)
     np.testing.assert_allclose(found.displacement[0], [alone, 0, 0, 0, 0], rtol=1e-8, atol=1e-15)
@@ -98,7 +98,7 @@ def test_a_radial_load_alone_is_the_one_unknown_case(load, clearance):
         atol=1e-6,
     )
     plain = RollerRow(count=16, length=10e-3, roller=10e-3, pitch=60e-3, crowned=False)
-    found = shaft_equilibrium((Seat(plain),), np.array([[load, 0, 0, 0, 0]]), clearance)
+    found = shaft_equilibrium((RowSeat(plain),), np.array([[load, 0, 0, 0, 0]]), clearance)
     alone = radial_shift(
         load, clearance, roller_stiffness(10e-3), ROLLER_EXPONENT, element_angles(16)
     )
@@ -183,7 +183,7 @@ def test_loads_add_up_by_statics():
     load.
     """
     load = np.array([[1500.0, -400.0, 700.0, 8.0, -5.0]])
-    found = shaft_equilibrium((Seat(GROOVE),), load, 15 * UM)
+    found = shaft_equilibrium((RowSeat(GROOVE),), load, 15 * UM)
     angles = element_angles(9)
     apart = 0.04 * 12.7e-3
     radius = 65e-3 / 2 + 0.02 * 12.7e-3
@@ -224,7 +224,7 @@ def test_a_deep_groove_has_an_axial_dead_band_by_its_clearance():
     apart, clearance = 0.04 * 12.7e-3, 20 * UM
     free = math.sqrt(apart * clearance - clearance**2 / 4)
     found = shaft_equilibrium(
-        (Seat(GROOVE),), np.array([[0, 0, 1e-3, 0, 0], [0, 0, -1e-3, 0, 0]]), clearance
+        (RowSeat(GROOVE),), np.array([[0, 0, 1e-3, 0, 0], [0, 0, -1e-3, 0, 0]]), clearance
     )
     np.testing.assert_allclose(found.displacement[:, 2], [free, -free], rtol=1e-3)
     assert free > 4 * clearance
@@ -234,7 +234,7 @@ def test_an_axial_load_is_shared_equally():
     """An angular-contact row under a pure axial load puts F/(Z sin a) on every ball, at an angle
     that grows a little beyond 25 degrees.
     """
-    found = shaft_equilibrium((Seat(ANGULAR),), np.array([[0, 0, 1500.0, 0, 0]]))
+    found = shaft_equilibrium((RowSeat(ANGULAR),), np.array([[0, 0, 1500.0, 0, 0]]))
     loads = found.loads[0][0]
     np.testing.assert_allclose(loads, loads[0], rtol=1e-9)
     angle = math.degrees(math.asin(1500 / 15 / loads[0]))
@@ -246,7 +246,7 @@ def test_an_angular_row_pulled_off_its_shoulder_is_marked():
     and NaN.
     """
     found = shaft_equilibrium(
-        (Seat(ANGULAR),), np.array([[0, 0, -500.0, 0, 0], [0, 0, 500.0, 0, 0]])
+        (RowSeat(ANGULAR),), np.array([[0, 0, -500.0, 0, 0], [0, 0, 500.0, 0, 0]])
     )
     assert found.converged.tolist() == [False, True]
     assert np.isnan(found.displacement[0]).all()
@@ -259,7 +259,7 @@ def test_cylindrical_rollers_carry_no_axial_load():
     leaves the axial position unchanged.
     """
     found = shaft_equilibrium(
-        (Seat(ROLLERS),), np.array([[500.0, 0, 100.0, 0, 0], [500.0, 0, 0, 0, 0]])
+        (RowSeat(ROLLERS),), np.array([[500.0, 0, 100.0, 0, 0], [500.0, 0, 0, 0, 0]])
     )
     assert found.converged.tolist() == [False, True]
     assert abs(found.displacement[1, 2]) < 1e-15
@@ -269,7 +269,7 @@ def test_crossed_rollers_tilt_by_an_eighth():
     """The tilting stiffness of a preloaded crossed roller bearing is axial stiffness x pitch^2/8 (N
     m/rad); the radial one is half the axial.
     """
-    found = shaft_equilibrium((Seat(CROSSED),), np.array([[1.0, 0, 0, 0, 0]]), -10 * UM)
+    found = shaft_equilibrium((RowSeat(CROSSED),), np.array([[1.0, 0, 0, 0, 0]]), -10 * UM)
     stiffness = found.stiffness[0]
     assert stiffness[3, 3] == pytest.approx(stiffness[2, 2] * 0.08**2 / 8, rel=2e-3)
     assert stiffness[4, 4] == pytest.approx(stiffness[3, 3], rel=2e-3)
@@ -282,7 +282,7 @@ def test_a_spaced_pair_tilts_in_its_clearance():
     """
     plain = RollerRow(count=20, length=1e-3, roller=5e-3, pitch=40e-3, slices=2, crowned=False)
     found = shaft_equilibrium(
-        (Seat(plain, -0.03), Seat(plain, 0.03)), np.array([[0, 0, 0, 0, 1e-4]]), 20 * UM
+        (RowSeat(plain, -0.03), RowSeat(plain, 0.03)), np.array([[0, 0, 0, 0, 1e-4]]), 20 * UM
     )
     assert found.displacement[0, 4] == pytest.approx(20 * UM / 0.06, rel=1e-2)
     np.testing.assert_allclose(found.displacement[0, :3], 0, atol=1e-9)
@@ -295,8 +295,8 @@ def test_preload_stiffens_a_pair():
     stiff = []
     for preload_shift in (1 * UM, 5 * UM, 15 * UM):
         seats = (
-            Seat(ANGULAR, 0.02, preload_shift=preload_shift),
-            Seat(ANGULAR, -0.02, mirrored=True, preload_shift=preload_shift),
+            RowSeat(ANGULAR, 0.02, preload_shift=preload_shift),
+            RowSeat(ANGULAR, -0.02, mirrored=True, preload_shift=preload_shift),
         )
         found = shaft_equilibrium(seats, np.array([[1.0, 0, 0, 0, 0]]))
         stiff.append(np.diag(found.stiffness[0]))
@@ -323,7 +323,7 @@ def test_more_load_means_more_displacement_and_stiffness(load, more):
     if np.linalg.norm(load) < 1:
         return
     loads = np.array([load, np.array(load) * more])
-    found = shaft_equilibrium((Seat(CROSSED),), loads, 0.0)
+    found = shaft_equilibrium((RowSeat(CROSSED),), loads, 0.0)
     assert found.converged.all()
     way = np.einsum("ck,ck->c", found.displacement, loads)
     assert way[1] > way[0] * more
@@ -334,10 +334,10 @@ def test_a_batch_equals_its_single_cases():
     """Many loads with their clearances in one call have the same equilibria as alone."""
     rng = np.random.default_rng(5)
     load, play = rng.normal(size=(200, 5)) * [1000, 1000, 500, 10, 10], rng.uniform(0, 30e-6, 200)
-    whole = shaft_equilibrium((Seat(GROOVE),), load, play)
+    whole = shaft_equilibrium((RowSeat(GROOVE),), load, play)
     assert whole.converged.all()
     for index in (0, 77, 199):
-        alone = shaft_equilibrium((Seat(GROOVE),), load[index : index + 1], play[index])
+        alone = shaft_equilibrium((RowSeat(GROOVE),), load[index : index + 1], play[index])
         np.testing.assert_allclose(
             alone.displacement[0], whole.displacement[index], rtol=1e-6, atol=1e-12
         )
@@ -355,7 +355,7 @@ def test_no_load_moves_nothing():
 def test_invalid_loads_are_refused(load):
     """A load has five components per case, all finite."""
     with pytest.raises(ValueError, match="shape"):
-        shaft_equilibrium((Seat(GROOVE),), load)
+        shaft_equilibrium((RowSeat(GROOVE),), load)
 
 
 def test_crossed_rollers_come_in_pairs():

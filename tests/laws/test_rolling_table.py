@@ -16,7 +16,7 @@ from lostmotion.laws.rolling.radial import (
     element_angles,
     radial_shift,
 )
-from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, RowSeat
 from lostmotion.laws.rolling.table import Pair, ShiftTable, shift_table
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -34,18 +34,18 @@ BALLS = BallRow(count=9, ball=12.7e-3, pitch=65e-3)
 SPAN = 60e-3
 ANGLE = math.radians(25)
 ANGULAR = BallRow(count=13, ball=12.7e-3, pitch=65e-3, contact_angle=ANGLE)
-DEEP = Pair((Seat(BALLS, -SPAN / 2), Seat(BALLS, SPAN / 2)), SPAN, axial=True)
+DEEP = Pair((RowSeat(BALLS, -SPAN / 2), RowSeat(BALLS, SPAN / 2)), SPAN, axial=True)
 BACK_TO_BACK = Pair(
     (
-        Seat(ANGULAR, -SPAN / 2, preload_shift=5 * UM),
-        Seat(ANGULAR, SPAN / 2, mirrored=True, preload_shift=5 * UM),
+        RowSeat(ANGULAR, -SPAN / 2, preload_shift=5 * UM),
+        RowSeat(ANGULAR, SPAN / 2, mirrored=True, preload_shift=5 * UM),
     ),
     SPAN + 65e-3 * math.tan(ANGLE),
     axial=True,
 )
 ROLLER = RollerRow(count=14, length=12e-3, roller=12e-3, pitch=70e-3, slices=12)
-ROLLERS = Pair((Seat(ROLLER, -SPAN / 2), Seat(ROLLER, SPAN / 2)), SPAN, axial=False)
-CROSSED = Pair((Seat(CrossedRow(count=48, length=8e-3, pitch=120e-3)),), 120e-3, axial=True)
+ROLLERS = Pair((RowSeat(ROLLER, -SPAN / 2), RowSeat(ROLLER, SPAN / 2)), SPAN, axial=False)
+CROSSED = Pair((RowSeat(CrossedRow(count=48, length=8e-3, pitch=120e-3)),), 120e-3, axial=True)
 
 
 def spatial(pair, clearance, top, thrust, count=120):

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from lostmotion.laws.cycloid.output_pins import PinSeat
+from lostmotion.laws.cycloid.output_pins import ElasticPinSeat
 from lostmotion.laws.screw_circle import (
     circle_stiffness,
     screw_stiffness,
@@ -20,7 +20,7 @@ from lostmotion.laws.screw_circle import (
 )
 def test_a_small_screw_in_its_seat(young, low, high):
     """An M3, 6 mm deep in plastic, has 3 to 5 N/µm; in aluminium the screw itself gives as well."""
-    seat = PinSeat(0.006, 0.0075, young, 0.36, "snug")
+    seat = ElasticPinSeat(0.006, 0.0075, young, 0.36, "snug")
     assert low < screw_stiffness("M3", 210e9, 0.3, seat) < high
     assert screw_stiffness("M4", 210e9, 0.3, seat) > screw_stiffness("M3", 210e9, 0.3, seat)
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lostmotion.laws.cross_sections import round_section
-from lostmotion.laws.supported_beam import Foundation, Piece, Support, SupportedBeam, respond
+from lostmotion.laws.supported_beam import BeamPiece, Foundation, Support, SupportedBeam, respond
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -31,11 +31,11 @@ def bar(
     diameter: float,
     bore: float = 0.0,
     material: tuple[float, float] = STEEL,
-) -> Piece:
+) -> BeamPiece:
     """Return a piece of a round bar."""
     young, nu = material
     section = round_section(diameter, bore, nu)
-    return Piece(
+    return BeamPiece(
         start, end, young * section.i_y, young / (2 + 2 * nu) * section.area * section.shear_y
     )
 
@@ -82,7 +82,7 @@ def test_two_loads_on_a_shaft():
 
 def test_a_rigid_shaft_on_springs():
     """20 N/µm at 0 and 60 mm: A11 2.7778e-5, A12 2.2222e-5 mm/N, all of it in the springs."""
-    rigid = Piece(0, 0.06, 1e12, 1e17)
+    rigid = BeamPiece(0, 0.06, 1e12, 1e17)
     found = respond(
         SupportedBeam((rigid,), (Support(0.0, 2e7), Support(0.06, 2e7))), [at(0.02), at(0.04)]
     )
@@ -114,7 +114,7 @@ def test_a_long_beam_on_an_elastic_foundation():
     """Hetenyi: a force on the end of a long beam shifts it by 2 lambda/k, in the middle by
     lambda/(2 k), lambda = (k/(4 EI))^(1/4); shear apart.
     """
-    piece, k = Piece(0, 1.0, 1.0, 1e9), 4e4  # lambda 10: ten lengths of decay
+    piece, k = BeamPiece(0, 1.0, 1.0, 1e9), 4e4  # lambda 10: ten lengths of decay
     beam = SupportedBeam((piece,), (), (Foundation(0, 1.0, k),))
     found = respond(beam, [at(0.0), at(0.5)])
     assert found.flexibility[0, 0] == pytest.approx(2 * 10 / k, rel=1e-3)
@@ -134,7 +134,7 @@ def test_a_floating_foundation_transmits_no_force():
     """A rigid pin in a floating seat and on one spring: the spring carries all of the force, and
     the seat only hinders its tilt.
     """
-    rigid = Piece(0, 0.1, 1e6, 1e11)
+    rigid = BeamPiece(0, 0.1, 1e6, 1e11)
     spring = Support(0.0, 1e7, 1e4)
     free, held = (
         respond(
@@ -159,7 +159,10 @@ def test_softening_any_part_softens_the_beam(part, factor, floating):
     for each in (1.0, factor):
         numbers[part] = each
         one, two, near, far, seat = numbers
-        pieces = (Piece(0, 0.03, 200.0 * one, 1e7 * one), Piece(0.03, 0.08, 60.0 * two, 5e6 * two))
+        pieces = (
+            BeamPiece(0, 0.03, 200.0 * one, 1e7 * one),
+            BeamPiece(0.03, 0.08, 60.0 * two, 5e6 * two),
+        )
         foundation = Foundation(0.06, 0.08, 1e9 * seat, 1e4 * seat, floating)
         beam = SupportedBeam(
             pieces, (Support(0.0, 2e7 * near), Support(0.04, 3e7 * far, 500.0 * far)), (foundation,)
@@ -181,21 +184,21 @@ def test_softening_any_part_softens_the_beam(part, factor, floating):
 @pytest.mark.parametrize(
     ("beam", "why"),
     [
-        (lambda: SupportedBeam((Piece(0, 1, 1, 1), Piece(2, 3, 1, 1))), "not consecutive"),
-        (lambda: SupportedBeam((Piece(0, 0, 1, 1),)), "no length"),
-        (lambda: SupportedBeam((Piece(0, 1, 0, 1),)), "no stiffness"),
-        (lambda: SupportedBeam((Piece(0, 1, 1, 1),), (Support(2.0),)), "beyond its ends"),
+        (lambda: SupportedBeam((BeamPiece(0, 1, 1, 1), BeamPiece(2, 3, 1, 1))), "not consecutive"),
+        (lambda: SupportedBeam((BeamPiece(0, 0, 1, 1),)), "no length"),
+        (lambda: SupportedBeam((BeamPiece(0, 1, 0, 1),)), "no stiffness"),
+        (lambda: SupportedBeam((BeamPiece(0, 1, 1, 1),), (Support(2.0),)), "beyond its ends"),
         (
             lambda: respond(
-                SupportedBeam((Piece(0, 1, 1, 1),), (Support(0.0), Support(1.0))), [(0.5, 2.0)]
+                SupportedBeam((BeamPiece(0, 1, 1, 1),), (Support(0.0), Support(1.0))), [(0.5, 2.0)]
             ),
             "beyond the ends",
         ),
         (
-            lambda: respond(SupportedBeam((Piece(0, 1, 1, 1),), (Support(0.5),)), [(0.5, 0.5)]),
+            lambda: respond(SupportedBeam((BeamPiece(0, 1, 1, 1),), (Support(0.5),)), [(0.5, 0.5)]),
             "do not hold",
         ),
-        (lambda: respond(SupportedBeam((Piece(0, 1, 1, 1),)), [(0.5, 0.5)]), "do not hold"),
+        (lambda: respond(SupportedBeam((BeamPiece(0, 1, 1, 1),)), [(0.5, 0.5)]), "do not hold"),
     ],
 )
 def test_impossible_beams_are_refused(beam, why):

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from lostmotion.laws.distributions import of_tolerance
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
-from lostmotion.laws.rolling.rows import CrossedRow, Seat
+from lostmotion.laws.rolling.rows import CrossedRow, RowSeat
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
@@ -121,7 +121,7 @@ def test_a_crossed_roller_by_its_rollers_is_the_row_in_space():
     part = CrossedRollerBearing(**OF_CROSSED, clearance=-8 * UM)
     row = CrossedRow(count=48, length=6e-3, pitch=130e-3)
     load = np.array([1500.0, -700.0, 900.0, 60.0, -80.0])
-    exact = shaft_equilibrium([Seat(row)], load[None], -8 * UM).displacement[0]
+    exact = shaft_equilibrium([RowSeat(row)], load[None], -8 * UM).displacement[0]
     found = shift(part, (load[3], load[4], 0, *load[:3]))
     np.testing.assert_allclose(found[[3, 4, 5, 0, 1]], exact, rtol=0.03, atol=0.02 * UM)
 

@@ -19,10 +19,10 @@ from lostmotion.parts.elastic_link import ElasticLink
 from lostmotion.parts.error_source import ErrorSource, Friction
 from lostmotion.parts.gearbox.cycloidal.sources import (
     ErrorHarmonic,
-    Loop,
+    GearboxWindUp,
+    HysteresisLoop,
     Play,
     TransmissionError,
-    WindUp,
 )
 from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.link import Link
@@ -164,7 +164,7 @@ class DrawnGearbox(ErrorSource):
             ErrorHarmonic(78.0, s * np.array([3e-6, 2e-6, 1e-6])),
         )
         self.sources = (
-            WindUp(
+            GearboxWindUp(
                 torque,
                 s * 1e-6 * torque**0.9,
                 s * np.array([0.0, 1e-7, 1e-6, 2e-6]),
@@ -172,7 +172,7 @@ class DrawnGearbox(ErrorSource):
             ),
             TransmissionError(torque[1:], harmonics),
             Play(Toleranced(s * 2e-4, s * 1e-4), Friction.of_load(3.0)),
-            Loop(torque, s * 1e-6 * torque, 0.1 * torque, scatter=0.2),
+            HysteresisLoop(torque, s * 1e-6 * torque, 0.1 * torque, scatter=0.2),
         )
 
     def terms(self, motion: Motion) -> list[Term]:

@@ -16,7 +16,7 @@ from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
-from lostmotion.parts.gearbox.cycloidal.sources import Loop
+from lostmotion.parts.gearbox.cycloidal.sources import HysteresisLoop
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from tests.parts.conditions import TURN_Z, condition, drawn, terms_at
 
@@ -180,7 +180,7 @@ def test_the_loop_of_a_drawn_gearbox_scatters_with_the_load():
     load.
     """
     torque = np.array([0.0, 10.0, 100.0])
-    loop = Loop(torque, 1e-5 * torque, 0.1 + 0.05 * torque, scatter=SHARE)
+    loop = HysteresisLoop(torque, 1e-5 * torque, 0.1 + 0.05 * torque, scatter=SHARE)
     at = condition([(0, 0, load, 0, 0, 0) for load in (0.0, 5.0, 50.0)])
     side, scatter = (term.screw @ TURN_Z for term in terms_at(loop, at))
     assert np.ptp(side) > 0

@@ -17,7 +17,7 @@ from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import Draws, PoseMatrix, grouped
 from lostmotion.errors import InputError
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
-from lostmotion.propagation.analytic import Drawn, analytic, of_screws
+from lostmotion.propagation.analytic import DrawnColumns, analytic, of_screws
 from lostmotion.propagation.pooled import pooled
 from tests.conftest import arm_of
 
@@ -64,7 +64,7 @@ def test_cumulants_are_the_samples(arm):
     The terms include products of draws, harmonics that share a phase and sizes that terms share.
     """
     matrix = screws(arm, sample_poses(arm, 8).q[:3])
-    drawn = Drawn(matrix)
+    drawn = DrawnColumns(matrix)
     found = of_screws(matrix, drawn)
     for p, shift in enumerate(drawn.shift(matrix)):
         closed = matrix.closed[:, [p]].T[:, drawn.plays]
@@ -381,7 +381,7 @@ def test_dominant_draws_lie_within_their_uncertainty(case):
     terms, bias = DOMINANT[case]
     noise = [(0.06 * np.eye(3)[k % 3], (f"noise {k}", SLIGHT), None) for k in range(6)]
     matrix = screws_of([*terms, *noise], bias)
-    found = of_screws(matrix, Drawn(matrix))
+    found = of_screws(matrix, DrawnColumns(matrix))
     lengths = np.linalg.norm(matrix.tool[0, 3:] @ draws(matrix, 1_000_000), axis=0)
     exact = np.r_[lengths.mean(), lengths.std(), np.quantile(lengths, found.levels)]
     own = np.r_[found.mean, found.deviation, found.quantiles[0]]

@@ -16,7 +16,7 @@ from lostmotion.errors import InputError, LostmotionError
 from lostmotion.mechanism.arm import Arm
 from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.propagation.montecarlo import jax_kernel, kernel
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -47,7 +47,7 @@ def test_jax_returns_the_compiled_kernels_figures(arm, monkeypatch, robots, visi
     """
     poses = sample_poses(arm, 40)
     matrix = screws(arm, poses.q)
-    plan = Plan.of(arm, poses, robots, visits, 7, 0.0)
+    plan = BlockPlan.of(arm, poses, robots, visits, 7, 0.0)
     compiled = sample_block(plan, matrix, 3)
     monkeypatch.setattr(
         jax_kernel, "_AT_ONCE", 12 * -(-robots // draw_kernel.LANES) * draw_kernel.LANES * visits
@@ -88,7 +88,7 @@ def test_jax_supports_every_distribution(law, visits):
         ],
     )
     poses = sample_poses(arm, 8)
-    matrix, plan = screws(arm, poses.q), Plan.of(arm, poses, 300, visits, 7, 0.0)
+    matrix, plan = screws(arm, poses.q), BlockPlan.of(arm, poses, 300, visits, 7, 0.0)
     compiled, found = (
         sample_block(replace(plan, device=device), matrix, 0) for device in ("cpu", "gpu")
     )

@@ -13,7 +13,7 @@ from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import student
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block, sample_blocks
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block, sample_blocks
 from lostmotion.propagation.montecarlo.montecarlo import run
 from tests.conftest import arm_of
 
@@ -60,7 +60,7 @@ def block(arm):
             for p in range(len(poses))
         ]
     )
-    sample = sample_block(Plan.of(arm, poses, ROBOTS, VISITS, 7, 0.0), matrix, 0)
+    sample = sample_block(BlockPlan.of(arm, poses, ROBOTS, VISITS, 7, 0.0), matrix, 0)
     return sample, errors.reshape(len(poses), ROBOTS, VISITS, 3)
 
 
@@ -211,7 +211,7 @@ def test_blocks_sampled_together_equal_blocks_sampled_separately(arm):
     separately, and the group counts accumulate over them.
     """
     poses = sample_poses(arm, 40, "uniform")
-    plan = Plan.of(arm, poses, 70, 3, 5, 0.0)
+    plan = BlockPlan.of(arm, poses, 70, 3, 5, 0.0)
     spans = [(16, 20), (20, 21), (21, 40)]
     together = sample_blocks(plan, screws(arm, poses.q[16:]), spans)
     so_far = np.zeros((plan.groups, error_bins.BINS), np.int64)
@@ -297,8 +297,8 @@ def test_more_robots_keep_the_first_ones(arm):
     """Robots 0 to 69 have the same errors in a study of 70 robots and in one of 200."""
     poses = sample_poses(arm, 8)
     matrix = screws(arm, poses.q)
-    few = sample_block(Plan.of(arm, poses, 70, 3, 5, 0.0), matrix, 0)
-    many = sample_block(Plan.of(arm, poses, 200, 3, 5, 0.0), matrix, 0)
+    few = sample_block(BlockPlan.of(arm, poses, 70, 3, 5, 0.0), matrix, 0)
+    many = sample_block(BlockPlan.of(arm, poses, 200, 3, 5, 0.0), matrix, 0)
     np.testing.assert_array_equal(many.ap_rp[:, :, :70], few.ap_rp)
     np.testing.assert_array_equal(many.robot_sums[:70], few.robot_sums)
 

@@ -16,7 +16,7 @@ from lostmotion.parts.base import Base
 from lostmotion.parts.lumped import Lumped
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo, single_visit_kernel
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.units import Toleranced
 from tests.conftest import arm_of
@@ -70,7 +70,7 @@ def test_both_kernels_agree_on_robots_that_visit_once(some_arm, monkeypatch):
     """
     poses = sample_poses(some_arm, 40)
     matrix = screws(some_arm, poses.q)
-    plan = Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0)
+    plan = BlockPlan.of(some_arm, poses, ROBOTS, 1, 7, 0.0)
     once = sample_block(plan, matrix, 3)
     monkeypatch.setattr(single_visit_kernel, "run_once", kernel.run_block)
     many = sample_block(plan, matrix, 3)
@@ -90,7 +90,7 @@ def test_quantiles_next_to_the_smallest_error_are_those_of_the_samples():
     drooping = drooping.model_copy(update={"joints": (first, *drooping.joints[1:])})
     poses, robots = Poses(np.array([[0.0, 0.0], [0.3, 0.1]]), "given"), 40
     matrix, size = lengths(drooping, poses, robots, 7)
-    sample = sample_block(Plan.of(drooping, poses, robots, 1, 7, 0.0), matrix, 0)
+    sample = sample_block(BlockPlan.of(drooping, poses, robots, 1, 7, 0.0), matrix, 0)
     low, span = sample.per_pose[:, kernel.FIRST_QUANTILE + 1], np.ptp(size, axis=1)
     half = student(robots - 1) * np.sqrt(0.25 / (robots - 1))
     exact = np.quantile(size, 0.5 - half, axis=1, method="inverted_cdf")
@@ -104,7 +104,7 @@ def test_the_kernel_computes_the_errors_of_a_plain_matrix_product(some_arm):
     """
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
-    sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
+    sample = sample_block(BlockPlan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
     np.testing.assert_allclose(sample.per_pose[:, kernel.MEAN], size.mean(axis=1), rtol=1e-12)
     np.testing.assert_allclose(
         sample.per_pose[:, kernel.MEAN_SQUARE], (size**2).mean(axis=1), rtol=1e-12
@@ -124,7 +124,7 @@ def test_a_pose_s_quantiles_are_within_a_bin_of_the_samples(some_arm):
     """
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
-    sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
+    sample = sample_block(BlockPlan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
     span = size.max(axis=1) - size.min(axis=1)
     for k, level in enumerate(kernel.QUANTILES):
         exact = np.quantile(size, level, axis=1, method="inverted_cdf")
@@ -141,7 +141,7 @@ def test_quantiles_of_all_samples_are_within_the_stated_error(some_arm, level):
     """
     poses = sample_poses(some_arm, 40)
     matrix, size = lengths(some_arm, poses, ROBOTS, 7)
-    sample = sample_block(Plan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
+    sample = sample_block(BlockPlan.of(some_arm, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
     widest = np.max(bin_edges()[1:] / bin_edges()[:-1]) - 1
     assert widest < 0.004
     exact = np.quantile(size, level, method="inverted_cdf")
@@ -155,8 +155,8 @@ def test_visits_without_scatter_equal_one_visit():
     steady = arm_of(3, **BARE, lumped={**LUMPED, "varies": "robot"})
     poses = sample_poses(steady, 16)
     matrix, size = lengths(steady, poses, ROBOTS, 7)
-    one = sample_block(Plan.of(steady, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
-    thirty = sample_block(Plan.of(steady, poses, ROBOTS, 30, 7, 0.0), matrix, 0)
+    one = sample_block(BlockPlan.of(steady, poses, ROBOTS, 1, 7, 0.0), matrix, 0)
+    thirty = sample_block(BlockPlan.of(steady, poses, ROBOTS, 30, 7, 0.0), matrix, 0)
     np.testing.assert_array_equal(thirty.whole_hist(), 30 * one.whole_hist())
     np.testing.assert_array_equal(thirty.per_pose, one.per_pose)
     np.testing.assert_allclose(thirty.ap_rp[:, 0], size, rtol=1e-12)
@@ -219,7 +219,7 @@ def test_errors_beyond_the_bins_count_in_the_first_and_the_last(arm, visits, fac
     """
     poses = sample_poses(arm, 4)
     sample = sample_block(
-        Plan.of(arm, poses, ROBOTS, visits, 7, 0.0), screws(arm, poses.q).scaled(factor), 0
+        BlockPlan.of(arm, poses, ROBOTS, visits, 7, 0.0), screws(arm, poses.q).scaled(factor), 0
     )
     counts = sample.whole_hist().sum(axis=0)
     assert counts[at] == counts.sum() == len(poses) * ROBOTS * visits

@@ -8,7 +8,7 @@ from lostmotion import sample_poses
 from lostmotion.error_model.intervals import two_way
 from lostmotion.propagation.montecarlo.stopping import (
     STAGES,
-    Stage,
+    SamplingStage,
     Tolerance,
     Watched,
     _capped,
@@ -145,12 +145,12 @@ def test_a_stage_grows_by_up_to_sixty_four_and_by_eight_where_more_is_needed():
     """A stage takes at most 64 times the samples, and eight times where it seems to need more,
     since few sets of poses estimate variances poorly.
     """
-    stage = Stage(64, 20, {})
+    stage = SamplingStage(64, 20, {})
     assert _capped(stage, 64 * 8, 20 * 8) == (64 * 8, 20 * 8)
     poses, robots = _capped(stage, 64 * 16, 20 * 16)
     assert poses * robots == pytest.approx(8 * 64 * 20, rel=0.05)
     # the poses do not change and the robots suffice
-    assert _capped(Stage(64, 30, {}), 64, 30 * 1000) == (64, 30 * 1000)
+    assert _capped(SamplingStage(64, 30, {}), 64, 30 * 1000) == (64, 30 * 1000)
 
 
 def test_a_missed_precision_is_reported_with_its_reason():

@@ -13,7 +13,7 @@ from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
 from lostmotion.propagation.montecarlo import montecarlo
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.waterfall import waterfall
 from lostmotion.propagation.pooled import pooled
@@ -148,7 +148,7 @@ def test_every_stage_agrees_with_the_analytic_mean_square(arm):
     geometry = geometry_of(arm)
     for stage in STAGES:
         kept = remaining_errors(matrix, stage, geometry)
-        plan = Plan.of(arm, poses, 2000, 2, 5, 0.0)
+        plan = BlockPlan.of(arm, poses, 2000, 2, 5, 0.0)
         sample = sample_block(plan, kept, 0)
         exact = analytic(arm, poses, stage=stage)
         assert sample.per_pose[:, 2].mean() == pytest.approx(exact.mean_square.mean(), rel=0.03)

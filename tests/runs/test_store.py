@@ -21,7 +21,7 @@ import zarr
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import LostmotionError, OutputExistsError
 from lostmotion.propagation.montecarlo.montecarlo import run
-from lostmotion.runs.blocks import COLUMNS, Record, compute, pack, unpack
+from lostmotion.runs.blocks import COLUMNS, BlockRecord, compute, pack, unpack
 from lostmotion.runs.execute import carry_out, order
 from lostmotion.runs.job import Order, order_of
 from lostmotion.runs.lock import lock
@@ -141,7 +141,7 @@ def test_a_record_comes_back_from_its_bytes(small):
     packed = pack(record)
     for one, other in zip(record, unpack(small.order, packed), strict=True):
         np.testing.assert_array_equal(one, other)
-    larger = pack(Record(np.zeros((5000, 5000)), *record[1:]))
+    larger = pack(BlockRecord(np.zeros((5000, 5000)), *record[1:]))
     with pytest.raises(ValueError, match="another size"):
         unpack(small.order, {**packed, "poses": larger["poses"]})
 
@@ -305,7 +305,7 @@ def test_a_killed_process_leaves_no_lock(copy, small):
 def spoiled(copy, change):
     """Change the first block of a run and sign it with a valid checksum, as a stranger would."""
     store = Store.open(copy)
-    record = Record(*(np.array(each) for each in store.read(0, 0)))
+    record = BlockRecord(*(np.array(each) for each in store.read(0, 0)))
     change(record)
     store.write(0, 0, pack(record))
     return store

@@ -14,7 +14,7 @@ from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.poses import Poses
 from lostmotion.laws.distributions import COMPARED, Normal, Uniform
-from lostmotion.propagation.analytic import Drawn, analytic, of_screws
+from lostmotion.propagation.analytic import DrawnColumns, analytic, of_screws
 from lostmotion.propagation.error_magnitude import by_rays
 from lostmotion.propagation.pooled import pooled
 
@@ -239,7 +239,7 @@ def test_every_example_against_plain_samples(path):
     """
     arm = lostmotion.read(path)
     matrix = lostmotion.screws(lostmotion.state_of(arm, lostmotion.sample_poses(arm, 32).q))
-    found, count = of_screws(matrix, Drawn(matrix)), 400_000
+    found, count = of_screws(matrix, DrawnColumns(matrix)), 400_000
     rng = np.random.default_rng(4)
     uniform = {
         stream: rng.random(count)

@@ -17,7 +17,7 @@ from lostmotion.laws.rolling.radial import (
     element_angles,
     radial_shift,
 )
-from lostmotion.laws.rolling.rows import BallRow, Seat
+from lostmotion.laws.rolling.rows import BallRow, RowSeat
 from tests.laws.closed_forms import element_loads
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -53,7 +53,7 @@ def test_the_209_in_space_is_the_209_in_its_plane():
     solution says, and neither tilts nor wanders.
     """
     found = shaft_equilibrium(
-        (Seat(BallRow(count=9, ball=12.7e-3, pitch=65e-3)),), np.array([[LOAD, 0, 0, 0, 0]])
+        (RowSeat(BallRow(count=9, ball=12.7e-3, pitch=65e-3)),), np.array([[LOAD, 0, 0, 0, 0]])
     )
     assert found.loads[0].max() == pytest.approx(4336, rel=1e-3)
     np.testing.assert_allclose(found.displacement[0] / UM, [51.5, 0, 0, 0, 0], atol=0.1)
@@ -80,7 +80,7 @@ def test_thrust_on_angular_contact_balls_follows_the_closed_form(thrust, degrees
         1.5,
         xtol=1e-15,
     )
-    found = shaft_equilibrium((Seat(row),), np.array([[0, 0, thrust, 0, 0]]))
+    found = shaft_equilibrium((RowSeat(row),), np.array([[0, 0, thrust, 0, 0]]))
     np.testing.assert_allclose(found.loads[0][0], thrust / 16 / math.sin(angle), rtol=1e-7)
     assert found.displacement[0, 2] == pytest.approx(
         apart * math.sin(angle - free) / math.cos(angle), rel=1e-7

@@ -15,7 +15,7 @@ import pytest
 from scipy.optimize import root
 
 from lostmotion.laws.contact import equivalent_modulus
-from lostmotion.laws.cycloid.bodies import Body, flexibility
+from lostmotion.laws.cycloid.bodies import ElasticBody, flexibility
 from lostmotion.laws.cycloid.contact import Flanks, LoadSharing, load_sharing
 from lostmotion.laws.cycloid.drive import Drive, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.geometry import arms, contact_radius, pin_angles
@@ -59,7 +59,9 @@ def compliance(crank: float, *, ring: bool) -> np.ndarray:
     """Return the displacements (side, crank, N, N) along the contacts under unit forces, of the
     disc alone or with the ring, m/N.
     """
-    parts = [Body("planet", HUB, YOUNG, NU), Body("ring", OUTER, YOUNG, NU)][: 1 + ring]
+    parts = [ElasticBody("planet", HUB, YOUNG, NU), ElasticBody("ring", OUTER, YOUNG, NU)][
+        : 1 + ring
+    ]
     return np.sum([flexibility(STAGE, each, WIDTH, np.array([crank])) for each in parts], axis=0)
 
 
@@ -165,11 +167,14 @@ def test_rotation_depends_on_the_torque_per_width():
     modulus = PLANE / 2
     wide = [
         flexibility(STAGE, each, 2 * WIDTH, np.zeros(1))
-        for each in (Body("planet", HUB, YOUNG, NU), Body("ring", OUTER, YOUNG, NU))
+        for each in (ElasticBody("planet", HUB, YOUNG, NU), ElasticBody("ring", OUTER, YOUNG, NU))
     ]
     soft = [
         flexibility(STAGE, each, WIDTH, np.zeros(1))
-        for each in (Body("planet", HUB, YOUNG / 7, NU), Body("ring", OUTER, YOUNG / 7, NU))
+        for each in (
+            ElasticBody("planet", HUB, YOUNG / 7, NU),
+            ElasticBody("ring", OUTER, YOUNG / 7, NU),
+        )
     ]
     once = float(solved(100.0, 0.0, ring=True).rotation[0, 0, 0])
     for torque, flanks, bodies in (
@@ -199,7 +204,9 @@ def test_discs_of_other_stages(case: tuple[float, ...]):
     """
     ring, pin, eccentricity, hub, pins, crank, torque, reference = case
     stage = Stage(ring * 1e-3, pin * 1e-3, eccentricity * 1e-3, int(pins))
-    disc = flexibility(stage, Body("planet", hub * 1e-3, YOUNG, NU), WIDTH, np.array([crank]))
+    disc = flexibility(
+        stage, ElasticBody("planet", hub * 1e-3, YOUNG, NU), WIDTH, np.array([crank])
+    )
     found = load_sharing(stage, Flanks(WIDTH, PLANE), [torque], [crank], bodies=disc).checked()
     assert float(found.rotation[0, 0, 0]) / ARCMIN == pytest.approx(reference, rel=1e-3)
 
@@ -229,7 +236,10 @@ def test_stages_of_random_shape(
     """Ten stages, with the contacts by finite elements too: rotations to 0.4 %."""
     kind, pins, pin, eccentricity, hub, outer, crank, torque, reference = case
     stage = Stage(0.05, pin * 1e-3, eccentricity * 1e-3, pins, kind)  # type: ignore[arg-type]
-    bodies = [Body("planet", hub * 1e-3, YOUNG, NU), Body("ring", outer * 1e-3, YOUNG, NU)]
+    bodies = [
+        ElasticBody("planet", hub * 1e-3, YOUNG, NU),
+        ElasticBody("ring", outer * 1e-3, YOUNG, NU),
+    ]
     soft = np.sum([flexibility(stage, each, WIDTH, np.array([crank])) for each in bodies], axis=0)
     found = load_sharing(stage, Flanks(WIDTH, PLANE / 2), [torque], [crank], bodies=soft).checked()
     assert float(found.rotation[0, 0, 0]) / ARCMIN == pytest.approx(reference, rel=4e-3)
@@ -422,8 +432,8 @@ def test_envelope_stages_of_random_shape(
     stage = Stage(radius * 1e-3, pin * 1e-3, eccentricity * 1e-3, pins, "lobe envelope")
     modulus = equivalent_modulus(*MATERIALS[disc], *MATERIALS[ring])
     bodies = (
-        Body("planet", hub * 1e-3, *MATERIALS[disc]),
-        Body("ring", outer * 1e-3, *MATERIALS[ring]),
+        ElasticBody("planet", hub * 1e-3, *MATERIALS[disc]),
+        ElasticBody("ring", outer * 1e-3, *MATERIALS[ring]),
     )
     drive = Drive(stage, Flanks(WIDTH, modulus), disc_body=bodies[0], ring_body=bodies[1])
     angle = np.array([crank])

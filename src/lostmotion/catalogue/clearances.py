@@ -54,7 +54,7 @@ class Range:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ClearanceTable:
     """A table of the standards with its source."""
 
     source: str
@@ -62,12 +62,12 @@ class Table:
 
 
 @functools.cache
-def tables(file: Literal["clearances", "fits"]) -> dict[str, Table]:
+def tables(file: Literal["clearances", "fits"]) -> dict[str, ClearanceTable]:
     """Return the tables in SI: clearances by kind of bearing, or fits by kind of surface, with the
     common zones of shafts and housings.
     """
     found = {
-        name: Table(entry["source"], tuple(_row(row) for row in entry["rows"]))
+        name: ClearanceTable(entry["source"], tuple(_row(row) for row in entry["rows"]))
         for name, entry in data_file(f"{file}.toml").items()
     }
     if file == "clearances":
@@ -77,7 +77,7 @@ def tables(file: Literal["clearances", "fits"]) -> dict[str, Table]:
     return {name: found[name] for name in get_args(Surface)}
 
 
-def _of_zones(zones: tuple[str, ...]) -> Table:
+def _of_zones(zones: tuple[str, ...]) -> ClearanceTable:
     rows = [
         Range(
             low * _MILLIMETRE,
@@ -86,7 +86,7 @@ def _of_zones(zones: tuple[str, ...]) -> Table:
         )
         for low, high in pairwise(STEPS)
     ]
-    return Table("ISO 286-1, formulas, rounded as its tables [M 95]", tuple(rows))
+    return ClearanceTable("ISO 286-1, formulas, rounded as its tables [M 95]", tuple(rows))
 
 
 def delivered_clearance(bearing: Bearing, bore: float, group: str = "CN") -> tuple[float, float]:

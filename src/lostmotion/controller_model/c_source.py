@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
     from lostmotion.controller_model.controller import Controller
     from lostmotion.controller_model.tables import (
-        Curve,
         Entry,
-        Friction,
-        LoadTable,
+        ExportedCurve,
+        ExportedFriction,
+        ExportedLoadTable,
         Product,
         Record,
         Tables,
@@ -351,7 +351,7 @@ def _pieces(start: Floats, width: Floats, slope: Floats, arrays: _Arrays) -> tup
     )
 
 
-def _curve(curve: Curve, arrays: _Arrays) -> str:
+def _curve(curve: ExportedCurve, arrays: _Arrays) -> str:
     first, count = _pieces(curve.start, curve.width, curve.slope, arrays)
     return (
         f"{{{number(curve.base)}, {int(curve.odd)}, {int(curve.travels)}, {first}, {count}, "
@@ -359,7 +359,7 @@ def _curve(curve: Curve, arrays: _Arrays) -> str:
     )
 
 
-def _friction(friction: Friction, arrays: _Arrays) -> str:
+def _friction(friction: ExportedFriction, arrays: _Arrays) -> str:
     first, count = (
         (0, 0) if friction.cut else _pieces(friction.start, friction.width, friction.slope, arrays)
     )
@@ -372,7 +372,7 @@ def _friction(friction: Friction, arrays: _Arrays) -> str:
     )
 
 
-def _load_table(table: LoadTable, arrays: _Arrays) -> str:
+def _load_table(table: ExportedLoadTable, arrays: _Arrays) -> str:
     power, step = 1 / table.table.pair.exponent, table.step
     own, wider = _spline(table.table, table.table.spline.c, arrays), "0"
     if table.wider is not None and table.wider.preloaded == table.table.preloaded:

@@ -13,12 +13,12 @@ from lostmotion.controller_model.tables import (
     DIFFERS,
     ONE,
     OPEN,
-    Curve,
-    Friction,
-    Harmonic,
-    LoadTable,
-    Seat,
-    Threshold,
+    ExportedCurve,
+    ExportedFriction,
+    ExportedHarmonic,
+    ExportedLoadTable,
+    ExportedSeat,
+    ExportedThreshold,
 )
 from lostmotion.laws.distributions import Normal, of_tolerance
 from lostmotion.parts import forms, load_table, play
@@ -26,11 +26,9 @@ from lostmotion.parts import forms, load_table, play
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
-    from lostmotion.parts.forms import Curve as LoadCurve
-    from lostmotion.parts.play import AnySeat
-    from lostmotion.parts.play import Seat as PlaySeat
-    from lostmotion.parts.term import Form
-    from lostmotion.parts.term import Threshold as FormThreshold
+    from lostmotion.parts.forms import Curve
+    from lostmotion.parts.play import AnySeat, Seat
+    from lostmotion.parts.term import Form, Threshold
     from lostmotion.spatial import Floats
 
 Kind = Literal["curve", "harmonic", "seat", "threshold", "table"]
@@ -53,11 +51,11 @@ class Factors:
 
     turn: Floats
     limits: Floats | None = None
-    curves: list[Curve] = field(default_factory=list)
-    harmonics: list[Harmonic] = field(default_factory=list)
-    seats: list[Seat] = field(default_factory=list)
-    thresholds: list[Threshold] = field(default_factory=list)
-    tables: list[LoadTable] = field(default_factory=list)
+    curves: list[ExportedCurve] = field(default_factory=list)
+    harmonics: list[ExportedHarmonic] = field(default_factory=list)
+    seats: list[ExportedSeat] = field(default_factory=list)
+    thresholds: list[ExportedThreshold] = field(default_factory=list)
+    tables: list[ExportedLoadTable] = field(default_factory=list)
     sizes: list[Size] = field(default_factory=lambda: [()])
     _known: dict[Hashable, int] = field(default_factory=dict)
 
@@ -105,7 +103,7 @@ class Factors:
                 direction=direction, order=order, phase=phase, turns=turns, envelope=envelope
             ):
                 harmonic = self._harmonic(
-                    Harmonic(order, 1.0 if turns is None else turns, phase == "cosine")
+                    ExportedHarmonic(order, 1.0 if turns is None else turns, phase == "cosine")
                 )
                 own: Size = (
                     () if envelope is None else (self.curve(direction, envelope, odd=False),)
@@ -136,7 +134,7 @@ class Factors:
             case _:
                 raise TypeError(f"a form without factors: {type(form).__name__}")
 
-    def threshold(self, threshold: FormThreshold, *, above: bool) -> tuple[Factor, Factor, float]:
+    def threshold(self, threshold: Threshold, *, above: bool) -> tuple[Factor, Factor, float]:
         """Return the factors of a form that exists where a play is closed (`above`), or open.
 
         One factor of its mean over robots, one of the change from robot to robot, and the sign of
@@ -146,7 +144,7 @@ class Factors:
         key = ("threshold", seats)
         if key not in self._known:
             self._known[key] = len(self.thresholds)
-            self.thresholds.append(Threshold(tuple(self._friction(seat) for seat in seats)))
+            self.thresholds.append(ExportedThreshold(tuple(self._friction(seat) for seat in seats)))
         index = self._known[key]
         return (
             ("threshold", index, CLOSED if above else OPEN),
@@ -154,7 +152,7 @@ class Factors:
             1.0 if above else -1.0,
         )
 
-    def curve(self, direction: Floats, curve: LoadCurve, *, odd: bool) -> Factor:
+    def curve(self, direction: Floats, curve: Curve, *, odd: bool) -> Factor:
         """Return the factor of a curve of the load along a direction (6,) of the arm's place."""
         key = (
             "curve",
@@ -169,11 +167,13 @@ class Factors:
             slope = np.append(np.diff(curve.value) / np.diff(curve.load), curve.beyond)
             width = np.append(np.diff(curve.load), math.inf)
             self.curves.append(
-                Curve(self.turn @ direction, odd, float(curve.value[0]), curve.load, width, slope)
+                ExportedCurve(
+                    self.turn @ direction, odd, float(curve.value[0]), curve.load, width, slope
+                )
             )
         return ("curve", self._known[key], 0)
 
-    def _travel(self, travel: LoadCurve | None) -> Size:
+    def _travel(self, travel: Curve | None) -> Size:
         """Return the factor of a curve over the joint value, between the limits; none without
         one.
         """
@@ -187,12 +187,12 @@ class Factors:
         at = np.array([low, *travel.load[(travel.load > low) & (travel.load < high)], high])
         return (self.curve(np.zeros(6), type(travel)(at, travel(at)), odd=False),)
 
-    def _harmonic(self, harmonic: Harmonic) -> Factor:
+    def _harmonic(self, harmonic: ExportedHarmonic) -> Factor:
         if harmonic not in self.harmonics:
             self.harmonics.append(harmonic)
         return ("harmonic", self.harmonics.index(harmonic), 0)
 
-    def _along_load(self, seat: PlaySeat, others: Size) -> list[tuple[Size, Floats]]:
+    def _along_load(self, seat: Seat, others: Size) -> list[tuple[Size, Floats]]:
         index = self._seat(seat.way)
         return [((*others, ("seat", index, k)), self.turn @ way) for k, way in enumerate(seat.way)]
 
@@ -200,10 +200,10 @@ class Factors:
         key = ("seat", way.tobytes())
         if key not in self._known:
             self._known[key] = len(self.seats)
-            self.seats.append(Seat(way @ self.turn.T))
+            self.seats.append(ExportedSeat(way @ self.turn.T))
         return self._known[key]
 
-    def _friction(self, seat: PlaySeat) -> Friction:
+    def _friction(self, seat: Seat) -> ExportedFriction:
         friction = seat.friction
         found = of_tolerance(friction.law)
         at, cut, scale = np.array([[-1.0, 0.0], [1.0, 1.0]]), 0.0, 1.0
@@ -214,7 +214,7 @@ class Factors:
                 rows = getattr(found, "rows", ((-1.0, 0.0), (1.0, 1.0)))
                 at = np.array(rows, dtype=float)
         start, share = at.T
-        return Friction(
+        return ExportedFriction(
             self._seat(seat.way),
             seat.lever,
             friction.nominal,
@@ -233,12 +233,14 @@ class Factors:
             self._known[key] = len(self.tables)
             behind, ahead, along = (self._seat(seat.way) for seat in shaft.seats)
             self.tables.append(
-                LoadTable((behind, ahead, along), shaft.axial, shaft.table, shaft.wider, shaft.step)
+                ExportedLoadTable(
+                    (behind, ahead, along), shaft.axial, shaft.table, shaft.wider, shaft.step
+                )
             )
         return self._known[key]
 
 
-def _seats(threshold: FormThreshold | AnySeat) -> tuple[PlaySeat, ...]:
+def _seats(threshold: Threshold | AnySeat) -> tuple[Seat, ...]:
     match threshold:
         case play.AnySeat(seats=seats):
             return seats

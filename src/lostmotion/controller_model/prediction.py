@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.controller_model.tables import (
-        Curve,
         Entry,
-        Friction,
-        LoadTable,
+        ExportedCurve,
+        ExportedFriction,
+        ExportedLoadTable,
         Record,
         Shared,
         Tables,
@@ -36,7 +36,7 @@ _ALL: Final = 0.999999
 _LEAST: Final = 1e-140
 
 
-class Factors(NamedTuple):
+class PredictionFactors(NamedTuple):
     """What the errors of one place depend on.
 
     values     the factors (pose,) of its record, in their order
@@ -62,7 +62,7 @@ class ToolError(NamedTuple):
     screw: Floats
     covariance: Floats
     jacobian: Floats
-    factors: list[Factors]
+    factors: list[PredictionFactors]
 
 
 def tool_error(
@@ -71,7 +71,7 @@ def tool_error(
     load: Floats,
     gravity: Floats,
     side: Floats,
-    factors_of: Callable[[Record, Floats, Floats], Factors],
+    factors_of: Callable[[Record, Floats, Floats], PredictionFactors],
 ) -> ToolError:
     """Return state and error of the tool at valid inputs, in the shapes of `Controller.predict`.
 
@@ -233,7 +233,7 @@ def _sum(
     return out
 
 
-def factors_of(record: Record, value: Floats, wrench: Floats) -> Factors:
+def factors_of(record: Record, value: Floats, wrench: Floats) -> PredictionFactors:
     """Return the factors of a record at joint values (pose,), rad or m, and wrenches (pose, 6) in
     the axes of its place.
     """
@@ -261,7 +261,7 @@ def factors_of(record: Record, value: Floats, wrench: Floats) -> Factors:
         displacements, above = _displacements(table, loads, lengths)
         out += displacements
         beyond |= above
-    return Factors(out, open_play, beyond)
+    return PredictionFactors(out, open_play, beyond)
 
 
 def _length(load: Floats) -> Floats:
@@ -269,7 +269,7 @@ def _length(load: Floats) -> Floats:
     return np.where(length > _LEAST, length, 0.0)
 
 
-def _curve(curve: Curve, load: Floats) -> Floats:
+def _curve(curve: ExportedCurve, load: Floats) -> Floats:
     size = load if curve.travels else np.abs(load)
     out = np.full(len(load), curve.base)
     for start, width, slope in zip(curve.start, curve.width, curve.slope, strict=True):
@@ -277,7 +277,7 @@ def _curve(curve: Curve, load: Floats) -> Floats:
     return np.sign(load) * out if curve.odd else out
 
 
-def _share(friction: Friction, load: Floats, whole: Floats) -> Floats:
+def _share(friction: ExportedFriction, load: Floats, whole: Floats) -> Floats:
     """Return the share of robots in which a load overcomes the friction, as
     `laws.clearance.closed_share`.
     """
@@ -300,7 +300,7 @@ def _share(friction: Friction, load: Floats, whole: Floats) -> Floats:
 
 
 def _displacements(
-    table: LoadTable, loads: Sequence[Floats], lengths: Sequence[Floats]
+    table: ExportedLoadTable, loads: Sequence[Floats], lengths: Sequence[Floats]
 ) -> tuple[list[Floats], NDArray[np.bool_]]:
     """Return the nine factors (pose,) of a table, and whether the loads are beyond it; their
     factors are then those without a load.

@@ -46,7 +46,7 @@ UNKNOWN: Final = 2
 CLOSED, OPEN, DIFFERS = range(3)
 
 
-class Curve(NamedTuple):
+class ExportedCurve(NamedTuple):
     """A piecewise linear factor of the load way @ wrench: base + sum of slope x clip(|load| -
     start, 0, width); odd: times the load's sign.
 
@@ -68,7 +68,7 @@ class Curve(NamedTuple):
         return not self.way.any()
 
 
-class Harmonic(NamedTuple):
+class ExportedHarmonic(NamedTuple):
     """The sine of order x (turns x joint value) + phase; the phase is 0 for a sine and a quarter
     turn, as a flag, for a cosine.
     """
@@ -78,7 +78,7 @@ class Harmonic(NamedTuple):
     cosine: bool
 
 
-class Seat(NamedTuple):
+class ExportedSeat(NamedTuple):
     """A load in one to three directions, `way` (m, 6): its m factors are the components of its unit
     direction.
     """
@@ -86,7 +86,7 @@ class Seat(NamedTuple):
     way: Floats
 
 
-class Friction(NamedTuple):
+class ExportedFriction(NamedTuple):
     """Friction of one seat: share of robots in which the load of the seat exceeds it.
 
     seat       index of the seat
@@ -113,15 +113,15 @@ class Friction(NamedTuple):
     scale: float
 
 
-class Threshold(NamedTuple):
+class ExportedThreshold(NamedTuple):
     """One or several frictions; the largest of their shares counts. Its three factors are CLOSED,
     OPEN and DIFFERS.
     """
 
-    frictions: tuple[Friction, ...]
+    frictions: tuple[ExportedFriction, ...]
 
 
-class LoadTable(NamedTuple):
+class ExportedLoadTable(NamedTuple):
     """Displacements of a shaft on two rows over the loads of three seats: nine factors.
 
     Rows behind and ahead and axis, of each the deflection beyond the play, the displacement to the
@@ -197,11 +197,11 @@ class Record:
     compliance: Floats = field(default_factory=lambda: np.zeros((6, 6)))
     own_weight: Floats = field(default_factory=lambda: np.zeros((6, 3)))
     covariance: Floats = field(default_factory=lambda: np.zeros((6, 6)))
-    curves: tuple[Curve, ...] = ()
-    harmonics: tuple[Harmonic, ...] = ()
-    seats: tuple[Seat, ...] = ()
-    thresholds: tuple[Threshold, ...] = ()
-    tables: tuple[LoadTable, ...] = ()
+    curves: tuple[ExportedCurve, ...] = ()
+    harmonics: tuple[ExportedHarmonic, ...] = ()
+    seats: tuple[ExportedSeat, ...] = ()
+    thresholds: tuple[ExportedThreshold, ...] = ()
+    tables: tuple[ExportedLoadTable, ...] = ()
     sizes: tuple[tuple[int, int, int], ...] = ((ONE, ONE, ONE),)
     entries: tuple[Entry, ...] = ()
     products: tuple[Product, ...] = ()

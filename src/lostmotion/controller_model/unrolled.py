@@ -11,11 +11,11 @@ import numpy as np
 
 from lostmotion.controller_model.c_source import number
 from lostmotion.controller_model.expressions import Expressions
-from lostmotion.controller_model.prediction import Factors, tool_error
+from lostmotion.controller_model.prediction import PredictionFactors, tool_error
 
 if TYPE_CHECKING:
     from lostmotion.controller_model.expressions import Number
-    from lostmotion.controller_model.tables import Curve, Record, Tables
+    from lostmotion.controller_model.tables import ExportedCurve, Record, Tables
     from lostmotion.spatial import Floats
 
 # Elements of a pose closer to 0, 1 or -1 are rounding.
@@ -46,7 +46,7 @@ def unrolled_source(tables: Tables, version: str) -> str:
     )
     places = {id(record): k for k, record in enumerate(tables.records)}
 
-    def factors_of(record: Record, value: Floats, wrench: Floats) -> Factors:
+    def factors_of(record: Record, value: Floats, wrench: Floats) -> PredictionFactors:
         k = places[id(record)]
         if k in tabulated:
             words = "".join(f"local.wrench[{i}] = {{{i + 1}}};\n    " for i in range(6))
@@ -65,7 +65,7 @@ def unrolled_source(tables: Tables, version: str) -> str:
                 for each, phase in zip(record.harmonics, phases, strict=True)
             ]
         none = np.zeros(1, dtype=bool)
-        return Factors(
+        return PredictionFactors(
             [np.ones(1), *(np.array([each], dtype=object) for each in values)], none, none
         )
 
@@ -101,7 +101,7 @@ def evaluated(tables: Tables) -> set[int]:
     }
 
 
-def _curve(found: Expressions, curve: Curve, load: Floats) -> Number:
+def _curve(found: Expressions, curve: ExportedCurve, load: Floats) -> Number:
     """Return the value of an odd piecewise linear curve from the origin: the last slope, and for
     each corner the change of the slope up to it.
     """

@@ -53,7 +53,7 @@ DH_EXAMPLES: Final = {
 }
 
 
-class Row(Part):
+class DhRow(Part):
     """One row of a table: all four values with their tolerances, m and rad."""
 
     a: LengthDim
@@ -67,10 +67,10 @@ class Row(Part):
         return any(value.tolerance for value in (self.a, self.alpha, self.d, self.theta))
 
 
-_STAND_IN: Final = Row(a=1.0, alpha=0.0, d=1.0, theta=0.0)
+_STAND_IN: Final = DhRow(a=1.0, alpha=0.0, d=1.0, theta=0.0)
 
 
-def standard(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
+def standard(rows: Sequence[DhRow | None]) -> list[tuple[Frame, Frame]]:
     """Return (origin, tip) of each row of standard Denavit-Hartenberg values: the joint's seat and
     the end of its link; axes along z.
     """
@@ -84,7 +84,7 @@ def standard(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
     ]
 
 
-def modified(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
+def modified(rows: Sequence[DhRow | None]) -> list[tuple[Frame, Frame]]:
     """Return (origin, tip) of each row of modified Denavit-Hartenberg values: the joint's seat and
     the end of its link; axes along z.
 
@@ -111,14 +111,14 @@ def modified(rows: Sequence[Row | None]) -> list[tuple[Frame, Frame]]:
     return out
 
 
-def _leads(rows: Sequence[Row | None], index: int) -> bool:
+def _leads(rows: Sequence[DhRow | None], index: int) -> bool:
     """Return whether a row of modified values has no row before it, whose link could take its a and
     alpha.
     """
     return index == 0 or rows[index - 1] is None
 
 
-def _standard_tolerances(rows: Sequence[Row | None]) -> list[tuple[Tolerances, Tolerances]]:
+def _standard_tolerances(rows: Sequence[DhRow | None]) -> list[tuple[Tolerances, Tolerances]]:
     """Return the tolerances of seat and tip of each row: about and along z of the joint, then about
     and along x of the tip.
     """
@@ -129,7 +129,7 @@ def _standard_tolerances(rows: Sequence[Row | None]) -> list[tuple[Tolerances, T
     ]
 
 
-def _modified_tolerances(rows: Sequence[Row | None]) -> list[tuple[Tolerances, Tolerances]]:
+def _modified_tolerances(rows: Sequence[DhRow | None]) -> list[tuple[Tolerances, Tolerances]]:
     """Return the tolerances of seat and tip of each row; a leading row has its own a and alpha at
     its seat, along x before the turn by theta.
     """
@@ -185,7 +185,7 @@ def place_by_rows(draft: Draft) -> None:
     if not keys:
         return
     convention = keys[0]
-    rows: list[Row | None] = []
+    rows: list[DhRow | None] = []
     for index, joint in draft.joints:
         stated = [key for key in DH_KEYS if key in joint]
         if not stated and joint.get("type") == "fixed":
@@ -223,9 +223,9 @@ def place_by_rows(draft: Draft) -> None:
 
 
 def _by_chain(
-    convention: Callable[[Sequence[Row | None]], list[T]],
+    convention: Callable[[Sequence[DhRow | None]], list[T]],
     joints: Sequence[tuple[int, dict[str, Any]]],
-    rows: Sequence[Row | None],
+    rows: Sequence[DhRow | None],
 ) -> list[T]:
     """Return what a convention makes of each row, each chain by itself: a joint with `after` begins
     another one.
@@ -242,7 +242,7 @@ def _tolerate(
     draft: Draft,
     index: int,
     joint: dict[str, Any],
-    row: Row,
+    row: DhRow,
     tolerances: tuple[Tolerances, Tolerances],
     convention: str,
 ) -> None:
@@ -281,16 +281,16 @@ def _tolerate(
             holder["assumed"] = [*holder.get("assumed", ()), key]
 
 
-def _row(draft: Draft, index: int, stated: dict[str, Any]) -> Row:
+def _row(draft: Draft, index: int, stated: dict[str, Any]) -> DhRow:
     row = _STAND_IN
     for key, values in stated.items():
         path = ("joints", index, key)
         try:
-            row = Row.model_validate(values, context={"text": True})
+            row = DhRow.model_validate(values, context={"text": True})
         except ValidationError as error:
             draft.mistakes += problems(
                 error,
-                Row,
+                DhRow,
                 draft.file,
                 lambda inner, path=path: draft.key((*path, *inner)),  # type: ignore[misc]
             )

@@ -18,7 +18,7 @@ from lostmotion.parts.gearbox.cycloidal.temperature import relief_as_drawn
 if TYPE_CHECKING:
     from ezdxf.layouts import Modelspace
 
-    from lostmotion.laws.cycloid.outline import Outline
+    from lostmotion.laws.cycloid.outline import DiscOutline
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
@@ -148,7 +148,7 @@ def _layer(space: Modelspace, name: str) -> dict[str, str]:
     return {"layer": name}
 
 
-def _polyline(space: Modelspace, outline: Outline, layer: str, turn: float) -> None:
+def _polyline(space: Modelspace, outline: DiscOutline, layer: str, turn: float) -> None:
     cos, sin = math.cos(turn), math.sin(turn)
     points = _MM * outline.points @ np.array([[cos, sin], [-sin, cos]])
     space.add_lwpolyline(points.tolist(), close=True, dxfattribs=_layer(space, layer))

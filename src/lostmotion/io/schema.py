@@ -13,7 +13,7 @@ from lostmotion.catalogue.presets import PARTS, presets
 from lostmotion.catalogue.printed_row import CheckedRow
 from lostmotion.io.arm_builder import MATERIALS_OF_GEARBOXES, SHARED, SWEEP
 from lostmotion.io.clearances import ALSO as IN_BEARINGS
-from lostmotion.io.dh import DH_KEYS, Row
+from lostmotion.io.dh import DH_KEYS, DhRow
 from lostmotion.io.drive_classes import CLASS, DRIVE, DRIVES, LOAD_KEYS
 from lostmotion.io.own_reducers import FILE, ROWS
 from lostmotion.io.presets import DEFAULTS, TABLE
@@ -64,7 +64,7 @@ def json_schema() -> Schema:
     schema = Arm.model_json_schema(schema_generator=_ForToml)
     kinds: dict[str, Schema] = schema["$defs"]
     kinds["DenavitHartenbergRow"] = {
-        **Row.model_json_schema(schema_generator=_ForToml),
+        **DhRow.model_json_schema(schema_generator=_ForToml),
         "title": "DenavitHartenbergRow",
     }
     for joint in _JOINTS[:2]:

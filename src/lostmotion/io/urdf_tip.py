@@ -42,7 +42,7 @@ _FOLLOWED: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _Spot:
+class _LinkPlace:
     """A link in the tree: the moving joints on the way to it, and how many fixed ones came after
     the last of them.
     """
@@ -142,10 +142,10 @@ def _goes_on(found: Choice, behind: Choice) -> bool:
     return (behind.by_name and not found.by_name) or behind.joints - found.joints >= _FOLLOWED
 
 
-def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
+def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_LinkPlace]:
     """Walk the tree from its base, parents first and in the file's order."""
     depth = _depths(tree, base)
-    waiting = [_Spot(base)]
+    waiting = [_LinkPlace(base)]
     while waiting:
         spot = waiting.pop()
         yield spot
@@ -178,7 +178,7 @@ def _spots(tree: UrdfTree, base: str, *, sparing: bool) -> Iterator[_Spot]:
             waiting.append(beyond)
 
 
-def _is_like_a_jaw(joint: UrdfJoint, spot: _Spot, beyond: int) -> bool:
+def _is_like_a_jaw(joint: UrdfJoint, spot: _LinkPlace, beyond: int) -> bool:
     """Return whether a joint moves as one jaw of a pair does: it slides or follows another one, and
     nothing more moves behind it.
 
@@ -225,14 +225,14 @@ def _is_aside(joint: UrdfJoint, beyond: int) -> bool:
     )
 
 
-def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
+def _best(tree: UrdfTree, spots: list[_LinkPlace]) -> Choice | None:
     """Choose among these spots; the ends of arms as good are the choice's rivals."""
     if not spots:
         return None
     by_link = {spot.link: spot for spot in spots}
     least = min(ARM, max(len(spot.way) for spot in spots))
     named = [spot for spot in spots if len(spot.way) >= least and rank_of(spot.link) < len(RANKS)]
-    arms: dict[str, _Spot] = {}
+    arms: dict[str, _LinkPlace] = {}
     for end in _ends(spots):
         on_way = [spot for spot in named if spot.way == end[: len(spot.way)]]
         chosen = min(on_way, key=_merit) if on_way else _by_structure(tree, spots, end)
@@ -257,7 +257,7 @@ def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
         if len(spot.way) >= ARM and spot is not first and spot not in others and spot not in rivals
     ]
 
-    def choice(spot: _Spot) -> Choice:
+    def choice(spot: _LinkPlace) -> Choice:
         return Choice(spot.link, len(by_link[spot.link].way), spot in named)
 
     return replace(
@@ -265,7 +265,7 @@ def _best(tree: UrdfTree, spots: list[_Spot]) -> Choice | None:
     )
 
 
-def _merit(spot: _Spot) -> tuple[int, int, int, bool]:
+def _merit(spot: _LinkPlace) -> tuple[int, int, int, bool]:
     """Order spots, best first: more moving joints, a better name, fewer fixed joints behind the
     last moving one, a name that ends in the word.
     """
@@ -277,14 +277,14 @@ def _merit(spot: _Spot) -> tuple[int, int, int, bool]:
     return -len(spot.way), rank, spot.fixed, not last
 
 
-def _ends(spots: list[_Spot]) -> list[tuple[str, ...]]:
+def _ends(spots: list[_LinkPlace]) -> list[tuple[str, ...]]:
     """Return the ways that no other way goes on from, longest first, else in the file's order."""
     ways = sorted(dict.fromkeys(spot.way for spot in spots), key=len, reverse=True)
     on_the_way = {way[:-1] for way in ways}
     return [way for way in ways if way not in on_the_way]
 
 
-def _by_structure(tree: UrdfTree, spots: list[_Spot], way: tuple[str, ...]) -> _Spot:
+def _by_structure(tree: UrdfTree, spots: list[_LinkPlace], way: tuple[str, ...]) -> _LinkPlace:
     """Return the link behind the last joint of a way, or the nearest pure frame that is fixed to
     it.
     """
@@ -298,8 +298,8 @@ def _by_structure(tree: UrdfTree, spots: list[_Spot], way: tuple[str, ...]) -> _
 
 
 def _without_hands(
-    tree: UrdfTree, spots: list[_Spot], arms: list[_Spot], named: list[_Spot]
-) -> list[_Spot]:
+    tree: UrdfTree, spots: list[_LinkPlace], arms: list[_LinkPlace], named: list[_LinkPlace]
+) -> list[_LinkPlace]:
     """Put the link that carries them in the place of several short ends on one arm: fingers without
     a finger's name.
     """
@@ -308,7 +308,7 @@ def _without_hands(
     for spot in nameless:
         for k in range(max(ARM + 1, len(spot.way) - _LONGEST_TAIL), len(spot.way)):
             beyond[spot.way[:k]].add(spot.way[k])
-    out: dict[str, _Spot] = {}
+    out: dict[str, _LinkPlace] = {}
     for spot in arms:
         hands = (
             [
@@ -324,7 +324,7 @@ def _without_hands(
     return list(out.values())
 
 
-def _is_rival(spot: _Spot, first: _Spot, named: list[_Spot]) -> bool:
+def _is_rival(spot: _LinkPlace, first: _LinkPlace, named: list[_LinkPlace]) -> bool:
     """Return whether the end of an arm is as good as the first of as many joints, or its mirror
     image by name.
     """

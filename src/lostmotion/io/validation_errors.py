@@ -39,7 +39,7 @@ class _Described(NamedTuple):
 
 
 @dataclass
-class _Spot:
+class _KeyPlace:
     """One error: pydantic's details, the user's path, what is allowed at each step of it, and where
     alternatives forked, if they did.
     """
@@ -81,7 +81,7 @@ def problems(
         for detail in error.errors(include_url=False)[:_MOST_ERRORS]
         if not _is_echo(detail)
     ]
-    forks: dict[Path, list[_Spot]] = {}
+    forks: dict[Path, list[_KeyPlace]] = {}
     for spot in spots:
         if spot.fork is not None:
             forks.setdefault(spot.path[: spot.fork], []).append(spot)
@@ -110,7 +110,7 @@ def _is_echo(detail: Any) -> bool:  # noqa: ANN401 - pydantic's error details
     )
 
 
-def _of_one_alternative(together: list[_Spot]) -> list[_Spot]:
+def _of_one_alternative(together: list[_KeyPlace]) -> list[_KeyPlace]:
     """Keep the errors of the alternative that fits what was written; where none does, one error
     that names all alternatives.
     """
@@ -127,8 +127,8 @@ def _of_one_alternative(together: list[_Spot]) -> list[_Spot]:
     return [*of_table, *reasoned, together[0]][:1]
 
 
-def _spot(detail: Any, model: type[BaseModel]) -> _Spot:  # noqa: ANN401 - pydantic's error details
-    spot = _Spot(detail, (), [[model]])
+def _spot(detail: Any, model: type[BaseModel]) -> _KeyPlace:  # noqa: ANN401 - pydantic's error details
+    spot = _KeyPlace(detail, (), [[model]])
     for index, item in enumerate(detail["loc"]):
         here = spot.trail[-1]
         further = inside(here, item)
@@ -147,7 +147,7 @@ def _spot(detail: Any, model: type[BaseModel]) -> _Spot:  # noqa: ANN401 - pydan
     return spot
 
 
-def _describe_value(spot: _Spot, _: Also) -> _Described:
+def _describe_value(spot: _KeyPlace, _: Also) -> _Described:
     allowed = spot.trail[-1]
     why = f" ({spot.context['why']})" if "why" in spot.context else ""
     near = nearest(spot.given, literals(allowed)) if isinstance(spot.given, str) else ""
@@ -160,7 +160,7 @@ def _describe_value(spot: _Spot, _: Also) -> _Described:
     )
 
 
-def _describe_rule(spot: _Spot, _: Also) -> _Described:
+def _describe_rule(spot: _KeyPlace, _: Also) -> _Described:
     """Describe a breach of a part's own rule, whose error carries the words; without a reason, what
     the file states is the reason.
     """
@@ -176,7 +176,7 @@ def _describe_rule(spot: _Spot, _: Also) -> _Described:
     )
 
 
-def _describe_missing(spot: _Spot, _: Also) -> _Described:
+def _describe_missing(spot: _KeyPlace, _: Also) -> _Described:
     if isinstance(spot.path[-1], int):  # speak of the short list, not of the hole in it
         path, allowed = spot.path[:-1], spot.trail[-2]
         return _Described(
@@ -187,7 +187,7 @@ def _describe_missing(spot: _Spot, _: Also) -> _Described:
     )
 
 
-def _describe_unknown(spot: _Spot, also: Also) -> _Described:
+def _describe_unknown(spot: _KeyPlace, also: Also) -> _Described:
     owners = models(spot.trail[-2])
     absent = next(
         (
@@ -223,7 +223,7 @@ def _describe_unknown(spot: _Spot, also: Also) -> _Described:
     )
 
 
-def _describe_tag(spot: _Spot, _: Also) -> _Described:
+def _describe_tag(spot: _KeyPlace, _: Also) -> _Described:
     name = spot.context["discriminator"].strip("'")
     tags = [tag(option) for option in models(spot.trail[-1])]
     stated = spot.context.get("tag")
@@ -238,7 +238,7 @@ def _describe_tag(spot: _Spot, _: Also) -> _Described:
     )
 
 
-def _describe_count(spot: _Spot, _: Also) -> _Described:
+def _describe_count(spot: _KeyPlace, _: Also) -> _Described:
     least, most = spot.context.get("min_length"), spot.context.get("max_length")
     of = "characters" if isinstance(spot.given, str) else "entries"
     expected = f"at least {least} {of}" if most is None else f"at most {most} {of}"
@@ -250,7 +250,7 @@ def _describe_count(spot: _Spot, _: Also) -> _Described:
     )
 
 
-_DESCRIBE: Final[dict[str, Callable[[_Spot, Also], _Described]]] = {
+_DESCRIBE: Final[dict[str, Callable[[_KeyPlace, Also], _Described]]] = {
     "missing": _describe_missing,
     "extra_forbidden": _describe_unknown,
     "union_tag_invalid": _describe_tag,

@@ -24,7 +24,7 @@ from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.annulus import ELLIPTIC, Annulus, spectrum
 from lostmotion.laws.perforated_disc_series import (
     Bore,
-    Edge,
+    DiscEdge,
     Holes,
     edge_conditions,
     edges_of,
@@ -79,7 +79,7 @@ class RimLoads:
 
 
 @dataclass(frozen=True, slots=True)
-class Response:
+class DiscResponse:
     """Response of a disc with holes to unit loads: work of load i in the displacements of load j,
     m/N, as a symmetric matrix.
 
@@ -141,7 +141,7 @@ def response(
     lines: Floats,
     bore: Bore,
     towards: Literal[-1, 1] = -1,
-) -> Response:
+) -> DiscResponse:
     """Return the response of a disc to forces on its rim, by virtual work.
 
     disc   loaded at its rim; its fixed radius is that of the bore
@@ -200,7 +200,7 @@ def response(
             * disc.loaded
             * disc.width
         )
-        found = Response(np.asarray(work), edges[0].terms, lines, disc.loaded, loaded, ahead)
+        found = DiscResponse(np.asarray(work), edges[0].terms, lines, disc.loaded, loaded, ahead)
         tried = [np.minimum(rim.arm, 0.0) @ found.loads(rim, line, 0) for line in range(len(lines))]
         error = max(
             float(
@@ -274,7 +274,7 @@ def _unit_loads(
     holes: Holes | None,
     rim: RimLoads,
     lines: Floats,
-    edges: list[Edge],
+    edges: list[DiscEdge],
     towards: Literal[-1, 1],
     ahead: Complexes,
 ) -> Complexes:
@@ -302,7 +302,7 @@ def _on_holes(
     disc: Annulus,
     holes: Holes,
     lines: Floats,
-    edges: list[Edge],
+    edges: list[DiscEdge],
     towards: Literal[-1, 1],
     ahead: Complexes,
 ) -> list[Complexes]:
@@ -344,7 +344,7 @@ def _harmonics(rim: RimLoads, line: float, terms: int) -> Complexes:
 
 
 def _hole_traction(
-    disc: Annulus, holes: Holes, force: complex, edge: Edge
+    disc: Annulus, holes: Holes, force: complex, edge: DiscEdge
 ) -> tuple[Complexes, Complexes]:
     """Return the traction (point,), Pa, of a cosine pressure on half of a hole's edge with this
     resultant (N), by its harmonics.

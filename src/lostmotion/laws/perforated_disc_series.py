@@ -50,7 +50,7 @@ class Holes:
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class DiscEdge:
     """A circular edge, lengths in units of the rim's radius: its points, the outward normals of the
     disc there, and the number of terms about it.
     """
@@ -64,12 +64,12 @@ class Edge:
 
 def edges_of(
     disc: Annulus, holes: Holes | None, terms: int, of_bore: int, rim_terms: int
-) -> list[Edge]:
+) -> list[DiscEdge]:
     """Return the edges: rim, holes, bore."""
 
-    def edge(centre: complex, radius: float, terms: int, side: float) -> Edge:
+    def edge(centre: complex, radius: float, terms: int, side: float) -> DiscEdge:
         unit = np.exp(2j * math.pi * np.arange(_POINTS * terms) / (_POINTS * terms))
-        return Edge(centre, radius, centre + radius * unit, side * unit, terms)
+        return DiscEdge(centre, radius, centre + radius * unit, side * unit, terms)
 
     out = [edge(0j, 1.0, rim_terms, 1.0)]
     if holes is not None:
@@ -81,7 +81,7 @@ def edges_of(
 
 
 def edge_conditions(
-    disc: Annulus, edges: list[Edge], loads: Complexes, bore: Bore
+    disc: Annulus, edges: list[DiscEdge], loads: Complexes, bore: Bore
 ) -> tuple[Complexes, Floats, Floats]:
     """Return the displacement (point, unknown), m, of every unknown, and the boundary conditions
     under tractions (load, point), Pa.
@@ -148,7 +148,7 @@ def least_squares(matrix: Floats, wanted: Floats) -> Floats:
 
 
 def _columns(
-    k: float, z: Complexes, normal: Complexes, edges: list[Edge]
+    k: float, z: Complexes, normal: Complexes, edges: list[DiscEdge]
 ) -> tuple[Complexes, Complexes]:
     """Return displacement, in units of 1/(2 G), and traction of every term at points z: (point,
     term), two real terms per complex coefficient.

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from lostmotion.laws.cycloid.output_pins import HeldPin, PinSeat
+from lostmotion.laws.cycloid.output_pins import ElasticPinSeat, HeldPin
 
 Thread = Literal["M2", "M2.5", "M3", "M4", "M5", "M6", "M8", "M10", "M12", "M16"]
 
@@ -23,7 +23,7 @@ def nominal_diameter(size: Thread) -> float:
     return float(size[1:]) * 1e-3
 
 
-def screw_stiffness(size: Thread, young: float, nu: float, seat: PinSeat) -> float:
+def screw_stiffness(size: Thread, young: float, nu: float, seat: ElasticPinSeat) -> float:
     """Return the stiffness (N/m) of a screw that is pushed sideways where two bodies meet.
 
     size, young, nu  of the screw; seat: its seat in the softer body. The other body counts as

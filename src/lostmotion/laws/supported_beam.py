@@ -34,7 +34,7 @@ _DIRECTIONS: Final = 2  # a beam in a plane can shift and tilt
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class BeamPiece:
     """A prismatic piece of the beam from `start` to `end` (m): `bending` stiffness EI (N m^2) and
     `shear` stiffness k G A (N).
 
@@ -81,7 +81,7 @@ class SupportedBeam:
     pieces and places beyond its ends.
     """
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[BeamPiece, ...]
     supports: tuple[Support, ...] = ()
     foundations: tuple[Foundation, ...] = ()
 
@@ -118,7 +118,7 @@ class SupportedBeam:
 
 
 @dataclass(frozen=True, slots=True)
-class Response:
+class BeamResponse:
     """Response of a beam to unit forces at its loads.
 
     by_part    (part, load, load) contribution of each part to the flexibility, m/N: pieces, then
@@ -138,7 +138,7 @@ class Response:
         return np.asarray(self.by_part.sum(axis=0))
 
 
-def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Response:
+def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> BeamResponse:
     """Return the response to unit forces, each distributed uniformly from one place to another (m);
     equal places are a point load.
 
@@ -188,7 +188,7 @@ def respond(beam: SupportedBeam, loads: Sequence[tuple[float, float]]) -> Respon
             if math.isinf(support.stiffness)
             else -support.stiffness * moved[one]
         )
-    return Response(
+    return BeamResponse(
         np.stack([np.sum([springs.energy(moved) for springs in part], axis=0) for part in parts]),
         reactions,
     )
@@ -278,7 +278,7 @@ def _stiffness(bending: Floats, shearing: Floats, long: Floats) -> tuple[Floats,
     ), shear
 
 
-def _of_second(piece: Piece, at: Floats, elements: np.ndarray) -> _Springs:
+def _of_second(piece: BeamPiece, at: Floats, elements: np.ndarray) -> _Springs:
     """Return elements (element,) of the second beam."""
     nodes, (bending, shear) = len(at), piece.second or (0.0, 1.0)
     long = np.diff(at)[elements]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from lostmotion.parts.outer_size import Piece, outer_sizes
+from lostmotion.parts.outer_size import OuterPiece, outer_sizes
 from lostmotion.spatial import across
 
 if TYPE_CHECKING:
@@ -279,17 +279,17 @@ def _of_motion(joint: Joint, at: JointPlaces, size: float) -> list[Body]:
     ]
 
 
-def _link_pieces(joint: Joint, chosen: float) -> list[Piece]:
+def _link_pieces(joint: Joint, chosen: float) -> list[OuterPiece]:
     """Return the pieces of a link; without a section one round piece of the chosen diameter."""
     reach, section = joint.link.reach, joint.link.section
     return (
-        [Piece(0.0, reach, "round", (chosen, chosen), (chosen, chosen))]
+        [OuterPiece(0.0, reach, "round", (chosen, chosen), (chosen, chosen))]
         if section is None
         else outer_sizes(section, reach)
     )
 
 
-def _of_link(joint: Joint, at: JointPlaces, pieces: Sequence[Piece]) -> list[Body]:
+def _of_link(joint: Joint, at: JointPlaces, pieces: Sequence[OuterPiece]) -> list[Body]:
     """Return the bodies of a link, one for each piece."""
     if not pieces:
         return []

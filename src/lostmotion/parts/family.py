@@ -98,7 +98,7 @@ Size = Annotated[Span, SizeRange("m", "30 mm .. 200 mm", above=0, high=10.0)]
 Wall = Annotated[Span, SizeRange("m", "3 mm", above=0, high=10.0)]
 
 
-class _Family(Part):
+class _PartFamily(Part):
     """Base class of families: the sizes in order, the leading one first."""
 
     @model_validator(mode="after")
@@ -151,7 +151,7 @@ class _Family(Part):
         return made
 
 
-class TubeFamily(_Family):
+class TubeFamily(_PartFamily):
     """Round tubes; the outside diameter leads."""
 
     kind: Literal["tube"] = "tube"
@@ -159,14 +159,14 @@ class TubeFamily(_Family):
     wall: Wall
 
 
-class RodFamily(_Family):
+class RodFamily(_PartFamily):
     """Solid round bars."""
 
     kind: Literal["rod"] = "rod"
     diameter: Size
 
 
-class RectangleFamily(_Family):
+class RectangleFamily(_PartFamily):
     """Solid bars; the height, across the joint's axis, leads."""
 
     kind: Literal["rectangle"] = "rectangle"
@@ -174,7 +174,7 @@ class RectangleFamily(_Family):
     width: Size
 
 
-class BoxFamily(_Family):
+class BoxFamily(_PartFamily):
     """Rectangular tubes; the height, across the joint's axis, leads."""
 
     kind: Literal["box"] = "box"
@@ -183,7 +183,7 @@ class BoxFamily(_Family):
     wall: Wall
 
 
-class IFamily(_Family):
+class IFamily(_PartFamily):
     """I-sections; the height leads."""
 
     kind: Literal["I"] = "I"
@@ -203,7 +203,7 @@ _SECTIONS: Final[dict[str, type[Part]]] = {
     "box": Box,
     "I": ISection,
 }
-_KINDS: Final[dict[str, type[_Family]]] = {
+_KINDS: Final[dict[str, type[_PartFamily]]] = {
     "tube": TubeFamily,
     "rod": RodFamily,
     "rectangle": RectangleFamily,

@@ -18,7 +18,7 @@ Size: TypeAlias = tuple[float, float]
 RoundOrBox: TypeAlias = Literal["round", "box"]
 
 
-class Piece(NamedTuple):
+class OuterPiece(NamedTuple):
     """A piece of a link from `start` to `end` (m along the link), with its outer width and height
     (m) at both ends.
     """
@@ -40,7 +40,7 @@ class Piece(NamedTuple):
         return self.end - self.start
 
 
-def outer_sizes(section: Section, length: float) -> list[Piece]:
+def outer_sizes(section: Section, length: float) -> list[OuterPiece]:
     """Return the outer sizes of a link of this length (m) and section, piece by piece from the
     joint on.
 
@@ -51,7 +51,7 @@ def outer_sizes(section: Section, length: float) -> list[Piece]:
         stretch = length / section.length
         ends = [(station.at * stretch, *_outer(station.section)) for station in section.stations]
         return [
-            Piece(start, end, form, near, far)
+            OuterPiece(start, end, form, near, far)
             for (start, form, near), (end, _, far) in itertools.pairwise(ends)
             if start < end
         ]
@@ -64,7 +64,7 @@ def outer_sizes(section: Section, length: float) -> list[Piece]:
     at *= length / at[-1]
     sizes = [_outer(each) for _, each in steps]
     return [
-        Piece(start, end, form, size, size)
+        OuterPiece(start, end, form, size, size)
         for (start, end), (form, size) in zip(itertools.pairwise(at.tolist()), sizes, strict=True)
     ]
 

@@ -143,7 +143,7 @@ def analytic(
     if not len(q):
         raise refuse_argument("poses", "none", "at least one", poses=128)
     keep_freed()
-    drawn = Drawn(screws_at_stage(arm, q[:TILE], stage, approach=approach))
+    drawn = DrawnColumns(screws_at_stage(arm, q[:TILE], stage, approach=approach))
     found: list[Analytic] = []
     for one in over_blocks(
         arm,
@@ -168,7 +168,11 @@ def joined(found: Sequence[Analytic]) -> Analytic:
 
 
 def of_screws(
-    matrix: PoseMatrix, drawn: Drawn, levels: Sequence[float] = LEVELS, *, with_bounds: bool = True
+    matrix: PoseMatrix,
+    drawn: DrawnColumns,
+    levels: Sequence[float] = LEVELS,
+    *,
+    with_bounds: bool = True,
 ) -> Analytic:
     """Return the figures at the poses of this matrix, with or without bounds; `drawn` are the drawn
     columns of the same arm.
@@ -188,7 +192,7 @@ def of_screws(
     )
 
 
-class Drawn:
+class DrawnColumns:
     """The drawn columns of an arm's merged pose matrix: their cumulants, and their draws at Sobol
     points, which are the same at every pose.
 

@@ -20,7 +20,7 @@ from lostmotion.propagation.analytic import (
     BLOCK,
     MOST_UNCERTAIN,
     Analytic,
-    Drawn,
+    DrawnColumns,
     blocks_between,
     over_blocks,
 )
@@ -71,7 +71,7 @@ def pooled(
     """
     if len(poses) == 1:
         return _of_one(found)
-    drawn = Drawn(screws_at_stage(arm, poses.q[:TILE], stage, approach=approach))
+    drawn = DrawnColumns(screws_at_stage(arm, poses.q[:TILE], stage, approach=approach))
     histogram = PooledHistogram(poses)
     blocks = histogram.blocks(BLOCK)
 

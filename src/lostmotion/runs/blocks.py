@@ -15,7 +15,7 @@ from lostmotion.error_model.poses import Poses
 from lostmotion.errors import LostmotionError
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.runs.job import Order, made_with, order_of
 from lostmotion.runs.stream import poses_between, steps_of
 
@@ -51,7 +51,7 @@ _AP: Final = kernel.COLUMNS
 _SQUARES: Final = _AP + 8
 
 
-class Record(NamedTuple):
+class BlockRecord(NamedTuple):
     """What is kept of a block.
 
     poses      (row, len(COLUMNS)) one row per pose, m and m^2; NaN in rows beyond the block's last
@@ -70,7 +70,7 @@ class Record(NamedTuple):
     parts: Floats
 
 
-class Piece(NamedTuple):
+class BlockArray(NamedTuple):
     """Shape and type of one array of a record, and what its axes are."""
 
     shape: tuple[int, int]
@@ -84,23 +84,25 @@ class Piece(NamedTuple):
         return self.shape[0] * self.shape[1] * np.dtype(self.kind).itemsize
 
 
-def pieces(order: Order) -> dict[str, Piece]:
+def pieces(order: Order) -> dict[str, BlockArray]:
     """Return the arrays of a record of this job."""
     return {
-        "poses": Piece((order.block, len(COLUMNS)), "<f8", ("row", "of_pose"), ", ".join(COLUMNS)),
-        "histogram": Piece(
+        "poses": BlockArray(
+            (order.block, len(COLUMNS)), "<f8", ("row", "of_pose"), ", ".join(COLUMNS)
+        ),
+        "histogram": BlockArray(
             (design_of(order, 0).plan.groups, error_bins.BINS),
             "<i8",
             ("group", "bin"),
             "samples by size of the error",
         ),
-        "robots": Piece(
+        "robots": BlockArray(
             (order.robots, len(OF_ROBOTS)),
             "<f8",
             ("robot", "of_robot"),
             "sums over the block's poses: " + ", ".join(OF_ROBOTS),
         ),
-        "parts": Piece(
+        "parts": BlockArray(
             (max(len(order.parts), 1), len(PARTS)),
             "<f8",
             ("part", "of_part"),
@@ -109,7 +111,7 @@ def pieces(order: Order) -> dict[str, Piece]:
     }
 
 
-def pack(record: Record) -> dict[str, bytes]:
+def pack(record: BlockRecord) -> dict[str, bytes]:
     """Return a record as bytes. Each array as a chunk of Zarr: little-endian, Zstandard."""
     from numcodecs.zstd import Zstd
 
@@ -120,7 +122,7 @@ def pack(record: Record) -> dict[str, bytes]:
     }
 
 
-def unpack(order: Order, packed: Mapping[str, bytes]) -> Record:
+def unpack(order: Order, packed: Mapping[str, bytes]) -> BlockRecord:
     """Return the record that these bytes encode. Raises ValueError for bytes that are none of this
     order's, before they take any room.
     """
@@ -131,10 +133,10 @@ def unpack(order: Order, packed: Mapping[str, bytes]) -> Record:
         if _unpacked_size(packed[name]) != piece.size:
             raise ValueError(f"{name}: bytes of another size")
         found[name] = np.frombuffer(Zstd().decode(packed[name]), piece.kind).reshape(piece.shape)
-    return Record(**found)
+    return BlockRecord(**found)
 
 
-def check_record(order: Order, block: int, record: Record) -> Record:
+def check_record(order: Order, block: int, record: BlockRecord) -> BlockRecord:
     """Refuse a record that no study of this order makes, whatever its checksum says: a store may
     come from a stranger, or from a broken disk.
 
@@ -198,7 +200,7 @@ class Design(NamedTuple):
     """
 
     arm: Arm
-    plan: Plan
+    plan: BlockPlan
     given: Floats | None
 
 
@@ -212,7 +214,7 @@ def _design_of(text: bytes, design: int) -> Design:
     order = order_of(text)
     arm = order.read(design)
     # The plan's poses play no part in a block, which is given its own.
-    plan = Plan.of(
+    plan = BlockPlan.of(
         arm,
         Poses(np.zeros((1, len(arm.driven))), "given"),
         order.robots,
@@ -248,7 +250,7 @@ def matrix_of(order: Order, design: int, block: int) -> PoseMatrix:
     )
 
 
-def compute(order: Order, design: int, block: int) -> Record:
+def compute(order: Order, design: int, block: int) -> BlockRecord:
     """Return the record of this block of this design."""
     first, last = order.span(block)
     matrix = matrix_of(order, design, block)
@@ -267,7 +269,7 @@ def compute(order: Order, design: int, block: int) -> Record:
     parts = np.zeros((max(len(order.parts), 1), len(PARTS)))
     at = [order.parts.index(owner) for owner in tally.owners]
     parts[at] = np.column_stack([tally.own, tally.shared])
-    return Record(rows, sample.whole_hist(), sample.over_poses(), parts)
+    return BlockRecord(rows, sample.whole_hist(), sample.over_poses(), parts)
 
 
 def compute_packed(text: bytes, design: int, block: int) -> tuple[dict[str, bytes], dict[str, str]]:

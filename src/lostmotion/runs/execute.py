@@ -60,7 +60,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
     Raises InputError with every mistake in the files, and for counts out of range.
     """
     from lostmotion.error_model.poses import POSE_LAWS, Poses
-    from lostmotion.propagation.montecarlo.blocks import Plan
+    from lostmotion.propagation.montecarlo.blocks import BlockPlan
 
     parts: dict[str, None] = {}
     reaches: dict[tuple[object, ...], Arm] = {}
@@ -72,7 +72,9 @@ def order(  # noqa: PLR0913 - a run is these numbers
 
     arm, axes = read_sweep(path, sidecar, by, progress, look)
     # checks the counts
-    Plan.of(arm, Poses(np.zeros((1, len(arm.driven))), "given"), robots, visits, seed, approach)
+    BlockPlan.of(
+        arm, Poses(np.zeros((1, len(arm.driven))), "given"), robots, visits, seed, approach
+    )
     if not 0 <= seed < 2**63:
         raise refuse_argument("seed", seed, f"a whole number from 0 to {2**63 - 1}", seed=1)
     files = texts(path, sidecar, axes)

@@ -28,7 +28,7 @@ _LARGEST: Final = COLUMNS.index("largest")
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class DrawnParameters:
     """One term of a replayed error: its name, the part that owns it, its level, what was drawn (1
     for a design term), its shift (3,) m.
 
@@ -66,7 +66,7 @@ class Replay:
     exact: Floats
     kernel: float
     others: tuple[str, ...]
-    terms: tuple[Drawn, ...]
+    terms: tuple[DrawnParameters, ...]
     known: States
 
     @property
@@ -148,7 +148,7 @@ def _replay(store: Store, found: Worst) -> Replay:
             shift = shift + shifts[:, k + 1]
         if info.closing is None and shift.any():
             terms.append(
-                Drawn(
+                DrawnParameters(
                     info.name,
                     info.owner,
                     info.level,

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Final, Self
 import numpy as np
 
 from lostmotion.errors import InputError, LostmotionError, OutputExistsError, Problem
-from lostmotion.runs.blocks import Record, check_record, pieces, unpack
+from lostmotion.runs.blocks import BlockRecord, check_record, pieces, unpack
 from lostmotion.runs.checkpoint import PARTIAL, digest, entry, place, read_entry, read_regular
 from lostmotion.runs.job import Order, order_of
 from lostmotion.runs.lock import LOCK, lock
@@ -288,7 +288,7 @@ class Store:
         self._refuse_other_order(read_regular(self.folder / ORDER, _LARGEST_ORDER))
         _put(self.folder / name, content)
 
-    def read(self, design: int, block: int) -> Record:
+    def read(self, design: int, block: int) -> BlockRecord:
         """Return a block. Raises LostmotionError where it is not there as the ledger says."""
         record = self._record(design, block)
         if record is None:
@@ -299,7 +299,7 @@ class Store:
             raise LostmotionError(f"{message}\n  run the same `lostmotion sweep` again")
         return record
 
-    def _record(self, design: int, block: int) -> Record | None:
+    def _record(self, design: int, block: int) -> BlockRecord | None:
         """Return a block where it is there as the ledger says, and is one that a study can make."""
         packed = self._packed(design, block)
         try:

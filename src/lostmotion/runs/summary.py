@@ -27,7 +27,7 @@ from lostmotion.error_model.upper_limits import limit_shares
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, Record, design_of, poses_of
+from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, BlockRecord, design_of, poses_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -143,7 +143,7 @@ class _Merged:
     at_poses: list[Floats]
     square: float = 0.0
 
-    def add(self, order: Order, design: int, block: int, record: Record) -> None:
+    def add(self, order: Order, design: int, block: int, record: BlockRecord) -> None:
         """Add one block."""
         of_set = order.set_of(block)
         first, last = order.span(block)
@@ -163,7 +163,7 @@ def worst_of(
     order: Order,
     design: int,
     block: int,
-    record: Record,
+    record: BlockRecord,
     most: int = MOST_WORST,
 ) -> list[Worst]:
     """Return the largest errors of those known and of one more block. The largest first, of equal

@@ -16,14 +16,14 @@ from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.parts.error_source import Friction as LoadFriction
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.parts.gearbox.cycloidal.dimensions import Friction
+from lostmotion.parts.gearbox.cycloidal.dimensions import StageFriction
 from lostmotion.reporting.sheet import find_row
 from tests.parts.conditions import condition, terms_at
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "gearbox" / "printed.toml"
 
 
-def printed(friction: Friction | None, **stated: object) -> CycloidalGearbox:
+def printed(friction: StageFriction | None, **stated: object) -> CycloidalGearbox:
     """Return the printed drive with other friction."""
     part = read_gearbox(EXAMPLE).part
     assert isinstance(part, CycloidalGearbox)
@@ -45,7 +45,7 @@ def test_friction_does_not_change_the_stiffness(flank):
     """
     rubs, smooth = (
         gear(printed(friction), gearboxes=8)
-        for friction in (Friction(flank=flank, output=0.15), None)
+        for friction in (StageFriction(flank=flank, output=0.15), None)
     )
     for name in ("wind_up", "secant", "slope", "stiffness", "lost_motion"):
         np.testing.assert_array_equal(getattr(rubs.read, name), getattr(smooth.read, name))
@@ -70,7 +70,7 @@ def test_a_drive_that_friction_holds_says_so():
     """Flanks that rub at 0.6 let no input turn the output: the sheet says so, and that a load turns
     the input; its loop stays wound up.
     """
-    found = gear(printed(Friction(flank=0.6)), gearboxes=8)
+    found = gear(printed(StageFriction(flank=0.6)), gearboxes=8)
     assert any(
         "the input cannot turn the output" in note for note in gearbox_sheet("", found).notes
     )
@@ -82,7 +82,7 @@ def test_a_drive_that_friction_holds_says_so():
         find_row(gearbox_sheet("", found).sections, "friction", "at 4 N m").figures[0].words
         == "the input cannot turn it"
     )
-    locked = gear(printed(Friction(flank=0.0, bearing=0.3, bearing_radius=9e-3)), gearboxes=8)
+    locked = gear(printed(StageFriction(flank=0.0, bearing=0.3, bearing_radius=9e-3)), gearboxes=8)
     assert backdriving(locked) == ["none", "yes", "yes"]
 
 
@@ -104,7 +104,7 @@ def test_an_arm_has_the_elastic_spring_and_friction_in_its_hysteresis_alone(flan
     """Wind-up of every member is that without friction; half of the loop is what friction leaves
     wound up between both directions of arrival.
     """
-    rubs, smooth = (printed(friction).members for friction in (Friction(flank=flank), None))
+    rubs, smooth = (printed(friction).members for friction in (StageFriction(flank=flank), None))
     assert set(rubs) - set(smooth) == {"friction"}
     at = condition((0, 0, 3.0, 0, 0, 0), approach=1.0)
     for name, source in smooth.items():
@@ -113,7 +113,7 @@ def test_an_arm_has_the_elastic_spring_and_friction_in_its_hysteresis_alone(flan
     half = next(term for term in terms_at(rubs["friction"], at) if term.level == "design").screw[
         0, 2
     ]
-    found = printed(Friction(flank=flank)).behaviour
+    found = printed(StageFriction(flank=flank)).behaviour
     levels, friction = found.friction.levels, found.friction.discs
     # the springs behind the friction carry T_e of T_e + F = 3 N m and T_e - F = 3 N m
     carried = [
@@ -133,4 +133,6 @@ def test_an_arm_whose_input_cannot_turn_a_joint_is_refused():
     in its place.
     """
     with pytest.raises(DidNotConvergeError, match="takes all of its torque"):
-        terms_at(printed(Friction(flank=0.6)).members["friction"], condition((0, 0, 3.0, 0, 0, 0)))
+        terms_at(
+            printed(StageFriction(flank=0.6)).members["friction"], condition((0, 0, 3.0, 0, 0, 0))
+        )

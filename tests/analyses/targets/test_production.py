@@ -26,7 +26,7 @@ from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.propagation.montecarlo.blocks import Plan
+from lostmotion.propagation.montecarlo.blocks import BlockPlan
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -105,7 +105,7 @@ def built():
     """
     arm = read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 16)
-    plan = Plan.of(arm, poses, 40, 6, 3, 0.0)
+    plan = BlockPlan.of(arm, poses, 40, 6, 3, 0.0)
     matrix = screws(state_of(arm, poses.q))
     errors = np.empty((16, 40, 6, 3))
     robots, visits = (

@@ -26,7 +26,7 @@ from lostmotion.io import read
 from lostmotion.laws.distributions import Normal
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint
-from lostmotion.propagation.analytic import Drawn
+from lostmotion.propagation.analytic import DrawnColumns
 from lostmotion.propagation.error_magnitude import POOLED_POINTS
 from lostmotion.propagation.montecarlo.montecarlo import run
 
@@ -283,7 +283,7 @@ def test_samples_agree_with_sums_over_terms():
     for item in items(arm, matrix.infos)[8:12]:
         factors = all_factors(matrix, item, 2.5)
         changed = matrix.scaled(factors)
-        counts = Drawn(changed).pooled_counts(changed, POOLED_POINTS)
+        counts = DrawnColumns(changed).pooled_counts(changed, POOLED_POINTS)
         assert metric.value(factors).value == pytest.approx(
             quantile(counts.sum(axis=0), 0.95), rel=3e-3
         )

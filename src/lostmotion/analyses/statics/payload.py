@@ -253,9 +253,9 @@ def _bisected(
 def _by_accuracy(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     """Return the limit by the error (m) that 95 % of the positions at a pose stay within."""
     from lostmotion.error_model.pose_matrix import screws
-    from lostmotion.propagation.analytic import Drawn, of_screws
+    from lostmotion.propagation.analytic import DrawnColumns, of_screws
 
-    drawn = Drawn(screws(state_of(arm, q)))
+    drawn = DrawnColumns(screws(state_of(arm, q)))
 
     def within(mass: float, at: Floats = q) -> Floats:
         return np.asarray(

@@ -32,7 +32,7 @@ from lostmotion.error_model.intervals import (
 )
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -260,7 +260,7 @@ class RepeatabilityMetric:
     """
 
     def __init__(
-        self, matrix: PoseMatrix, replicates: int, share: float, target: float, plan: Plan
+        self, matrix: PoseMatrix, replicates: int, share: float, target: float, plan: BlockPlan
     ) -> None:
         """Keep the terms that differ between visits, at the first poses of every set."""
         each = len(matrix.tool) // replicates
@@ -318,7 +318,7 @@ class RepeatabilityMetric:
         return pooled_robots_quantile(means, self.share, at_poses.ravel())
 
 
-def by_montecarlo(plan: Plan, matrix: PoseMatrix, share: float) -> tuple[Estimate, Estimate]:
+def by_montecarlo(plan: BlockPlan, matrix: PoseMatrix, share: float) -> tuple[Estimate, Estimate]:
     """Return by Monte Carlo the quantile of the position error and that of RP over robots, m, at
     this share.
 

@@ -46,7 +46,7 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.state import state_of
-from lostmotion.propagation.montecarlo.blocks import Plan
+from lostmotion.propagation.montecarlo.blocks import BlockPlan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -180,7 +180,7 @@ def targets(  # noqa: PLR0913 - arguments of a target
         raise refuse_argument("visits", visits, "at least 2", visits=30)
     if threads < 1:
         raise refuse_argument("threads", threads, "at least 1", threads=2)
-    plan = Plan.of(arm, poses, robots, visits, seed, approach)
+    plan = BlockPlan.of(arm, poses, robots, visits, seed, approach)
     matrix = screws(state_of(arm, poses.q), approach=approach)
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
         most = _MOST_CELLS // len(matrix.infos)
@@ -207,7 +207,7 @@ class _Solver:
 
     def __init__(
         self,
-        plan: Plan,
+        plan: BlockPlan,
         matrix: PoseMatrix,
         kind: Kind,
         target: float,
@@ -236,7 +236,9 @@ class _Solver:
         self.verification = (
             plan
             if kind == "repeatability"
-            else Plan.of(plan.arm, plan.poses, plan.robots, _visits(plan), plan.seed, plan.approach)
+            else BlockPlan.of(
+                plan.arm, plan.poses, plan.robots, _visits(plan), plan.seed, plan.approach
+            )
         )
 
     def solve(self, zone: str) -> Targets:
@@ -497,5 +499,5 @@ def _nearest(ranges: tuple[tuple[float, float], ...]) -> float:
     return min((end for both in ranges for end in both), key=lambda end: abs(end - 1))
 
 
-def _visits(plan: Plan) -> int:
+def _visits(plan: BlockPlan) -> int:
     return min(plan.visits, _ENOUGH_VISITS)

@@ -19,7 +19,7 @@ from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.state import states_of
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import BLOCK
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ def robots_needed(share: float, width: float, confidence: float = _CONFIDENCE) -
 
 
 def robot_figures(
-    plan: Plan, blocks: Iterable[tuple[int, PoseMatrix]], share: float
+    plan: BlockPlan, blocks: Iterable[tuple[int, PoseMatrix]], share: float
 ) -> RobotFigures:
     """Return the figures of each robot of this plan; `blocks` are pose matrices, each with the
     index of its first pose.
@@ -215,7 +215,7 @@ def split_blocks(matrix: PoseMatrix, robots: int) -> Iterator[tuple[int, PoseMat
         yield first, matrix.stretch(first, first + step)
 
 
-def computed_blocks(plan: Plan) -> Iterator[tuple[int, PoseMatrix]]:
+def computed_blocks(plan: BlockPlan) -> Iterator[tuple[int, PoseMatrix]]:
     """Yield the pose matrix of a plan in blocks, each with the index of its first pose."""
     step = max(min(BLOCK, _MOST_PAIRS // plan.robots), 1)
     for rows, state in states_of(plan.arm, plan.poses.q, step):
@@ -248,7 +248,7 @@ def compute_yield(  # noqa: PLR0913 - arguments of a production
     if criterion != "error" and visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise refuse_argument("visits", visits, "at least 2 for AP and RP", visits=30)
     check_share(share)
-    plan = Plan.of(arm, poses, robots, visits, seed, approach)
+    plan = BlockPlan.of(arm, poses, robots, visits, seed, approach)
     return yield_of(robot_figures(plan, computed_blocks(plan), share), criterion, target, approach)
 
 

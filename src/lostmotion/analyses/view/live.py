@@ -14,7 +14,7 @@ from lostmotion.error_model.overload import rated_torques
 from lostmotion.error_model.pose_matrix import Columns
 from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
 from lostmotion.mechanism.state import state_of
-from lostmotion.propagation.analytic import Analytic, Drawn, joined, of_screws
+from lostmotion.propagation.analytic import Analytic, DrawnColumns, joined, of_screws
 from lostmotion.propagation.error_magnitude import LEVELS, TILE
 from lostmotion.propagation.pooled import PooledHistogram
 
@@ -91,7 +91,7 @@ class LiveArm:
         self._remaining = (
             None if stage == STAGES[0] else remaining(self._columns.infos, stage, geometry_of(arm))
         )
-        self._drawn = Drawn(self._screws(poses.q[:TILE]))
+        self._drawn = DrawnColumns(self._screws(poses.q[:TILE]))
 
     def figures(self, q: Floats) -> Figures:
         """Return the figures at a pose q (joint,), rad and m."""

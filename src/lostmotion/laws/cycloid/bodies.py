@@ -55,7 +55,7 @@ from lostmotion.laws.perforated_disc import RimLoads, check_holes, response
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.stage import Part, Stage
-    from lostmotion.laws.perforated_disc import Response
+    from lostmotion.laws.perforated_disc import DiscResponse
     from lostmotion.laws.perforated_disc_series import Holes
     from lostmotion.spatial import Floats
 
@@ -67,7 +67,7 @@ _POSITIONS: Final = {False: 2, True: 4}
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class ElasticBody:
     """The elastic body of the planet (disc) or of the ring.
 
     part       "planet" or "ring"
@@ -89,7 +89,7 @@ class Body:
     plane: Plane = "strain"
 
 
-def check_body(stage: Stage, body: Body) -> None:
+def check_body(stage: Stage, body: ElasticBody) -> None:
     """Raise ValueError for a fixed edge that cuts the teeth or the seats of pins, and for holes
     that overlap or cut an edge, without a solution.
     """
@@ -110,7 +110,7 @@ def check_body(stage: Stage, body: Body) -> None:
         )
 
 
-def flexibility(stage: Stage, body: Body, width: float, crank: Floats) -> Floats:
+def flexibility(stage: Stage, body: ElasticBody, width: float, crank: Floats) -> Floats:
     """Return the displacements (m/N) of a body along contact i under a unit force at contact j:
     (side, crank, N, N), each matrix symmetric.
 
@@ -138,7 +138,7 @@ def flexibility(stage: Stage, body: Body, width: float, crank: Floats) -> Floats
 
 
 def flexibility_with_second(
-    stage: Stage, body: Body, width: float, crank: float, second: Floats
+    stage: Stage, body: ElasticBody, width: float, crank: float, second: Floats
 ) -> Floats:
     """Return `flexibility` (side, contact, contact) of an envelope stage at one crank angle (rad)
     at contacts of both branches.
@@ -152,7 +152,9 @@ def flexibility_with_second(
 
 
 @functools.lru_cache(maxsize=512)
-def _unit_flexibility(stage: Stage, unit: Body, crank: float, second: tuple[float, ...]) -> Floats:
+def _unit_flexibility(
+    stage: Stage, unit: ElasticBody, crank: float, second: tuple[float, ...]
+) -> Floats:
     """Return `flexibility` for one crank angle, width and modulus one, at the contacts of the first
     branch and of the second one (rad).
     """
@@ -214,7 +216,7 @@ def _edge_flexibility(body: Annulus, lines: _LinesOfAction) -> Floats:
 
 
 @functools.lru_cache(maxsize=16)
-def _response(stage: Stage, body: Annulus, holes: Holes) -> Response:
+def _response(stage: Stage, body: Annulus, holes: Holes) -> DiscResponse:
     """Return the response of a disc with holes, in evenly spaced positions of these: the first one
     on the line of centres.
     """

@@ -48,7 +48,7 @@ from lostmotion.laws.cycloid.flank_contacts import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from lostmotion.laws.cycloid.bodies import Body
+    from lostmotion.laws.cycloid.bodies import ElasticBody
     from lostmotion.laws.cycloid.contact import Flanks
     from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.spatial import Floats
@@ -64,7 +64,7 @@ _BESIDE: Final = 1 / 16
 
 
 def reduced_flexibility(
-    stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: Floats
+    stage: Stage, bodies: tuple[ElasticBody, ...], flanks: Flanks, crank: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Return the displacements (m/N) along contact i of the first branch under a unit force at
     contact j: (side, crank, N, N), symmetric.
@@ -93,7 +93,7 @@ def reduced_flexibility(
 
 @functools.lru_cache(maxsize=256)
 def _reduced(
-    stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: float
+    stage: Stage, bodies: tuple[ElasticBody, ...], flanks: Flanks, crank: float
 ) -> tuple[Floats, Floats, Floats]:
     """Return the displacements of `reduced_flexibility` at one crank angle, each contact's share of
     its force, and how many times wider it is.
@@ -107,7 +107,7 @@ def _reduced(
 
 
 def _reduced_beyond(
-    stage: Stage, bodies: tuple[Body, ...], flanks: Flanks, crank: float, same: float
+    stage: Stage, bodies: tuple[ElasticBody, ...], flanks: Flanks, crank: float, same: float
 ) -> tuple[Floats, Floats, Floats]:
     """Return `_reduced` with contacts of the second branch that are farther than `same` times the
     half-widths from those of the first one.

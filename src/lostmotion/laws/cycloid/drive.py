@@ -34,7 +34,7 @@ from lostmotion.laws.cycloid.stage import Modification, Stage
 from lostmotion.laws.rolling.radial import ROLLER_EXPONENT, element_angles, radial_shift
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.bodies import Body
+    from lostmotion.laws.cycloid.bodies import ElasticBody
     from lostmotion.spatial import Floats
 
 # Number of crank angles within one pitch over which the ripple is averaged.
@@ -50,7 +50,7 @@ _ROUND: Final = 72
 
 
 @dataclass(frozen=True, slots=True)
-class Eccentric:
+class EccentricSprings:
     """Stiffness of the eccentric, per disc and crankshaft: its bearing, and the shaft with its
     seats; infinite means rigid.
 
@@ -111,7 +111,7 @@ class Eccentric:
 
 
 @dataclass(frozen=True, slots=True)
-class OutputPins:
+class OutputPinSprings:
     """Output pins that transmit the torque of the discs: `count` pins on the radius `circle` (m),
     each of `stiffness` (N/m) at the discs.
     """
@@ -138,10 +138,10 @@ class Drive:
     flanks: Flanks
     relief: Modification = field(default_factory=Modification)
     discs: int = 1
-    eccentric: Eccentric = field(default_factory=Eccentric)
-    output: OutputPins | None = None
-    disc_body: Body | None = None
-    ring_body: Body | None = None
+    eccentric: EccentricSprings = field(default_factory=EccentricSprings)
+    output: OutputPinSprings | None = None
+    disc_body: ElasticBody | None = None
+    ring_body: ElasticBody | None = None
 
     def __post_init__(self) -> None:
         """Refuse elastic bodies with another law than Johnson's."""
@@ -171,7 +171,9 @@ def _bodies(drive: Drive, crank: bytes) -> tuple[Floats | None, Floats | None, F
     return (*found, None, None) if len(found) == 1 else (found[0], found[1], found[2])
 
 
-def _flexibilities(drive: Drive, parts: tuple[Body, ...], crank: Floats) -> tuple[Floats, ...]:
+def _flexibilities(
+    drive: Drive, parts: tuple[ElasticBody, ...], crank: Floats
+) -> tuple[Floats, ...]:
     if drive.stage.kind == "lobe envelope":
         return reduced_flexibility(drive.stage, parts, drive.flanks, crank)
     return (

@@ -44,7 +44,7 @@ _ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Friction:
+class FrictionCoefficients:
     """Coulomb friction coefficients of a cycloidal stage; zero for none.
 
     flank           between disc and lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
@@ -77,7 +77,7 @@ def friction_torques(
     stage: Stage,
     crank: Floats | Sequence[float],
     answer: LoadSharing,
-    friction: Friction,
+    friction: FrictionCoefficients,
     turns: float | None = None,
 ) -> FrictionTorques:
     """Return the Coulomb friction torques of one disc for the load sharing `answer` at these crank

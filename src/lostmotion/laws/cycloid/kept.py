@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
-class Store(Protocol):
+class FlexibilityStore(Protocol):
     """Where arrays are kept by a text that states all they follow from."""
 
     def read(self, key: str) -> tuple[Floats, ...] | None:
@@ -23,10 +23,10 @@ class Store(Protocol):
 
 
 class _Kept:
-    store: Store | None = None
+    store: FlexibilityStore | None = None
 
 
-def keep_in(store: Store | None) -> None:
+def keep_in(store: FlexibilityStore | None) -> None:
     """Keep arrays in this store from now on, or nowhere."""
     _Kept.store = store
 

@@ -26,7 +26,7 @@ _MOST_POINTS: Final = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class Outline:
+class DiscOutline:
     """A closed polygon.
 
     points       (point, 2) corners on the true profile, m, from the wheel's own centre
@@ -37,7 +37,7 @@ class Outline:
     chord_error: float
 
 
-def wheel_outline(stage: Stage, relief: Modification, tolerance: float) -> Outline:
+def wheel_outline(stage: Stage, relief: Modification, tolerance: float) -> DiscOutline:
     """Return the outline of the toothed wheel (the disc; with planet pins the ring) with its
     modification; a valley is at angle 0.
 
@@ -53,7 +53,7 @@ def wheel_outline(stage: Stage, relief: Modification, tolerance: float) -> Outli
     return _refined(pitch, stage.lobes, tolerance)
 
 
-def ring_outline(stage: Stage, tolerance: float) -> Outline:
+def ring_outline(stage: Stage, tolerance: float) -> DiscOutline:
     """Return the outline of a ring with integral lobes, "lobe arcs" or "lobe envelope"; a crest is
     at angle 0.
 
@@ -90,7 +90,7 @@ def _off(points: Floats, start: Floats, end: Floats) -> Floats:
     return np.asarray(np.linalg.norm(away - share[..., None] * way, axis=-1))
 
 
-def _refined(pitch: Callable[[int], Floats], times: int, tolerance: float) -> Outline:
+def _refined(pitch: Callable[[int], Floats], times: int, tolerance: float) -> DiscOutline:
     """Return an outline with as few points as the tolerance (m) allows. Raises ValueError where the
     tolerance cannot be met.
     """
@@ -102,7 +102,7 @@ def _refined(pitch: Callable[[int], Floats], times: int, tolerance: float) -> Ou
         if own <= 0.1 * tolerance:
             chosen, error = _simplified(half, 0.9 * tolerance)
             kept = half[chosen]
-            return Outline(
+            return DiscOutline(
                 repeat_pitch(np.concatenate([kept[:0:-1] * [1, -1], kept]), times), error + own
             )
         points *= 2

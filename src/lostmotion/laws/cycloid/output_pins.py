@@ -29,7 +29,7 @@ from lostmotion.laws.rolling.radial import (
     radial_shift,
     roller_stiffness,
 )
-from lostmotion.laws.supported_beam import Foundation, Piece, Support, SupportedBeam, respond
+from lostmotion.laws.supported_beam import BeamPiece, Foundation, Support, SupportedBeam, respond
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.seat import Fit
@@ -48,7 +48,7 @@ _AROUND: Final = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class PinSeat:
+class ElasticPinSeat:
     """An elastic seat of a pin.
 
     depth         along the pin, m
@@ -107,8 +107,8 @@ class HeldPin:
     nu: float
     free: float
     load: tuple[float, float]
-    flange: PinSeat | None = None
-    ring: PinSeat | None = None
+    flange: ElasticPinSeat | None = None
+    ring: ElasticPinSeat | None = None
     held: Held = "one end"
 
     def __post_init__(self) -> None:
@@ -125,7 +125,7 @@ class HeldPin:
         far = self.ring.depth if self.ring and self.held != "one end" else 0.0
         section = round_section(self.diameter, 0.0, self.nu)
         shear = self.young / (2 + 2 * self.nu)
-        piece = Piece(
+        piece = BeamPiece(
             0.0, end + far, self.young * section.i_y, shear * section.area * section.shear_y
         )
         clamps = [] if self.flange else [Support(0.0, math.inf, math.inf)]

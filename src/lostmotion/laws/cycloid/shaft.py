@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.cross_sections import round_section
-from lostmotion.laws.supported_beam import Piece, SupportedBeam, respond
+from lostmotion.laws.supported_beam import BeamPiece, SupportedBeam, respond
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,7 +30,7 @@ _ON_AXIS: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Layer:
+class ShaftLayer:
     """One concentric layer of a shaft's section: outer and inner diameter (m), Young's modulus (Pa)
     and Poisson's ratio.
     """
@@ -60,7 +60,7 @@ class Layer:
 
 
 @dataclass(frozen=True, slots=True)
-class Screws:
+class ShaftBolts:
     """Screws along a shaft, evenly spaced on a circle off its axis.
 
     count, diameter, offset  number, diameter and radius of their circle, m
@@ -103,15 +103,15 @@ class Stretch:
 
     start: float
     end: float
-    layers: tuple[Layer, ...]
-    screws: Screws | None = None
+    layers: tuple[ShaftLayer, ...]
+    screws: ShaftBolts | None = None
 
     def __post_init__(self) -> None:
         """Refuse screws across layers."""
         _ = None if self.screws is None else self._web
 
     @property
-    def _web(self) -> Layer:
+    def _web(self) -> ShaftLayer:
         """Return the layer that holds the screws."""
         screws = self.screws
         for layer in self.layers:
@@ -124,18 +124,18 @@ class Stretch:
         raise ValueError("its screws do not lie within one layer of every section")
 
     @property
-    def piece(self) -> Piece:
+    def piece(self) -> BeamPiece:
         """Return the stretch without screws as a piece of a beam: stiffnesses of layers with the
         same curvature add up.
         """
-        return Piece(
+        return BeamPiece(
             self.start,
             self.end,
             sum(each.bending for each in self.layers),
             sum(each.shear for each in self.layers),
         )
 
-    def piece_with_screws(self, direction: float, *, tight: bool) -> Piece:
+    def piece_with_screws(self, direction: float, *, tight: bool) -> BeamPiece:
         """Return the stretch as a piece of a beam that bends in this direction (rad).
 
         Loose screws: the body without their holes, and the screws, each about its own axis. Tight
@@ -145,8 +145,8 @@ class Stretch:
         screws, plain = self.screws, self.piece
         if screws is None:
             return plain
-        web, own = self._web, Layer(screws.diameter, 0.0, screws.young, screws.nu)
-        hole = Layer(screws.diameter, 0.0, web.young, web.nu)
+        web, own = self._web, ShaftLayer(screws.diameter, 0.0, screws.young, screws.nu)
+        hole = ShaftLayer(screws.diameter, 0.0, web.young, web.nu)
         squares, area = screws.squares(direction), math.pi / 4 * screws.diameter**2
         bending = (
             plain.bending + screws.count * (own.bending - hole.bending) - web.young * area * squares
@@ -158,8 +158,8 @@ class Stretch:
         )
         faces = screws.young * area * squares
         if not tight or faces < _ON_AXIS * bending:
-            return Piece(self.start, self.end, bending, shear)
-        return Piece(self.start, self.end, bending, math.inf, (faces, web.shear))
+            return BeamPiece(self.start, self.end, bending, shear)
+        return BeamPiece(self.start, self.end, bending, math.inf, (faces, web.shear))
 
     @property
     def torsion(self) -> float:

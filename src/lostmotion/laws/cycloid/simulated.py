@@ -27,7 +27,7 @@ from lostmotion.laws.cycloid.preload import (
     preloaded_discs,
 )
 from lostmotion.laws.cycloid.tolerances import (
-    Scatter,
+    DimensionScatter,
     bores,
     clearance_angle,
     sample,
@@ -78,7 +78,7 @@ class SimulatedGearboxes:
 
 def simulate(
     drive: Drive,
-    scatter: Scatter,
+    scatter: DimensionScatter,
     torque: Floats,
     crank: Floats,
     gearboxes: int,
@@ -174,7 +174,7 @@ def simulate(
     return SimulatedGearboxes(ahead, behind, torque, rotation, jammed)
 
 
-def _lost_rotation(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
+def _lost_rotation(drive: Drive, scatter: DimensionScatter, gearboxes: int, seed: int) -> Floats:
     """Return the reduction (disc, gearbox), rad, of the free rotation in each direction by bores
     that are misplaced relative to the crankshafts.
 
@@ -199,7 +199,7 @@ def _lost_rotation(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) ->
 
 
 def _output_pins(
-    drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int
+    drive: Drive, scatter: DimensionScatter, crank: Floats, gearboxes: int, seed: int
 ) -> tuple[Floats, Floats]:
     """Return the effect of misplaced output pins, rad: on the free rotation, and under load.
 

@@ -45,7 +45,7 @@ _NONE: Final = Toleranced(0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Scatter:
+class DimensionScatter:
     """Tolerances (m) of the dimensions of a stage; only clearances have a nominal value.
 
     Common to one gearbox:
@@ -101,7 +101,9 @@ def sample_dimension(dimension: Toleranced, name: str, seed: int, count: int) ->
     )
 
 
-def sample_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, seed: int) -> Floats:
+def sample_gaps(
+    drive: Drive, scatter: DimensionScatter, crank: Floats, gearboxes: int, seed: int
+) -> Floats:
     """Return the gaps (disc, crank, gearbox, N), m, of simulated gearboxes at crank angles
     (crank,), rad; negative for interference.
     """
@@ -148,7 +150,7 @@ def sample_gaps(drive: Drive, scatter: Scatter, crank: Floats, gearboxes: int, s
     return out
 
 
-def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -> Floats:
+def clearance_angle(drive: Drive, scatter: DimensionScatter, gearboxes: int, seed: int) -> Floats:
     """Return the play (gearbox,), rad, due to the clearances of crank bearings, G times
     `play_per_crank_clearance`, and of output pins, Gw/Rw.
 
@@ -169,7 +171,7 @@ def clearance_angle(drive: Drive, scatter: Scatter, gearboxes: int, seed: int) -
 
 
 def bores(
-    drive: Drive, scatter: Scatter, disc: int, gearboxes: int, seed: int
+    drive: Drive, scatter: DimensionScatter, disc: int, gearboxes: int, seed: int
 ) -> tuple[Floats, Floats, Floats]:
     """Return the effect of misplaced bores on a disc: displacement (gearbox, 2), m, rotation
     (gearbox,), rad, and misfits (gearbox, crank, 2), m.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from lostmotion.laws.rolling.rows import Seat
+    from lostmotion.laws.rolling.rows import RowSeat
     from lostmotion.spatial import Floats
 
     Flags = NDArray[np.bool_]
@@ -55,7 +55,7 @@ class ShaftEquilibrium:
 
 
 def shaft_equilibrium(
-    seats: Sequence[Seat], load: ArrayLike, clearance: Floats | float = 0.0
+    seats: Sequence[RowSeat], load: ArrayLike, clearance: Floats | float = 0.0
 ) -> ShaftEquilibrium:
     """Return the displacement of a shaft on these rows under loads, and the load on each element.
 

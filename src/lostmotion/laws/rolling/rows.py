@@ -53,7 +53,7 @@ CONTACT: Final = np.dtype(
 )
 
 
-class Row(ABC):
+class RollingRow(ABC):
     """One row of rolling elements about the z axis of its own frame."""
 
     count: int
@@ -83,7 +83,7 @@ class Row(ABC):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class BallRow(Row):
+class BallRow(RollingRow):
     """A row of balls: deep-groove (contact_angle 0, both shoulders) or angular-contact (above 0, a
     shoulder against +z only).
 
@@ -133,7 +133,7 @@ class BallRow(Row):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RollerRow(Row):
+class RollerRow(RollingRow):
     """A row of cylindrical rollers, divided into slices so that a tilt loads their ends; they carry
     no axial load.
 
@@ -191,7 +191,7 @@ class RollerRow(Row):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CrossedRow(Row):
+class CrossedRow(RollingRow):
     """One row of crossed rollers, alternately inclined, so that one pair of rings carries loads in
     all directions.
 
@@ -249,7 +249,7 @@ def _directions(angles: Floats, radius: float) -> tuple[Floats, Floats]:
 
 
 @dataclass(frozen=True, slots=True)
-class Seat:
+class RowSeat:
     """A row on the shaft.
 
     at             position along z, m
@@ -260,7 +260,7 @@ class Seat:
     pair.
     """
 
-    row: Row
+    row: RollingRow
     at: float = 0.0
     mirrored: bool = False
     preload_shift: float = 0.0

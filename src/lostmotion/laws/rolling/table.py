@@ -23,7 +23,7 @@ import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
-from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, Seat
+from lostmotion.laws.rolling.rows import BallRow, CrossedRow, RollerRow, RowSeat
 
 if TYPE_CHECKING:
     from scipy.interpolate import NdBSpline
@@ -61,7 +61,7 @@ class Pair:
     axial  whether they carry axial load
     """
 
-    seats: tuple[Seat, ...]
+    seats: tuple[RowSeat, ...]
     span: float
     axial: bool
 

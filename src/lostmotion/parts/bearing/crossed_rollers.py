@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import model_validator
 
 from lostmotion.laws.rolling.radial import roller_pressure
-from lostmotion.laws.rolling.rows import CrossedRow, Seat
+from lostmotion.laws.rolling.rows import CrossedRow, RowSeat
 from lostmotion.laws.rolling.table import Pair
 from lostmotion.parts.bearing.pair import Count, check_sizes, refuse_drawing
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
@@ -78,7 +78,7 @@ class CrossedRollerBearing(DrawnBearing):
         row = CrossedRow(
             count=self.rollers, length=self.roller_length, pitch=self.pitch_diameter, lean=self.lean
         )
-        return Pair((Seat(row),), self.pitch_diameter * math.tan(self.lean), axial=True)
+        return Pair((RowSeat(row),), self.pitch_diameter * math.tan(self.lean), axial=True)
 
     def pressure(self, load: Floats) -> Floats:
         """Return the Hertz line-contact pressure (Pa) at the inner race."""

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
 from lostmotion.laws.rolling.radial import ball_pressure, roller_pressure
-from lostmotion.laws.rolling.rows import BallRow, RollerRow, Row, Seat
+from lostmotion.laws.rolling.rows import BallRow, RollerRow, RollingRow, RowSeat
 from lostmotion.laws.rolling.table import Pair
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.error_source import ForceAmount, LengthPlus
@@ -141,17 +141,17 @@ class BallPair(DrawnBearing):
         back = self.arrangement == "back-to-back"
         preload_shift = (
             float(
-                shaft_equilibrium([Seat(row)], [[0.0, 0.0, self.preload, 0.0, 0.0]]).displacement[
-                    0, 2
-                ]
+                shaft_equilibrium(
+                    [RowSeat(row)], [[0.0, 0.0, self.preload, 0.0, 0.0]]
+                ).displacement[0, 2]
             )
             if self.preload
             else 0.0
         )
         out = self.span / 2 if back else -self.span / 2
         seats = (
-            Seat(row, -out, preload_shift=preload_shift),
-            Seat(row, out, mirrored=True, preload_shift=preload_shift),
+            RowSeat(row, -out, preload_shift=preload_shift),
+            RowSeat(row, out, mirrored=True, preload_shift=preload_shift),
         )
         beyond = self.pitch_diameter * math.tan(self.contact_angle)
         return Pair(
@@ -226,5 +226,5 @@ class RollerPair(DrawnBearing):
         return roller_pressure(load, self.roller_length, self.roller_diameter, self.pitch_diameter)
 
 
-def _spaced(row: Row, span: float, *, axial: bool) -> Pair:
-    return Pair((Seat(row, -span / 2), Seat(row, span / 2)), span, axial)
+def _spaced(row: RollingRow, span: float, *, axial: bool) -> Pair:
+    return Pair((RowSeat(row, -span / 2), RowSeat(row, span / 2)), span, axial)

@@ -63,7 +63,7 @@ LIMITED: Final = {
 }
 
 
-class Harmonic(Sourced, Generic[AmountT]):
+class StatedHarmonic(Sourced, Generic[AmountT]):
     """One harmonic of the transmission error: `amplitude` (half of peak to peak) with `cycles` per
     turn of the output, or of the screw.
     """
@@ -124,7 +124,7 @@ class Gearbox(Sourced, ErrorSource, Generic[AmountT, PlayT, StiffnessT, LoadT, F
     hysteresis: AmountT | None = None
     hysteresis_scatter: FrictionShare = 0.0
     transmission_error: (
-        AmountT | Annotated[list[Harmonic[AmountT]], Field(max_length=64)] | None
+        AmountT | Annotated[list[StatedHarmonic[AmountT]], Field(max_length=64)] | None
     ) = None
     friction_torque: FrictionT | None = None
     mass: Mass | None = None

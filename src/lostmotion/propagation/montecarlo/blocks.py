@@ -43,7 +43,7 @@ Factor: TypeAlias = "tuple[tuple[Stream | None, float], ...]"
 
 
 @dataclass(frozen=True)
-class Plan:
+class BlockPlan:
     """The arguments of a run, as for `montecarlo.run`; `groups` is the number of groups of robots
     for the intervals of pooled quantiles.
     """
@@ -208,7 +208,7 @@ def check_device(device: str) -> None:
         refuse_without_gpu()
 
 
-def sample_block(plan: Plan, matrix: PoseMatrix, first: int) -> BlockSample:
+def sample_block(plan: BlockPlan, matrix: PoseMatrix, first: int) -> BlockSample:
     """Return the sample of one block of poses; the first pose of the matrix is number `first` of
     the study.
     """
@@ -216,7 +216,7 @@ def sample_block(plan: Plan, matrix: PoseMatrix, first: int) -> BlockSample:
 
 
 def sample_blocks(
-    plan: Plan, matrix: PoseMatrix, spans: list[tuple[int, int]]
+    plan: BlockPlan, matrix: PoseMatrix, spans: list[tuple[int, int]]
 ) -> Iterator[BlockSample]:
     """Yield the sample of each block of poses; `spans` are first and last (exclusive) poses in the
     study, and the matrix begins at the first one.
@@ -277,7 +277,7 @@ def sample_blocks(
         before[bins] = counted
 
 
-def _kernel(plan: Plan, *, moves: bool) -> Callable[..., Any]:
+def _kernel(plan: BlockPlan, *, moves: bool) -> Callable[..., Any]:
     """Return the kernel for this device and number of visits; `moves`: whether any error changes
     between visits.
     """

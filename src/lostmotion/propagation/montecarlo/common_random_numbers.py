@@ -14,7 +14,7 @@ from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.mechanism.state import states_of
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.propagation.montecarlo.blocks import Plan, sample_block
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -45,7 +45,7 @@ class Paired:
     independent set of poses.
     """
 
-    plan: Plan
+    plan: BlockPlan
     matrices: tuple[PoseMatrix, ...]
 
     @classmethod
@@ -55,7 +55,7 @@ class Paired:
         """Prepare a study of these robots and at most four visits. Arguments and errors as for
         `montecarlo.run`.
         """
-        plan = Plan.of(arm, poses, robots, min(visits, _VISITS), seed, approach)
+        plan = BlockPlan.of(arm, poses, robots, min(visits, _VISITS), seed, approach)
         each = len(poses) // poses.replicates
         return cls(
             plan,

@@ -23,7 +23,7 @@ from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.propagation.montecarlo.blocks import Device, Plan, sample_blocks
+from lostmotion.propagation.montecarlo.blocks import BlockPlan, Device, sample_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -153,7 +153,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
         raise refuse_argument(
             "threads, tile", f"{threads}, {tile}", "at least 1 of each", threads=2
         )
-    plan = Plan.of(arm, poses, robots, visits, seed, approach, device)
+    plan = BlockPlan.of(arm, poses, robots, visits, seed, approach, device)
     out = _empty(plan)
     total: Tally | None = None
     checks = []
@@ -192,7 +192,7 @@ def run(  # noqa: PLR0913 - a study is these numbers
     )
 
 
-def _empty(plan: Plan) -> dict[str, np.ndarray]:
+def _empty(plan: BlockPlan) -> dict[str, np.ndarray]:
     poses = len(plan.poses)
     return {
         "per_pose": np.empty((poses, kernel.COLUMNS)),
@@ -207,7 +207,7 @@ def _empty(plan: Plan) -> dict[str, np.ndarray]:
     }
 
 
-def _batches(plan: Plan, threads: int, tile: int) -> Iterator[_Batch]:
+def _batches(plan: BlockPlan, threads: int, tile: int) -> Iterator[_Batch]:
     """Yield the batches in order, computed on these threads; only a bounded number is in memory."""
     batches = _grouped(plan, _spans(plan))
     if threads == 1:
@@ -225,7 +225,7 @@ def _batches(plan: Plan, threads: int, tile: int) -> Iterator[_Batch]:
             yield from waiting.popleft().result()
 
 
-def _spans(plan: Plan) -> list[tuple[int, int]]:
+def _spans(plan: BlockPlan) -> list[tuple[int, int]]:
     """Return the first and last pose (exclusive) of every block; all poses of a block are of one
     replicate.
     """
@@ -239,7 +239,7 @@ def _spans(plan: Plan) -> list[tuple[int, int]]:
     return [(k * each + a, k * each + b) for k in range(replicates) for a, b in pairwise(ends)]
 
 
-def _grouped(plan: Plan, spans: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+def _grouped(plan: BlockPlan, spans: list[tuple[int, int]]) -> list[list[tuple[int, int]]]:
     """Return the blocks in batches of small neighbouring ones."""
     most = max(min(BLOCK, _FEW_SAMPLES // (plan.robots * plan.visits)), 1)
     out: list[list[tuple[int, int]]] = []
@@ -251,7 +251,7 @@ def _grouped(plan: Plan, spans: list[tuple[int, int]]) -> list[list[tuple[int, i
     return out
 
 
-def _batch(plan: Plan, spans: list[tuple[int, int]]) -> _Batch:
+def _batch(plan: BlockPlan, spans: list[tuple[int, int]]) -> _Batch:
     first, last = spans[0][0], spans[-1][1]
     matrix = screws(state_of(plan.arm, plan.poses.q[first:last]), approach=plan.approach)
     checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))

@@ -138,7 +138,7 @@ class Watched:
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
+class SamplingStage:
     """One run: its numbers of poses and robots, and its figures by name."""
 
     poses: int
@@ -151,7 +151,7 @@ class Stopping:
     """The requested precision, every stage, and the upper limits of robots and poses."""
 
     tolerance: Tolerance
-    stages: tuple[Stage, ...]
+    stages: tuple[SamplingStage, ...]
     most_robots: int
     most_poses: int
 
@@ -282,11 +282,11 @@ def settle(
     It also ends after four stages, or where no more robots and poses are allowed. The number of
     poses grows by factors of two up to `most_poses`; for fixed poses, pass their number.
     """
-    stages: list[Stage] = []
+    stages: list[SamplingStage] = []
     was_capped = capped = False
     while True:
         found = sample(poses, robots)
-        stages.append(Stage(poses, robots, watch(found)))
+        stages.append(SamplingStage(poses, robots, watch(found)))
         missed = [each for each in stages[-1].figures.values() if _ratio(tolerance, each) > 1]
         short = was_capped and not capped and len(stages) == STAGES - 1
         wanted = _larger(
@@ -311,7 +311,7 @@ def _ratio(tolerance: Tolerance, figure: Watched) -> float:
 
 
 def _larger(
-    stage: Stage, tolerance: Tolerance, most_poses: int, most_robots: int, aim: float
+    stage: SamplingStage, tolerance: Tolerance, most_poses: int, most_robots: int, aim: float
 ) -> tuple[int, int]:
     """Return the numbers of poses and robots with the fewest samples that suffice, since variances
     fall with them; the largest allowed if none do.
@@ -353,7 +353,7 @@ def _larger(
     return poses, robots
 
 
-def _capped(stage: Stage, poses: int, robots: int) -> tuple[int, int]:
+def _capped(stage: SamplingStage, poses: int, robots: int) -> tuple[int, int]:
     """Return these numbers with limited growth while the variances are uncertain; poses and robots
     grow in the same proportion (logarithmic).
     """

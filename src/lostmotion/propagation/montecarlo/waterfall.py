@@ -26,7 +26,7 @@ _ROBOTS: Final = 512
 
 
 @dataclass(frozen=True)
-class Stage:
+class WaterfallStep:
     """The remaining position error at one stage, m: its mean, its 95th percentile, and the
     reduction of the latter from the first stage.
     """
@@ -45,7 +45,7 @@ class Waterfall:
     constant  names of the terms that an ideal calibration of the geometry finds, sorted
     """
 
-    stages: tuple[Stage, ...]
+    stages: tuple[WaterfallStep, ...]
     constant: tuple[str, ...]
     poses: int
     robots: int
@@ -93,13 +93,13 @@ def waterfall(  # noqa: PLR0913 - a study is these numbers
     return Waterfall(tuple(stages), tuple(sorted(geometry)), len(chosen), plan.robots, plan.visits)
 
 
-def _stage(name: str, sample: Sample, first: Sample) -> Stage:
+def _stage(name: str, sample: Sample, first: Sample) -> WaterfallStep:
     reduction = (
         Estimate(0.0, 0.0, 0.0)
         if sample is first
         else quantile_drop((first.groups, first.sets), (sample.groups, sample.sets), LEVEL)
     )
-    return Stage(
+    return WaterfallStep(
         name,
         pooled_mean(sample.means),
         pooled_quantile(sample.groups, sample.sets, LEVEL, sample.largest),

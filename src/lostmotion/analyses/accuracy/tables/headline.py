@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.budget import Budget, Cost
     from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.provenance import States
-    from lostmotion.propagation.montecarlo.waterfall import Stage, Waterfall
+    from lostmotion.propagation.montecarlo.waterfall import Waterfall, WaterfallStep
 
 # Where the mean square comes from, by its largest level.
 _ORIGINS: Final = ("follows {}", "differs from robot to robot", "differs from visit to visit")
@@ -133,7 +133,7 @@ def _largest(parts: Sequence[Cost]) -> str:
     return f"{short_name(part.part)}, {Figure(100 * part.share, '%')}"
 
 
-def _remedy(stages: dict[str, Stage], compensation: str, known: States) -> str:
+def _remedy(stages: dict[str, WaterfallStep], compensation: str, known: States) -> str:
     """Return the clause on the remedies: the best one of a controller or a calibration, what each
     further one removes, or else other parts.
     """
@@ -172,7 +172,7 @@ def _remedy(stages: dict[str, Stage], compensation: str, known: States) -> str:
     return "no remedy (calibration, compensation, a known side, output encoders) reduces it"
 
 
-def _further(stages: dict[str, Stage], best: str, known: States) -> list[str]:
+def _further(stages: dict[str, WaterfallStep], best: str, known: States) -> list[str]:
     """Return the clauses on remedies that remove more after the best one."""
     side = ("the side of arrival", SIDE_AND_LOAD)
     first = {
@@ -198,11 +198,11 @@ def _further(stages: dict[str, Stage], best: str, known: States) -> list[str]:
     return [f"with {what} as well {_left(stage, known)}" for what, stage in out]
 
 
-def _q95(stage: Stage) -> float:
+def _q95(stage: WaterfallStep) -> float:
     return stage.q95.value
 
 
-def _taken(stages: dict[str, Stage], stage: Stage) -> float:
+def _taken(stages: dict[str, WaterfallStep], stage: WaterfallStep) -> float:
     """Return the share of the 95 % error that is removed at a stage; zero where the interval of the
     reduction contains zero.
     """
@@ -211,11 +211,11 @@ def _taken(stages: dict[str, Stage], stage: Stage) -> float:
     return stage.reduction.value / stages["as manufactured"].q95.value
 
 
-def _gained(stages: dict[str, Stage], before: Stage, after: Stage) -> bool:
+def _gained(stages: dict[str, WaterfallStep], before: WaterfallStep, after: WaterfallStep) -> bool:
     return before.q95.value - after.q95.value >= _FURTHER * stages["as manufactured"].q95.value
 
 
-def _left(stage: Stage, known: States) -> str:
+def _left(stage: WaterfallStep, known: States) -> str:
     """Return what a stage leaves, in three digits, as a bound where kinds of error are missing: its
     interval is in the table.
     """

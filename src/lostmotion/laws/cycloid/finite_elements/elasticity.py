@@ -24,7 +24,7 @@ from lostmotion.laws.cycloid.finite_elements.mesh import MM
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lostmotion.laws.cycloid.bodies import Body
+    from lostmotion.laws.cycloid.bodies import ElasticBody
 
 # Stiffness of a bore that slides on its bearing, across and along its edge, in units of Young's
 # modulus over its radius.
@@ -41,7 +41,7 @@ class Elasticity:
     terms  of the displacements over the width; zero: plane
     """
 
-    body: Body
+    body: ElasticBody
     width: float
     terms: int = 0
 

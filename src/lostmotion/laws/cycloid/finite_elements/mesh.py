@@ -16,7 +16,7 @@ import numpy as np
 from lostmotion.errors import DidNotConvergeError, LostmotionError
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.bodies import Body
+    from lostmotion.laws.cycloid.bodies import ElasticBody
     from lostmotion.laws.cycloid.finite_elements.contours import Edge
 
 MM: Final = 1e3
@@ -50,7 +50,7 @@ class Blank:
     """
 
     outline: list[Edge]
-    body: Body
+    body: ElasticBody
     centre: complex
     holes: tuple[LoadedHole, ...] = ()
 

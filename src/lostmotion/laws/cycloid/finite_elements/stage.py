@@ -50,7 +50,7 @@ from lostmotion.laws.perforated_disc import pin_forces
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.laws.cycloid.bodies import Body
+    from lostmotion.laws.cycloid.bodies import ElasticBody
     from lostmotion.laws.cycloid.finite_elements.contours import Contacts, Points
     from lostmotion.laws.cycloid.finite_elements.envelope import EnvelopeContacts
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
@@ -124,8 +124,8 @@ def _silent(_what: str, _done: int, _of: int) -> None:
 
 def loaded_stage(  # noqa: PLR0913 - geometry, bodies, load, mesh
     stage: Stage,
-    planet: Body,
-    ring: Body | None,
+    planet: ElasticBody,
+    ring: ElasticBody | None,
     width: float,
     torques: Floats,
     *,
@@ -214,7 +214,7 @@ _Solved = list[tuple["Floats", float, float]]
 def _on_two_meshes(
     made: Contacts | EnvelopeContacts,
     at: dict[int, Floats],
-    bodies: tuple[Body, Body | None],
+    bodies: tuple[ElasticBody, ElasticBody | None],
     loads: tuple[float, Floats, Floats],
     detail: tuple[int, int, int],
     progress: Callable[[str, int, int], None],
@@ -296,7 +296,7 @@ def _gaps(stage: Stage, crank: float, gaps: Floats | None, relief: Modification)
     return gap
 
 
-def _check(stage: Stage, planet: Body, ring: Body | None, torques: Floats) -> None:
+def _check(stage: Stage, planet: ElasticBody, ring: ElasticBody | None, torques: Floats) -> None:
     """Raise ValueError for wheels that cannot be meshed or loads that are none."""
     root = (
         stage.ring_radius
@@ -324,7 +324,7 @@ def _check(stage: Stage, planet: Body, ring: Body | None, torques: Floats) -> No
         raise ValueError("torques must be above zero")
 
 
-def _check_holes(planet: Body, holes: Holes, root: float) -> None:
+def _check_holes(planet: ElasticBody, holes: Holes, root: float) -> None:
     """Raise ValueError for holes without webs around them."""
     webs = {
         "the bore": holes.circle - holes.radius - planet.edge,
@@ -340,7 +340,10 @@ def _check_holes(planet: Body, holes: Holes, root: float) -> None:
 
 
 def _blanks(
-    made: Contacts | EnvelopeContacts, at: dict[int, Floats], planet: Body, ring: Body | None
+    made: Contacts | EnvelopeContacts,
+    at: dict[int, Floats],
+    planet: ElasticBody,
+    ring: ElasticBody | None,
 ) -> list[Blank]:
     """Return the wheels before meshing."""
     holes = () if planet.holes is None else _loaded_holes(made, planet.holes)

@@ -63,7 +63,7 @@ class Relief(Sourced):
     circle: EitherSign = Toleranced(0.0)
 
 
-class Friction(Sourced):
+class StageFriction(Sourced):
     """Coulomb coefficients; default: no friction.
 
     flank    between disc and pins or lobes: 0.05 to 0.1 sliding in grease, about 0.005 with rollers
@@ -142,7 +142,7 @@ class StageDimensions(Heated):
     output_pins: OutputPins | None = None
     disc: Disc = Disc()
     seats: Annotated[dict[Named, BearingSeat], Field(max_length=16)] = Field(default={})
-    friction: Friction | None = None
+    friction: StageFriction | None = None
     rigid: Annotated[tuple[Named, ...], Field(max_length=40)] = ()
     process: Process | None = None
     # Names that `rigid` may list.

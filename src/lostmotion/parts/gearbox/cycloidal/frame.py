@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import model_validator
 
 from lostmotion.laws import screw_circle as laws
-from lostmotion.laws.cycloid.output_pins import PinSeat
+from lostmotion.laws.cycloid.output_pins import ElasticPinSeat
 from lostmotion.parts.error_source import ForceAmount, LengthAmount, LengthPlus
 from lostmotion.parts.gearbox.counts import Whole
 from lostmotion.parts.gearbox.cycloidal.pins import STEEL
@@ -54,7 +54,7 @@ class FrameScrews(Sourced):
         """Return the torsional stiffness (N m/rad) of the circle once it slips."""
         diameter = laws.nominal_diameter(self.size)
         depth = self.depth or 2 * diameter
-        seat = PinSeat(
+        seat = ElasticPinSeat(
             depth, diameter / 2 + depth, self.material.plate_modulus, self.material.poisson, "snug"
         )
         each = laws.screw_stiffness(self.size, STEEL.young, STEEL.poisson, seat)

@@ -15,7 +15,7 @@ from lostmotion.parts.gearbox.cycloidal.materials import material_shares
 from lostmotion.parts.gearbox.cycloidal.model import ANGLES, Behaviour, behaviour
 from lostmotion.parts.gearbox.cycloidal.names import CONTACTS
 from lostmotion.parts.gearbox.cycloidal.samples import GEARBOXES, gearboxes
-from lostmotion.parts.gearbox.cycloidal.sources import Play, TransmissionError, WindUp
+from lostmotion.parts.gearbox.cycloidal.sources import GearboxWindUp, Play, TransmissionError
 from lostmotion.parts.gearbox.cycloidal.stages import CycloidalFirstStage
 from lostmotion.parts.gearbox.cycloidal.temperature import follows, growth_is_known
 from lostmotion.units import Toleranced
@@ -137,7 +137,7 @@ def sources(gearbox: CycloidalDrawing, found: Behaviour) -> dict[str, ErrorSourc
     for name, angle in found.wind_up.items():
         if angle.any():
             scatter = found.scatter if name == CONTACTS else None
-            out[name] = WindUp(found.torque, angle, scatter, tuple(materials.get(name, ())))
+            out[name] = GearboxWindUp(found.torque, angle, scatter, tuple(materials.get(name, ())))
     if found.harmonics:
         out["transmission error"] = TransmissionError(found.harmonic_torque, found.harmonics)
     if found.friction.any:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.laws.cycloid import drive
-from lostmotion.laws.cycloid.friction import DriveFriction, Friction, friction_torques
+from lostmotion.laws.cycloid.friction import DriveFriction, FrictionCoefficients, friction_torques
 from lostmotion.parts.gearbox.cycloidal.frame import GearboxFrame
 from lostmotion.parts.gearbox.cycloidal.members import stage_wind_up
 from lostmotion.parts.gearbox.cycloidal.names import (
@@ -36,7 +36,7 @@ from lostmotion.parts.gearbox.cycloidal.samples import (
     gearboxes,
     simulated,
 )
-from lostmotion.parts.gearbox.cycloidal.sources import ErrorHarmonic, Loop
+from lostmotion.parts.gearbox.cycloidal.sources import ErrorHarmonic, HysteresisLoop
 from lostmotion.parts.gearbox.cycloidal.states import bounds
 
 if TYPE_CHECKING:
@@ -89,9 +89,9 @@ class Behaviour:
         return np.asarray(sum(self.wind_up.values()))
 
     @property
-    def loop(self) -> Loop:
+    def loop(self) -> HysteresisLoop:
         """Return the hysteresis of the whole gearbox."""
-        return Loop(
+        return HysteresisLoop(
             self.torque, self.total - self.load_side, self.friction.in_loop, self.friction.pins
         )
 
@@ -317,7 +317,7 @@ def friction(gearbox: CycloidalDrawing, torque: Floats) -> DriveFriction:
     lost = np.zeros((3, len(torque) + 1))
     if stated is not None:
         circle = gearbox.output_pins.circle_radius if gearbox.output_pins else math.inf
-        coefficients = Friction(
+        coefficients = FrictionCoefficients(
             stated.flank, stated.bearing, stated.bearing_radius, stated.output, circle
         )
         crank = drive.crank_angles_of_pitch(gearbox.drive)

@@ -60,9 +60,9 @@ class PinSeat(Sourced):
     outer_diameter: LengthPlus
     fit: Fit | None = None
 
-    def law(self, fit: Fit) -> laws.PinSeat:
+    def law(self, fit: Fit) -> laws.ElasticPinSeat:
         """Return the argument of the law, with this fit where none is stated."""
-        return laws.PinSeat(
+        return laws.ElasticPinSeat(
             self.depth,
             self.outer_diameter / 2,
             self.material.plate_modulus,

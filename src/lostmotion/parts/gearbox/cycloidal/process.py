@@ -15,7 +15,7 @@ from lostmotion.laws.process_tolerance import process_tolerance
 from lostmotion.parts.provenance import DEFAULT
 
 if TYPE_CHECKING:
-    from lostmotion.laws.cycloid.tolerances import Scatter
+    from lostmotion.laws.cycloid.tolerances import DimensionScatter
 
 _COMMON: Final = 2 / 3
 _EACH: Final = 1 / 3
@@ -68,7 +68,7 @@ _IN_SCATTER: Final = {
 }
 
 
-def with_process(scatter: Scatter, tolerances: dict[str, float]) -> Scatter:
+def with_process(scatter: DimensionScatter, tolerances: dict[str, float]) -> DimensionScatter:
     """Return the tolerances of a stage, completed by those of its process."""
     changed: dict[str, Any] = {}
     for key, tolerance in tolerances.items():

@@ -19,7 +19,7 @@ from lostmotion.parts.gearbox.cycloidal.names import (
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.simulated import SimulatedGearboxes
-    from lostmotion.laws.cycloid.tolerances import Scatter
+    from lostmotion.laws.cycloid.tolerances import DimensionScatter
     from lostmotion.parts.gearbox.cycloidal.drawing import CycloidalDrawing
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
@@ -89,7 +89,9 @@ def simulated(
         else replace(stage.drive, output=replace(output, stiffness=math.inf))
     )
     if not len(torque):
-        cranks = drive.Eccentric(cranks=contacts.eccentric.cranks, circle=contacts.eccentric.circle)
+        cranks = drive.EccentricSprings(
+            cranks=contacts.eccentric.cranks, circle=contacts.eccentric.circle
+        )
         contacts = replace(
             contacts,
             flanks=contact.Flanks(width=1.0, modulus=1.0),
@@ -109,7 +111,12 @@ def simulated(
 
 @functools.lru_cache(maxsize=32)
 def _simulated(
-    contacts: drive.Drive, scatter: Scatter, torque: bytes, angles: int, count: int, seed: int
+    contacts: drive.Drive,
+    scatter: DimensionScatter,
+    torque: bytes,
+    angles: int,
+    count: int,
+    seed: int,
 ) -> SimulatedGearboxes:
     crank = 2 * math.pi * np.arange(angles) / angles
     return simulate(contacts, scatter, np.frombuffer(torque), crank, count, seed, threads=_THREADS)

@@ -35,7 +35,7 @@ from lostmotion.units import Toleranced
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from lostmotion.laws.supported_beam import Piece
+    from lostmotion.laws.supported_beam import BeamPiece
     from lostmotion.spatial import Floats
 
 # Smallest force on a support that its bearing by size is taken at, as a share of a disc's force.
@@ -68,11 +68,11 @@ class ShaftSection(Sourced):
         return self
 
     @property
-    def layers(self) -> tuple[tuple[laws.Layer, Material], ...]:
+    def layers(self) -> tuple[tuple[laws.ShaftLayer, Material], ...]:
         """Return the layers of the section, each with its material."""
         out = [
             (
-                laws.Layer(
+                laws.ShaftLayer(
                     self.diameter, self.bore, self.material.standing_modulus, self.material.poisson
                 ),
                 self.material,
@@ -81,7 +81,7 @@ class ShaftSection(Sourced):
         if self.core is not None:
             out.append(
                 (
-                    laws.Layer(self.bore, 0.0, self.core.standing_modulus, self.core.poisson),
+                    laws.ShaftLayer(self.bore, 0.0, self.core.standing_modulus, self.core.poisson),
                     self.core,
                 )
             )
@@ -126,9 +126,9 @@ class ShaftScrews(Sourced):
     material: Material = STEEL
 
     @property
-    def law(self) -> laws.Screws:
+    def law(self) -> laws.ShaftBolts:
         """Return the argument of the law."""
-        return laws.Screws(
+        return laws.ShaftBolts(
             self.count, self.diameter, self.offset, self.material.modulus, self.material.poisson
         )
 
@@ -231,7 +231,7 @@ class Shaft(Sourced):
             pieces = tuple(each.piece_with_screws(direction, tight=tight) for each in stretches)
 
             def respond(
-                soft: Sequence[tuple[float, float]], pieces: tuple[Piece, ...] = pieces
+                soft: Sequence[tuple[float, float]], pieces: tuple[BeamPiece, ...] = pieces
             ) -> laws.ShaftCompliance:
                 springs = (
                     Support(each.at, 1 / sum(both) if sum(both) else math.inf, each.tilt or 0.0)

@@ -43,7 +43,7 @@ class ErrorHarmonic:
 
 
 @dataclass(frozen=True, slots=True)
-class WindUp(ErrorSource):
+class GearboxWindUp(ErrorSource):
     """One member's wind-up (level,) at torques (level,), and its standard deviation over gearboxes.
 
     materials  name of each material that it follows, and the ± scatter of the wind-up with it, as a
@@ -142,7 +142,7 @@ class TransmissionError(ErrorSource):
 
 
 @dataclass(frozen=True, slots=True)
-class Loop(ErrorSource):
+class HysteresisLoop(ErrorSource):
     """Hysteresis of a spring with `angle` (level,), rad, behind friction (level,), N m, at torques
     (level,) that the spring carries.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.laws.annulus import Annulus
 from lostmotion.laws.contact import lobe_compliance, round_bar_compliance
-from lostmotion.laws.cycloid.bodies import Body
+from lostmotion.laws.cycloid.bodies import ElasticBody
 from lostmotion.laws.cycloid.cup import cup_in_bore
 from lostmotion.laws.cycloid.output_pins import Hole, needle_compliance
 from lostmotion.laws.cycloid.seat import LARGE, compliance_beyond, seat_compliance
@@ -175,17 +175,17 @@ class StageSprings(StageDimensions):
         return FORCE_WITHOUT_RATING
 
     @functools.cached_property
-    def _disc_body(self) -> Body | None:
+    def _disc_body(self) -> ElasticBody | None:
         material, pins, hole = self.disc_material, self.output_pins, self.hole_diameter
         if not self.elastic_bodies or DISC_BODY in self.rigid:
             return None
         if hole is None:
             # holes of unknown size soften a solid disc by a usual factor
             softer = 1.0 if pins is None else math.sqrt(math.prod(HOLES_OF_UNKNOWN_SIZE))
-            return Body(
+            return ElasticBody(
                 "planet", self.bore_radius, material.plate_modulus / softer, material.poisson
             )
-        return Body(
+        return ElasticBody(
             "planet", self.bore_radius, material.plate_modulus, material.poisson, self._holes(hole)
         )
 
@@ -327,9 +327,9 @@ class StageSprings(StageDimensions):
         )
 
     @functools.cached_property
-    def _ring_body(self) -> Body | None:
+    def _ring_body(self) -> ElasticBody | None:
         if not self.elastic_bodies or RING_BODY in self.rigid:
             return None
-        return Body(
+        return ElasticBody(
             "ring", self.outer_radius, self.ring_material.plate_modulus, self.ring_material.poisson
         )

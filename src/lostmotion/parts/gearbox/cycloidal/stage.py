@@ -13,7 +13,7 @@ from lostmotion.laws.contact import equivalent_modulus
 from lostmotion.laws.cycloid import drive
 from lostmotion.laws.cycloid.bodies import check_body
 from lostmotion.laws.cycloid.contact import Flanks
-from lostmotion.laws.cycloid.tolerances import Scatter
+from lostmotion.laws.cycloid.tolerances import DimensionScatter
 from lostmotion.parts.gearbox.cycloidal.envelope import branches
 from lostmotion.parts.gearbox.cycloidal.process import with_process
 from lostmotion.parts.gearbox.cycloidal.seats import BearingSize
@@ -184,7 +184,7 @@ class CycloidalStage(StageSprings):
         )
         eccentric = self.eccentric
         soft = self.shaft_compliance + self.bore_compliance
-        springs = drive.Eccentric(
+        springs = drive.EccentricSprings(
             **self._bearing,
             shaft=1 / soft if soft else math.inf,
             cranks=eccentric.cranks,
@@ -194,7 +194,7 @@ class CycloidalStage(StageSprings):
         output = (
             None
             if pins is None
-            else drive.OutputPins(pins.count, pins.circle_radius, self._pin_stiffness)
+            else drive.OutputPinSprings(pins.count, pins.circle_radius, self._pin_stiffness)
         )
         return drive.Drive(
             self.stage,
@@ -208,9 +208,9 @@ class CycloidalStage(StageSprings):
         )
 
     @property
-    def scatter(self) -> Scatter:
+    def scatter(self) -> DimensionScatter:
         """Return the tolerances of the dimensions over gearboxes."""
-        stated = Scatter(
+        stated = DimensionScatter(
             ring_radius=self.ring_radius,
             pin_radius=self.pin_radius,
             eccentricity=self.eccentricity,
