@@ -15,7 +15,7 @@ import pytest
 
 from lostmotion.reporting.page.document import page
 from lostmotion.reporting.palette import DARK, LIGHT
-from tests.analyses.accuracy.test_plots import small_study
+from tests.arms import small_study
 from tests.browser.chromium import CHROMIUM, Browser
 
 pytestmark = [

@@ -19,7 +19,7 @@ from lostmotion.propagation.analytic import DrawnColumns, of_screws
 from lostmotion.propagation.montecarlo import montecarlo
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired
 from lostmotion.propagation.montecarlo.sensitivity import halving
-from tests.conftest import arm_of
+from tests.arms import arm_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

@@ -9,7 +9,7 @@ from lostmotion.error_model.draws import Stream, robot_draws, uniforms, visit_dr
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
 from lostmotion.mechanism.state import state_of
-from tests.conftest import arm_of
+from tests.arms import arm_of
 
 
 def test_a_stream_is_uniform_and_a_longer_one_begins_with_a_shorter_one():

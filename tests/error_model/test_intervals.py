@@ -22,7 +22,7 @@ from lostmotion.error_model.intervals import (
 )
 from lostmotion.error_model.share_intervals import share_below, share_interval
 from lostmotion.propagation.montecarlo.montecarlo import run
-from tests.conftest import arm_of
+from tests.arms import arm_of
 
 SETS = 8
 

@@ -19,7 +19,7 @@ from lostmotion.errors import InputError
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
 from lostmotion.propagation.analytic import DrawnColumns, analytic, of_screws
 from lostmotion.propagation.pooled import pooled
-from tests.conftest import arm_of
+from tests.arms import arm_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

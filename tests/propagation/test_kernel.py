@@ -15,7 +15,7 @@ from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block, sample_blocks
 from lostmotion.propagation.montecarlo.montecarlo import run
-from tests.conftest import arm_of
+from tests.arms import arm_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

@@ -19,7 +19,7 @@ from lostmotion.propagation.montecarlo import kernel, montecarlo, single_visit_k
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.units import Toleranced
-from tests.conftest import arm_of
+from tests.arms import arm_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

@@ -12,7 +12,7 @@ from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo.sensitivity import halving
-from tests.conftest import arm_of
+from tests.arms import arm_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

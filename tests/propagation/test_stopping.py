@@ -14,7 +14,7 @@ from lostmotion.propagation.montecarlo.stopping import (
     _capped,
     settle,
 )
-from tests.conftest import arm_of
+from tests.arms import arm_of
 from tests.reporting.first_screen import first_screen
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

@@ -19,7 +19,7 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.propagation.montecarlo.sensitivity import halving
 from lostmotion.spatial import pose_of
-from tests.conftest import JOINT, arm_of
+from tests.arms import JOINT, arm_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

@@ -17,7 +17,7 @@ from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.waterfall import waterfall
 from lostmotion.propagation.pooled import pooled
-from tests.conftest import JOINT, arm_of
+from tests.arms import JOINT, arm_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

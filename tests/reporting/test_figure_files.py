@@ -19,7 +19,7 @@ from lostmotion.errors import InputError, OutputExistsError
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.sheet import Figure, Row, Section
 from lostmotion.reporting.table_files import escaped, table_files
-from tests.analyses.accuracy.test_plots import small_study
+from tests.arms import small_study
 
 ARM = """
 name = "one"

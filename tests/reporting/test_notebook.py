@@ -8,7 +8,7 @@ import struct
 
 import pytest
 
-from tests.analyses.accuracy.test_plots import small_study
+from tests.arms import small_study
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ from lostmotion.reporting.page.first_screen import first_screen
 from lostmotion.reporting.page.text import escaped, foldable, headline, spaced
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet
-from tests.analyses.accuracy.test_plots import small_study
+from tests.arms import small_study
 
 HOSTILE = "<script>alert(1)</script>\"'&</title>"
 

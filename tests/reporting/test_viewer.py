@@ -17,7 +17,7 @@ import pytest
 
 from lostmotion.reporting.page.document import page
 from lostmotion.reporting.page.viewer import scripts
-from tests.analyses.accuracy.test_plots import small_study
+from tests.arms import small_study
 
 FOLDER = Path(__file__).parents[2] / "viewer"
 SCRIPT = files("lostmotion.reporting.page").joinpath("viewer.js")

@@ -23,7 +23,7 @@ from lostmotion.reporting.page.viewer import viewer
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.svg import inline_svg
 from lostmotion.reporting.workspace_cells import cells_in_space, cells_of_cut
-from tests.analyses.accuracy.test_plots import STIFF, small_study
+from tests.arms import STIFF, small_study
 
 
 def ball() -> np.ndarray:

@@ -17,21 +17,15 @@ from lostmotion.reporting.sheet import Bar, Bars, Figure, find_row
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
-@pytest.fixture(scope="module")
-def study():
-    """Study the Z-arm at few poses."""
-    return lostmotion.study(EXAMPLES / "z-arm.toml", 64, robots=60, visits=3, method="both")
-
-
 def _cost(name, share, levels=None):
     return Cost(f"joints.{name}", 1e-4, share, 1e-3, levels or (share, 0.0, 0.0))
 
 
-def test_bars_show_the_figures_of_the_tables(study):
+def test_bars_show_the_figures_of_the_tables(z_arm_study):
     """Share and effect of halving are those of the error budget, what remedies leave that of the
     waterfall; all bars together are the whole.
     """
-    sheet = study.sheet
+    sheet = z_arm_study.sheet
     blame, remedies = sheet.bars
     for bar in blame.bars[:-1]:
         row = find_row(sheet.sections, "budget", bar.label)
@@ -89,9 +83,11 @@ def test_reductions_share_one_unit():
     assert without.bars[0].effect is None
 
 
-def test_where_nothing_errs_there_are_no_bars(study):
+def test_where_nothing_errs_there_are_no_bars(z_arm_study):
     """No contributor and no remedy of an error of zero; a scale needs a length even then."""
-    stages = tuple(replace(stage, q95=Estimate(0.0, 0.0, 0.0)) for stage in study.waterfall.stages)
-    assert remedy_bars(replace(study.waterfall, stages=stages)) == ()
+    stages = tuple(
+        replace(stage, q95=Estimate(0.0, 0.0, 0.0)) for stage in z_arm_study.waterfall.stages
+    )
+    assert remedy_bars(replace(z_arm_study.waterfall, stages=stages)) == ()
     assert blame_bars([replace(_cost("A", 0.0), alone=0.0)], {}, "") == ()
     assert Bars("", "", "", (Bar("", Figure(0.0, "mm"), 0.0),)).ends == (0.0, 1.0)

@@ -23,7 +23,7 @@ from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import Sampled, run
 from lostmotion.propagation.montecarlo.stopping import Tolerance
-from tests.conftest import arm_of
+from tests.arms import arm_of
 from tests.reporting.first_screen import first_screen
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import re
 from dataclasses import replace
@@ -23,50 +22,10 @@ from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.section import sections
 from lostmotion.reporting.sheet import length
 from lostmotion.reporting.svg import inline_svg
+from tests.arms import STIFF, TURNING, small_study
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
-LINK = {"length": "400 mm ± 50 µm", "section": {"kind": "tube", "outer": "60 mm", "wall": "3 mm"}}
-LINK["material"] = {"young": "70 GPa", "poisson": 0.33, "density": "2700 kg/m^3"}
-JOINT = {
-    "type": "revolute",
-    "axis": "y",
-    "limits": (-1, 1),
-    "gearbox": {
-        "backlash": "0.5 arcmin ± 0.2 arcmin",
-        "stiffness": "120 N m/arcmin",
-        "transmission_error": "1 arcmin",
-        "ratio": 121,
-    },
-    "bearing": {"kind": "rolling", "clearance": "40 µm ± 20 µm", "span": "50 mm"},
-    "encoder": {"resolution": "1 arcmin"},
-    "mounting": {"tilt": "0.5 arcmin", "offset": "20 µm"},
-    "link": LINK,
-}
-TURNING = (
-    {**JOINT, "name": "O", "axis": "z"},
-    {**JOINT, "name": "A"},
-    {**JOINT, "name": "B"},
-    {**JOINT, "name": "C"},
-)
 SLIDING = {"type": "prismatic", "name": "S", "axis": "x", "limits": ("0 mm", "300 mm")}
-STIFF = {
-    "type": "revolute",
-    "axis": "z",
-    "limits": (-1, 1),
-    "name": "O",
-    "link": {"length": "400 mm"},
-}
-
-
-@functools.cache
-def small_study(
-    poses: int = 64, robots: int = 32, visits: int = 3, threads: int = 1, name: str = "test arm"
-) -> lostmotion.Study:
-    """Study an arm of four joints, quickly."""
-    arm = lostmotion.Arm.model_validate(
-        {"name": name, "joints": TURNING, "payload": {"mass": "3 kg"}}
-    )
-    return lostmotion.study(arm, poses, robots, visits, threads=threads)
 
 
 def study_of(*joints: dict[str, object], visits: int = 3) -> lostmotion.Study:

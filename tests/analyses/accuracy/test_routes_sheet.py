@@ -15,15 +15,9 @@ from tests.reporting.first_screen import first_screen
 ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
 
 
-@pytest.fixture(scope="module")
-def study():
-    """Study the Z-arm by both routes at few poses."""
-    return lostmotion.study(lostmotion.read(ARM), 64, robots=60, visits=3, method="both")
-
-
-def test_every_figure_over_all_poses_is_compared(study):
+def test_every_figure_over_all_poses_is_compared(z_arm_study):
     """Mean, 50, 95, 99 and 99.7 %, the standard deviation, and the two routes agree."""
-    whole = next(section for section in study.sheet.sections if section.key == "routes_all")
+    whole = next(section for section in z_arm_study.sheet.sections if section.key == "routes_all")
     assert [row.label for row in whole.rows] == [
         "mean",
         "50th percentile",
@@ -37,14 +31,16 @@ def test_every_figure_over_all_poses_is_compared(study):
 
 
 @pytest.mark.parametrize("at", range(4))
-def test_a_wrong_quantile_over_all_poses_is_seen(study, at):
+def test_a_wrong_quantile_over_all_poses_is_seen(z_arm_study, at):
     """Half as large again is beyond Monte Carlo's interval, 99.7 % too, and no other row says
     so.
     """
-    wrong = list(study.pooled.quantiles)
+    wrong = list(z_arm_study.pooled.quantiles)
     wrong[at] = Estimate(*(1.5 * end for end in (wrong[at].value, wrong[at].low, wrong[at].high)))
     whole, _ = comparisons(
-        study.analytic, replace(study.pooled, quantiles=tuple(wrong)), study.sampled
+        z_arm_study.analytic,
+        replace(z_arm_study.pooled, quantiles=tuple(wrong)),
+        z_arm_study.sampled,
     )
     assert [row.note for row in whole.rows] == [
         "beyond the interval" if k == at + 1 else "" for k in range(6)
@@ -52,17 +48,18 @@ def test_a_wrong_quantile_over_all_poses_is_seen(study, at):
     assert whole.rows[at + 1].figures[1].value > 1
 
 
-def test_the_reason_for_no_comparison_is_stated(study):
+def test_the_reason_for_no_comparison_is_stated(z_arm_study):
     """Too few robots for Monte Carlo's interval, no figure without sampling."""
-    _, each = comparisons(study.analytic, study.pooled, study.sampled)
+    _, each = comparisons(z_arm_study.analytic, z_arm_study.pooled, z_arm_study.sampled)
     row = next(row for row in each.rows if row.label == "99th percentile")
     assert "no pose to compare" in row.note
     assert "too few robots" in row.note
     assert "over all poses alone" in each.note
     untold = replace(
-        study.pooled, quantiles=(*study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3))
+        z_arm_study.pooled,
+        quantiles=(*z_arm_study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3)),
     )
-    whole, _ = comparisons(study.analytic, untold, study.sampled)
+    whole, _ = comparisons(z_arm_study.analytic, untold, z_arm_study.sampled)
     assert whole.rows[-2].note == "nothing to compare: uncertain by more than 5 %: use Monte Carlo"
 
 
@@ -95,7 +92,7 @@ def test_a_target_says_each_factor_of_what():
     assert shares == sorted(shares, reverse=True)
 
 
-def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
+def test_the_answer_without_sampling_has_its_interval_and_tiles(z_arm_study):
     """The sentence says between which ends, as its table does, and the tiles show the same
     figures.
     """
@@ -114,7 +111,7 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(study):
     assert tiles["95 % of positions within, x 100 … 600 mm"][0] == str(inside)
     assert tiles["largest contributor, share of mean square"][1] in sheet.verdict
     # One sentence for the study by both routes: Monte Carlo's own.
-    assert study.sheet.verdict.count("Expect 95 % of positions") == 1
+    assert z_arm_study.sheet.verdict.count("Expect 95 % of positions") == 1
 
 
 def test_figures_that_need_sampling_are_listed_in_a_sentence():
@@ -132,11 +129,11 @@ def test_figures_that_need_sampling_are_listed_in_a_sentence():
     assert sheet.cards[0].number == "not known"
 
 
-def test_a_root_mean_square_over_all_poses_has_an_interval(study):
+def test_a_root_mean_square_over_all_poses_has_an_interval(z_arm_study):
     """By either route, of the tool's rotation too: exact at the poses visited, with what their
     choice leaves; given poses are taken as they are.
     """
-    sections = study.sheet.sections
+    sections = z_arm_study.sheet.sections
     square = find_row(sections, "analytic", "root mean square").figures[0]
     (whole,) = in_one_unit([find_row(sections, "levels", "all together").figures[0]])
     (square,) = in_one_unit([square])
@@ -146,12 +143,12 @@ def test_a_root_mean_square_over_all_poses_has_an_interval(study):
     turned = find_row(sections, "error", "rotation of the tool, r.m.s.").figures[0]
     for figure in (square, turned):
         assert figure.low < figure.value < figure.high < 1.5 * figure.value
-    given = lostmotion.study(lostmotion.read(ARM), study.poses.q, method="analytic").sheet
+    given = lostmotion.study(lostmotion.read(ARM), z_arm_study.poses.q, method="analytic").sheet
     assert find_row(given.sections, "analytic", "root mean square").figures[0].interval == ""
     assert find_row(given.sections, "levels", "all together").figures[0].interval == ""
 
 
-def test_without_sampling_the_effect_of_halving_is_reported(study):
+def test_without_sampling_the_effect_of_halving_is_reported(z_arm_study):
     """Over the workspace, part by part: what a study by samples says of the same poses, within both
     intervals, and worked out once.
     """
@@ -163,7 +160,7 @@ def test_without_sampling_the_effect_of_halving_is_reported(study):
         part.removeprefix("joints.") for part in parts
     }
     for part in parts:
-        here, there = summed.halving.gains[part], study.halving.gains[part]
+        here, there = summed.halving.gains[part], z_arm_study.halving.gains[part]
         assert here.low <= there.high
         assert there.low <= here.high
     assert all(
