@@ -214,7 +214,9 @@ class Link(OfClass):
         return (
             {
                 **found,
-                "length_tolerance": f"{DEFAULT} tolerance of {self.process}, ± {1e3 * limit:.2g} mm",  # noqa: E501
+                "length_tolerance": (
+                    f"{DEFAULT} tolerance of {self.process}, ± {1e3 * limit:.2g} mm"
+                ),
             }
             if limit
             else found

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 # Changes where a key changes or goes; keys may be added without.
 LAYOUT: Final = 3
 _PERCENTILE: Final = re.compile(
-    r"([0-9]+(?:\.[0-9]+)?)(?: %(?: of [a-z]+)?(?: are)? below|(?:th|st|nd|rd) percentile)|^([0-9]+) %$"  # noqa: E501
+    r"([0-9]+(?:\.[0-9]+)?)(?: %(?: of [a-z]+)?(?: are)? below|(?:th|st|nd|rd) percentile)"
+    r"|^([0-9]+) %$"
 )
 
 
@@ -232,7 +233,9 @@ def result_schema() -> dict[str, Any]:
             },
             "figures": {
                 "type": "object",
-                "description": "section.row, or section.row.column where a table has several columns",  # noqa: E501
+                "description": (
+                    "section.row, or section.row.column where a table has several columns"
+                ),
                 "additionalProperties": {"type": "object", "additionalProperties": of_row},
             },
             "sections": {"type": "array", "items": section},

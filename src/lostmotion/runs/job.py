@@ -118,8 +118,8 @@ class Order(BaseModel):
             or self.designs * self.blocks > MOST_BLOCKS
         ):
             raise ValueError(
-                "an arm without its file, poses that do not share into sets, or too many "
-                "designs or blocks"
+                "an arm without its file, a number of poses that is not a multiple of the sets, "
+                "or too many designs or blocks"
             )
         return self
 
@@ -127,7 +127,7 @@ class Order(BaseModel):
     def _shares_into_sets(self) -> Self:
         """Poses by chance come in independent sets; those of a grid or a list are one set."""
         if (self.sets == 1) != (self.law in {"grid", "given"}):
-            raise ValueError("sets of poses that this law does not make")
+            raise ValueError("a number of sets that this law of poses does not have")
         return self
 
     @model_validator(mode="after")
@@ -137,13 +137,13 @@ class Order(BaseModel):
             or self.given not in {None, *self.files}
             or (self.given and self.sets > 1)
         ):
-            raise ValueError("poses given without their file, or a file without need")
+            raise ValueError("listed poses without their file, or a file that is not needed")
         return self
 
     @model_validator(mode="after")
     def _fits_into_memory(self) -> Self:
         if self.block > largest_block(self.robots) or self.robots * self.visits > MOST_RETURNS:
-            raise ValueError("blocks that no worker could hold")
+            raise ValueError("blocks larger than the memory of a worker")
         return self
 
     @property
@@ -242,7 +242,7 @@ def order_of(text: bytes) -> Order:
             else ("no JSON in UTF-8 with finite numbers",)
         )
         raise LostmotionError(
-            "this is no order of a run that can be read: "
+            "not a readable run.json: "
             f"{', '.join(map(str, what)) or 'its values do not fit together'}"
         ) from None
 
@@ -291,7 +291,7 @@ def _laid_out(files: dict[str, str]) -> Iterator[Path]:
         except OSError as error:
             # one file named as the folder of another, names too long, a full disk
             raise LostmotionError(
-                f"the files of the order cannot be laid out: {error.strerror or error} "
-                f"({shown(file)})"
+                "the files of the run cannot be written to a temporary folder: "
+                f"{error.strerror or error} ({shown(file)})"
             ) from None
         yield folder

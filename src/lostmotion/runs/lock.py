@@ -48,7 +48,7 @@ def lock(folder: Path, wait: float = 0.0) -> Iterator[None]:
         while not _taken(handle, path):
             if time.monotonic() >= deadline:
                 raise LostmotionError(
-                    f"another process is at work in '{folder}'\n  wait for it, or name another "
+                    f"another process is writing to '{folder}'\n  wait for it, or name another "
                     "folder with --out"
                 )
             time.sleep(_SECONDS_BETWEEN)

@@ -1,13 +1,13 @@
 """The folder of a big run: its order, a Zarr group of blocks, and the ledger of those that are
-done. A killed run goes on from it.
+done. An interrupted run resumes from it.
 
     run.json          the order: arm file, values swept, counts, seed, versions (`runs.order`)
     blocks.zarr/      arrays (design, block, ...), one chunk per block, to be opened with Zarr or
                       xarray
     ledger/           a file for each block that is done, with the SHA-256 of its chunks and of the
                       order they belong to
-    run.lock          empty; locked by the process at work, and free again when that ends, however
-                      it ends
+    run.lock          empty; locked by the process that writes, and released when that ends in
+                      any way
     report.html, result.json    once all blocks are done
 
 It contains no time and no random numbers, so that two runs of one order can be compared byte by
@@ -53,7 +53,7 @@ _PARTIAL: Final = re.compile(rf"\.[0-9a-f]{{8}}{re.escape(PARTIAL)}$")
 
 
 class Store:
-    """A run's folder: `begin` one or go on with it, or `open` it to read."""
+    """Folder of a run: `begin` starts or resumes one, `open` reads it."""
 
     def __init__(self, folder: Path, order: Order) -> None:
         """Take a folder that was checked already."""
@@ -78,7 +78,7 @@ class Store:
                 "into a run's store"
             )
         if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-            raise OutputExistsError(f"'{folder}' is no folder\n  name another one with --out")
+            raise OutputExistsError(f"'{folder}' is not a folder\n  name another one with --out")
         store = cls(folder, order)
         there = read_regular(folder / ORDER, _LARGEST_ORDER)
         if force and there is not None and there != text:
@@ -88,7 +88,7 @@ class Store:
             store._refuse_other_order(there)
         elif _strangers(folder):
             raise OutputExistsError(
-                f"'{folder}' exists and holds no run\n  it is left alone; name another folder "
+                f"'{folder}' exists and holds no run\n  nothing was changed; name another folder "
                 "with --out"
             )
         # Read again under the lock: of two runs that begin in a new folder at the same time, the
@@ -127,7 +127,7 @@ class Store:
                 raise OutputExistsError(
                     f"'{self.folder}' holds files that no run wrote: "
                     f"{', '.join(map(repr, others[:3]))}\n"
-                    "  it is left alone, even with --force; name another folder with --out"
+                    "  nothing was changed, even with --force; name another folder with --out"
                 )
             for name in (*_COPIES, LEDGER, BLOCKS):
                 if (self.folder / name).is_dir() and not (self.folder / name).is_symlink():
@@ -143,7 +143,7 @@ class Store:
             return
         try:
             lines = (
-                ["its run.json is gone"]
+                ["run.json is missing"]
                 if there is None
                 else self.order.differences(order_of(there))
             )

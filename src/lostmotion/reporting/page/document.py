@@ -145,5 +145,6 @@ def _section(section: Section, drawn: list[Plot]) -> str:
     inside = f'<div class="{place}">{figures}{"".join(map(bars_beside, section.bars))}{shown}</div>'
     return (
         f'<section id="{section.key}" '
-        f'class="{"wide" if wide else "narrow"}"><h2>{escaped(section.title)}</h2>{inside}</section>\n'  # noqa: E501
+        f'class="{"wide" if wide else "narrow"}">'
+        f"<h2>{escaped(section.title)}</h2>{inside}</section>\n"
     )

@@ -68,8 +68,8 @@ def table(section: Section) -> str:
             )
         else:
             body.append(
-                "<tr><th "
-                f'scope="row">{foldable(row.label)}{f"<small>{note}</small>" if note else ""}</th>{cells}</tr>'  # noqa: E501
+                f'<tr><th scope="row">{foldable(row.label)}'
+                f"{f'<small>{note}</small>' if note else ''}</th>{cells}</tr>"
             )
     quiet = [spaced(section.note)] if section.note else []
     quiet += [
@@ -81,7 +81,10 @@ def table(section: Section) -> str:
         if quiet
         else ""
     )
-    return f"<table><caption>{escaped(section.title)}</caption><thead><tr><td></td>{head}</tr></thead><tbody>{''.join(body)}</tbody>{foot}</table>"  # noqa: E501
+    return (
+        f"<table><caption>{escaped(section.title)}</caption><thead><tr><td></td>{head}</tr></thead>"
+        f"<tbody>{''.join(body)}</tbody>{foot}</table>"
+    )
 
 
 def width_of(section: Section) -> int:

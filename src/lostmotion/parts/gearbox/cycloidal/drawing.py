@@ -97,7 +97,8 @@ class CycloidalDrawing(CycloidalStages):
     def not_specified(self) -> str:
         """Return the bounded members as text, each with what it includes and its stage."""
         return ", ".join(
-            f"{_INCLUDED.get(name.removeprefix(FIRST_STAGE), name.removeprefix(FIRST_STAGE))}{' of the first stage' * name.startswith(FIRST_STAGE)}"  # noqa: E501
+            _INCLUDED.get(member := name.removeprefix(FIRST_STAGE), member)
+            + " of the first stage" * name.startswith(FIRST_STAGE)
             for name in self.bounded
         )
 
