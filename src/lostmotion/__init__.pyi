@@ -40,7 +40,7 @@ from lostmotion.mechanism.tool import Payload as Payload, Tool as Tool
 from lostmotion.mechanism.state import State as State, state_of as state_of
 from lostmotion.mechanism.holding_torques import worst_torques_over_tilts as worst_torques_over_tilts
 from lostmotion.mechanism.elastostatics import ellipsoid as ellipsoid
-from lostmotion.controller_model.calibration import Calibration as Calibration
+from lostmotion.mechanism.calibration import Calibration as Calibration
 from lostmotion.error_model.poses import Poses as Poses, sample_poses as sample_poses
 from lostmotion.error_model.bounds import worst_case as worst_case
 from lostmotion.error_model.pose_matrix import screws as screws

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.controller_model.calibration import known_streams
 from lostmotion.errors import InputError, OutputExistsError
 from lostmotion.laws.distributions import Normal, Uniform
+from lostmotion.mechanism.calibration import known_streams
 from tests.parts.random_arms import EXAMPLES
 
 Z_ARM = EXAMPLES / "z-arm.toml"

@@ -11,10 +11,11 @@ import lostmotion
 from lostmotion import sample_poses, screws
 from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.closing import standardised
+from lostmotion.error_model.columns import Draws, grouped
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.draws import Stream
 from lostmotion.error_model.expected_repeatability import expected_repeatability
-from lostmotion.error_model.pose_matrix import Draws, PoseMatrix, grouped
+from lostmotion.error_model.pose_matrix import PoseMatrix
 from lostmotion.errors import InputError
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
 from lostmotion.propagation.analytic import DrawnColumns, analytic, of_screws

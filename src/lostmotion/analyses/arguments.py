@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.error_model.poses import PoseLaw, Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.calibration import Calibration
     from lostmotion.spatial import Floats
 
 DEFAULT_POSES: Final = 2048
@@ -65,19 +66,40 @@ def paths_of(name: str, value: Any, _given: object = None) -> list[Path]:  # noq
 
 
 def arm_of(name: str, value: object, given: Mapping[str, Any]) -> Arm:
-    """Return an arm, read from its file where a path is given. Raises InputError with every mistake
-    in the file.
+    """Return an arm, read from its file where a path is given, and calibrated where the question
+    has a `calibration`. Raises InputError with every mistake in the files.
     """
     if isinstance(value, str | os.PathLike):
         from lostmotion.io import read
 
         sidecar = given.get("sidecar")
-        return read(Path(value), Path(sidecar) if isinstance(sidecar, str | os.PathLike) else None)
-    from lostmotion.mechanism.arm import Arm
+        arm = read(Path(value), Path(sidecar) if isinstance(sidecar, str | os.PathLike) else None)
+    else:
+        from lostmotion.mechanism.arm import Arm
 
-    if not isinstance(value, Arm):
-        raise refuse_argument(name, value, "an arm, or the path of its file", **{name: "arm.toml"})
-    return value
+        if not isinstance(value, Arm):
+            expected = "an arm, or the path of its file"
+            raise refuse_argument(name, value, expected, **{name: "arm.toml"})
+        arm = value
+    return _calibrated(arm, given.get("calibration"))
+
+
+def _calibrated(arm: Arm, calibration: object) -> Arm:
+    """Return the arm of the robot with these estimates, read from their file where a path is given;
+    the arm itself where there are none. Raises InputError with every mistake in the file.
+    """
+    if calibration is None:
+        return arm
+    from lostmotion.mechanism.calibration import Calibration
+
+    if isinstance(calibration, str | os.PathLike):
+        from lostmotion.io.calibration_file import read_calibration
+
+        calibration = read_calibration(Path(calibration), arm.calibrated(None).terms)
+    if not isinstance(calibration, Calibration):
+        expected = "a calibration, or the path of its file"
+        raise refuse_argument("calibration", calibration, expected, calibration="robot-17.toml")
+    return arm.calibrated(calibration)
 
 
 def poses_of(name: str, value: Any, given: Mapping[str, Any]) -> int | Poses:  # noqa: ANN401 - whatever a user passes
@@ -280,6 +302,15 @@ SidecarArgument: TypeAlias = Annotated[
         "Sidecar TOML of a URDF, xacro or MJCF file. Default: the one of the same name beside it.",
         path_of,
         metavar="SIDECAR",
+    ),
+]
+CalibrationArgument: TypeAlias = Annotated[
+    "Calibration | str | Path | None",
+    Argument(
+        "Estimates of the errors of one robot, in TOML: the answer is for that robot. Default: "
+        "none, any robot of this kind.",
+        lambda _name, value, _given: value,  # read with the arm
+        metavar="CALIBRATION",
     ),
 ]
 JointArgument: TypeAlias = Annotated[

@@ -22,8 +22,10 @@ from lostmotion.controller_model.tables import (
     Tables,
     Validity,
 )
+from lostmotion.mechanism.calibration import REMAINING
 from lostmotion.parts.forms import Linear
 from lostmotion.parts.play import InPlay
+from lostmotion.parts.term import Draw
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
     from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.placed_terms import PlacedTerm
-    from lostmotion.parts.term import Draw
     from lostmotion.spatial import Floats
 
     # Directions (6,) by index of their size.
@@ -82,17 +83,14 @@ class Screws:
         return bool(self.compliance.any() or self.own_weight.any())
 
 
-def tables_of(arm: Arm, valid: Validity, terms: Sequence[PlacedTerm] | None = None) -> Tables:
+def tables_of(arm: Arm, valid: Validity) -> Tables:
     """Return the tables of an arm.
 
     valid  limits of the load and of gravity
-    terms  error terms in place of the arm's own, such as those of a calibrated robot
 
     Exact: the tables have the same mean and covariance as the terms.
     """
-    own = [
-        each for each in (arm.terms if terms is None else terms) if each.place in arm.tree.tool_path
-    ]
+    own = [each for each in _independent(arm) if each.place in arm.tree.tool_path]
     simplified = with_combined_springs(without_phases(own))
     places = places_of(arm.tree, {each.place for each in simplified})
     rise = 0.0 if arm.environment.rise is None else arm.environment.rise.nominal
@@ -123,6 +121,35 @@ def tables_of(arm: Arm, valid: Validity, terms: Sequence[PlacedTerm] | None = No
         arm.gravity_in_base,
         valid,
     )
+
+
+def _independent(arm: Arm) -> list[PlacedTerm]:
+    """Return the terms of an arm with independent draws: tables have no others, so that a term with
+    one of several correlated draws becomes one for each independent draw of which it is a sum.
+    """
+    correlations = arm.correlations
+    if correlations is None:
+        return list(arm.terms)
+    out: list[PlacedTerm] = []
+    for placed in arm.terms:
+        term, draw = placed.term, placed.term.robot
+        row = None if draw is None else correlations.row.get(draw.name(placed.owner))
+        if row is None:
+            out.append(placed)
+            continue
+        out += [
+            replace(
+                placed,
+                term=replace(
+                    term,
+                    scale=term.scale * factor,
+                    robot=Draw(correlations.streams[k], REMAINING, "calibration"),
+                ),
+            )
+            for k, factor in enumerate(correlations.factor[row].tolist())
+            if factor
+        ]
+    return out
 
 
 def _shared(errors: Sequence[Mapping[Error, Screws]]) -> list[Error]:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.error_model.closing import Closing
-    from lostmotion.error_model.pose_matrix import Draws, PoseMatrix
+    from lostmotion.error_model.columns import Draws
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.laws.distributions import Law
     from lostmotion.spatial import Floats
 

@@ -21,8 +21,9 @@ from lostmotion.mechanism.state import states_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from lostmotion.error_model.columns import Column, Key
     from lostmotion.error_model.intervals import Estimate
-    from lostmotion.error_model.pose_matrix import Column, PoseMatrix
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.term import Level
@@ -75,8 +76,10 @@ class Tally:
     """Sums over poses of mean-square tool errors, m^2, with one entry per part in `owners`, or per
     label of another grouping.
 
-    Columns with the same draws are one error; so are all design columns. X is the sum of the
-    columns of one error, and x the part of it that belongs to one entry.
+    Columns with the same draws are one error; so are all design columns, and all columns whose
+    draws a calibration leaves correlated. X is the sum of the columns of one error times their
+    draws, and x the part of it that belongs to one entry; products are means over the draws. So a
+    correlated part counts with its own variance and its covariance with all others.
 
     total   sum of |X|^2 over all errors
     own     (entry,) sum of |x|^2: the mean square of each entry by itself
@@ -99,12 +102,22 @@ class Tally:
         names = [label(column) for column in matrix.infos]
         entry = {owner: k for k, owner in enumerate(dict.fromkeys(names))}
         own, shared = np.zeros(len(entry)), np.zeros((len(entry), 3))
-        shift, merged, total = matrix.along_poses[3:], matrix.merged, 0.0
-        for column, members in enumerate(matrix.groups.values()):
-            whole, part = merged.along_poses[3:, column], _PARTS[merged.infos[column].level]
+        shift, total = matrix.along_poses[3:], 0.0
+        uncorrelated = iter(matrix.uncorrelated.along_poses[3:].transpose(1, 0, 2))
+        for key, members in matrix.groups.items():
+            part = _PARTS[matrix.infos[members[0]].level]
             entries: dict[str, list[int]] = {}
             for k in members:
                 entries.setdefault(names[k], []).append(k)
+            if key in matrix.mixtures:
+                products = matrix.products[key]
+                for name, of_entry in entries.items():
+                    rows = [members.index(k) for k in of_entry]
+                    own[entry[name]] += products[np.ix_(rows, rows)].sum()
+                    shared[entry[name], part] += products[rows].sum()
+                total += float(products.sum())
+                continue
+            whole = next(uncorrelated)
             for name, of_entry in entries.items():
                 x = whole if len(of_entry) == len(members) else shift[:, of_entry].sum(axis=1)
                 own[entry[name]] += np.vdot(x, x)
@@ -321,6 +334,9 @@ def budget_changes(
     for both_states in zip(*blocks, strict=True):
         matrices = [screws(state, approach=approach) for _, state in both_states]
         for draws in dict.fromkeys(draws for matrix in matrices for draws in matrix.groups):
+            if any(draws in matrix.mixtures for matrix in matrices):
+                _add_correlated_changes(matrices, draws, labels, out, len(q))
+                continue
             found = [matrix.along_poses[3:, matrix.groups.get(draws, [])] for matrix in matrices]
             both = sum(each.sum(axis=1) for each in found)
             for label, changes in zip(labels, out, strict=True):
@@ -334,6 +350,35 @@ def budget_changes(
                             np.vdot(own, both)
                         ) / len(q)
     return out
+
+
+def _add_correlated_changes(
+    matrices: Sequence[PoseMatrix],
+    draws: Key,
+    labels: Sequence[Callable[[Column], str]],
+    out: Sequence[dict[str, float]],
+    poses: int,
+) -> None:
+    """Add the contributions of the columns with these correlated draws, before and after, to the
+    changes of `budget_changes`.
+    """
+    infos, shifts, spread, signs = [], [], [], []
+    for sign, matrix in zip((-1.0, 1.0), matrices, strict=True):
+        members = matrix.groups.get(draws, [])
+        correlations = matrix.correlations
+        if correlations is None or not members:
+            continue
+        infos += [matrix.infos[k] for k in members]
+        shifts.append(matrix.along_poses[3:, members])
+        spread.append(
+            correlations.factor[[correlations.row[matrix.infos[k].robot_name] for k in members]]
+        )
+        signs += [sign] * len(members)
+    shift, weights = np.concatenate(shifts, axis=1), np.concatenate(spread)
+    found = np.array(signs) * ((weights @ weights.T) * sum(x @ x.T for x in shift)).sum(axis=1)
+    for label, changes in zip(labels, out, strict=True):
+        for info, change in zip(infos, found.tolist(), strict=True):
+            changes[label(info)] = changes.get(label(info), 0.0) + change / poses
 
 
 def tallies(

@@ -6,167 +6,52 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lostmotion.error_model.calibrated import mixtures
 from lostmotion.error_model.closing import Closing, closed_in_some, mean_and_change
+from lostmotion.error_model.columns import Column, Draws, ToolScrews, grouped
 from lostmotion.error_model.draws import Stream
 from lostmotion.laws.distributions import COMPARED
 from lostmotion.parts import forms_together
-from lostmotion.parts.term import level_of
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Sequence
+    from collections.abc import Hashable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from lostmotion.laws.distributions import Law
+    from lostmotion.error_model.calibrated import Mixture
+    from lostmotion.error_model.columns import Groups, Key
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.calibration import Correlations
     from lostmotion.mechanism.placed_terms import PlacedTerm
     from lostmotion.mechanism.state import State
-    from lostmotion.parts.term import Draw, Form, Level, Threshold
+    from lostmotion.parts.term import Draw, Form, Threshold
     from lostmotion.spatial import Floats
-
-    Groups = dict[tuple[tuple[tuple[str, str], Law], ...], list[int]]
-
-
-@dataclass(frozen=True, slots=True)
-class Draws:
-    """The draws that a column is multiplied by. Columns with the same draws are one error; all
-    others are uncorrelated.
-
-    robot    stream drawn once per robot; None: the factor is one
-    visit    stream drawn at every visit; None: the factor is one
-    closing  decides whether the play of a robot is closed; the factor is `closing.standardised` of
-             it. None: the factor is one
-    """
-
-    robot: Stream | None
-    visit: Stream | None
-    closing: Closing | None
-
-    @property
-    def level(self) -> Level:
-        """Return the level of chance."""
-        return level_of(self.robot or self.closing, self.visit)
-
-    @property
-    def draws(self) -> tuple[tuple[tuple[str, str], Law], ...]:
-        """Return the streams (level, name) whose draws the column is multiplied by, each with its
-        law.
-        """
-        closing = None if self.closing is None else self.closing.stream
-        streams = (("closing", closing), ("robot", self.robot), ("visit", self.visit))
-        return tuple(
-            ((level, stream.name), stream.law) for level, stream in streams if stream is not None
-        )
-
-    @property
-    def bound(self) -> float:
-        """Return the largest absolute product of the robot and the visit draw, without the closing;
-        1 where there are none.
-        """
-        return math.prod(
-            stream.law.bound for stream in (self.robot, self.visit) if stream is not None
-        )
-
-    @property
-    def limit(self) -> float:
-        """Return the size of these draws in a root-sum-square: their bound, or the stated tolerance
-        of an unbounded distribution.
-        """
-        return math.prod(
-            stream.law.limit for stream in (self.robot, self.visit) if stream is not None
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class Column(Draws):
-    """A column of the pose matrix: a term, or a part of one.
-
-    A sided term has one column for poses whose last motion is known, which draws no side, and one
-    for all others. A term that exists only where a load closes a play, or only where it leaves the
-    play open, has two columns: its mean over robots, and the deviation of one robot from the mean.
-
-    of       the term and its place on the arm
-    mean_by  decides whether the play is closed, for the column of the mean; `closing` is the same
-             for the column of the deviation
-    """
-
-    of: PlacedTerm
-    mean_by: Closing | None
-
-    @property
-    def name(self) -> str:
-        """Return the full name of the term ("joints.A.gearbox.backlash")."""
-        return self.of.name
-
-    @property
-    def owner(self) -> str:
-        """Return the name of the part that the term belongs to ("joints.A.gearbox")."""
-        return self.of.owner
-
-
-@dataclass(frozen=True)
-class ToolScrews:
-    """Motion of the tool per unit draw: error[pose] = tool[pose] @ draws, along the axes of the
-    base frame, at the tool point.
-
-    infos   the draws of each column
-    tool    (pose, 6, column) rotation of the tool and displacement of the tool point, rad and m per
-            unit draw
-    """
-
-    infos: Sequence[Draws]
-    tool: Floats
-
-    def columns(self, *levels: Level) -> NDArray[np.int64]:
-        """Return the indices of the columns of these levels, in rising order."""
-        return np.array([k for k, info in enumerate(self.infos) if info.level in levels], dtype=int)
-
-    @functools.cached_property
-    def along_poses(self) -> Floats:
-        """Return `tool` as (6, column, pose), contiguous."""
-        return np.ascontiguousarray(self.tool.transpose(1, 2, 0))
-
-    @functools.cached_property
-    def bias(self) -> Floats:
-        """Return the sum of the design columns (pose, 6), rad and m: the mean error, which every
-        robot has at every visit.
-        """
-        out = np.zeros((6, len(self.tool)))
-        # one by one: NumPy would sum a single pose in another order
-        for k in self.columns("design"):
-            out += self.along_poses[:, k]
-        return out.T
-
-    @functools.cached_property
-    def squares(self) -> Floats:
-        """Return the squared displacement of the tool point by each column (column, pose), m^2."""
-        return np.asarray(sum(shift**2 for shift in self.along_poses[3:]))
-
-    @functools.cached_property
-    def square_sums(self) -> Floats:
-        """Return `squares` summed over the poses (column,), m^2."""
-        return np.asarray(self.squares.sum(axis=1))
 
 
 @dataclass(frozen=True)
 class PoseMatrix(ToolScrews):
-    """The pose matrix of an arm, with a column for each term. Sums of squares use `merged`, which
-    has a column for each draw.
+    """The pose matrix of an arm, with a column for each term. Sums of squares use `merged`, whose
+    columns have independent draws; samples use `summed`, which has a column for each draw.
 
     groups     indices of the columns of each error by its draws; the design columns are the group
-               without a draw
+               without a draw, and columns with correlated draws are one group
     place      (column,) index of the place in whose frame `local` is expressed
     scale      (column,) size of the term; columns of one form at one place are proportional to it
                at every pose
     local      (pose, 6, column) screw at the place, rad and m per unit draw
     closed     (row, pose) share of robots in which a load closes the play of each `Closing`
+<<<<<<< HEAD
     state      state of the arm at the poses, about which its errors are linearised
+=======
+    tool_path  numbers of the places from the base to the tool
+    mixtures   independent draws of the groups with correlated ones
+    correlations  the correlations of draws; None where all are independent
+>>>>>>> 56f3288e (Calibrate the arm: means become design, a covariance mixes the draws)
     """
 
     infos: tuple[Column, ...]
@@ -175,7 +60,13 @@ class PoseMatrix(ToolScrews):
     scale: Floats
     local: Floats
     closed: Floats
+<<<<<<< HEAD
     state: State
+=======
+    tool_path: tuple[int, ...]
+    mixtures: Mapping[Key, Mixture] = field(default_factory=dict)
+    correlations: Correlations | None = None
+>>>>>>> 56f3288e (Calibrate the arm: means become design, a covariance mixes the draws)
 
     def stretch(self, first: int, last: int) -> PoseMatrix:
         """Return the matrix of the poses from number `first` to `last` - 1."""
@@ -208,27 +99,64 @@ class PoseMatrix(ToolScrews):
         return tuple(dict.fromkeys(info.owner for info in self.infos))
 
     @functools.cached_property
-    def merged(self) -> ToolScrews:
-        """Return the matrix with one column per draw, in the order of `groups`: the sum of the
-        columns that have this draw.
+    def summed(self) -> ToolScrews:
+        """Return the matrix with one column per draw: the sum of the columns that have this draw.
+        Draws of several columns may be correlated.
         """
-        out = self.along_poses[:, [members[0] for members in self.groups.values()]]
-        for column, (_, *others) in enumerate(self.groups.values()):
+        groups = grouped(self.infos) if self.mixtures else self.groups
+        out = self.along_poses[:, [members[0] for members in groups.values()]]
+        for column, (_, *others) in enumerate(groups.values()):
             for k in others:
                 out[:, column] += self.along_poses[:, k]
-        firsts = (self.infos[members[0]] for members in self.groups.values())
+        firsts = (self.infos[members[0]] for members in groups.values())
         return ToolScrews(
             tuple(Draws(info.robot, info.visit, info.closing) for info in firsts),
             out.transpose(2, 0, 1),
         )
 
+    @functools.cached_property
+    def merged(self) -> ToolScrews:
+        """Return the matrix with one column per independent draw, those of correlated draws last:
+        `summed`, where no draws are correlated.
+        """
+        if not self.mixtures:
+            return self.summed
+        infos, shifts = [*self.uncorrelated.infos], [self.uncorrelated.along_poses]
+        for key, mixed in self.mixtures.items():
+            first = self.infos[self.groups[key][0]]
+            infos += [Draws(stream, first.visit, first.closing) for stream in mixed.streams]
+            shifts.append(mixed.weights.T @ self.along_poses[:, self.groups[key]])
+        return ToolScrews(tuple(infos), np.concatenate(shifts, axis=1).transpose(2, 0, 1))
 
-def grouped(infos: Sequence[Draws]) -> Groups:
-    """Return the indices of the columns of each error by its draws."""
-    out: Groups = {}
-    for k, info in enumerate(infos):
-        out.setdefault(info.draws, []).append(k)
-    return out
+    @functools.cached_property
+    def uncorrelated(self) -> ToolScrews:
+        """Return the columns of `summed` whose draws are independent of all others."""
+        if self.correlations is None:
+            return self.summed
+        row = self.correlations.row
+        kept = [k for k, info in enumerate(self.summed.infos) if info.robot_name not in row]
+        return ToolScrews(tuple(self.summed.infos[k] for k in kept), self.summed.tool[:, :, kept])
+
+    @functools.cached_property
+    def products(self) -> dict[Key, Floats]:
+        """Return for each group with correlated draws the products (column, column), m^2, of its
+        displacements of the tool point, times the correlation of their draws, summed over the
+        poses.
+
+        They add to the mean square of the group; the share of a column in it is the sum of its row.
+        """
+        return {
+            key: mixed.correlation * sum(x @ x.T for x in self.along_poses[3:, self.groups[key]])
+            for key, mixed in self.mixtures.items()
+        }
+
+    def square_sum(self, factors: Floats) -> float:
+        """Return the mean square displacement of the tool point, summed over the poses, m^2, with
+        every column scaled by its factor (column,).
+        """
+        shift = self.scaled(factors).uncorrelated.along_poses[3:]
+        correlated = ((factors[self.groups[key]], each) for key, each in self.products.items())
+        return float(np.vdot(shift, shift)) + sum(float(f @ each @ f) for f, each in correlated)
 
 
 def screws(state: State, *, approach: float | Floats = 0.0) -> PoseMatrix:
@@ -310,7 +238,8 @@ class Columns:
                     )
                 infos += [_column(of, side, names, closing, part) for side, part in kinds]
         self.infos = tuple(infos)
-        self._groups = grouped(infos)
+        self._groups = grouped(infos, arm.correlations)
+        self._mixtures = mixtures(infos, self._groups, arm.correlations)
         self._rows = len(thresholds)
         self._place = np.array([info.of.place for info in infos], dtype=int)
         self._scale = np.array([info.of.term.scale for info in infos])
@@ -350,7 +279,13 @@ class Columns:
             self._scale,
             local.transpose(2, 0, 1),
             closed,
+<<<<<<< HEAD
             state,
+=======
+            arm.tree.tool_path,
+            self._mixtures,
+            arm.correlations,
+>>>>>>> 56f3288e (Calibrate the arm: means become design, a covariance mixes the draws)
         )
 
 

@@ -45,8 +45,9 @@ from lostmotion.mechanism.state import state_of, states_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lostmotion.error_model.columns import Column
     from lostmotion.error_model.intervals import Estimate
-    from lostmotion.error_model.pose_matrix import Column, PoseMatrix
+    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -167,10 +168,7 @@ def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
                 if side not in arriving:
                     arriving[side] = screws(state, approach=side)
                 matrix = arriving[side]
-                shift = matrix.scaled(remaining(matrix.infos, stage, geometry)).merged.along_poses[
-                    3:
-                ]
-                sums[stage] += float(np.vdot(shift, shift))
+                sums[stage] += matrix.square_sum(remaining(matrix.infos, stage, geometry))
         for stage, whole in sums.items():
             squares[stage].append(whole / len(q))
     return {stage: np.array(of_sets) for stage, of_sets in squares.items()}

@@ -14,7 +14,7 @@ from lostmotion.mechanism.state import state_of
 from lostmotion.parts.gearbox.gearbox import LIMITED
 
 if TYPE_CHECKING:
-    from lostmotion.error_model.pose_matrix import Column
+    from lostmotion.error_model.columns import Column
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats

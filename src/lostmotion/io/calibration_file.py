@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lostmotion.controller_model.calibration import Calibration, known_streams
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.draft import Draft
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.toml import read_toml
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.validation_errors import problems
+from lostmotion.mechanism.calibration import Calibration, known_streams
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -11,6 +11,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import nearest, shown
+from lostmotion.mechanism.calibration import Calibration
 from lostmotion.mechanism.holding import holding_loads
 from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
 from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
@@ -28,6 +29,7 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from lostmotion.mechanism.calibration import Correlations
     from lostmotion.mechanism.places import Tree
     from lostmotion.parts.error_source import Friction
     from lostmotion.spatial import Floats
@@ -72,6 +74,7 @@ class Arm(Part):
     ] = ()
 
     _warnings: tuple[str, ...] = PrivateAttr(())
+    _calibration: Calibration | None = PrivateAttr(None)
 
     @model_validator(mode="after")
     def _has_a_mechanism(self) -> Self:
@@ -188,8 +191,36 @@ class Arm(Part):
 
     @functools.cached_property
     def terms(self) -> tuple[PlacedTerm, ...]:
-        """Return the error terms of all parts, in the order of the parts."""
-        return tuple(term for part in self.parts for term in part.terms())
+        """Return the error terms of all parts, in the order of the parts; those of one robot where
+        the arm is calibrated.
+        """
+        terms = tuple(term for part in self.parts for term in part.terms())
+        return terms if self._calibration is None else tuple(self._calibration.of(terms))
+
+    def calibrated(self, calibration: Calibration | None) -> Self:
+        """Return the arm of one robot of which some draws were estimated; without a calibration,
+        the arm as its file states it.
+
+        The estimates are those of the arm as its file states it, also where this arm is calibrated
+        already. Raises InputError for a stream by which the arm is not drawn.
+        """
+        out = self.model_copy()
+        out._calibration = None  # noqa: SLF001 - of the same class
+        if calibration is not None:
+            calibration.refuse_unknown(out.terms)
+            del out.__dict__["terms"]
+            out._calibration = calibration  # noqa: SLF001 - of the same class
+        return out
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """Return the estimates of the robot that this arm is; None for an arm of any robot."""
+        return self._calibration
+
+    @property
+    def correlations(self) -> Correlations | None:
+        """Return the correlations of the draws of its terms; None where all are independent."""
+        return None if self._calibration is None else self._calibration.correlations
 
     @property
     def has_temperatures(self) -> bool:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import numpy as np
 
 from lostmotion.error_model.bounds import bounds
+from lostmotion.error_model.calibrated import streams_of
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.remedies import STAGES, screws_at_stage
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.error_model.pose_matrix import PoseMatrix
+    from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -236,18 +238,52 @@ class DrawnColumns:
         self._of_term = np.array(
             [list(by_row).index(closing.row) for closing in closings], dtype=int
         )
+        # Correlated draws are sums of independent ones, which have coordinates of the sequence.
+        sums: dict[Hashable, Floats] = {
+            ("robot", stream.name): direction
+            for mixed in matrix.mixtures.values()
+            for stream, direction in zip(mixed.streams, mixed.directions, strict=True)
+        }
+        independent: list[tuple[Hashable, Law]] = [
+            (("robot", stream.name), stream.law) for stream in streams_of(matrix.correlations)
+        ]
         importance: Counter[Hashable] = Counter()
         for k, size in zip(self._columns, (self.shift(matrix) ** 2).sum(axis=(0, 1)), strict=True):
             for stream, _ in infos[k].draws:
-                importance[stream] += size
+                if stream not in sums:
+                    importance[stream] += size
+                    continue
+                for (each, _), share in zip(independent, sums[stream].tolist(), strict=True):
+                    importance[each] += size * share**2
         own = [
-            [(stream, law) for stream, law in infos[k].draws if law != COMPARED]
+            [
+                (stream, law)
+                for stream, law in infos[k].draws
+                if law != COMPARED and stream not in sums
+            ]
             for k in self._columns
         ]
         uniforms = [[(("closing", closing.stream.name), COMPARED)] for closing in by_row.values()]
-        # The draws (term, count) at `count` points, followed by the uniforms that decide whether
-        # plays are closed.
-        self._drawn = functools.cache(functools.partial(sobol_draws, own + uniforms, importance))
+        directions = {
+            row: sums[stream]
+            for row, k in enumerate(self._columns)
+            for stream, _ in infos[k].draws
+            if stream in sums
+        }
+
+        @functools.cache
+        def points(count: int) -> Floats:
+            """Return the draws (term, count) at `count` points, followed by the uniforms that
+            decide whether plays are closed.
+            """
+            each = [[stream] for stream in independent]
+            found = sobol_draws([*own, *uniforms, *each], importance, count)
+            found, of_independent = np.split(found, [len(own) + len(uniforms)])
+            if directions:
+                found[list(directions)] *= np.array(list(directions.values())) @ of_independent
+            return found
+
+        self._drawn = points
 
     def draws(self, count: int) -> Floats:
         """Return the draws (term, count) at `count` points; for plays, without the factor that

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.calibrated import correlated_draws
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, robot_draws, visit_draws
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.error_model.pose_matrix import PoseMatrix
+    from lostmotion.mechanism.calibration import Correlations
     from lostmotion.spatial import Floats
 
 # The first-order sum is refused where it differs from exact composition by a larger share of the
@@ -86,13 +88,15 @@ def draws_of(
     """
     out = np.ones((len(matrix.infos), len(robots)))
     count = int(robots.max()) + 1
+    correlated = _first_correlated(seed, matrix.correlations, count)
     visiting = [(k, info.visit) for k, info in enumerate(matrix.infos) if info.visit is not None]
     out[[k for k, _ in visiting]] = visit_draws(
         seed, [stream for _, stream in visiting], pose, robots, visits
     )
     for k, info in enumerate(matrix.infos):
         if info.robot is not None:
-            out[k] *= _first_robots(seed, info.robot, count)[robots]
+            own = correlated.get(info.robot.name)
+            out[k] *= (_first_robots(seed, info.robot, count) if own is None else own)[robots]
         if info.closing is not None:
             out[k] *= standardised(
                 _first_robots(seed, info.closing.stream, count)[robots],
@@ -104,6 +108,14 @@ def draws_of(
 @functools.lru_cache(maxsize=1024)
 def _first_robots(seed: int, stream: Stream, count: int) -> Floats:
     return np.asarray(robot_draws(seed, [stream], count)[:, 0, :].ravel())
+
+
+@functools.lru_cache(maxsize=8)
+def _first_correlated(
+    seed: int, correlations: Correlations | None, count: int
+) -> dict[str, Floats]:
+    drawn = {} if correlations is None else correlated_draws(seed, correlations, count)
+    return {name: draws.ravel() for name, draws in drawn.items()}
 
 
 def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Floats:

@@ -14,6 +14,7 @@ from lostmotion.analyses.arguments import (
     Approach,
     ApproachArgument,
     ArmArgument,
+    CalibrationArgument,
     Method,
     PoseChoice,
     PoseLawArgument,
@@ -158,6 +159,7 @@ def study(
         int, Argument("How many robots are simulated at most, with `until`.", least=1)
     ] = 10_000,
     sidecar: SidecarArgument = None,
+    calibration: CalibrationArgument = None,
     threads: ThreadsArgument = None,
     device: Annotated[
         Literal["cpu", "gpu"],

@@ -21,8 +21,8 @@ from lostmotion.propagation.montecarlo.montecarlo import run
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from lostmotion.error_model.columns import Column
     from lostmotion.error_model.intervals import Estimate
-    from lostmotion.error_model.pose_matrix import Column
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm

@@ -24,7 +24,6 @@ from lostmotion.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.controller_model.calibration import Calibration
     from lostmotion.controller_model.controller import Controller
     from lostmotion.controller_model.remainder import Remainder
     from lostmotion.mechanism.arm import Arm
@@ -58,7 +57,7 @@ _POSES: Final = 512
 _LEAST_SHARE: Final = 1e-5
 
 
-def remarks_on(arm: Arm, calibration: Calibration | None) -> list[str]:
+def remarks_on(arm: Arm) -> list[str]:
     """Return what a user must know: for which robot it is, overloaded drives, doubtful data, joints
     taken as perfect, assumed values.
     """
@@ -69,7 +68,7 @@ def remarks_on(arm: Arm, calibration: Calibration | None) -> list[str]:
         if count
         else ""
     )
-    estimates = 0 if calibration is None else len(calibration.streams)
+    estimates = 0 if arm.calibration is None else len(arm.calibration.streams)
     own = (
         (
             f"this is the model of one calibrated robot, with {several(estimates, 'estimate')} of "

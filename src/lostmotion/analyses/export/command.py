@@ -5,8 +5,12 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from lostmotion.analyses.arguments import ArmArgument, SidecarArgument, path_of
-from lostmotion.analyses.export.calibration import calibration_of
+from lostmotion.analyses.arguments import (
+    ArmArgument,
+    CalibrationArgument,
+    SidecarArgument,
+    path_of,
+)
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.reporting.sheet import several
@@ -15,23 +19,11 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.controller_model.calibration import Calibration
-
 _LargestPayload: TypeAlias = Annotated[
     Amount | None,
     Argument(
         "Largest payload for which the model answers. Default: twice that of the file.",
         Quantity("kg", "10 kg", above=0),
-    ),
-]
-
-
-_CalibrationArgument: TypeAlias = Annotated[
-    "Calibration | str | Path | None",
-    Argument(
-        "File with estimates of the errors of one robot, in TOML. Default: none.",
-        calibration_of,
-        metavar="FILE",
     ),
 ]
 
@@ -89,7 +81,7 @@ def export_c(
         Argument("Write the prediction out for this arm, without loops: faster, with more code."),
     ] = False,
     largest_payload: _LargestPayload = None,
-    calibration: _CalibrationArgument = None,
+    calibration: CalibrationArgument = None,
     force: Annotated[bool, Argument("Replace files of an earlier export.")] = False,
 ) -> dict[str, Any]:
     """Write the error model of an arm as C source that predicts and compensates in fixed time,
@@ -109,13 +101,8 @@ def export_c(
     from lostmotion.analyses.export.folder import write_files
     from lostmotion.analyses.export.input_hash import input_hash
 
-    model = controller(
-        asked.arm, largest_payload=asked.largest_payload, calibration=asked.calibration
-    )
-    remarks, sha256 = (
-        remarks_on(asked.arm, asked.calibration),
-        input_hash(asked.arm, asked.calibration),
-    )
+    model = controller(asked.arm, largest_payload=asked.largest_payload)
+    remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
     files = c_files(model, remarks, sha256, single=asked.precision == "float", unroll=asked.unroll)
     folder = write_files(files, asked.out, force=asked.force)
     return {
@@ -143,7 +130,7 @@ def export_fmu(
     sidecar: SidecarArgument = None,
     version: Annotated[Literal["3.0", "2.0"], Argument("Version of the FMI standard.")] = "3.0",
     largest_payload: _LargestPayload = None,
-    calibration: _CalibrationArgument = None,
+    calibration: CalibrationArgument = None,
     force: Annotated[bool, Argument("Replace an earlier export.")] = False,
 ) -> dict[str, Any]:
     """Write the error model of an arm as an FMU for co-simulation: C sources, and a library for
@@ -164,13 +151,8 @@ def export_fmu(
     from lostmotion.analyses.export.folder import write_fmu
     from lostmotion.analyses.export.input_hash import input_hash
 
-    model = controller(
-        asked.arm, largest_payload=asked.largest_payload, calibration=asked.calibration
-    )
-    remarks, sha256 = (
-        remarks_on(asked.arm, asked.calibration),
-        input_hash(asked.arm, asked.calibration),
-    )
+    model = controller(asked.arm, largest_payload=asked.largest_payload)
+    remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
     content, folder = fmu(model, c_files(model, remarks, sha256, single=False), asked.version)
     path = write_fmu(asked.out, content, force=asked.force)
     return {

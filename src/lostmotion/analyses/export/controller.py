@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.arguments import arm_of
-from lostmotion.analyses.export.calibration import calibration_of
 from lostmotion.analyses.quantities import amount
 from lostmotion.blas_threads import one_blas_thread
 from lostmotion.controller_model.controller import Controller
@@ -17,8 +16,8 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.controller_model.calibration import Calibration
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.calibration import Calibration
 
 
 def controller(
@@ -51,18 +50,13 @@ def controller(
         error source, and for a calibration of draws that the arm does not have.
 
     """
-    described = arm_of("arm", arm, {})
+    described = arm_of("arm", arm, {"calibration": calibration})
     refuse_undescribed(described)
     payload = (
         None
         if largest_payload is None
         else amount("largest_payload", largest_payload, Quantity("kg", "10 kg", above=0))
     )
-    terms = (
-        None
-        if calibration is None
-        else calibration_of("calibration", calibration, {"arm": described}).terms(described.terms)
-    )
     with one_blas_thread():
-        tables = tables_of(described, validity_of(described, payload), terms)
+        tables = tables_of(described, validity_of(described, payload))
     return Controller(tables, accurate_length=accurate_length)

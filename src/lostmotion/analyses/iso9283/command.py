@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 from lostmotion.analyses.arguments import (
     DEFAULT_ROBOTS,
     DEFAULT_VISITS,
+    CalibrationArgument,
     ProgressArgument,
     ReadyArgument,
     SeedArgument,
@@ -234,6 +235,7 @@ def iso9283(
     ] = 23e-6,
     seed: SeedArgument = 1,
     sidecar: SidecarArgument = None,
+    calibration: CalibrationArgument = None,
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
 ) -> Iso9283:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 from lostmotion.analyses.arguments import (
     ArmArgument,
+    CalibrationArgument,
     PoseLawArgument,
     PosesArgument,
     ReadyArgument,
@@ -66,6 +67,7 @@ def statics(
     ] = None,
     reducers: ReducersArgument = (),
     sidecar: SidecarArgument = None,
+    calibration: CalibrationArgument = None,
     ready: ReadyArgument = None,
 ) -> Statics:
     """Report what every joint carries, which reducers are rated for it, and how stiff the arm is:

@@ -72,8 +72,12 @@ def mean_square_form(
     """
     item_of = {column: k for k, item in enumerate(items) for column in item.columns}
     shift, out = matrix.along_poses[3:], np.zeros((len(items), len(items)))
-    for members in matrix.groups.values():
+    for key, members in matrix.groups.items():
         if visits_only and matrix.infos[members[0]].visit is None:
+            continue
+        if key in matrix.mixtures:
+            of_item = np.array([item_of[column] for column in members])
+            np.add.at(out, (of_item[:, None], of_item), matrix.products[key] / len(matrix.tool))
             continue
         own = {
             k: np.zeros_like(shift[:, 0])

@@ -22,6 +22,7 @@ import numpy as np
 
 from lostmotion.analyses.targets.yield_ import split_blocks
 from lostmotion.error_model import error_bins
+from lostmotion.error_model.calibrated import streams_of
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, uniforms
 from lostmotion.error_model.intervals import (
@@ -227,7 +228,7 @@ class ErrorMetric:
                 size = np.ones((len(matrix.tool), self.repeats))
                 for level, stream in (("robot", info.robot), ("visit", info.visit)):
                     if stream is not None:
-                        size = size * stream.law.quantile(self._uniforms(level, stream))
+                        size = size * self._drawn(level, stream)
                 if info.closing is not None:
                     size = size * standardised(
                         self._uniforms("robot", info.closing.stream),
@@ -236,6 +237,26 @@ class ErrorMetric:
                 for axis in range(3):
                     out[..., axis] += size * shift[:, axis, None]
         return out
+
+    def _drawn(self, level: str, stream: Stream) -> Floats:
+        """Return the draws of a stream (pose, repeat)."""
+        correlated = self._correlated.get(stream.name) if level == "robot" else None
+        if correlated is None:
+            return np.asarray(stream.law.quantile(self._uniforms(level, stream)))
+        return correlated
+
+    @functools.cached_property
+    def _correlated(self) -> dict[str, Floats]:
+        """Return the draws (pose, repeat) that a calibration leaves correlated, by stream."""
+        correlations = self.matrix.correlations
+        if correlations is None:
+            return {}
+        drawn = (
+            stream.law.quantile(self._uniforms("robot", stream))
+            for stream in streams_of(correlations)
+        )
+        mixed = np.tensordot(correlations.factor, np.array(list(drawn)), axes=1)
+        return dict(zip(correlations.streams, mixed, strict=True))
 
     def _uniforms(self, level: str, stream: Stream) -> Floats:
         return uniforms(self.seed, f"targets.{level}.{stream.name}", self.samples).reshape(

@@ -17,7 +17,7 @@ from lostmotion.parts.term import Parameter
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from lostmotion.error_model.pose_matrix import Column
+    from lostmotion.error_model.columns import Column
     from lostmotion.mechanism.arm import Arm
 
 

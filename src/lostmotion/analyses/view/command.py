@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 from lostmotion.analyses.arguments import (
     DEFAULT_POSES,
     ArmArgument,
+    CalibrationArgument,
     SeedArgument,
     SidecarArgument,
     pose_of,
@@ -46,6 +47,7 @@ def view(
     ] = False,
     seed: SeedArgument = 1,
     sidecar: SidecarArgument = None,
+    calibration: CalibrationArgument = None,
 ) -> dict[str, Any]:
     """Show an arm in the browser: drag its joints and see its error, the parts that cause it, and
     the error over its workspace.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 from lostmotion.analyses.arguments import (
     ApproachArgument,
     ArmArgument,
+    CalibrationArgument,
     ProgressArgument,
     ReadyArgument,
     SeedArgument,
@@ -108,6 +109,7 @@ def map(  # noqa: A001 - the name on both sides
     seed: SeedArgument = 1,
     approach: ApproachArgument = "random",
     sidecar: SidecarArgument = None,
+    calibration: CalibrationArgument = None,
     threads: ThreadsArgument = None,
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,

@@ -4,13 +4,14 @@ computes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Self, TypeAlias, get_args
 
 import numpy as np
 
 from lostmotion.error_model import draw_kernel, error_bins
+from lostmotion.error_model.calibrated import correlated_draws
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, robot_draws, visit_key, visit_table
 from lostmotion.error_model.intervals import robots_quantile, student
@@ -111,7 +112,14 @@ class BlockPlan:
 
     def _drawn(self, stream: Stream) -> Floats:
         if stream not in self._robot_draws:
-            self._robot_draws[stream] = robot_draws(self.seed, [stream], self.robots)[:, 0]
+            correlations = self.arm.correlations
+            if correlations is not None and stream.name in correlations.row:
+                drawn = correlated_draws(self.seed, correlations, self.robots)
+                self._robot_draws.update(
+                    {replace(stream, name=name): draws for name, draws in drawn.items()}
+                )
+            else:
+                self._robot_draws[stream] = robot_draws(self.seed, [stream], self.robots)[:, 0]
         return self._robot_draws[stream]
 
     def tables(self, streams: list[Stream | None]) -> Floats:
@@ -221,11 +229,11 @@ def sample_blocks(
     """Yield the sample of each block of poses; `spans` are first and last (exclusive) poses in the
     study, and the matrix begins at the first one.
     """
-    merged = matrix.merged
+    summed = matrix.summed
     robot = [
         k
-        for k in merged.columns("robot")
-        if merged.square_sums[k] != 0 and merged.infos[k].closing is None
+        for k in summed.columns("robot")
+        if summed.square_sums[k] != 0 and summed.infos[k].closing is None
     ]
     changing = [each for each in _changing(matrix) if each.screw.any()]
     visit, both = (
@@ -237,13 +245,13 @@ def sample_blocks(
         tables.setdefault(each.stream, len(tables))
     work = _kernel(plan, moves=any(each.stream is not None for each in changing))
     shift = np.concatenate(
-        [merged.along_poses[3:, robot], *(each.screw[:, None] for each in (*visit, *both))], axis=1
+        [summed.along_poses[3:, robot], *(each.screw[:, None] for each in (*visit, *both))], axis=1
     )
     columns = np.arange(shift.shape[1])
     first_visit, first_both = len(robot), len(robot) + len(visit)
     drawn = (
         _padded(columns[:first_visit]),
-        plan.of_robots("robots", [((merged.infos[k].robot, 1.0),) for k in robot], pad=True),
+        plan.of_robots("robots", [((summed.infos[k].robot, 1.0),) for k in robot], pad=True),
         _padded(columns[first_visit:first_both]),
         *_reading(plan.seed, visit, tables),
         columns[first_both:],

@@ -1,32 +1,63 @@
-"""The error terms of one measured robot: what calibration estimated of its draws becomes design,
-and what remains uncertain keeps its covariance.
+"""What was measured of one robot: estimates of its draws.
+
+A draw that was estimated has a mean, which every visit of the robot repeats and which therefore
+becomes design, and a remaining part: a normal draw of the posterior deviation. The remaining parts
+of several estimates may be correlated. The correlation is no property of a term: it mixes the draws
+(`Correlations`), so that a calibrated arm has at most two terms for each of its own.
 """
 
 from __future__ import annotations
 
+import functools
+import hashlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.errors import nearest, refuse_argument
-from lostmotion.laws.distributions import Normal
-from lostmotion.parts.term import Draw
+from lostmotion.laws.distributions import Cosine, Normal, Sine
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.laws.distributions import Law
     from lostmotion.mechanism.placed_terms import PlacedTerm
+    from lostmotion.parts.term import Draw
     from lostmotion.spatial import Floats
 
-# Owner of the draws that remain after calibration.
-_OWNER: Final = "calibration"
+# Law of what remains uncertain of an estimate.
+REMAINING: Final = Normal(np.inf)
 # A negative variance below this share of the largest is rounding.
 _ROUNDING: Final = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Correlations:
+    """Draws that are correlated: draws = factor @ independent standard normal draws.
+
+    streams  names of the draws
+    factor   (stream, stream) lower triangle with rows of unit length, the Cholesky factor of their
+             correlation matrix
+    """
+
+    streams: tuple[str, ...]
+    factor: Floats
+
+    @functools.cached_property
+    def row(self) -> dict[str, int]:
+        """Return the row of each draw, by name."""
+        return {name: k for k, name in enumerate(self.streams)}
+
+    @functools.cached_property
+    def key(self) -> str:
+        """Return a name that only equal correlations have."""
+        found = hashlib.blake2b(repr(self.streams).encode(), digest_size=16)
+        found.update(self.factor.tobytes())
+        return f"calibration.{found.hexdigest()}"
+
+
+@dataclass(frozen=True, eq=False)
 class Calibration:
     """Estimates of a robot's draws. Draws that are not listed keep their distribution.
 
@@ -82,12 +113,9 @@ class Calibration:
                 streams='[("joints.A.encoder.zero", Normal())]',
             )
 
-    def terms(self, terms: Sequence[PlacedTerm]) -> list[PlacedTerm]:
-        """Return the terms of this robot. Raises InputError for a stream that none of them is drawn
-        by, with the nearest that there is.
-
-        A term drawn with x = mean + sum of factor x remaining draw becomes one term without that
-        draw, and one for each remaining draw.
+    def refuse_unknown(self, terms: Sequence[PlacedTerm]) -> None:
+        """Raise InputError for a stream by which none of these terms is drawn, with the nearest
+        that there is.
         """
         known = known_streams(terms)
         for name, law in self.streams:
@@ -101,29 +129,58 @@ class Calibration:
                 raise refuse_argument(
                     "streams", f"{name} with {law}", f"a stream by which the arm is drawn: {near}"
                 )
-        values, vectors = np.linalg.eigh(np.asarray(self.covariance, dtype=float))
-        factors = vectors * np.sqrt(np.maximum(values, 0.0))
+
+    def of(self, terms: Sequence[PlacedTerm]) -> list[PlacedTerm]:
+        """Return the terms of this robot: in place of a term with an estimated draw, one with its
+        mean and without that draw, and one with what remains uncertain of it. A part that is zero
+        has no term.
+        """
         rows = {stream: k for k, stream in enumerate(self.streams)}
         out: list[PlacedTerm] = []
         for placed in terms:
             draw = placed.term.robot
             row = None if draw is None else rows.get(_stream(placed, draw))
-            if row is None:
+            if draw is None or row is None:
                 out.append(placed)
                 continue
-            parts: list[tuple[float, Draw | None]] = [(float(self.mean[row]), None)]
-            parts += [
-                (float(factor), Draw(f"remaining {k}", Normal(np.inf), _OWNER))
-                for k, factor in enumerate(factors[row])
-            ]
+            parts = (
+                (float(self.mean[row]), None),
+                (float(self._deviations[row]), _remaining(draw)),
+            )
             out += [
                 replace(
-                    placed, term=replace(placed.term, scale=placed.term.scale * factor, robot=robot)
+                    placed, term=replace(placed.term, scale=placed.term.scale * size, robot=robot)
                 )
-                for factor, robot in parts
-                if factor
+                for size, robot in parts
+                if size
             ]
         return out
+
+    @functools.cached_property
+    def correlations(self) -> Correlations | None:
+        """Return the correlations of what remains uncertain; None where it is independent."""
+        scale = np.where(self._deviations > 0, self._deviations, np.inf)
+        correlation = np.asarray(self.covariance, dtype=float) / np.outer(scale, scale)
+        np.fill_diagonal(correlation, 1.0)
+        some = np.flatnonzero((correlation != np.eye(len(scale))).any(axis=1))
+        if not len(some):
+            return None
+        values, vectors = np.linalg.eigh(correlation[np.ix_(some, some)])
+        # By QR, and not by Cholesky's method, since a covariance may be singular.
+        _, upper = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T)
+        factor = np.tril((upper * np.where(np.diag(upper) < 0, -1.0, 1.0)[:, None]).T)
+        factor /= np.linalg.norm(factor, axis=1, keepdims=True)
+        return Correlations(
+            tuple(
+                name + _PHASES.get(type(law), "")
+                for name, law in map(self.streams.__getitem__, some)
+            ),
+            factor,
+        )
+
+    @functools.cached_property
+    def _deviations(self) -> Floats:
+        return np.sqrt(np.maximum(np.diag(np.asarray(self.covariance, dtype=float)), 0.0))
 
 
 def known_streams(terms: Sequence[PlacedTerm]) -> tuple[tuple[str, Law], ...]:
@@ -139,3 +196,12 @@ def known_streams(terms: Sequence[PlacedTerm]) -> tuple[tuple[str, Law], ...]:
 
 def _stream(placed: PlacedTerm, draw: Draw) -> tuple[str, Law]:
     return draw.name(placed.owner), draw.law
+
+
+# The two draws of a harmonic have one name: what remains of them are two streams.
+_PHASES: Final[dict[type[Law], str]] = {Sine: " sine", Cosine: " cosine"}
+
+
+def _remaining(draw: Draw) -> Draw:
+    """Return the draw of what remains uncertain of this one."""
+    return replace(draw, stream=draw.stream + _PHASES.get(type(draw.law), ""), law=REMAINING)
