@@ -163,7 +163,6 @@ STILL_LONG = {
     "cli/generator.py": 439,
     "controller_model/c_source.py": 404,
     "error_model/intervals.py": 453,
-    "error_model/pose_matrix.py": 411,
     "propagation/error_magnitude.py": 466,
     "propagation/montecarlo/stopping.py": 415,
     "reporting/chart.py": 467,

@@ -247,11 +247,14 @@ class Arm(Part):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return the notes of the arm, then what encoders correct, what is not stated (members,
-        ratings, friction, masses), and what expands.
+        """Return the notes of the arm, then whether it is calibrated, what encoders correct, what
+        is not stated (members, ratings, friction, masses), and what expands.
         """
+        estimates = 0 if self.calibration is None else len(self.calibration.streams)
+        calibrated = f"these are the figures of one calibrated robot, with {estimates} estimates"
         return (
             *self.notes,
+            *([calibrated] if estimates else []),
             *remarks_on_ranges(unknown_values(self)),
             *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass),
             *temperature_remarks(self.joints, self.environment),

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from lostmotion.error_model.provenance import refuse_undescribed
 from lostmotion.errors import LostmotionError, refuse_argument, shown
+from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.poses import read_poses
 from lostmotion.io.sweep import designs
 from lostmotion.io.sweep_designs import read_sweep, texts
@@ -37,12 +38,15 @@ if TYPE_CHECKING:
 MOST_WORKERS: Final = 1024
 # Where an order keeps the user's poses, so that they have no name of the arm's own files.
 _GIVEN: Final = "given"
+# Folder of the estimates in an order.
+_CALIBRATION: Final = "calibration"
 
 
 def order(  # noqa: PLR0913 - a run is these numbers
     path: Path,
     sidecar: Path | None = None,
     by: Path | None = None,
+    calibration: Path | None = None,
     *,
     poses: int | Path,
     robots: int,
@@ -56,8 +60,9 @@ def order(  # noqa: PLR0913 - a run is these numbers
     """Return the job of this run. Reads the arm, and every design that its `[sweep]`, or that of
     the file `by`, asks for.
 
-    `poses` are so many by `pose_law`, or those of a CSV, which all designs must be able to take.
-    Raises InputError with every mistake in the files, and for counts out of range.
+    `calibration` has estimates of the robot that every design is. `poses` are so many by
+    `pose_law`, or those of a CSV, which all designs must be able to take. Raises InputError with
+    every mistake in the files, and for counts out of range.
     """
     from lostmotion.error_model.poses import POSE_LAWS, Poses
     from lostmotion.propagation.montecarlo.blocks import BlockPlan
@@ -71,6 +76,8 @@ def order(  # noqa: PLR0913 - a run is these numbers
         reaches.setdefault((*(joint.name for joint in each.driven), each.limits.tobytes()), each)
 
     arm, axes = read_sweep(path, sidecar, by, progress, look)
+    if calibration is not None:
+        arm.calibrated(read_calibration(calibration, arm.terms))  # refused here, before any work
     # checks the counts
     BlockPlan.of(
         arm, Poses(np.zeros((1, len(arm.driven))), "given"), robots, visits, seed, approach
@@ -78,6 +85,9 @@ def order(  # noqa: PLR0913 - a run is these numbers
     if not 0 <= seed < 2**63:
         raise refuse_argument("seed", seed, f"a whole number from 0 to {2**63 - 1}", seed=1)
     files = texts(path, sidecar, axes)
+    estimates = None if calibration is None else f"{_CALIBRATION}/{calibration.name}"
+    if calibration is not None and estimates is not None:
+        files[estimates] = calibration.read_text(encoding="utf-8-sig")
     given: str | None = None
     if isinstance(poses, int):
         if pose_law not in POSE_LAWS:
@@ -121,6 +131,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
             sets=8 if sets > 1 else 1,
             law=pose_law,
             given=given,
+            calibration=estimates,
             robots=robots,
             visits=visits,
             seed=seed,

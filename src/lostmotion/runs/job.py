@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from lostmotion.error_model.poses import REPLICATES
 from lostmotion.errors import LostmotionError, refuse_argument, shown
+from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.poses import read_poses
 from lostmotion.io.sweep import MOST_DESIGNS, MOST_KEYS, Axis, changes, designs
 from lostmotion.io.sweep_designs import read_design
@@ -68,6 +69,7 @@ class Order(BaseModel):
     sets: Literal[1, 8]
     law: Law
     given: str | None
+    calibration: str | None = None
     robots: Annotated[int, Field(ge=1, le=MOST_ROBOTS)]
     visits: Annotated[int, Field(ge=1, le=MOST_VISITS)]
     seed: Annotated[int, Field(ge=0, lt=2**63)]
@@ -113,6 +115,7 @@ class Order(BaseModel):
     def _fits_together(self) -> Self:
         if (
             self.arm not in self.files
+            or self.calibration not in {None, *self.files}
             or self.poses % self.sets
             or self.designs > MOST_DESIGNS
             or self.designs * self.blocks > MOST_BLOCKS
@@ -181,7 +184,10 @@ class Order(BaseModel):
         as the reader.
         """
         with _laid_out(self.files) as folder:
-            return read_design(folder / self.arm, None, self.stated(design))
+            arm = read_design(folder / self.arm, None, self.stated(design))
+            if self.calibration is None:
+                return arm
+            return arm.calibrated(read_calibration(folder / self.calibration, arm.terms))
 
     def listed(self, arm: Arm) -> Floats | None:
         """Return the poses that the job lists for this arm. None where they follow from a law."""

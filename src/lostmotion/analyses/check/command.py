@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from lostmotion.analyses.arguments import SidecarArgument, path_of
+from lostmotion.analyses.arguments import CalibrationArgument, SidecarArgument, arm_of, path_of
 from lostmotion.analyses.signature import Argument, question, read_arguments
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ def check(
     ],
     *,
     sidecar: SidecarArgument = None,
+    calibration: CalibrationArgument = None,
     out: Annotated[
         "str | Path | None",
         Argument("SVG with the picture of the arm. Default: NAME.svg.", path_of, metavar="SVG"),
@@ -56,9 +57,8 @@ def check(
             ),
         )
     from lostmotion.analyses.check.tables import arm_sheet
-    from lostmotion.io import read
 
-    arm = read(asked.file, asked.sidecar)
+    arm = arm_of("file", asked.file, vars(asked))
     return Check(
         asked.file,
         arm_sheet(arm, str(asked.file), "" if asked.sidecar is None else str(asked.sidecar)),

@@ -12,6 +12,7 @@ from lostmotion.analyses.arguments import (
     DEFAULT_ROBOTS,
     DEFAULT_VISITS,
     ApproachArgument,
+    CalibrationArgument,
     PoseLawArgument,
     ProgressArgument,
     ReadyArgument,
@@ -50,7 +51,7 @@ def _arms_of(name: str, value: Any, given: Mapping[str, Any]) -> list[tuple[str,
     sidecars = _sidecars(value, given.get("sidecar"))
     with Mistakes() as mistakes:
         arms = [
-            mistakes.of(arm_of, name, each, {"sidecar": sidecar})
+            mistakes.of(arm_of, name, each, {**given, "sidecar": sidecar})
             for each, sidecar in zip(value, sidecars, strict=True)
         ]
     return list(zip(_labels(value, arms, sidecars), arms, strict=True))
@@ -163,6 +164,7 @@ def compare(
             repeats=True,
         ),
     ] = None,
+    calibration: CalibrationArgument = None,
     threads: ThreadsArgument = None,
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
@@ -171,7 +173,8 @@ def compare(
     loads of the drives, part by part.
 
     All arms have the same draws, so differences are more precise than the figures themselves; each
-    has its own paired interval.
+    has its own paired interval. A calibration is that of every arm: one robot before and after a
+    change.
 
     Raises
     ------

@@ -12,6 +12,7 @@ from lostmotion.analyses.arguments import (
     DEFAULT_ROBOTS,
     DEFAULT_VISITS,
     ApproachArgument,
+    CalibrationArgument,
     PoseLawArgument,
     ProgressArgument,
     RobotsArgument,
@@ -112,6 +113,7 @@ def sweep(
         ),
     ] = None,
     sidecar: SidecarArgument = None,
+    calibration: CalibrationArgument = None,
     out: Annotated[
         "str | Path | None",
         Argument(
@@ -170,6 +172,7 @@ def sweep(
         asked.arm,
         asked.sidecar,
         asked.by,
+        None if calibration is None else path_of("calibration", calibration),
         poses=asked.poses,
         robots=asked.robots,
         visits=asked.visits,
