@@ -15,6 +15,7 @@ from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.remedies import remaining, screws_at_stage
 from lostmotion.laws.distributions import Cosine, Sine
 from lostmotion.mechanism.calibration import Calibration, known_streams
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import kernel
@@ -46,7 +47,7 @@ def covariance_and_bias(arm, calibration, q, approach=0.0):
 
     By nothing but theta and P: columns with a draw x of which theta and P are estimates.
     """
-    matrix = screws(arm, q, approach=approach)
+    matrix = screws(state_of(arm, q), approach=approach)
     row = {stream: k for k, stream in enumerate(calibration.streams)}
     shift = matrix.tool[:, 3:]
     bias, out = np.zeros(shift.shape[:2]), np.zeros((len(q), 3, 3))
@@ -91,7 +92,7 @@ def test_shares_of_a_calibrated_arm_add_to_its_mean_square():
     calibrated = Z_ARM.calibrated(calibration_of(Z_ARM))
     q = sample_poses(Z_ARM, 64).q
     whole = analytic(calibrated, q).mean_square.sum()
-    matrix = screws(calibrated, q)
+    matrix = screws(state_of(calibrated, q))
     for by in LABELS:
         found = Tally.of(matrix, by)
         assert found.total == pytest.approx(whole, rel=1e-10)
@@ -105,7 +106,7 @@ def test_remedies_remove_columns_of_a_calibrated_arm():
     """The mean square at a stage equals that of the matrix that remains there."""
     calibrated = Z_ARM.calibrated(calibration_of(Z_ARM))
     q = sample_poses(Z_ARM, 16).q
-    matrix = screws(calibrated, q)
+    matrix = screws(state_of(calibrated, q))
     left = remaining(matrix.infos, "output encoders", frozenset())
     shift = screws_at_stage(calibrated, q, "output encoders").merged.tool[:, 3:]
     assert matrix.square_sum(left) == pytest.approx(float((shift**2).sum()), rel=1e-9)
@@ -115,7 +116,7 @@ def test_halving_one_part_leaves_what_its_budget_states():
     """The r.m.s. error with one part halved follows from its own and its shared mean square."""
     calibrated = Z_ARM.calibrated(calibration_of(Z_ARM))
     q = sample_poses(Z_ARM, 16).q
-    matrix, found = screws(calibrated, q), tally(calibrated, q)
+    matrix, found = screws(state_of(calibrated, q)), tally(calibrated, q)
     owner = max(zip(found.own, found.owners, strict=True))[1]
     at = found.owners.index(owner)
     halves = np.array([0.5 if info.owner == owner else 1.0 for info in matrix.infos])
@@ -136,7 +137,7 @@ def test_a_run_draws_robots_from_the_estimates():
         np.mean(whole), rel=0.02
     )
 
-    matrix = screws(calibrated, poses.q[:1])
+    matrix = screws(state_of(calibrated, poses.q[:1]))
     robots = np.arange(20_000)
     draws = exact.draws_of(matrix, 0, 3, 0, robots, np.zeros(len(robots), int))
     columns = {
@@ -160,7 +161,7 @@ def test_quantiles_equal_those_of_robots_drawn_by_numpy():
     calibration = calibration_of(Z_ARM, 0.8)
     calibrated = Z_ARM.calibrated(calibration)
     q = sample_poses(Z_ARM, 8).q[:4]
-    matrix = screws(Z_ARM, q)
+    matrix = screws(state_of(Z_ARM, q))
     row = {stream: k for k, stream in enumerate(calibration.streams)}
     count, rng = 400_000, np.random.default_rng(1)
     theta = rng.multivariate_normal(calibration.mean, calibration.covariance, count).T
@@ -244,6 +245,6 @@ def test_a_calibrated_arm_has_no_worst_case():
     the root-sum-square.
     """
     calibrated = Z_ARM.calibrated(calibration_of(Z_ARM))
-    found = bounds(screws(calibrated, sample_poses(Z_ARM, 8).q))
+    found = bounds(screws(state_of(calibrated, sample_poses(Z_ARM, 8).q)))
     assert np.isinf(found.worst_case).all()
     assert np.isfinite(found.root_sum_square).all()

@@ -45,13 +45,9 @@ class PoseMatrix(ToolScrews):
                at every pose
     local      (pose, 6, column) screw at the place, rad and m per unit draw
     closed     (row, pose) share of robots in which a load closes the play of each `Closing`
-<<<<<<< HEAD
     state      state of the arm at the poses, about which its errors are linearised
-=======
-    tool_path  numbers of the places from the base to the tool
     mixtures   independent draws of the groups with correlated ones
     correlations  the correlations of draws; None where all are independent
->>>>>>> 56f3288e (Calibrate the arm: means become design, a covariance mixes the draws)
     """
 
     infos: tuple[Column, ...]
@@ -60,13 +56,9 @@ class PoseMatrix(ToolScrews):
     scale: Floats
     local: Floats
     closed: Floats
-<<<<<<< HEAD
     state: State
-=======
-    tool_path: tuple[int, ...]
     mixtures: Mapping[Key, Mixture] = field(default_factory=dict)
     correlations: Correlations | None = None
->>>>>>> 56f3288e (Calibrate the arm: means become design, a covariance mixes the draws)
 
     def stretch(self, first: int, last: int) -> PoseMatrix:
         """Return the matrix of the poses from number `first` to `last` - 1."""
@@ -239,6 +231,7 @@ class Columns:
                 infos += [_column(of, side, names, closing, part) for side, part in kinds]
         self.infos = tuple(infos)
         self._groups = grouped(infos, arm.correlations)
+        self._correlations = arm.correlations
         self._mixtures = mixtures(infos, self._groups, arm.correlations)
         self._rows = len(thresholds)
         self._place = np.array([info.of.place for info in infos], dtype=int)
@@ -279,13 +272,9 @@ class Columns:
             self._scale,
             local.transpose(2, 0, 1),
             closed,
-<<<<<<< HEAD
             state,
-=======
-            arm.tree.tool_path,
             self._mixtures,
-            arm.correlations,
->>>>>>> 56f3288e (Calibrate the arm: means become design, a covariance mixes the draws)
+            self._correlations,
         )
 
 
