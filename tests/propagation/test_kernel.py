@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lostmotion import Arm, Poses, frames, read, sample_poses, screws
+from lostmotion import Arm, Poses, read, sample_poses, screws
 from lostmotion.analyses.iso9283.characteristics import pose_accuracy, pose_repeatability
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import student
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block, sample_blocks
@@ -50,7 +51,7 @@ ROBOTS, VISITS = 150, 40  # more robots than the lanes of one tile
 def block(arm):
     """Return the kernel's statistics and the same errors computed sample by sample."""
     poses = sample_poses(arm, 8)
-    matrix = screws(arm, poses.q)
+    matrix = screws(state_of(arm, poses.q))
     robot, visit = (
         x.ravel() for x in np.meshgrid(np.arange(ROBOTS), np.arange(VISITS), indexing="ij")
     )
@@ -213,10 +214,10 @@ def test_blocks_sampled_together_equal_blocks_sampled_separately(arm):
     poses = sample_poses(arm, 40, "uniform")
     plan = BlockPlan.of(arm, poses, 70, 3, 5, 0.0)
     spans = [(16, 20), (20, 21), (21, 40)]
-    together = sample_blocks(plan, screws(arm, poses.q[16:]), spans)
+    together = sample_blocks(plan, screws(state_of(arm, poses.q[16:])), spans)
     so_far = np.zeros((plan.groups, error_bins.BINS), np.int64)
     for (first, last), sample in zip(spans, together, strict=True):
-        alone = sample_block(plan, screws(arm, poses.q[first:last]), first)
+        alone = sample_block(plan, screws(state_of(arm, poses.q[first:last])), first)
         for name in ("per_pose", "ap_rp", "robot_sums"):
             np.testing.assert_array_equal(getattr(sample, name), getattr(alone, name), err_msg=name)
         hist, so_far = np.zeros(error_bins.BINS, np.int64), so_far + alone.whole_hist()
@@ -238,7 +239,7 @@ def test_a_study_of_few_samples_computes_one_pose_matrix(arm, monkeypatch, robot
     monkeypatch.setattr(
         montecarlo,
         "screws",
-        lambda arm, q, **options: counts.append(len(q)) or screws(arm, q, **options),
+        lambda state, **options: counts.append(len(state.q)) or screws(state, **options),
     )
     run(arm, sample_poses(arm, 256), robots, 1, 1)
     assert len(counts) == calls
@@ -252,10 +253,10 @@ def test_a_pose_has_the_same_bits_alone_and_among_others(file):
     """
     arm = read(EXAMPLES / file)
     q = sample_poses(arm, 16, "uniform").q
-    every = screws(arm, q)
+    every = screws(state_of(arm, q))
     for first, last in ((0, 1), (5, 6), (6, 8), (8, 16)):
-        some, same = screws(arm, q[first:last]), every.stretch(first, last)
-        for name in ("at", "local", "tool", "bias"):
+        some, same = screws(state_of(arm, q[first:last])), every.stretch(first, last)
+        for name in ("local", "tool", "bias"):
             np.testing.assert_array_equal(
                 getattr(some, name), getattr(same, name), err_msg=f"{name} of {first} to {last}"
             )
@@ -280,7 +281,7 @@ def test_a_turn_about_any_axis_has_the_same_bits_alone_and_among_others():
     )
     for first, last in ((0, 1), (3, 5), (8, 15)):
         np.testing.assert_array_equal(
-            frames(slanted, q[first:last]), frames(slanted, q)[:, first:last]
+            state_of(slanted, q[first:last]).frames, state_of(slanted, q).frames[:, first:last]
         )
 
 
@@ -296,7 +297,7 @@ def test_more_robots_keep_the_first_ones_for_any_grouping_of_blocks(arm):
 def test_more_robots_keep_the_first_ones(arm):
     """Robots 0 to 69 have the same errors in a study of 70 robots and in one of 200."""
     poses = sample_poses(arm, 8)
-    matrix = screws(arm, poses.q)
+    matrix = screws(state_of(arm, poses.q))
     few = sample_block(BlockPlan.of(arm, poses, 70, 3, 5, 0.0), matrix, 0)
     many = sample_block(BlockPlan.of(arm, poses, 200, 3, 5, 0.0), matrix, 0)
     np.testing.assert_array_equal(many.ap_rp[:, :, :70], few.ap_rp)
