@@ -18,6 +18,7 @@ from scipy.special import ndtr
 import lostmotion
 from lostmotion.controller_model.controller import Controller
 from lostmotion.laws.distributions import Cosine, Normal, Sine
+from lostmotion.mechanism.state import state_of
 from tests.error_model.test_continuity import scara
 from tests.parts.random_arms import EXAMPLES, random_arm
 
@@ -206,6 +207,31 @@ def test_c_computes_what_python_computes(exported, name, count, unroll):
         elif block != "command status":
             assert (difference <= 1e-12 * size(values)).all(), block
     assert at == found.shape[1]
+
+
+@WRITTEN
+@pytest.mark.parametrize("name", ARMS)
+def test_c_stands_and_holds_as_the_state_of_the_arm_does(exported, name, unroll):
+    """Tool frame, holding torques and Jacobian of the C source, with loops and without, are those
+    of the state of the arm, whose frames are computed in another way.
+    """
+    (folder, model), arm = exported(name, unroll=unroll), ARMS[name]()
+    q, load, gravity, *rest = inputs(model, 50)
+    load[:], gravity[:] = model.tables.load, model.tables.gravity
+    state, joints = state_of(arm, q), q.shape[1]
+    found = computed(built(folder), (q, load, gravity, *rest), joints)
+    jacobian = np.zeros((len(q), 6, joints))
+    for k in arm.tree.tool_joints:
+        jacobian[:, :, k] = state.carry(arm.tree.moved[k]) @ arm.driven[k].twist
+    tool = state.frames[-1]
+    turn, point, torques = np.split(found[:, 2 : 14 + joints], (9, 12), axis=1)
+    np.testing.assert_allclose(turn, tool[:, :3, :3].reshape(-1, 9), atol=1e-12)
+    np.testing.assert_allclose(point, tool[:, :3, 3], atol=1e-12)
+    np.testing.assert_allclose(torques, state.torques, atol=1e-12 * size(state.torques).max())
+    start = found.shape[1] - 7 - joints - 6 * joints
+    np.testing.assert_allclose(
+        found[:, start : start + 6 * joints], jacobian.reshape(-1, 6 * joints), atol=1e-12
+    )
 
 
 @MANY
