@@ -57,6 +57,7 @@ from rich.table import Table
 from lostmotion import sample_poses, screws
 from lostmotion.compiled import compiled
 from lostmotion.error_model.draws import robot_draws
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
@@ -242,7 +243,7 @@ class Ours:
     def prepare(self, poses: Poses) -> None:
         self.poses = poses
         self.blocks = [
-            screws(self.arm, poses.q[first : first + BLOCK])
+            screws(state_of(self.arm, poses.q[first : first + BLOCK]))
             for first in range(0, len(poses), BLOCK)
         ]
         for matrix in self.blocks:

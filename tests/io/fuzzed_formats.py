@@ -125,7 +125,7 @@ def study(path: Path, sidecar: Path | None = None) -> object:
     arm = read(path, sidecar)
     low, high = arm.limits.T
     poses = np.stack([low, (low + high) / 2, high])
-    matrix = screws(arm, poses)
+    matrix = screws(state_of(arm, poses))
     finite(bounds(matrix).root_sum_square)
     finite(worst_case(matrix))
     finite(matrix.bias)

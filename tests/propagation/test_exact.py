@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from lostmotion import Arm, screws
+from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import ExactCheck, check, share_neglected
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -42,7 +43,9 @@ def test_first_order_replaces_the_arc_of_the_tool_by_its_tangent(angle):
     """The first-order sum of a joint at the end of its backlash neglects the distance from the arc
     to a tangent of equal length.
     """
-    found = check(screws(chain(1, 2 * angle), np.array([[0.3]])), 0, np.arange(1), 1, 4, 5)
+    found = check(
+        screws(state_of(chain(1, 2 * angle), np.array([[0.3]]))), 0, np.arange(1), 1, 4, 5
+    )
     neglected = RADIUS * math.hypot(angle - math.sin(angle), 1 - math.cos(angle))
     assert (found.samples, found.turn, found.length) == (
         20,
@@ -57,7 +60,12 @@ def test_turns_about_parallel_axes_add_up():
     degrees.
     """
     found = check(
-        screws(chain(2, math.radians(60)), np.array([[0.3, -0.4]])), 0, np.arange(1), 1, 20, 20
+        screws(state_of(chain(2, math.radians(60)), np.array([[0.3, -0.4]]))),
+        0,
+        np.arange(1),
+        1,
+        20,
+        20,
     )
     assert math.degrees(found.turn) == pytest.approx(60)
 

@@ -14,6 +14,7 @@ from lostmotion import sample_poses, screws
 from lostmotion.error_model import draw_kernel
 from lostmotion.errors import InputError, LostmotionError
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.propagation.montecarlo import jax_kernel, kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
@@ -46,7 +47,7 @@ def test_jax_returns_the_compiled_kernels_figures(arm, monkeypatch, robots, visi
     The histograms may differ in samples on the edge of a bin alone.
     """
     poses = sample_poses(arm, 40)
-    matrix = screws(arm, poses.q)
+    matrix = screws(state_of(arm, poses.q))
     plan = BlockPlan.of(arm, poses, robots, visits, 7, 0.0)
     compiled = sample_block(plan, matrix, 3)
     monkeypatch.setattr(
@@ -88,7 +89,7 @@ def test_jax_supports_every_distribution(law, visits):
         ],
     )
     poses = sample_poses(arm, 8)
-    matrix, plan = screws(arm, poses.q), BlockPlan.of(arm, poses, 300, visits, 7, 0.0)
+    matrix, plan = screws(state_of(arm, poses.q)), BlockPlan.of(arm, poses, 300, visits, 7, 0.0)
     compiled, found = (
         sample_block(replace(plan, device=device), matrix, 0) for device in ("cpu", "gpu")
     )

@@ -12,6 +12,7 @@ import pytest
 from lostmotion import Poses, sample_poses, screws
 from lostmotion.error_model.error_bins import BINS, bin_edges
 from lostmotion.error_model.intervals import quantile, student
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.base import Base
 from lostmotion.parts.lumped import Lumped
 from lostmotion.propagation.exact import draws_of
@@ -54,7 +55,7 @@ def lengths(arm, poses, robots, seed):
     """Return the pose matrix and the error magnitudes (pose, robot), m, of robots that visit each
     pose once.
     """
-    matrix = screws(arm, poses.q)
+    matrix = screws(state_of(arm, poses.q))
     every, once = np.arange(robots), np.zeros(robots, int)
     return matrix, np.array(
         [
@@ -69,7 +70,7 @@ def test_both_kernels_agree_on_robots_that_visit_once(some_arm, monkeypatch):
     of summation.
     """
     poses = sample_poses(some_arm, 40)
-    matrix = screws(some_arm, poses.q)
+    matrix = screws(state_of(some_arm, poses.q))
     plan = BlockPlan.of(some_arm, poses, ROBOTS, 1, 7, 0.0)
     once = sample_block(plan, matrix, 3)
     monkeypatch.setattr(single_visit_kernel, "run_once", kernel.run_block)
@@ -194,7 +195,7 @@ def test_the_error_of_an_arm_that_only_deflects_is_its_deflection(visits):
         update={"base": Base(roll=Toleranced(0.3), pitch=Toleranced(-0.2))}
     )
     poses = sample_poses(leaning, 24)
-    deflection = screws(leaning, poses.q).bias[:, 3:]
+    deflection = screws(state_of(leaning, poses.q)).bias[:, 3:]
     assert (np.abs(deflection).max(axis=0) > 1e-5).all()
     found = run(leaning, poses, 20, visits, 1).per_pose
     np.testing.assert_allclose(
@@ -219,7 +220,9 @@ def test_errors_beyond_the_bins_count_in_the_first_and_the_last(arm, visits, fac
     """
     poses = sample_poses(arm, 4)
     sample = sample_block(
-        BlockPlan.of(arm, poses, ROBOTS, visits, 7, 0.0), screws(arm, poses.q).scaled(factor), 0
+        BlockPlan.of(arm, poses, ROBOTS, visits, 7, 0.0),
+        screws(state_of(arm, poses.q)).scaled(factor),
+        0,
     )
     counts = sample.whole_hist().sum(axis=0)
     assert counts[at] == counts.sum() == len(poses) * ROBOTS * visits
