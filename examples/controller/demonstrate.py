@@ -30,7 +30,7 @@ from lostmotion.reporting.chart import PER_UNIT, label_axes, legend, one
 from lostmotion.reporting.page.document import contents
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length
 
 ARM = Path(__file__).parents[1] / "z-arm-drawn.toml"
 POSES, ROBOTS, VISITS, SEED = 64, 48, 4, 2026
@@ -192,7 +192,7 @@ def sheet_of(arm: lostmotion.Arm, found: Demonstration) -> tuple[Sheet, list[Plo
             name,
             (
                 length(_rms(moved[:, None]), samples=counted),
-                Figure(100 * (1 - _rms(moved[:, None]) / _rms(whole[:, None])), "%"),
+                Cell(100 * (1 - _rms(moved[:, None]) / _rms(whole[:, None])), "%"),
             ),
         )
         for name, moved in named
@@ -275,7 +275,7 @@ def sheet_of(arm: lostmotion.Arm, found: Demonstration) -> tuple[Sheet, list[Plo
     ]
 
 
-def _bars(drawn: dict[str, Figure], study: dict[str, Figure]) -> object:
+def _bars(drawn: dict[str, Cell], study: dict[str, Cell]) -> object:
     unit = drawn["as commanded"].unit
     figure, on = one("95th percentile of the position error", 90)
     for k, (title, figures, colour) in enumerate(

@@ -235,7 +235,7 @@ def test_any_missing_kind_makes_the_figures_of_a_study_bounds(tmp_path, kind):
         assert cards["RP, ISO cycle, 95 % of robots within"].startswith("≥")
         assert (
             find_row(sheet.sections, "iso9283", "RP, ISO cycle, 95th percentile of robots")
-            .figures[0]
+            .cells[0]
             .bound
             == "lower"
         )

@@ -102,17 +102,17 @@ def test_the_table_has_a_line_for_every_moving_joint(file):
     known = states(lostmotion.read(EXAMPLES / file))
     table, inputs, *_ = provenance_sections(known)
     assert [row.label for row in table.rows] == [each.joint for each in known.joints]
-    assert {str(figure) for row in table.rows for figure in row.figures} <= {
+    assert {str(figure) for row in table.rows for figure in row.cells} <= {
         "stated",
         "assumed",
         "ideal",
         "-",
     }
-    rows = [row for row in inputs.rows if row.figures[1].words != "ideal"]
+    rows = [row for row in inputs.rows if row.cells[1].words != "ideal"]
     shown = [
-        (row.label, each.split(" ")[0], row.figures[1].words)
+        (row.label, each.split(" ")[0], row.cells[1].words)
         for row in rows
-        for each in row.figures[0].words.split("; ")
+        for each in row.cells[0].words.split("; ")
     ]
     assert shown == [(short_name(each.owner), each.key, each.state) for each in known.given]
     assert {(short_name(each.owner), each.key, each.reason) for each in known.assumed} <= set(shown)

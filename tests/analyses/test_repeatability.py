@@ -137,7 +137,7 @@ def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
     study = lostmotion.study(scattering_arm(), 32, robots=20, visits=4)
     section = next(each for each in study.sheet.sections if each.key == "rp_made_of")
     repeats = {
-        row.label.partition(", 95th")[0]: str(row.figures[0]).lstrip("≥ ")
+        row.label.partition(", 95th")[0]: str(row.cells[0]).lstrip("≥ ")
         for each in study.sheet.sections
         if each.key == "iso9283"
         for row in each.rows
@@ -147,7 +147,7 @@ def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
         zip(section.bars, ("RP, ISO cycle", "RP, any approach"), strict=True)
     ):
         assert [(bar.label, bar.figure) for bar in block.bars] == [
-            (row.label, row.figures[column]) for row in section.rows
+            (row.label, row.cells[column]) for row in section.rows
         ]
         assert sum(bar.size for bar in block.bars) == pytest.approx(100)
         assert block.ends == (0, 100)

@@ -95,7 +95,7 @@ def test_the_catalogue_shows_masses_and_names_rows_without():
     )
     sheet = catalogue_sheet(Criteria(ratio=121.0), "gearbox", own=[own])
     assert "mass of X not stated: counted as zero" in sheet.notes
-    figures = {row.label: row.figures[3] for section in sheet.sections for row in section.rows}
+    figures = {row.label: row.cells[3] for section in sheet.sections for row in section.rows}
     assert (figures["RV-40E"].value, figures["RV-40E"].unit) == (9.3, "kg")
     assert any("no output bearing" in note for note in sheet.notes)
     (section,) = catalogue_sheet(Criteria(), name="X", own=[own]).sections

@@ -147,9 +147,9 @@ def test_a_sheet_writes_control_characters_out(capsys):
     """Whatever a sheet says, name, notes, labels or verdict, is printed without a character that a
     terminal obeys.
     """
-    from lostmotion.reporting.sheet import Figure, Row, Section, Sheet
+    from lostmotion.reporting.sheet import Cell, Row, Section, Sheet
 
-    row = Row(HOSTILE, (Figure(1.0, "mm"),), HOSTILE)
+    row = Row(HOSTILE, (Cell(1.0, "mm"),), HOSTILE)
     section = Section("key", HOSTILE, (HOSTILE,), (row,), HOSTILE)
     print_sheet(
         Sheet(

@@ -266,7 +266,7 @@ def test_a_part_that_moves_the_tool_by_rounding_alone_has_zero_share():
         assert [str(figure) for figure in (alone, share, gain)] == ["0 µm", "0 %", "0 µm"]
         assert gain.interval == ""
         assert part not in sections["budget_levels"]
-    assert sections["budget"]["O.gearbox"].figures[2].interval
+    assert sections["budget"]["O.gearbox"].cells[2].interval
     assert study.halving.gains["joints.roll.gearbox"] == Estimate(0, 0, 0)
 
 

@@ -312,7 +312,7 @@ def test_no_interval_of_a_length_on_a_sheet_ends_below_zero(name):
         for sheet in sheets
         for section in sheet.sections
         for row in section.rows
-        for figure in row.figures
+        for figure in row.cells
     ]
     lengths = [
         each

@@ -76,7 +76,7 @@ def row(study: Any, section: str, label: str) -> Any:
         for row in each.rows
         if row.label == label
     )
-    figure = found.figures[0]
+    figure = found.cells[0]
     assert figure.unit == "mm"
     return figure
 

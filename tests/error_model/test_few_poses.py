@@ -236,7 +236,7 @@ def test_a_study_says_that_its_poses_miss_rare_errors(files):
 def row(study, key):
     """Return the figure of a row of AP and RP."""
     return next(
-        each.figures[0]
+        each.cells[0]
         for section in study.sheet.sections
         if section.key == "iso9283"
         for each in section.rows

@@ -112,7 +112,7 @@ def sound(found: Any) -> object:
         *(card.number for card in sheet.cards),
     ]
     texts += [
-        str(figure) for section in sheet.sections for row in section.rows for figure in row.figures
+        str(figure) for section in sheet.sections for row in section.rows for figure in row.cells
     ]
     for text in texts:
         assert not NO_NUMBER.search(text), text

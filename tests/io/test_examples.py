@@ -39,7 +39,7 @@ def test_an_example_errs_by_about_a_millimetre_and_repeats_far_better(name):
     assert arm.notes == ()
     in_metres = {"mm": 1e-3, "µm": 1e-6}
     figures = {
-        row.label: row.figures[0]
+        row.label: row.cells[0]
         for section in sections(lostmotion.study(arm, 64, 50, 10))
         for row in section.rows
     }

@@ -296,7 +296,7 @@ def test_an_assumed_scatter_alone_leaves_the_headline_as_it_is():
         next(section for section in sheet.sections if section.key == "inputs")
         for sheet in (scattered, stated)
     )
-    states_of = [{row.figures[1].words for row in table.rows} for table in tables]
+    states_of = [{row.cells[1].words for row in table.rows} for table in tables]
     assert states_of[0] - states_of[1] == {"default scatter, ±50 %"}
     assert states_of[1] == {"stated", "ideal"}
 
@@ -320,7 +320,7 @@ def test_the_sheet_of_a_gearbox_shows_the_friction_with_its_limits(tmp_path: Pat
         assert find_row(sheet.sections, "loop", "play").note.endswith(
             f"overcome friction{found.note and f' ({found.note})'}"
         )
-        figure = found.figures[0]
+        figure = found.cells[0]
         return figure.low, figure.high, figure.ends if figure.interval else "", found.note
 
     assert row("") == (

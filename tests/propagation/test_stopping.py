@@ -227,9 +227,7 @@ def test_a_study_with_a_stopping_rule_is_the_study_of_its_last_stage():
     )
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
     assert [row.label for row in rows] == list(last.figures)
-    assert rows[1].figures[-1].value == pytest.approx(
-        100 * last.figures["95th percentile"].relative
-    )
+    assert rows[1].cells[-1].value == pytest.approx(100 * last.figures["95th percentile"].relative)
 
 
 def test_a_study_adds_poses_where_their_choice_limits_its_precision():
@@ -269,7 +267,7 @@ def test_a_half_width_that_needs_more_robots_is_not_known():
         arm_of(2), np.zeros((1, 2)), 24, 3, until="50 %", most_robots=24, threads=1
     )
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
-    printed = {row.label: str(row.figures[0]) for row in rows}
+    printed = {row.label: str(row.cells[0]) for row in rows}
     assert printed["AP, 95th percentile of robots"] == "not known"
     assert not any("nan" in text for text in printed.values())
 

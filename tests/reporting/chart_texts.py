@@ -131,7 +131,7 @@ def _printed(sheet: Sheet) -> list[str]:
     figures = [
         text
         for row in rows
-        for figure in row.figures
+        for figure in row.cells
         for text in (str(figure), figure.between, figure.samples)
     ]
     labels = [text for row in rows for text in (row.label, row.note)]

@@ -17,7 +17,7 @@ import pytest
 import lostmotion
 from lostmotion.errors import InputError, OutputExistsError
 from lostmotion.reporting.palette import LIGHT
-from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.sheet import Cell, Row, Section
 from lostmotion.reporting.table_files import escaped, table_files
 from tests.arms import small_study
 
@@ -159,9 +159,7 @@ def test_latex_tables_are_whole(tmp_path):
             )
             assert not set("%$#_{}^\\") & set(bare), line
         printed = re.sub(r"\\,", " ", text)
-        assert all(
-            escaped(str(figure)) in printed for row in section.rows for figure in row.figures
-        )
+        assert all(escaped(str(figure)) in printed for row in section.rows for figure in row.cells)
 
 
 def test_latex_prints_every_sign_as_it_stands():
@@ -170,7 +168,7 @@ def test_latex_prints_every_sign_as_it_stands():
         escaped(r"50 % of A_b & {c} #1 $2 ~ ^ \n")
         == r"50 \% of A\_b \& \{c\} \#1 \$2 \textasciitilde{} \textasciicircum{} \textbackslash{}n"
     )
-    section = Section("k", "Title & more", ("value",), (Row(r"\input{x}", (Figure(1.5, "µm"),)),))
+    section = Section("k", "Title & more", ("value",), (Row(r"\input{x}", (Cell(1.5, "µm"),)),))
     sheet = small_study().sheet
     text = table_files(
         type(sheet)(name="n", subject="s", verdict="v", cards=(), sections=(section,), source=""),

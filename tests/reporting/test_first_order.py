@@ -56,7 +56,7 @@ def test_errors_of_many_degrees_are_no_accuracy(tmp_path, backlash):
         for section in sheet.sections
         if section.key in OF_ERRORS
         for row in section.rows
-        for figure in row.figures
+        for figure in row.cells
     ]
     assert intervals
     assert not any(intervals)
@@ -137,7 +137,7 @@ def test_usual_errors_are_small_enough(tmp_path):
         find_row(sheet.sections, "exact_check", "largest, share of the 95th percentile").note
         == "first order is enough"
     )
-    assert find_row(sheet.sections, "error", "95th percentile").figures[0].interval
+    assert find_row(sheet.sections, "error", "95th percentile").cells[0].interval
 
 
 def test_the_iso_sheet_says_it_too(tmp_path):
@@ -152,7 +152,7 @@ def test_the_iso_sheet_says_it_too(tmp_path):
     assert "First-order figures fail here" in sheet.verdict
     predicted = [section for section in sheet.sections if section.key not in {"check", "cube"}]
     assert not any(
-        figure.interval for section in predicted for row in section.rows for figure in row.figures
+        figure.interval for section in predicted for row in section.rows for figure in row.cells
     )
 
 

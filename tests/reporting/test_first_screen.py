@@ -14,7 +14,7 @@ import pytest
 from rich.console import Console
 
 from lostmotion.reporting.first_screen import print_first_screen
-from lostmotion.reporting.sheet import Bar, Bars, Card, Figure, Lines, Row, Section, Sheet
+from lostmotion.reporting.sheet import Bar, Bars, Card, Cell, Lines, Row, Section, Sheet
 
 ARM = Path(__file__).parents[2] / "examples" / "z-arm.toml"
 QUICK = ("--poses", "32", "--robots", "40", "--visits", "2")
@@ -24,12 +24,12 @@ BLAME = Bars(
     "Which part is to blame",
     "share",
     tuple(
-        Bar(name, Figure(100 * share, "%"), share, Figure(share, "mm"))
+        Bar(name, Cell(100 * share, "%"), share, Cell(share, "mm"))
         for name, share in SHARES.items()
     ),
     "reduction if halved",
 )
-ROWS = tuple(Row(f"row {k}", (Figure(float(k), "mm"),)) for k in range(40))
+ROWS = tuple(Row(f"row {k}", (Cell(float(k), "mm"),)) for k in range(40))
 SHEET = Sheet(
     name="Arm",
     subject="",
@@ -127,7 +127,7 @@ def test_a_table_too_wide_for_the_screen_loses_its_intervals_and_no_figure():
     they stand beside the figures.
     """
     rows = tuple(
-        Row(f"design {k}", tuple(Figure(1.0 + k, "mm", 0.9 + k, 1.1 + k) for _ in range(3)))
+        Row(f"design {k}", tuple(Cell(1.0 + k, "mm", 0.9 + k, 1.1 + k) for _ in range(3)))
         for k in range(2)
     )
     wide = Sheet(

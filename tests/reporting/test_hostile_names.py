@@ -15,7 +15,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.export.c_files import c_files
 from lostmotion.analyses.export.controller import controller
-from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.sheet import Cell, Row, Section
 from lostmotion.reporting.table_files import table_files
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -60,7 +60,7 @@ def test_no_cell_is_a_formula_and_numbers_stay_numbers(name):
     """In every place of a table: label, heading, text in place of a number, unit and note."""
     row = Row(
         name,
-        (Figure(-1.5, "mm", -2.5, -0.5), Figure(0.0, name), Figure(0.0, "1", words=name)),
+        (Cell(-1.5, "mm", -2.5, -0.5), Cell(0.0, name), Cell(0.0, "1", words=name)),
         note=name,
     )
     text = table_files(

@@ -108,9 +108,7 @@ def test_stated_assumed_and_ideal_values_are_marked(tmp_path):
     (tmp_path / "arm.toml").write_text(ARM, encoding="utf-8")
     known = states(lostmotion.read(tmp_path / "arm.toml"))
     (section,) = inputs_section(known.given, known)
-    rows = [
-        (row.label, row.figures[0].words, row.figures[1].words, row.note) for row in section.rows
-    ]
+    rows = [(row.label, row.cells[0].words, row.cells[1].words, row.note) for row in section.rows]
     assert (
         "gearboxes.small",
         "backlash 1 arcmin ± 0.5 arcmin; friction_torque 1 N m ± 0.2 N m",
@@ -158,7 +156,7 @@ def test_the_laws_are_those_of_the_parts(file, some, none):
     does not have.
     """
     (section,) = laws_section(states(lostmotion.read(EXAMPLES / file)).given)
-    sources = [row.figures[0].words for row in section.rows]
+    sources = [row.cells[0].words for row in section.rows]
     assert len({row.label for row in section.rows}) == len(section.rows)
     assert all(any(each in source for source in sources) for each in some)
     assert not any(each in source for source in sources for each in none)

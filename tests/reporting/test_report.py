@@ -32,7 +32,7 @@ from lostmotion.reporting.page.document import page as page_of
 from lostmotion.reporting.page.first_screen import first_screen
 from lostmotion.reporting.page.text import escaped, foldable, headline, spaced
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet
 from tests.arms import small_study
 
 HOSTILE = "<script>alert(1)</script>\"'&</title>"
@@ -117,7 +117,7 @@ def test_every_figure_on_screen_is_in_result_json(folder):
             )
             known.add(
                 str(
-                    Figure(
+                    Cell(
                         figure["value"],
                         figure["unit"],
                         low,
@@ -134,7 +134,7 @@ def test_every_figure_on_screen_is_in_result_json(folder):
         str(figure)
         for section in sheet(small_study()).sections
         for row in section.rows
-        for figure in row.figures
+        for figure in row.cells
     }
     assert shown == known
     said = json.dumps(plain, ensure_ascii=False)
@@ -148,10 +148,10 @@ def test_tables_fit_a_terminal_of_80_columns():
     """Long labels, four figures with units and two intervals; a word wider than its column is never
     cut, and no column of remarks stands empty.
     """
-    plain, between = Figure(49.25, "N m/arcmin"), Figure(49.25, "arcsec", 45.0, 53.0)
+    plain, between = Cell(49.25, "N m/arcmin"), Cell(49.25, "arcsec", 45.0, 53.0)
     for figures, columns in (
         ((between,) * 2, ("now", "with equal effect")),
-        ((*(plain,) * 3, Figure(27.37, "%")), ("now", "equal factor", "equal effect", "share")),
+        ((*(plain,) * 3, Cell(27.37, "%")), ("now", "equal factor", "equal effect", "share")),
     ):
         rows = tuple(Row(f"joints.B.gearbox stiffness {k}", figures) for k in range(3))
         screen = io.StringIO()
@@ -175,7 +175,7 @@ def test_every_figure_is_in_the_tables(page):
     for section in sections(small_study()):
         for row in section.rows:
             assert escaped(row.label) in page.replace("<wbr>", "")
-            for figure in row.figures:
+            for figure in row.cells:
                 assert spaced(str(figure)) in page
                 assert spaced(figure.interval) in page
 

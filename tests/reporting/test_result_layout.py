@@ -9,7 +9,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.result import Result
 from lostmotion.reporting.layout import LAYOUT, figures_by_key, key_of, result_schema
-from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.sheet import Cell, Row, Section
 
 ROOT = Path(__file__).parents[2]
 Z_ARM = ROOT / "examples" / "z-arm.toml"
@@ -110,7 +110,7 @@ def test_a_key_follows_from_its_label(label, key):
 
 def test_rows_of_one_name_are_numbered():
     """No figure takes another one's place."""
-    row = Row("A", (Figure(1.0, "mm"), Figure(2.0, "%")))
+    row = Row("A", (Cell(1.0, "mm"), Cell(2.0, "%")))
     found = figures_by_key([Section("x", "X", ("now", "now"), (row, row))])
     assert list(found["x"]) == ["A", "A_2"]
     assert [found["x"]["A"][name]["value"] for name in ("now", "now_2")] == [1.0, 2.0]

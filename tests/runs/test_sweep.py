@@ -257,7 +257,7 @@ def test_outcomes_are_those_of_the_study_of_each_design(swept):
             for row in section.rows
         }
         of_study = {
-            name: rows[name].figures[0]
+            name: rows[name].cells[0]
             for name in (
                 "mean",
                 "95th percentile",
@@ -573,10 +573,10 @@ def test_the_sheet_names_the_largest_contributors_and_remedies(swept):
     assert parts.columns[-1] == "all others"
     for row, outcome in zip(parts.rows, swept.outcomes, strict=True):
         shares = {cost.part.removeprefix("joints."): 100 * cost.share for cost in outcome.costs}
-        assert [figure.value for figure in row.figures[:-1]] == [
+        assert [figure.value for figure in row.cells[:-1]] == [
             shares[name] for name in parts.columns[:-1]
         ]
-        assert sum(figure.value for figure in row.figures) == pytest.approx(100)
+        assert sum(figure.value for figure in row.cells) == pytest.approx(100)
     note = sections["levels"].note
     assert all(remedy in note for remedy in REMEDIES)
     assert "constant" in note

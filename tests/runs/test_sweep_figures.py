@@ -64,7 +64,7 @@ def test_a_sweep_states_mass_price_and_repeatability_of_each_design(arm, tmp_pat
     """
     found = lostmotion.sweep(arm, out=tmp_path / "run", **SMALL)
     (masses,) = (section for section in found.sheet.sections if section.key == "masses")
-    assert [[figure.value for figure in row.figures] for row in masses.rows] == [
+    assert [[figure.value for figure in row.cells] for row in masses.rows] == [
         [6, 600],
         [8, 1000],
         [8, 1000],
@@ -93,7 +93,7 @@ def test_a_price_that_is_not_stated_is_no_price(arm, tmp_path):
     arm.write_text(ARM.replace("price = 300\n", ""), encoding="utf-8")
     found = lostmotion.sweep(arm, out=tmp_path / "run", **SMALL)
     (masses,) = (section for section in found.sheet.sections if section.key == "masses")
-    assert [str(row.figures[1]) for row in masses.rows] == ["not stated", "700", "700", "1400"]
+    assert [str(row.cells[1]) for row in masses.rows] == ["not stated", "700", "700", "1400"]
     assert [row.note for row in masses.rows] == [
         "no price of A, B",
         "no price of A",

@@ -23,7 +23,7 @@ import pytest
 
 import lostmotion
 from lostmotion.parts.bands import band
-from lostmotion.reporting.sheet import ARCMIN
+from lostmotion.printed import ARCMIN
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
+from lostmotion.printed import factor_of
 from lostmotion.reporting.chart_settings import SMALL, settings
 from lostmotion.reporting.palette import CLASSES, LIGHT
-from lostmotion.reporting.sheet import PER_METRE, length
-from lostmotion.reporting.sheet import Figure as Number
+from lostmotion.reporting.sheet import Cell, length
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 WIDTH: Final = 130.0
-PER_UNIT: Final = PER_METRE
 _TITLE: Final = 10.5
 _MM: Final = 1 / 25.4
 # Widths in a legend, mm: of a letter, and of what stands beside an entry's name.
@@ -275,7 +274,7 @@ def mark(on: Axes, estimate: Estimate, name: str, unit: str, *, row: int = 0) ->
     """Draw a line at an estimate over its whole shaded interval, and its value above the axes,
     `row` lines up. Set the limits first.
     """
-    factor = PER_UNIT[unit]
+    factor = factor_of(unit)
     value, low, high = (end * factor for end in (estimate.value, estimate.low, estimate.high))
     if math.isfinite(high - low) and high > low:
         left, right = on.get_xlim()
@@ -415,7 +414,7 @@ def contour(
         [],
         color=LIGHT["ink"],
         linewidth=1.2,
-        label=f"{name} {Number(level, unit, stated=True)}",
+        label=f"{name} {Cell(level, unit, stated=True)}",
     )
 
 

@@ -134,8 +134,8 @@ def _without_intervals(sections: Sequence[Section]) -> tuple[Section, ...]:
             rows=tuple(
                 replace(
                     row,
-                    figures=tuple(
-                        replace(figure, low=math.nan, high=math.nan) for figure in row.figures
+                    cells=tuple(
+                        replace(figure, low=math.nan, high=math.nan) for figure in row.cells
                     ),
                 )
                 for row in section.rows

@@ -145,7 +145,7 @@ def _without_intervals(section: Section) -> Section:
     rows = tuple(
         replace(
             row,
-            figures=tuple(replace(figure, low=math.nan, high=math.nan) for figure in row.figures),
+            cells=tuple(replace(figure, low=math.nan, high=math.nan) for figure in row.cells),
         )
         for row in section.rows
     )

@@ -12,7 +12,8 @@ from lostmotion.band import Band
 from lostmotion.error_model.provenance import KINDS
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.parts.provenance import DEFAULT_SCATTER
-from lostmotion.reporting.sheet import Row, Section, as_stated, in_words, several
+from lostmotion.printed import stated_text
+from lostmotion.reporting.sheet import Row, Section, in_words, several
 from lostmotion.unit_registry import ABSOLUTE, ZERO_CELSIUS
 from lostmotion.units import Quantity, Toleranced
 
@@ -158,7 +159,7 @@ def _listed(values: Sequence[Any], quantity: Quantity | None) -> str:
         return f"table of {several(len(values), 'row')}"
     units = _units(max(abs(each) for each in values), quantity)
     texts = [
-        (" ".join([", ".join(as_stated((each - zero) / size) for each in values), unit]).strip())
+        (" ".join([", ".join(stated_text((each - zero) / size) for each in values), unit]).strip())
         for unit, size, zero in units
     ]
     return min(texts, key=_significant)

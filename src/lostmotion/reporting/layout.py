@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from lostmotion.reporting.sheet import Figure, Row, Section, Sheet
+    from lostmotion.reporting.sheet import Cell, Row, Section, Sheet
 
 # Changes where a key changes or goes; keys may be added without.
-LAYOUT: Final = 3
+LAYOUT: Final = 4
 _PERCENTILE: Final = re.compile(
     r"([0-9]+(?:\.[0-9]+)?)(?: %(?: of [a-z]+)?(?: are)? below|(?:th|st|nd|rd) percentile)"
     r"|^([0-9]+) %$"
@@ -50,10 +50,10 @@ def _rows(section: Section) -> dict[str, Any]:
 
 def _row(row: Row, columns: list[str]) -> dict[str, Any]:
     if columns == ["value"]:
-        return figure_data(row.figures[0])
+        return figure_data(row.cells[0])
     return {
         name: figure_data(figure)
-        for name, figure in zip(_each_once(columns), row.figures, strict=True)
+        for name, figure in zip(_each_once(columns), row.cells, strict=True)
     }
 
 
@@ -67,7 +67,7 @@ def _each_once(keys: list[str]) -> list[str]:
     return out
 
 
-def figure_data(figure: Figure) -> dict[str, Any]:
+def figure_data(figure: Cell) -> dict[str, Any]:
     """Return one figure as plain data; null where there is no finite number."""
     value, low, high = (
         each if math.isfinite(each) else None for each in (figure.value, figure.low, figure.high)
@@ -79,6 +79,7 @@ def figure_data(figure: Figure) -> dict[str, Any]:
         "high": high,
         "interval": None if low is None and high is None else figure.ends,
         "samples": figure.samples,
+        "display": figure.display,
         **({"bound": figure.bound} if figure.bound else {}),
         **({"words": figure.words} if figure.words else {}),
     }
@@ -111,7 +112,7 @@ def plain(sheet: Sheet, version: str) -> dict[str, Any]:
                         "note": row.note,
                         "figures": [
                             _column(name, figure, sheet.seed)
-                            for name, figure in zip(section.columns, row.figures, strict=True)
+                            for name, figure in zip(section.columns, row.cells, strict=True)
                         ],
                     }
                     for row in section.rows
@@ -122,7 +123,7 @@ def plain(sheet: Sheet, version: str) -> dict[str, Any]:
     }
 
 
-def _column(name: str, figure: Figure, seed: int | None) -> dict[str, Any]:
+def _column(name: str, figure: Cell, seed: int | None) -> dict[str, Any]:
     data = figure_data(figure)
     ends = [data.pop("low"), data.pop("high")]
     kind = data.pop("interval")
@@ -141,8 +142,9 @@ def result_schema() -> dict[str, Any]:
     figure = {
         "type": "object",
         "description": (
-            "A figure: its value and the ends of its interval in `unit`, null where there is "
-            "none, and what it was counted from."
+            "A figure: its value and the ends of its interval in `unit`, which is an SI unit and "
+            "the same for this key in every file (a share is a number from 0 to 1), null where "
+            "there is none; what it was counted from; and the same as people read it."
         ),
         "properties": {
             "value": number,
@@ -154,13 +156,14 @@ def result_schema() -> dict[str, Any]:
                 "description": "kind of interval, '95 % interval'",
             },
             "samples": text,
+            "display": {"type": "string", "description": "as printed: '0.42 mm (0.40 … 0.45)'"},
             "bound": {
                 "enum": ["upper", "lower"],
                 "description": "the true value is no larger, or no smaller",
             },
             "words": {"type": "string", "description": "what is printed in place of a number"},
         },
-        "required": ["value", "unit", "low", "high", "interval", "samples"],
+        "required": ["value", "unit", "low", "high", "interval", "samples", "display"],
         "additionalProperties": False,
     }
     column = {
@@ -173,10 +176,20 @@ def result_schema() -> dict[str, Any]:
             "interval_kind": {"type": ["string", "null"]},
             "samples": text,
             "seed": {"type": ["integer", "null"]},
+            "display": text,
             "bound": {"enum": ["upper", "lower"]},
             "words": text,
         },
-        "required": ["name", "value", "unit", "interval", "interval_kind", "samples", "seed"],
+        "required": [
+            "name",
+            "value",
+            "unit",
+            "interval",
+            "interval_kind",
+            "samples",
+            "display",
+            "seed",
+        ],
         "additionalProperties": False,
     }
     row = {

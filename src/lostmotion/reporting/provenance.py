@@ -18,7 +18,7 @@ from lostmotion.error_model.provenance import KINDS
 from lostmotion.error_model.upper_limits import in_error, in_repeats
 from lostmotion.reporting.inputs import inputs_section
 from lostmotion.reporting.laws_used import laws_section
-from lostmotion.reporting.sheet import PER_METRE, Card, Figure, Row, Section, in_words, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, in_words, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -188,13 +188,13 @@ def upper_limit_sentences(known: States) -> list[str]:
     named = "; ".join(f"{', '.join(of)} of {model}" for model, of in keys.items())
     first = known.limits[0]
     repeat = max(known.limits, key=lambda each: each.of_repeat)
-    sizes = f"{Figure(100 * first.of_error, '%')} of the mean-square error"
+    sizes = f"{Cell(first.of_error, '%')} of the mean-square error"
     if first is repeat and repeat.of_repeat:
-        sizes += f" and {Figure(100 * repeat.of_repeat, '%')} of its part between visits"
+        sizes += f" and {Cell(repeat.of_repeat, '%')} of its part between visits"
     elif repeat.of_repeat:
         sizes += (
             f"; between visits {repeat.key.replace('_', ' ')} at {repeat.joint}, "
-            f"{Figure(100 * repeat.of_repeat, '%')}"
+            f"{Cell(repeat.of_repeat, '%')}"
         )
     ends = ": errors that rest on them are at most these"
     if known.lower_bound:
@@ -389,18 +389,18 @@ def bounded_sections(
 
 
 def _bounded_section(section: Section) -> Section:
-    def bounded(figure: Figure) -> Figure:
+    def bounded(figure: Cell) -> Cell:
         if figure.words or figure.stated or not math.isfinite(figure.value):
             return figure
         return (
             replace(figure, bound="lower")
-            if figure.unit in PER_METRE
+            if figure.unit == "m"
             else replace(figure, bound="upper")
-            if figure.unit == "%"
+            if figure.shown == "%"
             else figure
         )
 
-    rows = tuple(replace(row, figures=tuple(map(bounded, row.figures))) for row in section.rows)
+    rows = tuple(replace(row, cells=tuple(map(bounded, row.cells))) for row in section.rows)
     return replace(section, rows=rows)
 
 
@@ -438,7 +438,7 @@ def _states_section(known: States) -> Section:
     return Section("states", "What is known of each joint", heads, rows, "; ".join(notes))
 
 
-def _cell(line: JointStates, kind: str) -> Figure:
+def _cell(line: JointStates, kind: str) -> Cell:
     return in_words(line.states.get(kind, "-"))
 
 

@@ -145,9 +145,7 @@ def _fits(screen: Console, section: Section) -> bool:
 
 def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
     # what "value" heads needs no heading
-    plain = section.columns == ("value",) and not any(
-        row.figures[0].interval for row in section.rows
-    )
+    plain = section.columns == ("value",) and not any(row.cells[0].interval for row in section.rows)
     table = Table(
         title=Text(section.title),
         title_justify="left",
@@ -159,7 +157,7 @@ def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
     if narrow:
         table.show_edge, table.padding = False, (0, 1, 0, 0)
         # words in columns need no gaps between them
-        if all(figure.words for row in section.rows for figure in row.figures):
+        if all(figure.words for row in section.rows for figure in row.cells):
             table.box = None
     table.add_column(
         "",
@@ -167,7 +165,7 @@ def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
     )
     with_interval = section.with_interval
     for k, (name, interval) in enumerate(zip(section.columns, with_interval, strict=True)):
-        shown = [row.figures[k] for row in section.rows]
+        shown = [row.cells[k] for row in section.rows]
         texts = any(len(figure.words) > _TEXT for figure in shown)  # which folds; figures never do
         whole = [
             word for figure in shown for word in (figure.words.split() if texts else [str(figure)])
@@ -183,7 +181,7 @@ def _table(section: Section, *, remarks: bool, narrow: bool = False) -> Table:
         table.add_column("", style="dim", overflow="fold")
     for row in section.rows:
         cells = []
-        for figure, interval in zip(row.figures, with_interval, strict=True):
+        for figure, interval in zip(row.cells, with_interval, strict=True):
             cells.append(str(figure))
             if interval:
                 cells.append(figure.interval)

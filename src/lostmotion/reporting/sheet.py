@@ -9,26 +9,27 @@ from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
+from lostmotion.printed import (
+    between,
+    digits,
+    factor_of,
+    last_place,
+    share_text,
+    si_of,
+    stated_text,
+    unit_of_length,
+    unit_of_lengths,
+    written,
+)
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-ARCMIN = math.pi / 10800
-ARCSEC = ARCMIN / 60
-# In the units people read (µm, mm, N m, %) anything smaller is what rounding leaves of zero.
-_NOTHING = 1e-7
-# Units of length, per metre.
-PER_METRE = {"µm": 1e6, "mm": 1e3, "m": 1.0}
-# Significant digits without an interval, at most with one, and of the interval's width.
-_DIGITS = 3
-_MOST_DIGITS = 4
-_DIGITS_OF_WIDTH = 2
-_MOST_PLACES = 9
-
 
 @dataclass(frozen=True, slots=True)
-class Figure:
-    """One number: value and ends of its 95 % interval in `unit` ("1" for a pure number; NaN where
-    there is none), and what it was counted from.
+class Cell:
+    """One number of a table: value and ends of its 95 % interval in SI (NaN where there is none),
+    the unit in which it is shown ("1" for a pure number), and what it was counted from.
 
     stated: it was given, not computed: printed as it stands, to four digits, without zeros behind
     it.
@@ -37,7 +38,7 @@ class Figure:
     """
 
     value: float
-    unit: str
+    shown: str
     low: float = math.nan
     high: float = math.nan
     samples: str = ""
@@ -46,27 +47,54 @@ class Figure:
     bound: Literal["", "upper", "lower"] = ""
     words: str = ""
 
+    @property
+    def unit(self) -> str:
+        """Return the SI unit of the value and of the ends of its interval."""
+        return si_of(self.shown)
+
+    @property
+    def as_shown(self) -> float:
+        """Return the value in the unit in which it is shown."""
+        return self._as_shown(self.value)
+
+    def _as_shown(self, value: float) -> float:
+        return value if isinstance(value, Integral) else value * factor_of(self.shown)
+
     def __str__(self) -> str:
-        """Return value and unit as text, to the digits that its interval supports (see `_places`);
-        a bound with its sign.
+        """Return value and unit as text, to the digits that its interval supports (see
+        `last_place`); a bound with its sign.
         """
         return {"": "", "upper": "≤ ", "lower": "≥ "}[self.bound] + self._plain_text()
 
     def _plain_text(self) -> str:
         if self.words:
             return self.words
-        unit = "" if self.unit == "1" else self.unit
+        unit = "" if self.shown == "1" else self.shown
         if isinstance(self.value, Integral):  # counted, not measured
             return f"{self.value} {unit}".strip()
-        if not math.isfinite(self.value):
-            return digits(self.value)
+        value = self.as_shown
+        if not math.isfinite(value):
+            return digits(value)
         if self.stated:
-            # As it was given, so whole digits are never rounded away.
-            text = _written(self.value, max(_places(abs(self.value), _MOST_DIGITS), 0))
-            return f"{text.rstrip('0').rstrip('.') if '.' in text else text} {unit}".strip()
-        if self.unit == "%" and not self.between:
-            return f"{_share(self.value)} %"
-        return f"{_written(self.value, self._last)} {unit}".strip()
+            return f"{stated_text(value)} {unit}".strip()
+        if self.shown == "%" and not self.between:
+            return f"{share_text(value)} %"
+        return f"{written(value, self._last)} {unit}".strip()
+
+    @property
+    def number(self) -> str:
+        """Return the value as text without its unit."""
+        return str(self).removesuffix(self.shown).rstrip()
+
+    @property
+    def display(self) -> str:
+        """Return the value with its unit and its interval, as printed."""
+        return f"{self} ({self.interval})" if self.interval else str(self)
+
+    @property
+    def alone(self) -> Cell:
+        """Return the value without its interval."""
+        return Cell(self.value, self.shown, samples=self.samples)
 
     @property
     def interval(self) -> str:
@@ -80,40 +108,21 @@ class Figure:
     @property
     def between(self) -> str:
         """Return the ends of the interval as text, empty where there is none."""
-        if math.isnan(self.low) and math.isnan(self.high):
-            return ""
-        return " … ".join(
-            _written(end, self._last) if math.isfinite(end) else "?"
-            for end in (self.low, self.high)
-        )
+        return between(self._as_shown(self.low), self._as_shown(self.high), self._last)
 
     @property
     def _last(self) -> int:
-        """Return the decimal place of the last digit of the value and of both ends.
-
-        Without an interval three significant digits are printed. With one, the last digit is the
-        second of the interval's width (JCGM 100:2008, 7.2.6, gives an uncertainty at most two
-        digits), and no number has more than four significant digits, three where an end is not
-        known.
-        """
-        known = [abs(each) for each in (self.value, self.low, self.high) if math.isfinite(each)]
-        spans = (self.high - self.low, self.high - self.value, self.value - self.low)
-        width = next((abs(span) for span in spans if math.isfinite(span)), None)
-        if width is None or not known:
-            return _places(max(known, default=0.0), _DIGITS)
-        closed = math.isfinite(self.low) and math.isfinite(self.high)
-        most = _places(max(known), _MOST_DIGITS if closed else _DIGITS)
-        return most if width == 0 else min(_places(width, _DIGITS_OF_WIDTH), most)
+        return last_place(*(self._as_shown(each) for each in (self.value, self.low, self.high)))
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A line of a section: what it is, its figures, a remark, and its key in result.json where that
+    """A line of a section: what it is, its cells, a remark, and its key in result.json where that
     does not follow from the label.
     """
 
     label: str
-    figures: tuple[Figure, ...]
+    cells: tuple[Cell, ...]
     note: str = ""
     key: str = ""
 
@@ -138,7 +147,7 @@ class Section:
     @property
     def with_interval(self) -> list[bool]:
         """Return which columns have an interval beside them."""
-        return [any(row.figures[k].interval for row in self.rows) for k in range(len(self.columns))]
+        return [any(row.cells[k].interval for row in self.rows) for k in range(len(self.columns))]
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,9 +172,9 @@ class Bar:
     """
 
     label: str
-    figure: Figure
+    figure: Cell
     size: float
-    effect: Figure | None = None
+    effect: Cell | None = None
     parts: tuple[float, ...] = ()
 
 
@@ -273,51 +282,9 @@ def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:
     )
 
 
-def in_words(text: str) -> Figure:
+def in_words(text: str) -> Cell:
     """Return a cell that has words in place of a number."""
-    return Figure(math.nan, "1", words=text)
-
-
-def digits(value: float) -> str:
-    """Return a number that has no interval as text, with three significant digits."""
-    return _written(value, _places(abs(value), _DIGITS) if math.isfinite(value) else 0)
-
-
-def as_stated(value: float) -> str:
-    """Return a number as a user stated it, without a unit: four significant digits, or more before
-    the point. Never a power of ten.
-    """
-    return str(Figure(value, "1", stated=True))
-
-
-def _places(size: float, count: int) -> int:
-    """Return the decimal place of the last of `count` significant digits; below zero where whole
-    digits are rounded away.
-    """
-    return count - 1 - int(f"{size:.{count - 1}e}".partition("e")[2])
-
-
-def _written(value: float, place: int) -> str:
-    """Return a number rounded to this decimal place."""
-    if not math.isfinite(value):
-        return "not known" if math.isnan(value) else "unbounded"
-    if abs(value) < _NOTHING:
-        return "0"
-    text = f"{round(value, place):.{min(max(place, 0), _MOST_PLACES)}f}"
-    return "0" if float(text) == 0 else text
-
-
-def _share(value: float) -> str:
-    """Return a share in per cent that has no interval: as other numbers, but no finer than 0.01 %,
-    and never rounded to 0 or 100.
-    """
-    # a sum of all shares misses 100 by its last bits
-    if not math.isfinite(value) or abs(value) < _NOTHING or abs(value - 100) < _NOTHING:
-        return digits(value)
-    if abs(value) < 0.005:  # noqa: PLR2004 - would show as 0.00
-        return "<0.01"
-    text = _written(value, min(_places(abs(value), _DIGITS), 2))
-    return text if float(text) != 100 else ">99.9" if value < 100 else "100"  # noqa: PLR2004 - the whole
+    return Cell(math.nan, "1", words=text)
 
 
 def several(count: int, noun: str) -> str:
@@ -332,26 +299,12 @@ def length(
     samples: str = "",
     *,
     stated: bool = False,
-) -> Figure:
-    """Return a length (m) in the unit that suits its size: µm, mm or m."""
-    unit = "µm" if abs(value) < 1e-4 else "mm" if abs(value) < 1 else "m"  # noqa: PLR2004 - where people change units
-    by = PER_METRE[unit]
-    return Figure(value * by, unit, low * by, high * by, samples, stated=stated)
+) -> Cell:
+    """Return a length (m), shown in the unit that suits its size: µm, mm or m."""
+    return Cell(value, unit_of_length(value), low, high, samples, stated=stated)
 
 
-def in_one_unit(figures: Sequence[Figure]) -> list[Figure]:
-    """Return lengths, in whatever units, in one unit for a column: µm where the largest is below 1
-    mm, else mm, and m from 1 m.
-    """
-    largest = max(
-        (abs(each.value) / PER_METRE[each.unit] for each in figures if math.isfinite(each.value)),
-        default=0.0,
-    )
-    unit = "µm" if largest < 1e-3 else length(largest).unit  # noqa: PLR2004 - where people change units
-    out = []
-    for each in figures:
-        by = PER_METRE[unit] / PER_METRE[each.unit]
-        out.append(
-            replace(each, value=each.value * by, unit=unit, low=each.low * by, high=each.high * by)
-        )
-    return out
+def in_one_unit(lengths: Sequence[Cell]) -> list[Cell]:
+    """Return lengths, shown in one unit for a column (`unit_of_lengths`)."""
+    unit = unit_of_lengths(each.value for each in lengths)
+    return [replace(each, shown=unit) for each in lengths]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from lostmotion.reporting.layout import key_of
 
 if TYPE_CHECKING:
-    from lostmotion.reporting.sheet import Figure, Section, Sheet
+    from lostmotion.reporting.sheet import Cell, Section, Sheet
 
 TableKind = Literal["csv", "latex"]
 FOLDER: Final = "tables"
@@ -77,7 +77,7 @@ def _csv(section: Section) -> str:
     rows.writerow(map(_text, [*head, "note"]))
     for row in section.rows:
         cells = [_text(row.label)]
-        for figure, interval in zip(row.figures, with_interval, strict=True):
+        for figure, interval in zip(row.cells, with_interval, strict=True):
             cells += [
                 _text(figure.words) or _number(figure.value),
                 "" if figure.words or figure.unit == "1" else _text(figure.unit),
@@ -119,7 +119,7 @@ def _latex(section: Section) -> str:
     lines = [_line([*head, *([""] if with_note else [])])]
     for row in section.rows:
         cells = [escaped(row.label)]
-        for figure, interval in zip(row.figures, with_interval, strict=True):
+        for figure, interval in zip(row.cells, with_interval, strict=True):
             cells += [_printed(figure), *([escaped(figure.interval)] if interval else [])]
         lines.append(_line([*cells, *([escaped(row.note)] if with_note else [])]))
     body = "\n".join([r"\toprule", lines[0], r"\midrule", *lines[1:], r"\bottomrule"])
@@ -136,7 +136,7 @@ def _line(cells: list[str]) -> str:
     return " & ".join(cells) + r" \\"
 
 
-def _printed(figure: Figure) -> str:
+def _printed(figure: Cell) -> str:
     """Return a figure as it is printed, with a thin space before its unit."""
     text = str(figure)
     return (

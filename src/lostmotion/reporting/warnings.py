@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lostmotion.error_model.few_poses import MANY, known_ends
 from lostmotion.error_model.overload import overloads
-from lostmotion.reporting.sheet import Figure, length, several
+from lostmotion.reporting.sheet import Cell, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def overload_warnings(found: Iterable[Overload]) -> tuple[str, ...]:
     """Return one sentence per overloaded drive, for the first screen."""
     return tuple(
-        f"joint {each.joint} is overloaded: it holds up to {Figure(each.held, each.unit)} "
+        f"joint {each.joint} is overloaded: it holds up to {Cell(each.held, each.unit)} "
         f"standing still (worst of {several(each.poses, 'pose')}), "
-        f"rated {Figure(each.rated, each.unit, stated=True)}; every figure assumes that the "
+        f"rated {Cell(each.rated, each.unit, stated=True)}; every figure assumes that the "
         "drive holds"
         for each in found
     )

@@ -12,7 +12,7 @@ from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
 from lostmotion.error_model.budget import Cost
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.remedies import STAGES
-from lostmotion.reporting.sheet import Bar, Bars, Figure, find_row
+from lostmotion.reporting.sheet import Bar, Bars, Cell, find_row
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -29,9 +29,9 @@ def test_bars_show_the_figures_of_the_tables(z_arm_study):
     blame, remedies = sheet.bars
     for bar in blame.bars[:-1]:
         row = find_row(sheet.sections, "budget", bar.label)
-        assert bar.figure.value == row.figures[1].value == pytest.approx(100 * bar.size)
+        assert bar.figure.value == row.cells[1].value == pytest.approx(100 * bar.size)
         assert bar.effect.value * {"mm": 1e3, "µm": 1}[bar.effect.unit] == pytest.approx(
-            row.figures[2].value
+            row.cells[2].value
         )
         assert sum(bar.parts) == pytest.approx(bar.size)
     assert sum(bar.size for bar in blame.bars) == pytest.approx(1)
@@ -40,7 +40,7 @@ def test_bars_show_the_figures_of_the_tables(z_arm_study):
     # further remedies, listed below these, leave no less of this arm's error
     assert len(remedies.bars) == len(STAGES) < len(rows)
     assert [bar.figure for bar in remedies.bars] == [
-        replace(row.figures[1], samples=bar.figure.samples)
+        replace(row.cells[1], samples=bar.figure.samples)
         for row, bar in zip(rows[: len(STAGES)], remedies.bars, strict=True)
     ]
 
@@ -53,7 +53,7 @@ def test_without_sampling_bars_show_root_mean_squares():
     assert [bars.key for bars in found.bars] == ["budget", "remedies"]
     row = find_row(found.sections, "levels", "left after compensation of load and pose")
     (compensated,) = [bar for bar in found.bars[1].bars if bar.label == "load compensated"]
-    assert compensated.figure.value == pytest.approx(row.figures[0].value)
+    assert compensated.figure.value == pytest.approx(row.cells[0].value)
 
 
 def test_a_part_that_cancels_others_has_a_bar_to_the_left():
@@ -90,4 +90,4 @@ def test_where_nothing_errs_there_are_no_bars(z_arm_study):
     )
     assert remedy_bars(replace(z_arm_study.waterfall, stages=stages)) == ()
     assert blame_bars([replace(_cost("A", 0.0), alone=0.0)], {}, "") == ()
-    assert Bars("", "", "", (Bar("", Figure(0.0, "mm"), 0.0),)).ends == (0.0, 1.0)
+    assert Bars("", "", "", (Bar("", Cell(0.0, "mm"), 0.0),)).ends == (0.0, 1.0)

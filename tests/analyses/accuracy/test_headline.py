@@ -5,7 +5,7 @@ from pathlib import Path
 
 import lostmotion
 from lostmotion.error_model.remedies import SIDE_KNOWN
-from lostmotion.reporting.sheet import Figure, find_row, length
+from lostmotion.reporting.sheet import Cell, find_row, length
 from tests.reporting.first_screen import first_screen
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -61,20 +61,20 @@ def check_figures(study):
     contributor, and what is left by a remedy.
     """
     sheet = study.sheet
-    assert str(find_row(sheet.sections, "error", "95th percentile").figures[0]) in sheet.verdict
+    assert str(find_row(sheet.sections, "error", "95th percentile").cells[0]) in sheet.verdict
     levels = study.budget.levels
     share, origin = re.search(
         r"(>?[\d.]+ %) of the mean square (follows|differs from robot|differs from visit)",
         sheet.verdict,
     ).groups()
-    assert share == str(Figure(100 * max(levels), "%"))
+    assert share == str(Cell(100 * max(levels), "%"))
     assert (
         origin == ("follows", "differs from robot", "differs from visit")[levels.index(max(levels))]
     )
     largest = max(study.budget.parts, key=lambda cost: cost.share)
     assert (
         f"(largest contributor: {largest.part.removeprefix('joints.')}, "
-        f"{Figure(100 * largest.share, '%')})"
+        f"{Cell(100 * largest.share, '%')})"
     ) in sheet.verdict
     return sheet.verdict, {stage.name: stage.q95.value for stage in study.waterfall.stages}
 
@@ -274,7 +274,7 @@ def test_without_sampling_the_remedy_is_in_root_mean_squares():
     table.
     """
     sheet = lostmotion.study(EXAMPLES / "z-arm.toml", 64, method="analytic").sheet
-    left = find_row(sheet.sections, "levels", "left after compensation of load and pose").figures[0]
+    left = find_row(sheet.sections, "levels", "left after compensation of load and pose").cells[0]
     assert (
         "a controller that knows them leaves "
         f"{length(left.value * {'mm': 1e-3, 'µm': 1e-6}[left.unit])} r.m.s. of"

@@ -9,7 +9,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.tables.analytic import comparisons
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.reporting.sheet import Figure, find_row, in_one_unit, length, several
+from lostmotion.reporting.sheet import Cell, find_row, in_one_unit, length, several
 from tests.reporting.first_screen import first_screen
 
 ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
@@ -26,7 +26,7 @@ def test_every_figure_over_all_poses_is_compared(z_arm_study):
         "99.7th percentile",
         "standard deviation",
     ]
-    assert all(row.figures[1].value < 1 for row in whole.rows)
+    assert all(row.cells[1].value < 1 for row in whole.rows)
     assert all(row.note == "" for row in whole.rows)
 
 
@@ -45,7 +45,7 @@ def test_a_wrong_quantile_over_all_poses_is_seen(z_arm_study, at):
     assert [row.note for row in whole.rows] == [
         "beyond the interval" if k == at + 1 else "" for k in range(6)
     ]
-    assert whole.rows[at + 1].figures[1].value > 1
+    assert whole.rows[at + 1].cells[1].value > 1
 
 
 def test_the_reason_for_no_comparison_is_stated(z_arm_study):
@@ -68,11 +68,11 @@ def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
     was found with its digits.
     """
     assert [several(count, "pose") for count in (0, 1, 2)] == ["0 poses", "1 pose", "2 poses"]
-    stated = [str(Figure(value, "µm", stated=True)) for value in (0.001, 20.0, 12.5, 1234.0, 0.0)]
+    stated = [str(Cell(value, "µm", stated=True)) for value in (0.001, 20.0, 12.5, 1234.0, 0.0)]
     assert stated == ["0.001 µm", "20 µm", "12.5 µm", "1234 µm", "0 µm"]
-    assert str(Figure(100.0, "%", stated=True)) == "100 %"
-    assert str(Figure(0.001, "µm")) == "0.00100 µm"
-    assert str(Figure(-0.3, "µm", -6.0, 6.0)) == "0 µm"
+    assert str(Cell(100.0, "%", stated=True)) == "100 %"
+    assert str(Cell(0.001, "µm")) == "0.00100 µm"
+    assert str(Cell(-0.3, "µm", -6.0, 6.0)) == "0 µm"
     one = lostmotion.study(lostmotion.read(ARM), np.zeros((1, 5)), method="analytic")
     assert one.sheet.counts == "1 pose, exact sums over terms"
 
@@ -88,7 +88,7 @@ def test_a_target_says_each_factor_of_what():
         assert "x the error" not in row.note
         assert "100.00 %" not in row.note
     assert sections["together"].columns[-1] == "share"
-    shares = [row.figures[-1].value for row in sections["together"].rows]
+    shares = [row.cells[-1].value for row in sections["together"].rows]
     assert shares == sorted(shares, reverse=True)
 
 
@@ -98,10 +98,10 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(z_arm_study):
     """
     alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic", zone="x 0.1..0.6 m")
     sheet = alone.sheet
-    row = find_row(sheet.sections, "analytic", "95th percentile").figures[0]
+    row = find_row(sheet.sections, "analytic", "95th percentile").cells[0]
     assert f"within {row} ({row.between})." in sheet.verdict
     assert "(poses, bound)" not in sheet.verdict
-    inside = find_row(sheet.sections, "zone_1_analytic", "95th percentile").figures[0]
+    inside = find_row(sheet.sections, "zone_1_analytic", "95th percentile").cells[0]
     assert (
         f"In the zone x 100 … 600 mm expect 95 % within {inside} ({inside.between})."
         in first_screen(sheet)
@@ -134,18 +134,18 @@ def test_a_root_mean_square_over_all_poses_has_an_interval(z_arm_study):
     choice leaves; given poses are taken as they are.
     """
     sections = z_arm_study.sheet.sections
-    square = find_row(sections, "analytic", "root mean square").figures[0]
-    (whole,) = in_one_unit([find_row(sections, "levels", "all together").figures[0]])
+    square = find_row(sections, "analytic", "root mean square").cells[0]
+    (whole,) = in_one_unit([find_row(sections, "levels", "all together").cells[0]])
     (square,) = in_one_unit([square])
     assert (square.value, square.low, square.high) == pytest.approx(
         (whole.value, whole.low, whole.high), rel=1e-9
     )
-    turned = find_row(sections, "error", "rotation of the tool, r.m.s.").figures[0]
+    turned = find_row(sections, "error", "rotation of the tool, r.m.s.").cells[0]
     for figure in (square, turned):
         assert figure.low < figure.value < figure.high < 1.5 * figure.value
     given = lostmotion.study(lostmotion.read(ARM), z_arm_study.poses.q, method="analytic").sheet
-    assert find_row(given.sections, "analytic", "root mean square").figures[0].interval == ""
-    assert find_row(given.sections, "levels", "all together").figures[0].interval == ""
+    assert find_row(given.sections, "analytic", "root mean square").cells[0].interval == ""
+    assert find_row(given.sections, "levels", "all together").cells[0].interval == ""
 
 
 def test_without_sampling_the_effect_of_halving_is_reported(z_arm_study):
@@ -163,6 +163,4 @@ def test_without_sampling_the_effect_of_halving_is_reported(z_arm_study):
         here, there = summed.halving.gains[part], z_arm_study.halving.gains[part]
         assert here.low <= there.high
         assert there.low <= here.high
-    assert all(
-        np.isfinite(row.figures[0].value) and row.figures[0].interval for row in section.rows
-    )
+    assert all(np.isfinite(row.cells[0].value) and row.cells[0].interval for row in section.rows)

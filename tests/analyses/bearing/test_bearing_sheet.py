@@ -68,7 +68,7 @@ def test_the_209_through_the_sheet():
         float(ball_pressure(4336.0, 12.7e-3, 65e-3)), rel=0.01
     )
     sheet = bearing_sheet("209", of_209.bearing, of_209.load, of_209)
-    assert find_row(sheet.sections, "shift", "shift across").figures[1].value == pytest.approx(
+    assert find_row(sheet.sections, "shift", "shift across").cells[1].value == pytest.approx(
         51.5, rel=0.02
     )
 
@@ -141,10 +141,10 @@ def test_every_example_has_its_sheet(path):
     for section in sheet.sections:
         assert section.rows, section.key
         for row in section.rows:
-            assert len(row.figures) == len(section.columns)
+            assert len(row.cells) == len(section.columns)
             assert all(
                 figure.words or (figure.unit and figure.samples and math.isfinite(figure.value))
-                for figure in row.figures
+                for figure in row.cells
             ), row.label
     keys = {section.key for section in sheet.sections}
     for plot in bearing_plots(found):
@@ -304,7 +304,7 @@ def test_a_single_209_by_itself(tmp_path):
     assert one.settled.displacement[1, 0] == pytest.approx(51.5e-6, rel=0.02)
     assert len(one.settled.loads) == 1
     sheet = bearing_sheet("209", part, one.load, one)
-    assert find_row(sheet.sections, "elements", "balls: largest").figures[1].value == pytest.approx(
+    assert find_row(sheet.sections, "elements", "balls: largest").cells[1].value == pytest.approx(
         4336, rel=0.02
     )
     assert "terms" not in [section.key for section in sheet.sections]

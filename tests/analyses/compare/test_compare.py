@@ -479,7 +479,7 @@ def test_an_arm_whose_errors_are_not_small_is_not_compared(tmp_path, files):
         figure.interval
         for section in sheet.sections
         for row in section.rows
-        for figure in row.figures
+        for figure in row.cells
     )
 
 

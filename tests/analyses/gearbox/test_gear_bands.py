@@ -15,7 +15,8 @@ from lostmotion.analyses.gearbox.gear import gear
 from lostmotion.analyses.gearbox.result import Gear
 from lostmotion.parts.bands import band, influence
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-from lostmotion.reporting.sheet import ARCMIN, find_row
+from lostmotion.printed import ARCMIN
+from lostmotion.reporting.sheet import find_row
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -178,7 +179,7 @@ def test_a_stiffness_that_is_mostly_unknown_is_printed_as_its_band():
     for found in (unknown, known):
         row = find_row(found.sheet.sections, "bands", "stiffness, slope")
         assert row is not None
-        low, middle, high = (figure.value for figure in row.figures)
+        low, middle, high = (figure.value for figure in row.cells)
         assert low < middle < high
         assert middle == pytest.approx(float(found.read.slope.mean()) * ARCMIN)
     assert (

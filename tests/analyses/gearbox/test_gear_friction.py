@@ -35,7 +35,7 @@ def backdriving(found: object) -> list[str]:
     rows = next(
         section for section in gearbox_sheet("", found).sections if section.key == "backdriving"
     ).rows
-    return [row.figures[0].words for row in rows]
+    return [row.cells[0].words for row in rows]
 
 
 @pytest.mark.parametrize("flank", [0.01, 0.15, 0.25, 0.6])
@@ -79,7 +79,7 @@ def test_a_drive_that_friction_holds_says_so():
         "", found
     ).facts.items()
     assert (
-        find_row(gearbox_sheet("", found).sections, "friction", "at 4 N m").figures[0].words
+        find_row(gearbox_sheet("", found).sections, "friction", "at 4 N m").cells[0].words
         == "the input cannot turn it"
     )
     locked = gear(printed(StageFriction(flank=0.0, bearing=0.3, bearing_radius=9e-3)), gearboxes=8)

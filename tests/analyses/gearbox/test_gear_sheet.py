@@ -32,7 +32,8 @@ from lostmotion.laws.cycloid.friction import DriveFriction
 from lostmotion.laws.cycloid.simulated import simulate
 from lostmotion.laws.cycloid.stage import Stage
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox, samples
-from lostmotion.reporting.sheet import ARCMIN, find_row
+from lostmotion.printed import ARCMIN
+from lostmotion.reporting.sheet import find_row
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -120,7 +121,7 @@ def stated(tmp_path, name):
 
 def figure(found, section, label, column=0):
     """Return one figure of a sheet."""
-    return find_row(found.sheet.sections, section, label).figures[column]
+    return find_row(found.sheet.sections, section, label).cells[column]
 
 
 def ran(*words, cwd):
@@ -341,8 +342,8 @@ def test_efficiency_is_what_friction_leaves():
     """T/(T + M) at each load; without coefficients there is no such section."""
     found = examined_gearbox("rv-like")
     row = find_row(found.sheet.sections, "friction", "at 412 N m")
-    assert row.figures[1].value == pytest.approx(100 * 412 / (412 + row.figures[0].value))
-    assert row.figures[1].value == pytest.approx(row.figures[2].value, abs=0.5)
+    assert row.cells[1].value == pytest.approx(100 * 412 / (412 + row.cells[0].value))
+    assert row.cells[1].value == pytest.approx(row.cells[2].value, abs=0.5)
     assert "friction" not in [section.key for section in plain().sheet.sections]
 
 
@@ -393,10 +394,10 @@ def test_every_sheet_and_plot_is_whole(name, tmp_path):
     for section in sheet.sections:
         assert section.rows, section.key
         for row in section.rows:
-            assert len(row.figures) == len(section.columns)
+            assert len(row.cells) == len(section.columns)
             assert all(
                 each.words or (each.unit and each.samples and math.isfinite(each.value))
-                for each in row.figures
+                for each in row.cells
             ), row.label
     keys = {section.key for section in sheet.sections}
     for plot in gearbox_plots(found):
@@ -465,7 +466,7 @@ def test_a_large_torque_is_printed_without_a_power_of_ten(tmp_path):
         text
         for section in sheet.sections
         for row in section.rows
-        for text in (row.label, row.note, *map(str, row.figures))
+        for text in (row.label, row.note, *map(str, row.cells))
     ]
     assert not re.search(
         r"\d[eE][+-]?\d",
@@ -770,14 +771,14 @@ def test_intervals_of_two_seeds_meet():
         for sections in zip(*(sheet.sections for sheet in sheets), strict=True)
         for row in sections[0].rows
         if (twin := find_row([sections[1]], sections[1].key, row.label)) is not None
-        for one, other in zip(row.figures, twin.figures, strict=True)
+        for one, other in zip(row.cells, twin.figures, strict=True)
         if math.isfinite(one.low) and one.high > one.low
     ]
     assert len(pairs) > 35
     assert {
         section.key
         for section in sheets[0].sections
-        if any(row.figures[0].interval for row in section.rows)
+        if any(row.cells[0].interval for row in section.rows)
     } >= {
         "built",
         "loop",
@@ -1074,7 +1075,7 @@ def test_assumed_values_of_a_drawing_are_counted_and_listed():
         in found.sheet.verdict
     )
     (section,) = (each for each in found.sheet.sections if each.key == "inputs")
-    assert all(key in " ".join(row.figures[0].words for row in section.rows) for _, key in stated)
+    assert all(key in " ".join(row.cells[0].words for row in section.rows) for _, key in stated)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
 from lostmotion.analyses.iso9283.cube import NAMES, cube_from_arguments, orientation_clause
 from lostmotion.analyses.iso9283.predicted import predict_at, predict_robots
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, find_row
+from lostmotion.reporting.sheet import Cell, Row, Section, Sheet, find_row
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 LOADS = EXAMPLES / "measured" / "z-arm-loads.csv"
@@ -67,8 +67,8 @@ def test_a_measured_orientation_is_shown_and_compared(arm, cube, tmp_path):
     """
     found = lostmotion.iso9283(arm, written(tmp_path, cube), robots=20)
     row = find_row(found.sheet.sections, "measured-axes", "P1-c")
-    assert row.figures[0].value == pytest.approx(0.023 * 60, abs=1e-4)
-    assert row.figures[1].value == pytest.approx(3 * np.std(np.arange(5) * 0.06, ddof=1), rel=1e-3)
+    assert row.cells[0].value == pytest.approx(0.023 * 60, abs=1e-4)
+    assert row.cells[1].value == pytest.approx(3 * np.std(np.arange(5) * 0.06, ddof=1), rel=1e-3)
     assert {each.name for each in found.compared} >= {
         "AP_a",
         "AP_b",
@@ -119,8 +119,8 @@ def test_turns_without_a_command_scatter_all_the_same(cube, tmp_path):
     row, beside = (
         find_row(each.sheet.sections, "measured-axes", "P3-c") for each in (found, whole)
     )
-    assert str(row.figures[0]) == "not known"
-    assert row.figures[1].value == pytest.approx(beside.figures[1].value, rel=1e-4)
+    assert str(row.cells[0]) == "not known"
+    assert row.cells[1].value == pytest.approx(beside.cells[1].value, rel=1e-4)
     assert any("ac, bc, cc" in note for note in found.sheet.notes)
     assert not [note for note in whole.sheet.notes if "ac, bc, cc" in note]
 
@@ -143,7 +143,7 @@ def test_signed_parts_of_ap_are_compared(loads):
     assert one.measured.value < 0
     row = find_row(loads.sheet.sections, "compared-axes", "AP_y, P1")
     assert row.note == ("" if one.within else "low")
-    assert row.figures[2].value * 1e-3 == pytest.approx(one.measured.value)
+    assert row.cells[2].value * 1e-3 == pytest.approx(one.measured.value)
     assert (one.measured.value < one.predicted.low.value) == (row.note == "low")
 
 
@@ -281,7 +281,7 @@ def test_a_word_without_room_is_printed_once_for_all_its_rows():
     without one not at all.
     """
     words = {"AP_p, P1": "low", "AP_p, P2": "", "RP_l, P1": "high", "RP_l, P2": "low"}
-    rows = tuple(Row(label, (Figure(0.25, "mm"),), word) for label, word in words.items())
+    rows = tuple(Row(label, (Cell(0.25, "mm"),), word) for label, word in words.items())
     screen = Console(width=20, record=True, file=io.StringIO())
     print_sheet(
         Sheet(

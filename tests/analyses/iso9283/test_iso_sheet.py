@@ -48,16 +48,16 @@ def test_the_sheet_says_what_was_found(both):
     section; all of it is plain data.
     """
     sheet, found = both.sheet, both.predicted
-    mean = find_row(sheet.sections, "ap100", "P4").figures[0]
+    mean = find_row(sheet.sections, "ap100", "P4").cells[0]
     assert mean.value * {"mm": 1e-3, "µm": 1e-6}[mean.unit] == pytest.approx(
         found.loads[0].accuracy[3].mean()
     )
-    most = find_row(sheet.sections, "rp10", "worst").figures[1]
+    most = find_row(sheet.sections, "rp10", "worst").cells[1]
     assert most.value * {"mm": 1e-3, "µm": 1e-6}[most.unit] == pytest.approx(
         np.sort(found.loads[1].repeatability.max(axis=0))[56]
     )
     assert most.samples == "60 robots x 10 visits"
-    assert find_row(sheet.sections, "cube", "side").figures[0].value == pytest.approx(500)
+    assert find_row(sheet.sections, "cube", "side").cells[0].value == pytest.approx(500)
     keys = [section.key for section in sheet.sections]
     assert keys[:4] == ["cube", "poses", "ap100", "ap10"]
     assert {
@@ -110,8 +110,8 @@ def test_a_measured_robot_alone():
     """Without an arm the sheet has the measured robot only, with commands and frames."""
     found = lostmotion.iso9283(measured=VISITS)
     assert found.predicted is None
-    assert find_row(found.sheet.sections, "measured-data", "visits").figures[0].value == 420
-    assert find_row(found.sheet.sections, "measured-poses", "P4").figures[0].value == pytest.approx(
+    assert find_row(found.sheet.sections, "measured-data", "visits").cells[0].value == 420
+    assert find_row(found.sheet.sections, "measured-poses", "P4").cells[0].value == pytest.approx(
         0.717, abs=1e-3
     )
     assert [
@@ -158,7 +158,7 @@ def test_no_table_is_wider_than_a_terminal(both, tmp_path):
         for section in sheet.sections:
             for row in section.rows:
                 assert {
-                    word for figure in row.figures for word in f"{figure} {figure.interval}".split()
+                    word for figure in row.cells for word in f"{figure} {figure.interval}".split()
                 } <= words
 
 
@@ -183,7 +183,7 @@ def test_every_interval_on_the_measured_sheet_is_of_the_figure_beside_it(loads):
     figures = [
         (key, row.label, figure)
         for key, row in rows
-        for figure in row.figures
+        for figure in row.cells
         if figure.between and "?" not in figure.between
     ]
     assert len(figures) > 60
@@ -206,27 +206,27 @@ def test_both_loads_and_the_path_are_on_the_sheet(loads):
     heavy, light = loads.measured.loads
     for load, each, key in (("100%", heavy, "compared"), ("10%", light, "compared-10")):
         row = find_row(sections, "measured-path", f"AT_p, P2-P4, {load}")
-        assert row.figures[0].value == pytest.approx(each.paths[0].figures[0] * 1e3)
-        assert not row.figures[0].between
-        assert row.figures[1].low < row.figures[1].value < row.figures[1].high
-        assert row.figures[0].samples == "10 cycles x 20 places"
-        assert row.figures[2].value == pytest.approx(each.paths[0].worst[0] * 1e3)
+        assert row.cells[0].value == pytest.approx(each.paths[0].cells[0] * 1e3)
+        assert not row.cells[0].between
+        assert row.cells[1].low < row.cells[1].value < row.cells[1].high
+        assert row.cells[0].samples == "10 cycles x 20 places"
+        assert row.cells[2].value == pytest.approx(each.paths[0].worst[0] * 1e3)
         assert find_row(sections, key, "AT_p, P2-P4").note == ""
-        assert find_row(sections, key, "RP_l, P3").figures[2].value == pytest.approx(
+        assert find_row(sections, key, "RP_l, P3").cells[2].value == pytest.approx(
             each.poses[2].repeatability.value * 1e6
         )
         assert find_row(sections, "measured-poses", f"P4, {load}").figures[
             0
         ].value == pytest.approx(each.poses[3].accuracy.value * 1e3)
-        assert find_row(sections, "path", f"AT_p, {load}").figures[0].low > 0
+        assert find_row(sections, "path", f"AT_p, {load}").cells[0].low > 0
     assert {(each["figure"], each["load"]) for each in said["compared"]} >= {
         (name, load) for name in ("AT_p", "RT_p", "AP_p") for load in (1, 0.1)
     }
     assert said["measured"]["readings_along_paths"] == 400
     assert said["measured"]["loads"][1]["paths"][0]["RT_p"]["value"] == pytest.approx(
-        light.paths[0].figures[1]
+        light.paths[0].cells[1]
     )
-    assert find_row(sections, "measured-data", "rows at 10 % load").figures[0].value == 350
+    assert find_row(sections, "measured-data", "rows at 10 % load").cells[0].value == 350
     keys = {section.key for section in sections}
     drawn = iso_plots(loads.predicted, loads.drift, loads.measured, list(loads.compared))
     assert {plot.section for plot in drawn} <= keys
@@ -476,7 +476,7 @@ def test_a_zero_is_never_a_headline(tmp_path, last):
     found = loops(tmp_path, LOOPS.replace("GEARBOX", last))
     sheet = found.sheet
     assert found.predicted.loads[0].repeatability.max() < 1e-15
-    either = find_row(sheet.sections, "either", "worst").figures[0]
+    either = find_row(sheet.sections, "either", "worst").cells[0]
     # stiffness and bearings are not described, so that every figure is a lower bound
     plain = str(either).removeprefix("≥ ")
     assert sheet.verdict.startswith(
@@ -487,7 +487,7 @@ def test_a_zero_is_never_a_headline(tmp_path, last):
         "is predicted"
     ) in sheet.verdict
     assert not re.search(r"(within|least|most) 0 ", sheet.verdict)
-    fitted = find_row(sheet.sections, "fitted", "worst").figures[0]
+    fitted = find_row(sheet.sections, "fitted", "worst").cells[0]
     assert (
         f"at least {str(fitted).removeprefix('≥ ')} ({fitted.interval}) with best-fit frames"
         in sheet.verdict
@@ -507,7 +507,7 @@ def test_a_zero_is_never_a_headline(tmp_path, last):
         for row in section.rows
         if row.label.startswith(("RD,", "RT_"))
     ]
-    assert {str(figure) for row in rows for figure in row.figures} == {"none described"}
+    assert {str(figure) for row in rows for figure in row.cells} == {"none described"}
     written = [
         each
         for section in found.result()["sections"]

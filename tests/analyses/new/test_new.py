@@ -77,7 +77,7 @@ def test_the_list_names_each_template_and_writes_nothing(tmp_path, monkeypatch):
     listed.report()
     (section,) = listed.sheet.sections
     assert [row.label for row in section.rows] == list(get_args(Template))
-    assert all(len(str(row.figures[0])) > 20 for row in section.rows)
+    assert all(len(str(row.cells[0])) > 20 for row in section.rows)
     assert list(tmp_path.iterdir()) == []
 
 

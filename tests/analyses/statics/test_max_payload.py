@@ -163,7 +163,7 @@ def test_the_accuracy_limit_is_met_with_the_largest_payload_and_not_above(tmp_pa
     def within(mass):
         loaded = arm.with_payload(arm.payload.model_copy(update={"mass": mass}))
         study = lostmotion.study(loaded, Poses(q, "given"), robots=2000, visits=10)
-        return find_row(study.sheet.sections, "error", "95th percentile").figures[0].value * 1e-3
+        return find_row(study.sheet.sections, "error", "95th percentile").cells[0].value * 1e-3
 
     assert within(found.everywhere) == pytest.approx(limit, rel=0.02)
     assert within(1.1 * found.everywhere) > limit
@@ -216,9 +216,7 @@ def test_drives_without_a_rating_set_no_payload_and_are_named(tmp_path):
     )
     assert "is at most " in one.sheet.verdict
     assert "No rated torque is stated for shoulder: its load is not counted" in one.sheet.verdict
-    assert (
-        find_row(one.sheet.sections, "payload", "drives, rated torque").figures[0].bound == "upper"
-    )
+    assert find_row(one.sheet.sections, "payload", "drives, rated torque").cells[0].bound == "upper"
     assert one.result()["max_payload"]["not_rated"] == ["shoulder"]
 
 
@@ -266,7 +264,7 @@ def test_the_slides_of_a_mill_are_springs_in_series(tmp_path):
         found.axis_compliance, np.einsum("pii->pi", compliance[:, 3:, 3:]), rtol=1e-12
     )
     parts = {
-        row.label: [figure.value for figure in row.figures]
+        row.label: [figure.value for figure in row.cells]
         for row in next(s for s in found.sheet.sections if s.key == "axes-parts").rows
     }
     assert parts["spindle.gearbox"] == [pytest.approx(0.65), math.inf, math.inf]

@@ -60,7 +60,7 @@ def test_torques_on_the_sheet_are_those_of_the_arm(found):
         assert abs(standing.value) <= tilted.value * (1 + 1e-9) + 1e-9
         assert tilted.value <= anyhow.value * (1 + 1e-9) + 1e-9
     for row in next(section for section in sheet.sections if section.key == "causes").rows:
-        whole, *parts = (figure.value for figure in row.figures)
+        whole, *parts = (figure.value for figure in row.cells)
         assert sum(parts) == pytest.approx(whole, rel=1e-9)
         assert whole > 0
 
@@ -75,7 +75,7 @@ def test_suitable_reducers_are_rated_for_the_torque(found):
     for node, row in zip(found.joint_loads, section.rows, strict=True):
         enough = sum(torque >= abs(node.required.value) for torque in rated)
         assert row.note.startswith(f"{enough} in the catalogue for the ratio 121;")
-        assert row.figures[0].value == abs(node.within_tilt.value)
+        assert row.cells[0].value == abs(node.within_tilt.value)
     missing = sum(math.isnan(torque) for torque in rated)
     assert (f"{missing} rows without a rated torque are excluded" in section.note) == (missing > 0)
 
@@ -123,7 +123,7 @@ def test_a_reducer_below_the_holding_torque_is_reported():
         == "the stated reducer is rated below this; none in the catalogue is rated for it"
     )
     assert find_row(sheet.sections, "reducers", "lift").note.startswith("prismatic joint")
-    assert find_row(sheet.sections, "torques", "lift").figures[-1].value == pytest.approx(
+    assert find_row(sheet.sections, "torques", "lift").cells[-1].value == pytest.approx(
         2000 * lostmotion.Arm.model_fields["gravity"].default
     )
     assert sheet.notes[-1] == (
@@ -148,7 +148,7 @@ def test_compliance_on_the_sheet_is_that_of_the_arm(found):
         ].value == pytest.approx(free[k] * 1e6)
     shares = next(section for section in sheet.sections if section.key == "shares")
     for column in range(2):
-        assert sum(row.figures[column].value for row in shares.rows) == pytest.approx(100)
+        assert sum(row.cells[column].value for row in shares.rows) == pytest.approx(100)
     assert sheet.facts["compliance_at_softest_pose"]["values"] == pytest.approx(there[0], rel=1e-9)
 
 
@@ -237,7 +237,7 @@ def test_a_study_reports_bending_by_cause(found):
     """
     study = lostmotion.study(found.arm, 16, robots=2, visits=2)
     (section,) = [section for section in sections(study) if section.key == "bending"]
-    rows = {row.label: [figure.value for figure in row.figures] for row in section.rows}
+    rows = {row.label: [figure.value for figure in row.cells] for row in section.rows}
     assert [name for name in rows if "," not in name] == ["O", "A", "B", "roll"]
     assert {"O, own weight", "O, payload", "O, next links", "O, next joints and drives"} <= set(
         rows

@@ -21,7 +21,7 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import tool_points
-from lostmotion.reporting.sheet import Figure, find_row
+from lostmotion.reporting.sheet import Cell, find_row
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
@@ -64,8 +64,8 @@ def test_every_item_is_in_one_table(asked):
     for each in found.allowances:
         if each.verdict == "sized":
             row = find_row(sheet.sections, "single", short_name(each.item.name))
-            assert row.figures[0].value == pytest.approx(size_at(each.item, each.factor).value)
-            assert row.figures[1].value > 0
+            assert row.cells[0].value == pytest.approx(size_at(each.item, each.factor).value)
+            assert row.cells[1].value > 0
         elif each.verdict == "none":
             assert "none" in keys
             assert each.without.value > found.target
@@ -84,7 +84,7 @@ def test_every_item_is_in_one_table(asked):
     for card in (card for card in sheet.cards if card.title in of_size):
         one = ordered(found.allowances)[of_size[card.title]]
         allowed = size_at(one.item, one.factor)
-        assert card.number == str(Figure(allowed.value, allowed.unit))
+        assert card.number == str(Cell(allowed.value, allowed.unit))
     for name in ("equal_factor", "equal_effect"):
         assert sum(each["mean_square_m2"] for each in said[name].values()) == pytest.approx(
             np.nansum(getattr(found, name).mean_squares), rel=1e-9
@@ -101,7 +101,7 @@ def test_yield_has_its_interval(asked):
     )
     assert (other.within, other.interval) == (first.within, first.interval)
     rows = next(section for section in asked.sheet.sections if section.key == "yield").rows
-    assert rows[0].figures[0].value == pytest.approx(100 * first.share)
+    assert rows[0].cells[0].value == pytest.approx(100 * first.share)
     assert f"{first.within} of 60 robots" in rows[0].note
 
 
@@ -116,11 +116,10 @@ def test_items_that_do_not_limit_a_target_are_named_so():
     )
     asked = lostmotion.target(arm, error="5 mm", poses=np.zeros((8, 1)), robots=100, visits=2)
     row = find_row(asked.sheet.sections, "together", "A.encoder resolution")
-    assert str(row.figures[2]) == "not limiting"
+    assert str(row.cells[2]) == "not limiting"
     assert find_row(asked.sheet.sections, "single", "A.encoder resolution") is None
     assert (
-        str(find_row(asked.sheet.sections, "usual", "encoder resolution").figures[0])
-        == "216 arcmin"
+        str(find_row(asked.sheet.sections, "usual", "encoder resolution").cells[0]) == "216 arcmin"
     )
     said = asked.result()
     assert "joints_A_encoder_resolution" in said["figures"]["together"]
@@ -134,7 +133,7 @@ def test_items_that_do_not_limit_a_target_are_named_so():
         section for section in asked.sheet.sections if section.key == "yield_allocated"
     ).rows
     assert all(
-        row.figures[0].low < row.figures[0].value < row.figures[0].high
+        row.cells[0].low < row.cells[0].value < row.cells[0].high
         for row in rows
         if row.label.startswith("equal effect")
     )

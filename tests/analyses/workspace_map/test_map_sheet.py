@@ -83,12 +83,12 @@ def test_the_sheet_says_what_was_found(mapped):
     assert abs(share.value - 100 * np.mean(known <= 1e-3)) < 10
     columns = next(section for section in sheet.sections if section.key == "budget")
     for k in range(len(columns.columns)):
-        assert sum(row.figures[k].value for row in columns.rows[1:]) == pytest.approx(100)
+        assert sum(row.cells[k].value for row in columns.rows[1:]) == pytest.approx(100)
     assert {plot.section for plot in map_plots(found)} <= {
         section.key for section in sheet.sections
     }
     assert (
-        find_row(sheet.sections, "reach", "cells reached").figures[0].value
+        find_row(sheet.sections, "reach", "cells reached").cells[0].value
         == np.isfinite(found.selected).sum()
     )
     box = found.placements.best[0]
@@ -125,7 +125,7 @@ def test_every_figure_of_a_map_has_its_interval(mapped):
     """
     for section in mapped.sheet.sections:
         if section.key in {"map", "within", "places"}:
-            for figure in (figure for row in section.rows for figure in row.figures):
+            for figure in (figure for row in section.rows for figure in row.cells):
                 # of one that was drawn nothing is known of the others
                 assert figure.interval or figure.samples == "1 configuration in the cell"
                 assert figure.samples
@@ -135,10 +135,10 @@ def test_every_figure_of_a_map_has_its_interval(mapped):
                 assert np.nanmax([figure.high, figure.value]) == (
                     figure.value if math.isnan(figure.high) else figure.high
                 )
-    volume = find_row(mapped.sheet.sections, "reach", "volume").figures[0]
+    volume = find_row(mapped.sheet.sections, "reach", "volume").cells[0]
     assert volume.low < volume.value < volume.high
     assert "." not in str(
-        find_row(mapped.sheet.sections, "reach", "configurations in a cell, median").figures[0]
+        find_row(mapped.sheet.sections, "reach", "configurations in a cell, median").cells[0]
     )
 
 
@@ -274,8 +274,8 @@ def test_a_planar_arm_has_one_slice():
     )
     assert {plot.key for plot in map_plots(mapped)} == {"slice-xz", "share", "budget"}
     row = find_row(mapped.sheet.sections, "reach", "area")
-    assert row.figures[0].unit == "m²"
-    assert row.figures[0].low < row.figures[0].value <= row.figures[0].high
+    assert row.cells[0].unit == "m²"
+    assert row.cells[0].low < row.cells[0].value <= row.cells[0].high
     json.dumps(mapped.result(), allow_nan=False)
 
 
@@ -297,7 +297,7 @@ def test_a_share_and_its_size_agree():
     assert whole > 0
     assert len(rows) == 1  # and is reported once
     for row in rows:
-        assert row.figures[1].value == pytest.approx(row.figures[0].value / 100 * whole)
+        assert row.cells[1].value == pytest.approx(row.cells[0].value / 100 * whole)
 
 
 def uncertain(monkeypatch, where):
@@ -346,12 +346,12 @@ def test_uncertain_figures_have_wide_intervals_and_are_counted(monkeypatch):
     assert any(
         f"{int(found.uncertain.sum())} cells without a valid figure" in note for note in sheet.notes
     )
-    share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures[0]
+    share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").cells[0]
     assert share.low < 1
     assert share.high == 100
     row = next(section for section in sheet.sections if section.key == "map").rows[0]
-    assert row.figures[0].high - row.figures[0].low > 0.35 * row.figures[0].value
-    assert find_row(sheet.sections, "reach", "poses with valid figures").figures[0].value == 0
+    assert row.cells[0].high - row.cells[0].low > 0.35 * row.cells[0].value
+    assert find_row(sheet.sections, "reach", "poses with valid figures").cells[0].value == 0
 
 
 def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
@@ -359,7 +359,7 @@ def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
     target = 0.95 * float(np.nanmin(slid().selected))
     uncertain(monkeypatch, lambda q: q > 0.25)
     sheet = slid(target=target).sheet
-    share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").figures[0]
+    share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").cells[0]
     assert share.value < 1
     assert 40 < share.high < 75
 

@@ -78,9 +78,9 @@ class Study(Answer, Attributed, Result):
         ]
         for section in sections(self):
             for row in section.rows[: wanted.get(section.key, 0)]:
-                interval = f"  ({row.figures[0].interval})" if row.figures[0].interval else ""
-                share = f", {row.figures[1]} of the mean square" if section.key == "budget" else ""
-                lines.append(f"  {row.label:32} {row.figures[0]}{interval}{share}")
+                interval = f"  ({row.cells[0].interval})" if row.cells[0].interval else ""
+                share = f", {row.cells[1]} of the mean square" if section.key == "budget" else ""
+                lines.append(f"  {row.label:32} {row.cells[0]}{interval}{share}")
         missing = missing_clause(self.states)
         return "\n".join([*lines, *([f"  at least: {missing}"] if missing else [])]) + ">"
 

@@ -23,7 +23,7 @@ from lostmotion.reporting.chart import (
 )
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import Figure as Number
+from lostmotion.reporting.sheet import Cell
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,7 +88,7 @@ def clearance_histogram(found: Examined) -> Figure:
     made, on = one(f"Working clearance of {found.count} simulated bearings", 80)
     histogram(on, edges, counts)
     for row, (value, name) in enumerate(((spread.lowest, "lowest"), (spread.highest, "highest"))):
-        mark_at(on, value * 1e6, f"{name} {Number(value * 1e6, 'µm')}", row=row)
+        mark_at(on, value * 1e6, f"{name} {Cell(value, 'µm')}", row=row)
     label_axes(
         on,
         "working clearance [µm], below zero preload",

@@ -12,8 +12,9 @@ import numpy as np
 from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.parts.bearing.fits import STEPS
 from lostmotion.parts.term import Condition, Motion
+from lostmotion.printed import ARCMIN, stated_text
 from lostmotion.reporting.provenance import with_inputs
-from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, as_stated, length
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length
 
 if TYPE_CHECKING:
     from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
@@ -127,19 +128,19 @@ def bearing_sheet(
 def described(load: BearingLoad) -> str:
     """Describe a load."""
     parts = [(load.radial, "N across"), (load.axial, "N along the axis"), (load.moment, "N m")]
-    return ", ".join(f"{as_stated(value)} {unit}" for value, unit in parts if value) or "no load"
+    return ", ".join(f"{stated_text(value)} {unit}" for value, unit in parts if value) or "no load"
 
 
 def _plain_load(load: BearingLoad) -> dict[str, float]:
     return {"radial_N": load.radial, "axial_N": load.axial, "moment_Nm": load.moment}
 
 
-def _micro(value: float, samples: str = "") -> Figure:
-    return Figure(value * 1e6, "µm", samples=samples)
+def _micro(value: float, samples: str = "") -> Cell:
+    return Cell(value, "µm", samples=samples)
 
 
-def _angle(value: float, samples: str = "") -> Figure:
-    return Figure(float(value) / ARCMIN, "arcmin", samples=samples)
+def _angle(value: float, samples: str = "") -> Cell:
+    return Cell(float(value), "arcmin", samples=samples)
 
 
 def _verdict(found: Examined) -> str:
@@ -179,17 +180,17 @@ def _cards(found: Examined) -> list[Card]:
         ),
         Card(
             "most heavily loaded element",
-            str(Figure(hardest, "N")),
+            str(Cell(hardest, "N")),
             f"{found.pressure[1] / 1e9:.2f} GPa",
         ),
         Card(
             "stiffness across",
-            str(Figure(found.stiffness[0] / 1e6, "N/µm")),
+            str(Cell(found.stiffness[0], "N/µm")),
             "tangent, at this load",
         ),
         Card(
             "stiffness against tilting",
-            str(Figure(found.stiffness[4] * ARCMIN, "N m/arcmin")),
+            str(Cell(found.stiffness[4], "N m/arcmin")),
             "tangent, at this load",
         ),
     ]
@@ -229,13 +230,13 @@ def _samples(found: Examined) -> Section:
     rows = (
         Row(
             "mean working clearance",
-            (Figure(mean * 1e6, "µm", (mean - half) * 1e6, (mean + half) * 1e6, counted),),
+            (Cell(mean, "µm", mean - half, mean + half, counted),),
         ),
         Row("2.5th percentile", (_micro(float(np.quantile(working, 0.025)), counted),)),
         Row("97.5th percentile", (_micro(float(np.quantile(working, 0.975)), counted),)),
         Row(
             "work under preload",
-            (Figure(100 * float((working < 0).mean()), "%", 100 * low, 100 * high, counted),),
+            (Cell(float((working < 0).mean()), "%", low, high, counted),),
         ),
     )
     return Section(
@@ -261,9 +262,7 @@ def _play(found: Examined) -> Section:
         rows.append(
             Row(
                 "tilt, either way",
-                tuple(
-                    Figure(value / pair.span / ARCMIN, "arcmin", samples=exact) for value in values
-                ),
+                tuple(Cell(value / pair.span, "arcmin", samples=exact) for value in values),
             )
         )
     return Section(
@@ -306,22 +305,19 @@ def _elements(found: Examined) -> Section:
         rows.append(
             Row(
                 f"{name}: largest",
-                tuple(Figure(float(value), "N", samples=solved) for value in loads.max(axis=1)),
+                tuple(Cell(float(value), "N", samples=solved) for value in loads.max(axis=1)),
             )
         )
         rows.append(
             Row(
                 f"{name}: loaded elements",
-                tuple(
-                    Figure(int((case > 0).sum()), f"of {loads.shape[1]}", samples=solved)
-                    for case in loads
-                ),
+                tuple(_of(int((case > 0).sum()), loads.shape[1], solved) for case in loads),
             )
         )
     rows.append(
         Row(
             "largest pressure",
-            tuple(Figure(float(value) / 1e9, "GPa", samples=solved) for value in found.pressure),
+            tuple(Cell(float(value), "GPa", samples=solved) for value in found.pressure),
             "inner race",
         )
     )
@@ -344,7 +340,7 @@ def row_names(found: Examined) -> tuple[str, ...]:
 
 def _stiffness(found: Examined) -> Section:
     solved = "a solution in five freedoms"
-    units = ((1e-6, "N/µm"),) * 3 + ((ARCMIN, "N m/arcmin"),) * 2
+    units = ("N/µm",) * 3 + ("N m/arcmin",) * 2
     names = (
         "across, along the load",
         "across, beside it",
@@ -355,10 +351,10 @@ def _stiffness(found: Examined) -> Section:
     rows = tuple(
         Row(
             name,
-            (Figure(float(value) * factor, unit, samples=solved),),
+            (Cell(float(value), unit, samples=solved),),
             "" if value > 0 else "no stiffness in this direction",
         )
-        for name, value, (factor, unit) in zip(names, found.stiffness, units, strict=True)
+        for name, value, unit in zip(names, found.stiffness, units, strict=True)
     )
     return Section("stiffness", "Stiffness at this load", ("mean clearance",), rows)
 
@@ -386,31 +382,34 @@ def _doubts(found: Examined) -> tuple[str, ...]:
 
 # By what a figure in SI is multiplied, and the unit that it then has.
 _PRACTICAL: Final = {
-    "m": (1e6, "µm"),
-    "N/m": (1e-6, "N/µm"),
-    "N m/rad": (ARCMIN, "N m/arcmin"),
-    "rad": (1 / ARCMIN, "arcmin"),
+    "m": "µm",
+    "N/m": "N/µm",
+    "N m/rad": "N m/arcmin",
+    "rad": "arcmin",
 }
 
 
+def _of(count: int, whole: int, samples: str) -> Cell:
+    """Return how many of a whole, as text beside the number."""
+    return Cell(count, "1", samples=samples, words=f"{count} of {whole}")
+
+
 def _stated(bearing: Bearing) -> Section:
-    rows = []
-    for each in bearing.stated_figures:
-        factor, unit = _PRACTICAL[each.unit]
-        rows.append(
-            Row(
-                each.label,
-                (
-                    Figure(
-                        each.value * factor,
-                        unit,
-                        samples="the values stated",
-                        stated=each.unit.startswith("N"),
-                    ),
+    rows = [
+        Row(
+            each.label,
+            (
+                Cell(
+                    each.value,
+                    _PRACTICAL[each.unit],
+                    samples="the values stated",
+                    stated=each.unit.startswith("N"),
                 ),
-                each.note,
-            )
+            ),
+            each.note,
         )
+        for each in bearing.stated_figures
+    ]
     return Section("stated", "What is stated", ("value",), tuple(rows))
 
 
@@ -434,7 +433,7 @@ def _terms(bearing: Bearing, load: BearingLoad) -> Section:
             rows.append(
                 Row(
                     term.name,
-                    (_micro(shift, exact), Figure(tilt / ARCMIN, "arcmin", samples=exact)),
+                    (_micro(shift, exact), Cell(tilt, "arcmin", samples=exact)),
                     term.level + some,
                 )
             )

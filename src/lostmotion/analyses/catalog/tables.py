@@ -21,7 +21,7 @@ from lostmotion.catalogue.gearboxes import (
 from lostmotion.catalogue.presets import PARTS, PresetRow, presets
 from lostmotion.catalogue.search import Criteria, SearchResult, search, searchable_figures
 from lostmotion.errors import InputError, Problem, nearest, refuse_argument, shown
-from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, Sheet, as_stated
+from lostmotion.reporting.sheet import Cell, Row, Section, Sheet
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 Kind = Literal["gearbox", "bearing", "material", "preset"]
 
 _UNITS: Final = {
-    "rated torque": ("N m", 1.0),
-    "stiffness": ("N m/arcmin", ARCMIN),
-    "lost motion": ("arcmin", 1 / ARCMIN),
-    "mass": ("kg", 1.0),
+    "rated torque": "N m",
+    "stiffness": "N m/arcmin",
+    "lost motion": "arcmin",
+    "mass": "kg",
 }
 _TABLES: Final[dict[Literal["clearances", "fits"], str]] = {
     "clearances": "radial clearance by bore",
@@ -172,11 +172,9 @@ def _gearbox_sections(rows: Sequence[GearboxRow]) -> list[Section]:
     return out
 
 
-def _figures(row: GearboxRow) -> tuple[Figure, ...]:
+def _figures(row: GearboxRow) -> tuple[Cell, ...]:
     return tuple(
-        Figure(value, "")
-        if math.isnan(value)
-        else Figure(value * _UNITS[name][1], _UNITS[name][0], stated=True)
+        Cell(value, "1") if math.isnan(value) else Cell(value, _UNITS[name], stated=True)
         for name, value in searchable_figures(row).items()
     )
 
@@ -192,7 +190,7 @@ def _backlash(row: GearboxRow) -> str:
         return ""
     return (
         "backlash "
-        f"{'up to ' if 'backlash' in row.upper_limits else ''}{Figure(figures.part.backlash.nominal / ARCMIN, 'arcmin', stated=True)}"  # noqa: E501
+        f"{'up to ' if 'backlash' in row.upper_limits else ''}{Cell(figures.part.backlash.nominal, 'arcmin', stated=True)}"  # noqa: E501
     )
 
 
@@ -258,29 +256,29 @@ def _preset_section() -> Section:
     )
 
 
-def _of_material(material: Material) -> tuple[Figure, ...]:
+def _of_material(material: Material) -> tuple[Cell, ...]:
     return (
-        _of_range(material.young, 1e-9, "GPa"),
-        Figure(material.shear * 1e-9, "GPa", stated=True),
-        _of_range(material.poisson, 1.0, ""),
-        _of_range(math.nan if material.density is None else material.density, 1.0, "kg/m^3"),
-        Figure(material.scatter * 100, "%", stated=True),
-        Figure(
-            math.nan if material.expansion is None else material.expansion * 1e6,
+        _of_range(material.young, "GPa"),
+        Cell(material.shear, "GPa", stated=True),
+        _of_range(material.poisson, "1"),
+        _of_range(math.nan if material.density is None else material.density, "kg/m³"),
+        Cell(material.scatter, "%", stated=True),
+        Cell(
+            math.nan if material.expansion is None else material.expansion,
             "µm/m/K",
             stated=True,
         ),
     )
 
 
-def _of_range(value: float, factor: float, unit: str) -> Figure:
+def _of_range(value: float, unit: str) -> Cell:
     """Return a value as stated, or as the range in which it lies."""
-    low, high = (as_stated(end * factor) for end in limits_of(value))
-    return Figure(
-        value * factor,
+    low, high = (str(Cell(end, unit, stated=True)) for end in limits_of(value))
+    return Cell(
+        value,
         unit,
         stated=True,
-        words="" if low == high else f"{low} .. {high} {unit}".strip(),
+        words="" if low == high else f"{low.removesuffix(unit).strip()} .. {high}",
     )
 
 
@@ -433,13 +431,13 @@ def _whole(row: GearboxRow, name: str) -> list[Row]:
         )
     facts = row.figures
     for key, value, unit in (
-        ("lost_motion as printed", facts.lost_motion and facts.lost_motion / ARCMIN, "arcmin"),
-        ("moment_rigidity", facts.moment_rigidity and facts.moment_rigidity * ARCMIN, "N m/arcmin"),
+        ("lost_motion as printed", facts.lost_motion, "arcmin"),
+        ("moment_rigidity", facts.moment_rigidity, "N m/arcmin"),
         ("acceleration_torque", facts.acceleration_torque, "N m"),
         ("emergency_torque", facts.emergency_torque, "N m"),
     ):
         if value:
-            lines.append((key, str(Figure(value, unit, stated=True))))
+            lines.append((key, str(Cell(value, unit, stated=True))))
     for key, value in row.typical.items():
         if key != "source":
             lines.append(

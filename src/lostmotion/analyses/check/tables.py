@@ -21,7 +21,7 @@ from lostmotion.reporting.provenance import (
     provenance_sections,
     with_inputs,
 )
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, in_words, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, in_words, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
         verdict=_verdict(known, f"{file} --sidecar {sidecar}" if sidecar else file),
         cards=(
             Card("moving joints", str(len(arm.moving))),
-            Card("mass", str(Figure(arm.mass, "kg"))),
+            Card("mass", str(Cell(arm.mass, "kg"))),
             Card(
                 "reach from the base", str(length(reach)), f"largest of {several(len(q), 'pose')}"
             ),
@@ -183,7 +183,7 @@ def _masses(arm: Arm) -> list[tuple[str, str, str, str, str]]:
     return [
         (
             name,
-            str(Figure(mass, "kg")),
+            str(Cell(mass, "kg")),
             stated,
             _point(pose[:3, :3] @ centre + pose[:3, 3]),
             _point(centre),
@@ -199,20 +199,20 @@ def _point(xyz: Floats) -> str:
 
 def _row(joint: Joint, load: float | None) -> Row:
     link = length(joint.link.reach, stated=True) if joint.link.reach else in_words("-")
-    mass = Figure(joint.total_mass + joint.link.total_mass, "kg")
+    mass = Cell(joint.total_mass + joint.link.total_mass, "kg")
     if joint.type == "fixed" or load is None:
         return Row(joint.name, (in_words("fixed"), link, mass, in_words("-"), in_words("-")))
     low, high = joint.limits
     scale, unit = (180 / math.pi, "°") if joint.type == "revolute" else (1e3, " mm")
     rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
-    limit = in_words("-") if rated is None else Figure(float(rated), joint.load_unit, stated=True)
+    limit = in_words("-") if rated is None else Cell(float(rated), joint.load_unit, stated=True)
     return Row(
         joint.name,
         (
             in_words(f"{scale * low:.4g} … {scale * high:.4g}{unit}"),
             link,
             mass,
-            Figure(load, joint.load_unit),
+            Cell(load, joint.load_unit),
             limit,
         ),
     )

@@ -13,8 +13,8 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.poses import reachable_points
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import vertical_axis
+from lostmotion.printed import factor_of
 from lostmotion.reporting.chart import (
-    PER_UNIT,
     grid,
     grouped,
     label,
@@ -92,7 +92,7 @@ def _apart(found: Comparison, change: Change, end: str) -> list[Plot]:
     unit, axes = length(apart.largest).unit, [vertical_axis(arm) for arm in (first, change.arm.arm)]
     turns = axes[0] is not None and axes[0] == axes[1]
     what = f"distance of the commanded tool points, {label(change.arm.label)}"
-    values = apart.distances * PER_UNIT[unit]
+    values = apart.distances * factor_of(unit)
     shown = PoseValues(
         first,
         apart.tool,
@@ -180,12 +180,12 @@ def distribution(found: Comparison) -> Figure:
             ).clip(first, last)
         )
         on.plot(
-            edges[at] * PER_UNIT[unit],
+            edges[at] * factor_of(unit),
             100 * below[at] / below[-1],
             color=colour,
             label=label(each.label),
         )
-        on.axvline(level * PER_UNIT[unit], color=colour, linewidth=0.8, linestyle=(0, (2, 2)))
+        on.axvline(level * factor_of(unit), color=colour, linewidth=0.8, linestyle=(0, (2, 2)))
     on.set_ylim(0, 102)
     on.set_xlim(left=0)
     label_axes(
@@ -210,7 +210,7 @@ def budgets(found: Comparison, change: Change) -> Figure:
     grouped(
         on,
         [
-            (label(name), colour, own * PER_UNIT[unit])
+            (label(name), colour, own * factor_of(unit))
             for name, colour, own in zip(labels, _COLOURS, values, strict=False)
         ],
     )
@@ -226,7 +226,7 @@ def shares(change: Change) -> Figure:
     values = np.array([each.share.value for each in shown])
     unit = length(float(np.abs(values).max())).unit
     figure, on = one("Change of the r.m.s. error by part", 24 + 5.2 * len(shown))
-    sizes = values * PER_UNIT[unit]
+    sizes = values * factor_of(unit)
     stacked(
         on,
         [

@@ -6,8 +6,9 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.printed import digits
 from lostmotion.reporting.provenance import at_least, missing_sentences, provenance_facts
-from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, digits, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, Sheet, length, several
 from lostmotion.runs.design_names import design_name
 
 if TYPE_CHECKING:
@@ -49,9 +50,9 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
         Row(
             joint,
             (
-                Figure(math.degrees(value), "°", stated=True)
+                Cell(value, "°", stated=True)
                 if kind == "revolute"
-                else Figure(value * 1e3, "mm", stated=True),
+                else Cell(value, "mm", stated=True),
             ),
         )
         for (joint, kind), value in zip(found.joints, at.q, strict=True)
@@ -153,17 +154,17 @@ def _terms(found: Replay) -> list[Section]:
                 Row(
                     name,
                     (
-                        Figure(term.draw, "1"),
-                        Figure(term.along * 1e6, "µm"),
-                        Figure(_share(term.along, found), "%"),
+                        Cell(term.draw, "1"),
+                        Cell(term.along, "µm"),
+                        Cell(_share(term.along, found), "%"),
                     ),
                 )
             )
-            moves.append(Row(name, tuple(Figure(float(value) * 1e6, "µm") for value in term.shift)))
+            moves.append(Row(name, tuple(Cell(float(value), "µm") for value in term.shift)))
         if rows:
             whole = sum(term.along for term in found.terms if term.level in levels)
             note = (
-                f"together {digits(whole * 1e6)} µm, {Figure(_share(whole, found), '%')} of the "
+                f"together {digits(whole * 1e6)} µm, {Cell(_share(whole, found), '%')} of the "
                 "magnitude"
             )
             out.append(
@@ -189,7 +190,7 @@ def _terms(found: Replay) -> list[Section]:
 
 
 def _share(along: float, found: Replay) -> float:
-    return 100 * along / found.length if found.length else 0.0
+    return along / found.length if found.length else 0.0
 
 
 # Section -> its title and the levels of chance of its terms.

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.joint_values import joint_values, tool_place
-from lostmotion.reporting.sheet import Card, Figure, Row, Section
+from lostmotion.reporting.sheet import Card, Cell, Row, Section
 
 if TYPE_CHECKING:
     from lostmotion.analyses.statics.survey import Survey
@@ -104,15 +104,15 @@ def axes_cards(survey: Survey, known: States) -> list[Card]:
     ]
 
 
-def _stiffness(survey: Survey, compliance: float, samples: str = "") -> Figure:
+def _stiffness(survey: Survey, compliance: float, samples: str = "") -> Cell:
     """Return the stiffness for a compliance in m/N, in N/µm, for a soft arm all in N/mm; infinite
     for a rigid direction.
     """
-    unit, size = ("N/mm", 1e-3) if survey.axis_compliance.max() > _SOFT else ("N/µm", 1e-6)
+    unit = "N/mm" if survey.axis_compliance.max() > _SOFT else "N/µm"
     return (
-        Figure(size / compliance, unit, samples=samples)
+        Cell(1 / compliance, unit, samples=samples)
         if compliance
-        else Figure(math.inf, unit, samples=samples, words="rigid")
+        else Cell(math.inf, unit, samples=samples, words="rigid")
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from lostmotion.reporting.joint_values import joint_values, tool_place
 from lostmotion.reporting.provenance import share_within_bounded
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, in_words, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, in_words, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.statics.payload import MaxPayload, PayloadLimit
@@ -140,7 +140,7 @@ def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
     figures = tuple(
         in_words("not rated" if unknown else _NO_LIMIT)
         if math.isinf(value)
-        else Figure(value, "kg", samples=counted, bound="upper" if bound else "")
+        else Cell(value, "kg", samples=counted, bound="upper" if bound else "")
         for value in (each.everywhere, float(np.median(each.values)), float(each.values.max()))
     )
     name = (
@@ -182,7 +182,7 @@ def _bounded(each: PayloadLimit, found: MaxPayload, known: States) -> str:
     """Return the payload at every pose as text, as an upper bound where joints are ideal or drives
     not rated.
     """
-    text = str(Figure(each.everywhere, "kg"))
+    text = str(Cell(each.everywhere, "kg"))
     return (
         f"at most {text}"
         if found.unrated

@@ -30,7 +30,7 @@ from lostmotion.reporting.provenance import (
     provenance_facts,
     provenance_sections,
 )
-from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -208,15 +208,15 @@ def _matrix(survey: Survey) -> dict[str, Any]:
     }
 
 
-def _micro_per_newton(value: float, samples: str = "") -> Figure:
-    return Figure(value * 1e6, "µm/N", samples=samples)
+def _micro_per_newton(value: float, samples: str = "") -> Cell:
+    return Cell(value, "µm/N", samples=samples)
 
 
-def _stiffness(value: float, samples: str = "") -> Figure:
+def _stiffness(value: float, samples: str = "") -> Cell:
     """Return the stiffness for a compliance (m/N), in a unit that suits its size."""
     if value > 1e-6:  # noqa: PLR2004 - where people change units
-        return Figure(1e-3 / value, "N/mm", samples=samples)
-    return Figure(1e-6 / value if value else math.inf, "N/µm", samples=samples)
+        return Cell(1 / value, "N/mm", samples=samples)
+    return Cell(1 / value if value else math.inf, "N/µm", samples=samples)
 
 
 def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
@@ -234,9 +234,7 @@ def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
             else f"with the base tilted by up to {_degrees(survey.tilt)}"
         )
         at = "" if tilted is level else f"at {tilted.joint} "
-        standing, most = (
-            Figure(abs(load.value), "N m") for load in (level.nominal, tilted.required)
-        )
+        standing, most = (Cell(abs(load.value), "N m") for load in (level.nominal, tilted.required))
         same = str(standing) == str(most)
         both = (
             f"{standing}, as the base stands and {tilt}"
@@ -287,7 +285,7 @@ def _cards(survey: Survey, payload: MaxPayload | None, known: States) -> list[Ca
                 f"holding torque {node.joint}"
                 if node.unit == "N m"
                 else f"holding force {node.joint}",
-                str(Figure(abs(node.required.value), node.unit)),
+                str(Cell(abs(node.required.value), node.unit)),
                 tilt,
             )
         )
@@ -325,7 +323,7 @@ def _torques(survey: Survey, counted: str) -> Section:
         Row(
             node.joint,
             tuple(
-                Figure(
+                Cell(
                     load.value if load is node.nominal else abs(load.value),
                     node.unit,
                     samples=counted,
@@ -359,7 +357,7 @@ def _causes(survey: Survey, counted: str) -> Section:
                 continue
             sign = math.copysign(1.0, load.value)
             figures = [
-                Figure(sign * each, node.unit, samples=counted)
+                Cell(sign * each, node.unit, samples=counted)
                 for each in (load.value, *(load.by_cause[cause] for cause in present))
             ]
             tilt = "" if load is node.nominal else f", tilt {_degrees(load.tilt)}"
@@ -378,11 +376,9 @@ def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
         required = abs(node.required.value)
         stated = joint.gearbox.rated_torque if joint.gearbox is not None else None
         rated = (
-            Figure(math.nan, "")
-            if stated is None
-            else Figure(float(stated), node.unit, stated=True)
+            Cell(math.nan, "1") if stated is None else Cell(float(stated), node.unit, stated=True)
         )
-        figures = (Figure(required, node.unit), rated)
+        figures = (Cell(required, node.unit), rated)
         if node.unit != "N m":
             rows.append(
                 Row(node.joint, figures, "prismatic joint: the catalogue rates reducers by torque")
@@ -430,9 +426,9 @@ def _bearings(survey: Survey, counted: str) -> Section:
         Row(
             node.joint,
             (
-                Figure(_clean(node.moment), "N m", samples=counted),
-                Figure(node.moment_any_tilt, "N m", samples=counted),
-                Figure(node.force, "N", samples=counted),
+                Cell(_clean(node.moment), "N m", samples=counted),
+                Cell(node.moment_any_tilt, "N m", samples=counted),
+                Cell(node.force, "N", samples=counted),
             ),
             f"poses {node.moment_index}, {node.moment_any_tilt_index}, {node.force_index}",
         )
@@ -517,8 +513,8 @@ def _ellipsoid(survey: Survey) -> Section:
     for k, value in enumerate(survey.rotational.values[0]):
         shown = float(value) if value > _NOTHING * survey.rotational.values[0, 0] else 0.0
         figures = (
-            Figure(shown / ARCMIN, "arcmin/(N m)", samples=counted),
-            Figure(ARCMIN / shown if shown else math.inf, "N m/arcmin", samples=counted),
+            Cell(shown, "arcmin/(N m)", samples=counted),
+            Cell(1 / shown if shown else math.inf, "N m/arcmin", samples=counted),
         )
         rows.append(
             Row(
@@ -556,8 +552,8 @@ def _shares(survey: Survey, counted: str) -> Section:
         Row(
             short_name(survey.parts[k]),
             (
-                Figure(100 * float(survey.shares[k]), "%", samples=counted),
-                Figure(100 * float(survey.softest_shares[k]), "%", samples=here),
+                Cell(float(survey.shares[k]), "%", samples=counted),
+                Cell(float(survey.softest_shares[k]), "%", samples=here),
             ),
         )
         for k in order

@@ -11,8 +11,8 @@ import numpy as np
 
 from lostmotion.analyses.sweep.tables.designs import LEVEL
 from lostmotion.error_model.arrival import rp_name
+from lostmotion.printed import factor_of
 from lostmotion.reporting.chart import (
-    PER_UNIT,
     axes,
     cells,
     class_legend,
@@ -27,7 +27,7 @@ from lostmotion.reporting.chart import (
 )
 from lostmotion.reporting.palette import LIGHT, class_limits
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import Figure as Number
+from lostmotion.reporting.sheet import Cell
 from lostmotion.runs.design_names import design_name, short_keys
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ def _curves(
         ]
         along = np.array([place for place, _ in found])
         y, low, high = (
-            np.array([getattr(each, end) for _, each in found]) * PER_UNIT[unit]
+            np.array([getattr(each, end) for _, each in found]) * factor_of(unit)
             for end in ("value", "low", "high")
         )
         if axis.quantities is None:
@@ -248,7 +248,7 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
     names = [label(name) for name in short_keys(order.axes)]
     shape = (len(first.values), len(second.values))
     unit = _unit(max(each.value for each in estimates))
-    factor = PER_UNIT[unit]
+    factor = factor_of(unit)
     values = np.array([each.value * factor for each in estimates]).reshape(shape)
     overlapping = _overlap_smallest(estimates)
     ends = [
@@ -266,7 +266,7 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
             row, column = divmod(k, shape[1])
             colour = LIGHT["ink"] if classes[row, column] < _DARK_FROM else LIGHT["paper"]
             words = ("≈ " if overlapping[k] else "") + str(
-                Number(each.value * factor, unit, each.low * factor, each.high * factor)
+                Cell(each.value, unit, each.low, each.high)
             )
             text(on, column, row, words, colour=colour, ha="center", va="center")
     on.set_xticks(range(shape[1]), [label(each) for each in second.labels], parse_math=False)
@@ -329,7 +329,7 @@ def against_mass(outcomes: Sequence[Outcome]) -> Figure:
         )
         for what, colour, found in curves:
             y, low, high = (
-                np.array([getattr(each, end) for each in found]) * PER_UNIT[unit]
+                np.array([getattr(each, end) for each in found]) * factor_of(unit)
                 for end in ("value", "low", "high")
             )
             ends = np.nan_to_num([y - low, high - y], posinf=0.0)
@@ -355,7 +355,7 @@ def effects(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     shape = tuple(len(axis.values) for axis in order.axes)
     unit = _unit(max(each.quantiles[LEVEL].value for each in outcomes))
     errors: Floats = np.array(
-        [each.quantiles[LEVEL].value * PER_UNIT[unit] for each in outcomes]
+        [each.quantiles[LEVEL].value * factor_of(unit) for each in outcomes]
     ).reshape(shape)
     made = figure(22 + 56.0 * len(shape))
     panels = axes(
@@ -399,7 +399,7 @@ def spread(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     grid(on, "both")
     for k, each in enumerate(outcomes):
         name = label(design_name(order.axes, each.design)) if len(outcomes) > 1 else None
-        x, y = each.spread[0] * PER_UNIT[unit], 100 * each.spread[1]
+        x, y = each.spread[0] * factor_of(unit), 100 * each.spread[1]
         on.plot(x, y, color=_COLOURS[k], linestyle=_DASHES[k], linewidth=1.6, label=name)
     on.set_xlim(left=0)
     on.set_ylim(0, 101)

@@ -15,7 +15,7 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import grid, label_axes, legend, named_rows, one
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import Figure as Number
+from lostmotion.reporting.sheet import Cell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -137,7 +137,7 @@ def allocation_plot(result: Targets) -> Figure:
         color=LIGHT["design"],
         linewidth=1.4,
         linestyle=(0, (1.5, 1.5)),
-        label=f"equal factor {Number(uniform, '1')}",
+        label=f"equal factor {Cell(uniform, '1')}",
     )
     names = [
         short_name(result.items[k].name) + (" (not limiting)" if other.not_limiting[k] else "")

@@ -11,9 +11,10 @@ import numpy as np
 from lostmotion.analyses.view.classes import COLOURS
 from lostmotion.errors import legible
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.printed import digits
 from lostmotion.reporting.palette import DARK
 from lostmotion.reporting.provenance import missing_clause
-from lostmotion.reporting.sheet import digits, length
+from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

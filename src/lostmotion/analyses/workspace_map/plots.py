@@ -16,8 +16,8 @@ from lostmotion.analyses.workspace_map.tables.map_labels import (
     percentile_label,
 )
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.printed import factor_of
 from lostmotion.reporting.chart import (
-    PER_UNIT,
     axes,
     cells,
     class_legend,
@@ -251,7 +251,7 @@ def _at(axis: int, place: float) -> str:
 def _unit(found: WorkspaceMap) -> tuple[str, float]:
     """Return the unit of all slices, from the largest error."""
     unit = length(float(np.nanmax(found.selected))).unit
-    return unit, PER_UNIT[unit]
+    return unit, factor_of(unit)
 
 
 def _limits(found: WorkspaceMap) -> list[float]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.reporting.page.text import escaped, foldable, spaced
 
 if TYPE_CHECKING:
-    from lostmotion.reporting.sheet import Figure, Section
+    from lostmotion.reporting.sheet import Cell, Section
 
 # A label folds between words where it is longer than this.
 _FOLDS_AT: Final = 14
@@ -39,12 +39,12 @@ def table(section: Section) -> str:
         return f"<p>{escaped(section.title)}: {escaped(section.note)}</p>"
     samples = list(
         dict.fromkeys(
-            figure.samples for row in section.rows for figure in row.figures if figure.samples
+            figure.samples for row in section.rows for figure in row.cells if figure.samples
         )
     )
     intervals = section.with_interval
     texts = [
-        any(len(row.figures[k].words) > _LONG for row in section.rows)
+        any(len(row.cells[k].words) > _LONG for row in section.rows)
         for k in range(len(section.columns))
     ]
     head = "".join(
@@ -55,7 +55,7 @@ def table(section: Section) -> str:
     columns = 1 + len(section.columns) + sum(intervals)
     body = []
     for row in section.rows:
-        shown = zip(row.figures, intervals, texts, strict=True)
+        shown = zip(row.cells, intervals, texts, strict=True)
         cells = "".join(
             _cells(figure, samples, interval=interval, of_text=of_text)
             for figure, interval, of_text in shown
@@ -97,7 +97,7 @@ def width_of(section: Section) -> int:
         for word in (row.label[:_FOLDS_AT], *re.split(r"[ ._]", row.label))
     ]
     labels = max(map(len, words), default=0)
-    cells = [[row.figures[k] for row in section.rows] for k in range(len(section.columns))]
+    cells = [[row.cells[k] for row in section.rows] for k in range(len(section.columns))]
     figures = sum(
         _BOLD * max((min(len(str(each)), 2 * _LONG) for each in column), default=0) + _GAP
         for column in cells
@@ -110,7 +110,7 @@ def width_of(section: Section) -> int:
     return math.ceil(labels + figures + intervals)
 
 
-def _cells(figure: Figure, samples: list[str], *, interval: bool, of_text: bool) -> str:
+def _cells(figure: Cell, samples: list[str], *, interval: bool, of_text: bool) -> str:
     mark = (
         f"<sup>{_mark(samples.index(figure.samples))}</sup>"
         if len(samples) > 1 and figure.samples

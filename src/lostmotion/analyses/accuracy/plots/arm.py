@@ -13,8 +13,9 @@ import numpy as np
 
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.state import state_of
+from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.arm_scene import ArmScene, Cells, ShownPose
-from lostmotion.reporting.chart import PER_UNIT, cells, class_legend, class_of, label_axes, one
+from lostmotion.reporting.chart import cells, class_legend, class_of, label_axes, one
 from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import FIRST_SCREEN, Plot
 from lostmotion.reporting.section import COVERED, FLAT, PoseValues, symmetry_axis
@@ -109,9 +110,9 @@ def arm_in_workspace(found: PoseErrors) -> Iterator[Plot]:
     )
     bias, axes = _errors(found, list(chosen.values()))
     longest = max(float(np.linalg.norm(each, axis=-1).max()) for each in (bias, axes))
-    unit = length(float(found.within.max())).unit
+    unit = unit_of_length(float(found.within.max()))
     limits = class_limits(
-        *(float(each) * PER_UNIT[unit] for each in np.percentile(found.within, COVERED))
+        *(float(each) * factor_of(unit) for each in np.percentile(found.within, COVERED))
     )
     scale = _Scale(limits, unit, _factor(_ERROR * found.size / longest) if longest else 1.0)
     shown = [
@@ -140,10 +141,10 @@ def sections_of(found: PoseErrors) -> PoseValues:
     """Return the 95th percentile at each pose for sections in the classes of the pictures above,
     with the worst pose marked.
     """
-    unit = length(float(found.within.max())).unit
+    unit = unit_of_length(float(found.within.max()))
     values, target = (
-        found.within * PER_UNIT[unit],
-        None if found.target is None else found.target * PER_UNIT[unit],
+        found.within * factor_of(unit),
+        None if found.target is None else found.target * factor_of(unit),
     )
     return PoseValues(
         found.arm,
@@ -196,7 +197,7 @@ def _cells(found: PoseErrors, scale: _Scale) -> Cells:
     low, values = cells_in_space(
         found.reachable,
         found.tool,
-        found.within * PER_UNIT[scale.unit],
+        found.within * factor_of(scale.unit),
         edge,
         symmetry_axis(found.arm),
     )
@@ -210,7 +211,7 @@ def _picture(
     tool, edge, error = found.tool[pose], found.size / CELLS, scale.factor * bias
     view, names = _view(tool, flat=found.flat)
     drawn, on = one("", 132, width=178)
-    shown, axis = found.within * PER_UNIT[scale.unit], symmetry_axis(found.arm)
+    shown, axis = found.within * factor_of(scale.unit), symmetry_axis(found.arm)
     across, up, values = cells_of_cut(
         found.reachable, found.tool, shown, view, float(view[2] @ tool), edge, axis
     )

@@ -12,8 +12,7 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import label_axes, legend, named_rows, one, stacked, text
 from lostmotion.reporting.palette import LEVELS, LIGHT
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import Figure as Number
-from lostmotion.reporting.sheet import in_one_unit, length, several
+from lostmotion.reporting.sheet import Cell, in_one_unit, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,7 +41,7 @@ def levels(found: Budget) -> Figure:
     stages = ("as manufactured", "load and pose\ncompensated", "and each robot\nmapped")
     left = np.array([squares[k:].sum() for k in range(len(stages))])
     shown = in_one_unit([length(math.sqrt(whole)) for whole in left])
-    unit, size = shown[0].unit, np.array([each.value for each in shown])
+    unit, size = shown[0].shown, np.array([each.as_shown for each in shown])
     figure, on = one("Remaining r.m.s. error", 66)
     share = [
         np.array(
@@ -58,7 +57,7 @@ def levels(found: Budget) -> Figure:
         [(name, colour, size * each) for (name, colour), each in zip(LEVELS, share, strict=True)],
     )
     for stage, remaining in enumerate(shown):
-        text(on, remaining.value, stage, str(remaining), xytext=(4, 0), va="center")
+        text(on, remaining.as_shown, stage, str(remaining), xytext=(4, 0), va="center")
     named_rows(on, stages)
     on.set_xlim(0, max(float(size[0]), 1e-12) * 1.2)
     label_axes(on, f"r.m.s. error [{unit}], split by mean square")
@@ -90,7 +89,7 @@ def budget(answer: Answer) -> Figure:
         height=0.7,
     )
     for row, share in enumerate(shares):
-        text(on, max(share, 0.0), row, str(Number(share, "%")), xytext=(4, 0), va="center")
+        text(on, max(share, 0.0), row, str(Cell(share / 100, "%")), xytext=(4, 0), va="center")
     _shares(on, names, values)
     if values.min() < 0:
         legend(figure)
@@ -112,7 +111,12 @@ def by_level(found: Sequence[Cost], title: str) -> Figure:
     )
     for row, of_levels in enumerate(shares):
         text(
-            on, high[row], row, str(Number(float(of_levels.sum()), "%")), xytext=(4, 0), va="center"
+            on,
+            high[row],
+            row,
+            str(Cell(float(of_levels.sum()) / 100, "%")),
+            xytext=(4, 0),
+            va="center",
         )
     _shares(on, names, np.concatenate([low, high]))
     legend(figure)

@@ -23,10 +23,10 @@ from lostmotion.analyses.accuracy.plots.zone import errors_in_zone
 from lostmotion.analyses.accuracy.tables.zone import seen_in
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.intervals import pooled_quantile, pooled_robots_quantile
+from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.histogram import binned, linear_bins
 from lostmotion.reporting.chart import (
-    PER_UNIT,
     axes,
     axes_by_unit,
     figure,
@@ -160,8 +160,8 @@ def error_histogram(answer: Answer) -> Figure:
     """
     sampled = answer.sampled
     edges, counts = linear_bins(sampled.replicate_hist.sum(axis=0))
-    unit = length(float(edges[-1])).unit
-    factor = PER_UNIT[unit]
+    unit = unit_of_length(float(edges[-1]))
+    factor = factor_of(unit)
     drawn, on = one("Position error over the workspace", 80)
     histogram(on, edges * factor, 100 * counts / counts.sum())
     if answer.target is not None:  # first, so that the words of the others hide its line
@@ -208,8 +208,8 @@ def accuracy_over_robots(answer: Answer) -> Figure:
     panels = axes(drawn, "AP and RP of simulated robots", rows=len(shown))[:, 0]
     for on, (name, of_robots, at_poses) in zip(panels, shown, strict=True):
         values = of_robots.mean(axis=0)
-        unit = length(float(values.max())).unit
-        factor = PER_UNIT[unit]
+        unit = unit_of_length(float(values.max()))
+        factor = factor_of(unit)
         edges, counts = binned(values, about=max(min(30, round(2 * len(values) ** (1 / 3))), 5))
         histogram(on, edges * factor, counts, LIGHT["robot"] if name == "AP" else LIGHT["visit"])
         on.locator_params(axis="x", nbins=8)

@@ -32,11 +32,11 @@ def waterfall(found: Waterfall) -> Figure:
     stages = {stage.name: stage for stage in found.stages}
     at = [stages[name].q95 for name, _ in _STEPS]
     shown = in_one_unit([length(each.value, each.low, each.high) for each in at])
-    unit, values = shown[0].unit, [figure.value for figure in shown]
+    unit, values = shown[0].shown, [figure.as_shown for figure in shown]
     figure, on = one("95th percentile, one remedy after the other", 76)
     grid(on)
     for k, remaining in enumerate(shown):
-        value = remaining.value
+        value = remaining.as_shown
         before = values[k - 1] if k else value
         on.bar(k, value, width=_WIDE, color=LIGHT["robot"], linewidth=0)
         on.bar(

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from lostmotion.analyses.accuracy.tables.zone import seen_in
 from lostmotion.error_model.intervals import pooled_quantile
+from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.propagation.montecarlo.histogram import counts_between, linear_bins
-from lostmotion.reporting.chart import PER_UNIT, histogram, label_axes, legend, mark, one
+from lostmotion.reporting.chart import histogram, label_axes, legend, mark, one
 from lostmotion.reporting.palette import LIGHT
-from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,8 +25,8 @@ def errors_in_zone(answer: Answer, zone: FoundInZone) -> Figure:
     inside = seen_in(answer, zone).sampled
     here, whole = inside.replicate_hist.sum(axis=0), answer.sampled.replicate_hist.sum(axis=0)
     edges, _ = linear_bins(here + whole)
-    unit = length(float(edges[-1])).unit
-    factor = PER_UNIT[unit]
+    unit = unit_of_length(float(edges[-1]))
+    factor = factor_of(unit)
     figure, on = one("Position error in the zone", 80)
     shares = [100 * counts_between(hist, edges) / hist.sum() for hist in (whole, here)]
     histogram(on, edges * factor, shares[0], LIGHT["line"], "whole workspace")

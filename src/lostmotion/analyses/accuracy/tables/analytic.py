@@ -47,7 +47,7 @@ from lostmotion.reporting.provenance import (
     provenance_sections,
     rests_on_sentences,
 )
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, find_row, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, find_row, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
         for k, zone in enumerate(zones, 1)
     ]
     found_in = {
-        name: row.figures[0]
+        name: row.cells[0]
         for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside)
         if row is not None
     }
@@ -182,7 +182,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
 
 
 def _verdict(
-    figure: Figure, blame: Budget, known: States, arm: Arm, overloaded: Sequence[Overload]
+    figure: Cell, blame: Budget, known: States, arm: Arm, overloaded: Sequence[Overload]
 ) -> str:
     """Return the headline: the error over all poses, what compensation leaves of it, and what is
     assumed or missing.
@@ -202,7 +202,7 @@ def _verdict(
 
 
 def _brief(
-    arm: Arm, poses: Poses, found: Analytic, found_in: dict[str, Figure], known: States
+    arm: Arm, poses: Poses, found: Analytic, found_in: dict[str, Cell], known: States
 ) -> tuple[tuple[str, str], ...]:
     """Return the statements of the first screen besides the headline."""
     out = []
@@ -223,7 +223,7 @@ def _brief(
     return tuple((word, text) for word, text in out if text)
 
 
-def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) -> list[Card]:
+def _cards(section: Section, found_in: dict[str, Cell], largest: Cost | None) -> list[Card]:
     """Show the figures that are asked for first, each with its interval."""
     wanted = (
         ("95 % of positions within", "95th percentile"),
@@ -232,7 +232,7 @@ def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) 
         ("worst pose, 95 % within", "worst pose, 95th percentile"),
     )
     rows = [(title, find_row([section], "analytic", label)) for title, label in wanted]
-    found = [(title, row.figures[0]) for title, row in rows if row is not None]
+    found = [(title, row.cells[0]) for title, row in rows if row is not None]
     found += [
         (f"95 % of positions within, {zone}", figure) for zone, figure in found_in.items() if zone
     ]
@@ -244,7 +244,7 @@ def _cards(section: Section, found_in: dict[str, Figure], largest: Cost | None) 
         out.append(
             Card(
                 "largest contributor, share of mean square",
-                str(Figure(100 * largest.share, "%")),
+                str(Cell(largest.share, "%")),
                 short_name(largest.part),
             )
         )
@@ -302,7 +302,7 @@ def analytic_section(
         *_worst_pose(arm, poses, found),
     ]
     normal, valid = (
-        Figure(100 * float(each.mean()), "%", samples=counted)
+        Cell(float(each.mean()), "%", samples=counted)
         for each in (found.nearly_normal, found.valid)
     )
     square = blame.known_ends(
@@ -323,7 +323,7 @@ def analytic_section(
         Row("poses with every figure to 5 %", (valid,), "at the others a level falls into a gap"),
         Row(
             "excess, median pose",
-            (Figure(float(np.median(found.excess)), "1", samples=counted),),
+            (Cell(float(np.median(found.excess)), "1", samples=counted),),
             "0 if normal, less if flat or two-sided",
         ),
     ]
@@ -370,7 +370,7 @@ def _row(label: str, one: Estimate, counted: str, note: str = "") -> Row:
     if math.isnan(one.value):
         return Row(
             label,
-            (Figure(math.nan, "1", samples=counted),),
+            (Cell(math.nan, "1", samples=counted),),
             "; ".join(each for each in (_UNKNOWN, note) if each),
         )
     return Row(label, (length(one.value, one.low, one.high, counted),), note)
@@ -423,7 +423,7 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
             )
         else:
             why = "" if apart <= 1 else "beyond the interval"
-        values = (length(one.value, one.low, one.high, drawn), Figure(apart, "1", samples=drawn))
+        values = (length(one.value, one.low, one.high, drawn), Cell(apart, "1", samples=drawn))
         rows.append(Row(name, values, why))
     note = (
         "over all poses, which both routes share: how far the figure without sampling lies "
@@ -493,5 +493,5 @@ def _apart(label: str, summed: Floats, drawn: Floats, half: Floats) -> Row:
         else (math.nan, math.nan)
     )
     return Row(
-        label, (Figure(typical, "1", samples=counted), Figure(largest, "1", samples=counted)), note
+        label, (Cell(typical, "1", samples=counted), Cell(largest, "1", samples=counted)), note
     )

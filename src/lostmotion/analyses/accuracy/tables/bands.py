@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, find_row, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, find_row, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +20,6 @@ _CARDS: Final = (
     "95 % of positions within",
     "accuracy AP, 95 % of robots within",
 )
-_METRES: Final = {"µm": 1e-6, "mm": 1e-3, "m": 1.0}
 _MOST_NAMES: Final = 3
 # Share of a range in the variance of a figure from which it is named with the figure.
 _NAMED: Final = 0.2
@@ -45,7 +44,7 @@ def bands_sections(found: Bands | None, sections: Sequence[Section]) -> tuple[Se
         "no confidence interval"
     )
     ranges = [
-        Row(key, (Figure(100 * share, "%", samples=drawn),))
+        Row(key, (Cell(share, "%", samples=drawn),))
         for key, share in found.influence("95th percentile").items()
     ]
     of_ranges = (
@@ -126,9 +125,9 @@ def _values(found: Bands, sections: Sequence[Section]) -> dict[str, float]:
         (name, find_row(sections, key, name))
         for name, key in zip(found.figures, ("error", "error", "iso9283", "iso9283"), strict=True)
     )
-    figures = {name: row.figures[0] for name, row in rows if row is not None}
+    figures = {name: row.cells[0] for name, row in rows if row is not None}
     return {
-        name: each.value * _METRES[each.unit]
+        name: each.value
         for name, each in figures.items()
         if each.value and math.isfinite(each.value)
     }

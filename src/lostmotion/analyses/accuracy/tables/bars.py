@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.error_model.remedies import OUTPUT_ENCODERS, SIDE_AND_LOAD, SIDE_KNOWN, STAGES
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.palette import LEVEL_NAMES
-from lostmotion.reporting.sheet import Bar, Bars, Figure, in_one_unit, length, several
+from lostmotion.reporting.sheet import Bar, Bars, Cell, in_one_unit, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -161,11 +161,11 @@ def _helps(left: Mapping[str, Estimate], name: str) -> bool:
     )
 
 
-def _share(share: float, counted: str) -> Figure:
-    return Figure(100 * share, "%", samples=counted)
+def _share(share: float, counted: str) -> Cell:
+    return Cell(share, "%", samples=counted)
 
 
-def _gains(found: Sequence[Estimate | None]) -> list[Figure | None]:
+def _gains(found: Sequence[Estimate | None]) -> list[Cell | None]:
     """Return reductions (m) in one unit; none where one was not computed."""
     known = [gain for gain in found if gain is not None and math.isfinite(gain.value)]
     shown = iter(in_one_unit([length(gain.value, gain.low, gain.high) for gain in known]))

@@ -21,7 +21,7 @@ from lostmotion.reporting.provenance import (
     share_within_bounded,
     upper_limit_sentences,
 )
-from lostmotion.reporting.sheet import Figure, find_row, length, several
+from lostmotion.reporting.sheet import Cell, find_row, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -40,7 +40,7 @@ _LEAST_SHARE: Final = 0.1
 _LONG_NAMES: Final = 6
 _ROUNDING: Final = 1e-9
 # µm; a smaller error of adding up is rounding, and its digits say nothing.
-_NANOMETRE: Final = 1e-3
+_NANOMETRE: Final = 1e-9
 
 
 def brief_of(
@@ -53,9 +53,7 @@ def brief_of(
     ]
     for k, zone in enumerate(answer.zones, 1):
         row = find_row(found, f"zone_{k}", "95th percentile")
-        out += (
-            [("Zone", zone_sentence(zone.name, row.figures[0], known))] if row is not None else []
-        )
+        out += [("Zone", zone_sentence(zone.name, row.cells[0], known))] if row is not None else []
     out += [
         (
             "Where",
@@ -90,13 +88,13 @@ def _within_target(found: Sequence[Section], answer: Answer, known: States) -> s
     row = find_row(found, "error", WITHIN_TARGET)
     if row is None or answer.target is None:
         return ""
-    share = row.figures[0]
+    share = row.cells[0]
     counted = f"{share}{f' ({share.interval})' if share.interval else ''} of positions"
     text = share_within_bounded(counted, known)
     return f"{text[0].upper()}{text[1:]} are within {length(answer.target, stated=True)}."
 
 
-def zone_sentence(name: str, inside: Figure, known: States) -> str:
+def zone_sentence(name: str, inside: Cell, known: States) -> str:
     """Return the sentence on the error in a zone."""
     within = f"{inside}{f' ({inside.interval})' if inside.interval else ''}"
     return f"In the zone {name} expect 95 % within {at_least(within, known)}."
@@ -147,7 +145,7 @@ def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
     loaded = [each for each in known if each[0] > _ROUNDING]
     named = [each for each in loaded if each[0] >= _LEAST_SHARE][:_MOST_DRIVES] or loaded[:1]
     texts = [
-        f"{_held(each, first=k == 0)}, {Figure(100 * share, '%')}{'' if k else ' of rated'}"
+        f"{_held(each, first=k == 0)}, {Cell(share, '%')}{'' if k else ' of rated'}"
         for k, (share, each) in enumerate(named)
     ]
     rest = [(share, each.joint) for share, each in known if (share, each) not in named]
@@ -166,7 +164,7 @@ def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
             else "others"
         )
         none = f"{others} holds no load" if len(rest) == 1 else f"the {others} hold no load"
-        texts.append(f"{others} ≤ {Figure(100 * most, '%')}" if most > _ROUNDING else none)
+        texts.append(f"{others} ≤ {Cell(most, '%')}" if most > _ROUNDING else none)
     if not (texts or unrated):
         return "No drive holds a static load."
     if unrated:
@@ -179,14 +177,14 @@ def drives(arm: Arm, worst: Sequence[HoldingTorque]) -> str:
 
 
 def _held(drive: HoldingTorque, *, first: bool) -> str:
-    return f"{drive.joint}{' holds' if first else ''} {Figure(abs(drive.worst), drive.unit)}"
+    return f"{drive.joint}{' holds' if first else ''} {Cell(abs(drive.worst), drive.unit)}"
 
 
 def _ratings(arm: Arm) -> Iterable[float | None]:
     return (None if joint.gearbox is None else joint.gearbox.rated_torque for joint in arm.driven)
 
 
-def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, str]]:
+def trust(known: States, first_order: Cell | None = None) -> list[tuple[str, str]]:
     """Return what is stated, assumed and ideal, the makers' limits, and the error (largest of a
     sample) of adding errors to first order.
     """
@@ -198,6 +196,6 @@ def trust(known: States, first_order: Figure | None = None) -> list[tuple[str, s
     if not headline_names_all(known):
         text += f" Taken as perfect: {', '.join(missing_kinds(known))}."
     if first_order is not None:
-        small = first_order.unit == "µm" and first_order.value < _NANOMETRE
+        small = first_order.value < _NANOMETRE
         text += f" First order: exact to {'less than 0.001 µm' if small else first_order}."
     return [("Trust", text), ("Limits", " ".join(upper_limit_sentences(known)))]

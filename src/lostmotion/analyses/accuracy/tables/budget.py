@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.printed import digits
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.palette import LEVEL_NAMES
-from lostmotion.reporting.sheet import Figure, Row, Section, digits, in_one_unit, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, in_one_unit, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,7 +40,7 @@ def levels_section(found: Budget) -> Section:
     ]
     rms = in_one_unit([_rms(found, levels, counted) for _, levels, _ in lines])
     shares = [
-        Figure(100 * sum(found.levels[level] for level in levels), "%", samples=counted)
+        Cell(sum(found.levels[level] for level in levels), "%", samples=counted)
         for _, levels, _ in lines
     ]
     rows = [
@@ -56,7 +57,7 @@ def levels_section(found: Budget) -> Section:
     )
 
 
-def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> Figure:
+def _rms(found: Budget, levels: tuple[int, ...], counted: str) -> Cell:
     rms = found.rms_interval(*levels)
     return length(rms.value, rms.low, rms.high, counted)
 
@@ -110,7 +111,7 @@ def _halved_rows(
     return tuple(
         Row(
             short_name(cost.part),
-            (size, Figure(100 * cost.share, "%", samples=exact), off),
+            (size, Cell(cost.share, "%", samples=exact), off),
             _CANCELLING if cost.share < _CANCELS else "",
         )
         for cost, size, off in zip(found, alone, taken, strict=True)
@@ -189,8 +190,7 @@ def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section
     ]
     whole = [sum(cost.levels[k] for cost in found) for k in range(3)]
     shares = (
-        Figure(100 * share, "%", samples=exact)
-        for share in (sum(cost.share for cost in found), *whole)
+        Cell(share, "%", samples=exact) for share in (sum(cost.share for cost in found), *whole)
     )
     rows.append(Row("all together", (together, *shares)))
     return Section(
@@ -202,11 +202,11 @@ def _crossed(key: str, title: str, found: Sequence[Cost], of: Budget) -> Section
     )
 
 
-def _shares(cost: Cost, exact: str) -> tuple[Figure, ...]:
-    return tuple(Figure(100 * share, "%", samples=exact) for share in (cost.share, *cost.levels))
+def _shares(cost: Cost, exact: str) -> tuple[Cell, ...]:
+    return tuple(Cell(share, "%", samples=exact) for share in (cost.share, *cost.levels))
 
 
-def _gain(gain: Estimate, counted: str) -> Figure:
+def _gain(gain: Estimate, counted: str) -> Cell:
     if gain.low == gain.high == 0:  # of what does not move the tool: known, not estimated
         return length(0.0, samples=counted)
     return length(gain.value, gain.low, gain.high, counted)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.analyses.accuracy.drive_classes import ClassFigures
 from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.reporting.provenance import missing_sentences, rests_on_sentences
-from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.sheet import Cell, Row, Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -130,8 +130,8 @@ def class_facts(figures: Sequence[ClassFigures]) -> dict[str, Any]:
     }
 
 
-def _figure(value: float) -> Figure:
-    return Figure(value, "m", words=rounded_length(value))
+def _figure(value: float) -> Cell:
+    return Cell(value, "m", words=rounded_length(value))
 
 
 def _range(least: float, most: float) -> str:

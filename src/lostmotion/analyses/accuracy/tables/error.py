@@ -20,7 +20,7 @@ from lostmotion.error_model.share_intervals import share_below
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.sheet import ARCMIN, Figure, Row, Section, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, length, several
 from lostmotion.reporting.warnings import few_poses_warnings
 
 if TYPE_CHECKING:
@@ -122,11 +122,11 @@ def error_section(answer: Answer, where: str = "") -> Section:
         Row(
             "rotation of the tool, r.m.s.",
             (
-                Figure(
-                    turned.value / ARCMIN,
+                Cell(
+                    turned.value,
                     "arcmin",
-                    turned.low / ARCMIN,
-                    turned.high / ARCMIN,
+                    turned.low,
+                    turned.high,
                     exact,
                 ),
             ),
@@ -168,7 +168,7 @@ def limit_rows(arm: Arm, root_sum_square: float, worst: float, counted: str) -> 
         ),
         Row(
             "worst case, worst pose",
-            (Figure(math.inf, "m", samples=counted, words="none"),),
+            (Cell(math.inf, "m", samples=counted, words="none"),),
             f"no worst case: normal without limits ({names})",
             "worst_case",
         ),
@@ -291,11 +291,11 @@ def described_pose(answer: Answer, index: int) -> str:
     return f"pose {index}: {joint_values(answer.arm, answer.poses.q[index])}"
 
 
-def as_length(estimate: Estimate, samples: str) -> Figure:
+def as_length(estimate: Estimate, samples: str) -> Cell:
     """Return an estimate (m) in the unit that suits its size."""
     return length(estimate.value, estimate.low, estimate.high, samples)
 
 
-def as_share(estimate: Estimate, samples: str) -> Figure:
+def as_share(estimate: Estimate, samples: str) -> Cell:
     """Return the estimate of a share, 0..1, in per cent."""
-    return Figure(100 * estimate.value, "%", 100 * estimate.low, 100 * estimate.high, samples)
+    return Cell(estimate.value, "%", estimate.low, estimate.high, samples)

@@ -15,7 +15,7 @@ from lostmotion.reporting.provenance import (
     rests_on_sentences,
     zero_error_sentence,
 )
-from lostmotion.reporting.sheet import Figure, length
+from lostmotion.reporting.sheet import Cell, length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,7 +34,7 @@ _FURTHER: Final = 0.05
 
 
 def headline(
-    within: Figure, bands: str, remedy: str, known: States, overloaded: Sequence[Overload]
+    within: Cell, bands: str, remedy: str, known: States, overloaded: Sequence[Overload]
 ) -> str:
     """Return the headline in one to three sentences.
 
@@ -107,7 +107,7 @@ def _most(blame: Budget) -> int:
 
 def _origin(blame: Budget, *, temperature: bool) -> str:
     most = _most(blame)
-    share = Figure(100 * blame.levels[most], "%")
+    share = Cell(blame.levels[most], "%")
     return (
         f"{share} of the mean square {_ORIGINS[most].format(_known(temperature=temperature))} "
         f"(largest contributor: {_largest(blame.parts)})"
@@ -130,7 +130,7 @@ def _compensation(blame: Budget, *, temperature: bool) -> str:
 
 def _largest(parts: Sequence[Cost]) -> str:
     part = parts[0]
-    return f"{short_name(part.part)}, {Figure(100 * part.share, '%')}"
+    return f"{short_name(part.part)}, {Cell(part.share, '%')}"
 
 
 def _remedy(stages: dict[str, WaterfallStep], compensation: str, known: States) -> str:
@@ -167,7 +167,7 @@ def _remedy(stages: dict[str, WaterfallStep], compensation: str, known: States) 
     if most > 0:
         return (
             "no remedy (calibration, compensation, a known side, output encoders) removes more "
-            f"than {Figure(100 * most, '%')} of the 95 % error"
+            f"than {Cell(most, '%')} of the 95 % error"
         )
     return "no remedy (calibration, compensation, a known side, output encoders) reduces it"
 

@@ -8,16 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.mechanism.wind_up import wind_ups
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.sheet import (
-    ARCMIN,
-    Figure,
-    Row,
-    Section,
-    in_one_unit,
-    in_words,
-    length,
-    several,
-)
+from lostmotion.reporting.sheet import Cell, Row, Section, in_one_unit, in_words, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -54,14 +45,12 @@ def joints_section(answer: Answer, known: States) -> Section:
     for joint, held in zip(arm.driven, answer.worst_torques, strict=True):
         rated = None if joint.gearbox is None else joint.gearbox.rated_torque
         share = (
-            Figure(100 * abs(held.worst) / rated, "%", samples=counted)
-            if rated
-            else in_words("not stated")
+            Cell(abs(held.worst) / rated, "%", samples=counted) if rated else in_words("not stated")
         )
         of = kinds.get(joint.name, {})
         size = wound.get(joint.name, 0.0)
         turned = (
-            Figure(size / ARCMIN, "arcmin", samples=counted)
+            Cell(size, "arcmin", samples=counted)
             if joint.type == "revolute"
             else length(size, samples=counted)
         )
@@ -101,8 +90,8 @@ def torques_section(arm: Arm, poses: Poses, worst: Sequence[HoldingTorque]) -> S
     )
 
 
-def _loads(held: HoldingTorque, counted: str) -> tuple[Figure, Figure]:
-    return Figure(held.worst, held.unit, samples=counted), Figure(
+def _loads(held: HoldingTorque, counted: str) -> tuple[Cell, Cell]:
+    return Cell(held.worst, held.unit, samples=counted), Cell(
         held.over_tilts, held.unit, samples=counted
     )
 
@@ -114,7 +103,7 @@ def _at(arm: Arm, poses: Poses, held: HoldingTorque) -> str:
     )
 
 
-def _of_state(kinds: Mapping[str, str], kind: str, counted: str) -> Figure:
+def _of_state(kinds: Mapping[str, str], kind: str, counted: str) -> Cell:
     """Return the cell of a deflection that there is none of: of an ideal part, of one that the
     joint does not have, or of one without a load.
     """

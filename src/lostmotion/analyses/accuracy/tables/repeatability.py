@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.error_model.arrival import arrival, rp_key, rp_name
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.provenance import repeats_bounded
-from lostmotion.reporting.sheet import Bar, Bars, Figure, Row, Section, find_row, in_words, several
+from lostmotion.reporting.sheet import Bar, Bars, Cell, Row, Section, find_row, in_words, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,8 +42,8 @@ def made_of_sections(found: Sequence[Repeatability]) -> list[Section]:
         figures = (
             in_words("not predicted")
             if each.none
-            else Figure(
-                100 * of.get(name, 0.0),
+            else Cell(
+                of.get(name, 0.0),
                 "%",
                 samples=f"exact sum over terms, {several(len(each.poses), 'pose')}",
             )
@@ -81,15 +81,13 @@ def with_made_of_bars(
         row = _row_of(found, each)
         if row is None or each.none:
             continue
-        bound = _bounded(row.figures[0], each, arm, known)
+        bound = _bounded(row.cells[0], each, arm, known)
         shown = tuple(
-            Bar(of.label, of.figures[column], of.figures[column].value) for of in made_of.rows
+            Bar(of.label, of.cells[column], of.cells[column].value) for of in made_of.rows
         )
         note = "shares of what is described" if bound.startswith(_AT_LEAST) else ""
         title = f"{rp_name(each.approach)}: {bound}"
-        blocks.append(
-            Bars(_MADE_OF, title, "share of the mean square", shown, note=note, most=100.0)
-        )
+        blocks.append(Bars(_MADE_OF, title, "share of the mean square", shown, note=note, most=1.0))
     return tuple(
         replace(section, bars=tuple(blocks)) if section is made_of else section for section in found
     )
@@ -112,7 +110,7 @@ def repeatability_statement(
             clauses.append(f"{name}: not predicted, no described error differs between visits")
             continue
         causes = "; ".join(filter(None, (_largest(each), _lacking(_missing(each, arm)))))
-        clauses.append(f"{name} {_bounded(row.figures[0], each, arm, known)} ({causes})")
+        clauses.append(f"{name} {_bounded(row.cells[0], each, arm, known)} ({causes})")
     return f"{'; '.join(clauses)}, for 95 % of the robots."
 
 
@@ -121,7 +119,7 @@ def _row_of(found: Sequence[Section], each: Repeatability) -> Row | None:
     return find_row(found, "iso9283", f"{rp_name(each.approach)}, 95th percentile of robots")
 
 
-def _bounded(figure: Figure, each: Repeatability, arm: Arm, known: States) -> str:
+def _bounded(figure: Cell, each: Repeatability, arm: Arm, known: States) -> str:
     """Return an RP, as a bound where kinds of error are missing, the scatter that one-sided RP
     comes from among them.
     """
@@ -151,8 +149,8 @@ def _one_sided_bounded(row: Row) -> Row:
         return row
     return replace(
         row,
-        figures=tuple(
-            figure if figure.words else replace(figure, bound="lower") for figure in row.figures
+        cells=tuple(
+            figure if figure.words else replace(figure, bound="lower") for figure in row.cells
         ),
     )
 
@@ -172,7 +170,7 @@ def _describes_scatter(joint: object) -> bool:
 
 def _largest(found: Repeatability) -> str:
     named = [(name, share) for name, share in found.causes if share >= _LEAST_SHARE][:_MOST_CAUSES]
-    return ", ".join(f"{short_name(name)} {Figure(100 * share, '%')}" for name, share in named)
+    return ", ".join(f"{short_name(name)} {Cell(share, '%')}" for name, share in named)
 
 
 def _lacking(missing: Sequence[str]) -> str:

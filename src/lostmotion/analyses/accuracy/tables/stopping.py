@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from lostmotion.reporting.sheet import Figure, Row, Section, several
+from lostmotion.reporting.sheet import Cell, Row, Section, several
 
 if TYPE_CHECKING:
     from lostmotion.propagation.montecarlo.stopping import Stopping, Watched
@@ -80,9 +80,9 @@ def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
     return f"Did not reach ±{found.tolerance}{where}: {half} ({name}), {why}"
 
 
-def _half(figure: Watched, counted: str) -> Figure:
-    return Figure(
-        100 * figure.relative if math.isfinite(figure.relative) else math.nan, "%", samples=counted
+def _half(figure: Watched, counted: str) -> Cell:
+    return Cell(
+        figure.relative if math.isfinite(figure.relative) else math.nan, "%", samples=counted
     )
 
 

@@ -48,17 +48,7 @@ from lostmotion.reporting.provenance import (
     provenance_facts,
     provenance_sections,
 )
-from lostmotion.reporting.sheet import (
-    ARCMIN,
-    Card,
-    Figure,
-    Row,
-    Section,
-    Sheet,
-    find_row,
-    length,
-    several,
-)
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, find_row, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
@@ -241,7 +231,7 @@ def workspace_section(space: Workspace) -> Section:
         rows.append(Row(f"least {name}", (length(float(space.low[k]), samples=counted),)))
         rows.append(Row(f"largest {name}", (length(float(space.high[k]), samples=counted),)))
     if space.volume_high > 0:
-        volume = Figure(space.volume, "m³", space.volume_low, space.volume_high, counted, "bracket")
+        volume = Cell(space.volume, "m³", space.volume_low, space.volume_high, counted, "bracket")
         rows.append(
             Row(
                 "volume",
@@ -256,7 +246,7 @@ def workspace_section(space: Workspace) -> Section:
         rows.append(
             Row(
                 "volume",
-                (Figure(0.0, "m³", samples=counted),),
+                (Cell(0.0, "m³", samples=counted),),
                 "the workspace is a line or a surface",
             )
         )
@@ -280,7 +270,7 @@ def _bending(answer: Answer) -> list[Section]:
     rows = []
     for bent in answer.bending:
         shares = sum(share for _, _, share in bent.by_cause.values())
-        within = f", l/{Figure(bent.length / bent.deflection, '1')}" if bent.deflection else ""
+        within = f", l/{Cell(bent.length / bent.deflection, '1')}" if bent.deflection else ""
         at = f"pose {bent.deflection_index}{within}" + (
             f"; slope at pose {bent.slope_index}"
             if bent.slope_index != bent.deflection_index
@@ -296,9 +286,9 @@ def _bending(answer: Answer) -> list[Section]:
             Row(
                 label,
                 (
-                    Figure(deflection * 1e6, "µm", samples=counted),
-                    Figure(slope / ARCMIN, "arcmin", samples=counted),
-                    Figure(100 * share, "%", samples=exact),
+                    Cell(deflection, "µm", samples=counted),
+                    Cell(slope, "arcmin", samples=counted),
+                    Cell(share, "%", samples=exact),
                 ),
                 note,
             )
@@ -327,7 +317,7 @@ def _check(answer: Answer) -> Section:
         Row("mean difference", (length(exact.mean, samples=counted),)),
         Row(
             "largest, share of the 95th percentile",
-            (Figure(100 * share_neglected(exact, q95), "%", samples=counted),),
+            (Cell(share_neglected(exact, q95), "%", samples=counted),),
             judged(exact, q95),
         ),
     )
@@ -346,7 +336,7 @@ def _verdict(
     remedy = remedy_sentence(
         answer.budget, answer.waterfall, known, temperature=answer.arm.has_temperatures
     )
-    return headline(error.figures[0], bands_clause(answer.bands, found), remedy, known, overloaded)
+    return headline(error.cells[0], bands_clause(answer.bands, found), remedy, known, overloaded)
 
 
 def _in_zones(found: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:
@@ -388,24 +378,24 @@ def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
     cards = [
         Card(
             title,
-            str(row.figures[0]),
-            f"interval {row.figures[0].interval}" if row.figures[0].interval else row.note,
+            str(row.cells[0]),
+            f"interval {row.cells[0].interval}" if row.cells[0].interval else row.note,
         )
         for title, row in rows
         # nothing described errs so: zero is not a prediction
-        if row is not None and row.figures[0].value
+        if row is not None and row.cells[0].value
     ]
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts:
         cards.append(
             Card(
                 "largest contributor, share of mean square",
-                str(parts[0].figures[1]),
+                str(parts[0].cells[1]),
                 parts[0].label,
             )
         )
     for zone, row in _in_zones(found, answer):
-        figure = row.figures[0]
+        figure = row.cells[0]
         cards.append(
             Card(
                 f"95 % of positions within, {zone.name}",

@@ -50,9 +50,7 @@ def undescribed_sheet(
         subject="workspace and statics",
         counts=several(len(poses), "pose"),
         verdict=f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}. What is missing: {_MISSING}.",
-        cards=(
-            Card("reach from the base", str(reach.rows[0].figures[0]), "largest of the sample"),
-        ),
+        cards=(Card("reach from the base", str(reach.rows[0].cells[0]), "largest of the sample"),),
         sections=(reach, torques_section(arm, poses, worst), *provenance_sections(known)),
         warnings=arm_warnings(arm, poses),
         notes=arm.remarks,

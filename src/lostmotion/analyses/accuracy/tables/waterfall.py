@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.intervals import pooled_mean
-from lostmotion.reporting.sheet import Figure, Row, Section, in_one_unit, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, in_one_unit, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -109,5 +109,5 @@ def rms_section(found: Mapping[str, Estimate], poses: int) -> Section:
     )
 
 
-def _of(estimate: Estimate, samples: str) -> Figure:
+def _of(estimate: Estimate, samples: str) -> Cell:
     return length(estimate.value, estimate.low, estimate.high, samples)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
 from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
-from lostmotion.reporting.sheet import Figure, Row, Section, several
+from lostmotion.reporting.sheet import Cell, Row, Section, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -110,7 +110,7 @@ def sampling_note(zone: FoundInZone) -> str:
 
 
 def _counted(here: Poses, whole: Poses) -> Row:
-    return Row("poses", (Figure(len(here), "1"), Figure(len(whole), "1")))
+    return Row("poses", (Cell(len(here), "1"), Cell(len(whole), "1")))
 
 
 def beside(here: Section, whole: Section) -> tuple[Row, ...]:
@@ -118,15 +118,14 @@ def beside(here: Section, whole: Section) -> tuple[Row, ...]:
     is that of both and there is a figure.
     """
     others = {row.label: row for row in whole.rows}
-    none = Row("", (Figure(math.nan, "1"),))
+    none = Row("", (Cell(math.nan, "1"),))
     pairs = ((row, others.get(row.label, none)) for row in here.rows)
     return tuple(
-        Row(row.label, (row.figures[0], other.figures[0]), _remark(row, other))
-        for row, other in pairs
+        Row(row.label, (row.cells[0], other.cells[0]), _remark(row, other)) for row, other in pairs
     )
 
 
 def _remark(here: Row, whole: Row) -> str:
-    if math.isnan(here.figures[0].value):
+    if math.isnan(here.cells[0].value):
         return here.note
     return f"in the zone: {here.note}" if here.note != whole.note else ""

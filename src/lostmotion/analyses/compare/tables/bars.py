@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.analyses.compare.description import ABSENT
 from lostmotion.analyses.compare.tables.figures import figure, measure_of
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.printed import digits, factor_of, unit_of_length
 from lostmotion.reporting.provenance import sign_of
-from lostmotion.reporting.sheet import Bar, Bars, Figure, digits, in_words, length
+from lostmotion.reporting.sheet import Bar, Bars, Cell, in_words, length
 
 if TYPE_CHECKING:
     from lostmotion.analyses.compare.comparison import Change, Comparison, PartChange
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 _MOST_BARS: Final = 6
 _MOST_ARMS: Final = 2
 _LEAST: Final = 0.005
-_PER_UNIT: Final = {"µm": 1e6, "mm": 1e3, "m": 1.0}
 
 
 def bars(found: Comparison) -> tuple[Bars, ...]:
@@ -41,7 +41,7 @@ def _of_arms(found: Comparison) -> list[Bars]:
     if within is None:
         return []
     sizes = [within.value(each) for each in found.arms]
-    effects: list[Figure | None] = [
+    effects: list[Cell | None] = [
         None,
         *(figure(change.figures["p95"], "m") for change in found.changes),
     ]
@@ -82,7 +82,7 @@ def _of_parts(found: Comparison, change: Change, index: int) -> list[Bars]:
     ]
 
 
-def _sizes(each: PartChange) -> Figure:
+def _sizes(each: PartChange) -> Cell:
     """Return the r.m.s. error of a part by itself, before and after, in words and in the unit of
     the larger one.
     """
@@ -92,7 +92,7 @@ def _sizes(each: PartChange) -> Figure:
                 ABSENT if size is None else str(length(size)) for size in (each.before, each.after)
             )
         )
-    unit = length(max(each.before, each.after)).unit
+    unit = unit_of_length(max(each.before, each.after))
     return in_words(
-        f"{' → '.join(digits(size * _PER_UNIT[unit]) for size in (each.before, each.after))} {unit}"
+        f"{' → '.join(digits(size * factor_of(unit)) for size in (each.before, each.after))} {unit}"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.reporting.sheet import ARCMIN, Figure, length, several
+from lostmotion.reporting.sheet import Cell, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.compare.compared_arm import ComparedArm
@@ -15,29 +15,17 @@ if TYPE_CHECKING:
 
 NO_DIFFERENCE_SEEN: Final = "no difference seen"
 EQUAL: Final = "equal"
-_SIZES: Final = {
-    "rad": ("arcmin", ARCMIN),
-    "kg": ("kg", 1.0),
-    "price": ("1", 1.0),
-    "1": ("%", 0.01),
-}
+_SHOWN: Final = {"rad": "arcmin", "kg": "kg", "price": "1", "1": "%"}
 
 
-def figure(found: Estimate, unit: str, samples: str = "") -> Figure:
+def figure(found: Estimate, unit: str, samples: str = "") -> Cell:
     """Return an estimate in the unit that people read: lengths by their size, angles in arcmin,
     shares in per cent.
     """
     if unit == "m":
         return length(found.value, found.low, found.high, samples)
-    name, size = _SIZES[unit]
-    return Figure(
-        found.value / size,
-        name,
-        found.low / size,
-        found.high / size,
-        samples,
-        stated=unit == "price",
-    )
+    shown = _SHOWN[unit]
+    return Cell(found.value, shown, found.low, found.high, samples, stated=unit == "price")
 
 
 def is_decided(change: Estimate) -> bool:
@@ -66,7 +54,7 @@ def remark(change: Estimate, *, exact: bool) -> str:
     )
 
 
-def with_interval(found: Figure) -> str:
+def with_interval(found: Cell) -> str:
     """Return a figure with its interval in brackets, where it has one."""
     return f"{found} ({found.interval})" if found.interval else str(found)
 

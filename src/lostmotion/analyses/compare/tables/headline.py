@@ -13,6 +13,7 @@ from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.error_model.differences import ZERO
 from lostmotion.error_model.few_poses import weights_of
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.printed import stated_text
 from lostmotion.propagation.exact import FAILS, share_neglected
 from lostmotion.reporting.first_order import failure
 from lostmotion.reporting.joint_values import joint_values
@@ -22,7 +23,7 @@ from lostmotion.reporting.provenance import (
     repeats_bounded,
     upper_limit_sentences,
 )
-from lostmotion.reporting.sheet import Figure, as_stated, length, several
+from lostmotion.reporting.sheet import Cell, length, several
 from lostmotion.reporting.warnings import few_poses_warnings, overload_warnings
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def _answer(found: Comparison, change: Change) -> str:
     if not is_decided(size):
         interval = figure(size, "m").interval
         seen = (
-            f"the change lies in {interval} {figure(size, 'm').unit}"
+            f"the change lies in {interval} {figure(size, 'm').shown}"
             if interval
             else "too few robots or sets of poses for an interval"
         )
@@ -161,15 +162,15 @@ def _due_to(change: Change) -> str:
     )
 
 
-def _signed(found: Figure) -> str:
+def _signed(found: Cell) -> str:
     return f"+{found}" if found.value > 0 else str(found)
 
 
 def _heavier(change: Change) -> str:
     mass, price = change.figures["mass"].value, change.figures.get("price", ZERO).value
-    texts = [f"is {Figure(abs(mass), 'kg')} {'heavier' if mass > 0 else 'lighter'}"] if mass else []
+    texts = [f"is {Cell(abs(mass), 'kg')} {'heavier' if mass > 0 else 'lighter'}"] if mass else []
     texts += (
-        [f"costs {as_stated(abs(price))} {'more' if price > 0 else 'less'}"]
+        [f"costs {stated_text(abs(price))} {'more' if price > 0 else 'less'}"]
         if price and math.isfinite(price)
         else []
     )
@@ -315,19 +316,11 @@ def _changed(found: Comparison, key: str, what: str, *, repeats: bool = False) -
     if measure is None or not any(measure.value(each).value for each in found.arms):
         return ""
     first = figure(measure.value(found.arms[0]), measure.unit)
-    texts = [
-        repeats_bounded(Figure(first.value, first.unit), found.arms[0].known)
-        if repeats
-        else str(Figure(first.value, first.unit))
-    ]
+    texts = [repeats_bounded(first.alone, found.arms[0].known) if repeats else str(first.alone)]
     for change in found.changes:
         size = change.figures[key]
         value = figure(measure.value(change.arm), measure.unit)
-        shown = (
-            repeats_bounded(Figure(value.value, value.unit), change.arm.known)
-            if repeats
-            else str(Figure(value.value, value.unit))
-        )
+        shown = repeats_bounded(value.alone, change.arm.known) if repeats else str(value.alone)
         made = figure(size, measure.unit)
         seen = (
             "equal"
@@ -345,8 +338,8 @@ def _masses(found: Comparison) -> str:
     if not any(masses):
         return "No mass is stated."
     if len(set(masses)) == 1:
-        return f"{Figure(masses[0], 'kg')}, equal."
-    return " → ".join(str(Figure(mass, "kg")) for mass in masses) + "."
+        return f"{Cell(masses[0], 'kg')}, equal."
+    return " → ".join(str(Cell(mass, "kg")) for mass in masses) + "."
 
 
 def _prices(arms: Sequence[ComparedArm]) -> str:
@@ -359,7 +352,7 @@ def _prices(arms: Sequence[ComparedArm]) -> str:
         if each.arm.joints_without_price
     ]
     prices = " → ".join(
-        "not stated" if each.arm.price is None else as_stated(each.arm.price) for each in arms
+        "not stated" if each.arm.price is None else stated_text(each.arm.price) for each in arms
     )
     return f"{prices} in the currency of the files" + (
         f"; no price is stated for {'; '.join(missing)}." if missing else "."
@@ -370,7 +363,7 @@ def _drives(found: Comparison) -> str:
     shares = [each.load for each in found.arms]
     if not any(math.isfinite(share) for share in shares):
         return ""
-    texts = [str(Figure(100 * share, "%")) if math.isfinite(share) else ABSENT for share in shares]
+    texts = [str(Cell(share, "%")) if math.isfinite(share) else ABSENT for share in shares]
     unrated = "" if all(map(math.isfinite, shares)) else f" ({ABSENT}: none is rated)"
     return (
         f"The most loaded drive holds {' → '.join(texts)} of its rated load standing "
@@ -382,7 +375,7 @@ def _largest(arms: Sequence[ComparedArm]) -> str:
     """Return the largest contributor of each arm."""
     found = [(each.label, each.largest_contributor) for each in arms]
     texts = [
-        f"{short_name(largest[0])} in {label}, {Figure(100 * largest[1], '%')} of its mean square"
+        f"{short_name(largest[0])} in {label}, {Cell(largest[1], '%')} of its mean square"
         for label, largest in found
         if largest is not None
     ]

@@ -21,8 +21,7 @@ from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import provenance_facts, sign_of
 from lostmotion.reporting.sheet import (
-    PER_METRE,
-    Figure,
+    Cell,
     Row,
     Section,
     Sheet,
@@ -200,12 +199,12 @@ def _changes(found: Comparison, group: Group) -> Section:
     return Section(key, title, columns, tuple(rows), note)
 
 
-def _alone(found: Figure, of: ComparedArm | None) -> Figure:
+def _alone(found: Cell, of: ComparedArm | None) -> Cell:
     """Return a figure without its interval, which stands in another table; an error of an arm that
     misses kinds of error as a bound.
     """
-    sign = sign_of(of.known) if of is not None and found.unit in PER_METRE else ""
-    return Figure(found.value, found.unit, samples=found.samples, bound=sign)
+    sign = sign_of(of.known) if of is not None and found.unit == "m" else ""
+    return replace(found.alone, bound=sign)
 
 
 def _values(found: Comparison) -> Section:
@@ -364,11 +363,9 @@ def _drives(found: Comparison) -> Section:
                 float(each.held[at]),
                 float(rated_torques(each.arm)[at]),
             )
-            cells.append(Figure(held, joint.load_unit))
+            cells.append(Cell(held, joint.load_unit))
             shares.append(
-                str(Figure(100 * held / rated, "%"))
-                if math.isfinite(rated) and rated > 0
-                else "not rated"
+                str(Cell(held / rated, "%")) if math.isfinite(rated) and rated > 0 else "not rated"
             )
         rows.append(Row(name, tuple(cells), f"of the rated load: {', '.join(shares)}"))
     return Section(
@@ -385,9 +382,9 @@ def _arms(found: Comparison) -> Section:
         Row(
             each.label,
             (
-                Figure(len(each.arm.moving), "1"),
-                Figure(each.arm.mass, "kg"),
-                Figure(each.arm.payload.mass, "kg", stated=True),
+                Cell(len(each.arm.moving), "1"),
+                Cell(each.arm.mass, "kg"),
+                Cell(each.arm.payload.mass, "kg", stated=True),
             ),
             f"{each.arm.name}: {about_arm(each.arm)}; {counted(each)}",
         )
@@ -400,7 +397,7 @@ def _check(found: Comparison) -> Section:
     rows = []
     for each in found.arms:
         check, error = each.sampled.exact, within_of(found, each)
-        sizes = (length(check.largest), Figure(100 * share_neglected(check, error), "%"))
+        sizes = (length(check.largest), Cell(share_neglected(check, error), "%"))
         rows.append(Row(each.label, sizes, judged(check, error)))
     return Section(
         "exact_check",

@@ -12,6 +12,7 @@ import numpy as np
 from lostmotion.analyses.gearbox.cycloidal import SHOWN
 from lostmotion.analyses.gearbox.plots.profile import profile
 from lostmotion.analyses.gearbox.tables.cycloidal import samples_section
+from lostmotion.printed import ARCMIN, ARCSEC
 from lostmotion.propagation.montecarlo.histogram import binned
 from lostmotion.reporting.chart import (
     axes,
@@ -27,8 +28,7 @@ from lostmotion.reporting.chart import (
 )
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import ARCMIN, ARCSEC
-from lostmotion.reporting.sheet import Figure as Number
+from lostmotion.reporting.sheet import Cell
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -160,7 +160,7 @@ def spread(values: Floats, name: str, found: Section, counted: str, colour: str)
     made, on = one(f"{name[:1].upper()}{name[1:]} of {counted}", 84)
     histogram(on, edges, counts, colour)
     marks = [
-        (row.label.removeprefix(f"{name}: "), row.figures[0])
+        (row.label.removeprefix(f"{name}: "), row.cells[0])
         for row in found.rows
         if row.label.startswith(f"{name}: ")
     ]
@@ -180,7 +180,7 @@ def members(found: dict[str, float]) -> Figure:
             on,
             value,
             row,
-            f"{Number(float(value), 'arcmin')}, {Number(float(100 * value / values.sum()), '%')}",
+            f"{Cell(float(value) * ARCMIN, 'arcmin')}, {Cell(float(value / values.sum()), '%')}",
             xytext=(4, 0),
             va="center",
         )

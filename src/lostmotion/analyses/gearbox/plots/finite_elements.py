@@ -5,17 +5,16 @@ the most loaded contact, angles over torque.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from lostmotion.analyses.gearbox.tables.finite_elements import fem_key
+from lostmotion.printed import ARCMIN, stated_text
 from lostmotion.reporting.chart import cells, class_legend, class_of, grid, label_axes, legend, one
 from lostmotion.reporting.palette import LIGHT, class_limits, round_below
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import ARCMIN, as_stated
-from lostmotion.reporting.sheet import Figure as Number
+from lostmotion.reporting.sheet import Cell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,13 +52,9 @@ def _of_stage(found: FiniteElements) -> list[Plot]:
         [1e6 * each.strain for each in found.fields],
     )
     key, of_stage = fem_key(found), f"of the {found.name}"
-    stressed, strained = (
-        replace(found.most_stressed, value=found.most_stressed.value / 1e6),
-        replace(found.most_strained, value=1e6 * found.most_strained.value),
-    )
     pictures = (
-        whole(found, stress, "Von Mises stress", "MPa", stressed),
-        whole(found, strain, "Equivalent strain", "µm/m", strained),
+        whole(found, stress, "Von Mises stress", "MPa", found.most_stressed),
+        whole(found, strain, "Equivalent strain", "µm/m", found.most_strained),
     )
     return [
         Plot(
@@ -106,7 +101,7 @@ def whole(
     moved = [_moved(found, k) for k in range(len(found.fields))]
     scale = round_below(_DRAWN * radius / max(float(np.abs(each).max()) for each in moved))
     figure, on = one(
-        f"{name}, {found.name}, {as_stated(float(found.torque[-1]))} N m at the output", _HEIGHT
+        f"{name}, {found.name}, {stated_text(float(found.torque[-1]))} N m at the output", _HEIGHT
     )
     limits = _picture(on, picture, -radius, -radius, radius, top)
     for colour, width, factor, words in (
@@ -118,7 +113,7 @@ def whole(
             for each, by in zip(found.fields, moved, strict=True)
         ]
         on.plot(*(np.concatenate(parts).T * _MM), color=colour, linewidth=width, label=words)
-    _mark(on, largest.place, f"largest, {Number(largest.value, unit)}, in the {largest.body}")
+    _mark(on, largest.place, f"largest, {Cell(largest.value, unit)}, in the {largest.body}")
     _square(on)
     class_legend(
         figure,
@@ -149,7 +144,7 @@ def contact(found: FiniteElements, stress: list[Floats]) -> Figure:
     _mark(
         on,
         complex(at),
-        f"contact as drawn, peak pressure {Number(float(found.loaded.peak[-1, k]) / 1e9, 'GPa')}",
+        f"contact as drawn, peak pressure {Cell(float(found.loaded.peak[-1, k]), 'GPa')}",
         "x",
     )
     largest = found.most_stressed
@@ -157,7 +152,7 @@ def contact(found: FiniteElements, stress: list[Floats]) -> Figure:
         _mark(
             on,
             largest.place,
-            f"largest stress, {Number(largest.value / 1e6, 'MPa')}, in the {largest.body}",
+            f"largest stress, {Cell(largest.value, 'MPa')}, in the {largest.body}",
         )
     _square(on)
     class_legend(figure, limits, "von Mises stress [MPa]", on.get_legend_handles_labels()[0])

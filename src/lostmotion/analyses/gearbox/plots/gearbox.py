@@ -13,6 +13,7 @@ from lostmotion.analyses.gearbox.plots.cycloidal import drawing_plots
 from lostmotion.analyses.gearbox.tables.loop import loop_section
 from lostmotion.analyses.gearbox.tables.units import units_of
 from lostmotion.parts.gearbox.kinds import is_drawn
+from lostmotion.printed import factor_of
 from lostmotion.reporting.chart import grid, label, label_axes, legend, one, text
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
@@ -62,8 +63,8 @@ def hysteresis(loop: Loop, found: Section, units: Units, near: float = math.inf)
     Only torques up to `near` (N m) are shown. `found` is the table whose play and lost motion are
     written beside.
     """
-    printed = {row.label: str(row.figures[0]) for row in found.rows}
-    factor = units.angle_factor
+    printed = {row.label: str(row.cells[0]) for row in found.rows}
+    factor = factor_of(units.angle)
     zoomed = math.isfinite(near)
     figure, on = one("The same near zero" if zoomed else "Torque-angle hysteresis", 92)
     grid(on, "both")
@@ -126,7 +127,7 @@ def hysteresis(loop: Loop, found: Section, units: Units, near: float = math.inf)
 def stated_harmonics(harmonics: list[tuple[str, float, float]], units: Units) -> Figure:
     """Draw the stated harmonics over their cycles."""
     figure, on = one("Transmission error by harmonic", 76)
-    sizes = [size * units.angle_factor for _, size, _ in harmonics]
+    sizes = [size * factor_of(units.angle) for _, size, _ in harmonics]
     on.bar(range(len(sizes)), sizes, width=0.6, color=LIGHT["robot"], linewidth=0)
     for k, (name, _, _) in enumerate(harmonics):
         text(on, k, sizes[k], label(name), xytext=(0, 3), ha="center", va="bottom")

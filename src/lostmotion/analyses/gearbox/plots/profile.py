@@ -15,7 +15,7 @@ from lostmotion.laws.cycloid.outline import ring_outline, wheel_outline
 from lostmotion.parts.gearbox.kinds import is_drawn
 from lostmotion.reporting.chart import label_axes, legend, one, text
 from lostmotion.reporting.palette import LIGHT
-from lostmotion.reporting.sheet import Figure as Number
+from lostmotion.reporting.sheet import Cell
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -247,7 +247,7 @@ def _forces(on: Axes, stage: Stage, lobes: Lobes) -> None:
 
 
 def _newtons(lobes: Lobes) -> str:
-    return str(Number(float(lobes.force.max()), "N"))
+    return str(Cell(float(lobes.force.max()), "N"))
 
 
 def _places(on: Axes, stage: Stage) -> None:

@@ -4,15 +4,15 @@ in a range.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from lostmotion.analyses.gearbox.bands import LARGE
 from lostmotion.parts.bands import band, influence
+from lostmotion.printed import stated_text
 from lostmotion.reporting.layout import key_of
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,7 +41,7 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
             rows.append(
                 Row(
                     f"share of {name}",
-                    _figures(100 * bands.middle.get(name, 0.0) / whole, "%", 100 * share, drawn),
+                    _figures(bands.middle.get(name, 0.0) / whole, "%", share, drawn),
                 )
             )
     note = (
@@ -50,7 +50,7 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
     )
     explained = influence(bands.shares, wound)
     ranges = tuple(
-        Row(each.name, (Figure(100 * float(share), "%", samples=drawn),), key=key_of(each.key))
+        Row(each.name, (Cell(float(share), "%", samples=drawn),), key=key_of(each.key))
         for each, share in zip(bands.unknown, explained.tolist(), strict=True)
     )
     of_ranges = (
@@ -63,16 +63,16 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
             "ranges",
             "Ranges",
             ("share of variance",),
-            tuple(sorted(ranges, key=lambda row: -row.figures[0].value)),
+            tuple(sorted(ranges, key=lambda row: -row.cells[0].value)),
             of_ranges,
         ),
     )
 
 
 def _rows(bands: GearBands, read: Readings, units: Units, drawn: str) -> Iterator[Row]:
-    torque = f"{as_stated(read.asked.torque)} {units.torque}"
-    angle, stiff = (units.angle, units.angle_factor), (units.stiffness, units.stiffness_factor)
-    for label, name, (unit, factor), note in (
+    torque = f"{stated_text(read.asked.torque)} {units.torque}"
+    angle, stiff = units.angle, units.stiffness
+    for label, name, unit, note in (
         ("stiffness, slope", "slope", stiff, ""),
         ("stiffness, secant", "secant", stiff, f"from the middle of the play to {torque}"),
         (f"wind-up at {torque}", "wind_up", angle, "beyond the play"),
@@ -81,25 +81,21 @@ def _rows(bands: GearBands, read: Readings, units: Units, drawn: str) -> Iterato
     ):
         middle, values = getattr(read, name), getattr(bands.read, name)
         if middle is not None and np.isfinite(middle).all() and np.isfinite(values).all():
-            yield Row(
-                label, _figures(float(middle.mean()) * factor, unit, values * factor, drawn), note
-            )
+            yield Row(label, _figures(float(middle.mean()), unit, values, drawn), note)
 
 
-def _figures(
-    middle: float, unit: str, values: Floats, samples: str
-) -> tuple[Figure, Figure, Figure]:
+def _figures(middle: float, unit: str, values: Floats, samples: str) -> tuple[Cell, Cell, Cell]:
     low, high = band(values)
     return (
-        Figure(low, unit, samples=samples),
-        Figure(middle, unit, samples=samples),
-        Figure(high, unit, samples=samples),
+        Cell(low, unit, samples=samples),
+        Cell(middle, unit, samples=samples),
+        Cell(high, unit, samples=samples),
     )
 
 
 def stiffness_band(
     bands: GearBands | None, read: Readings, units: Units
-) -> tuple[Figure, Figure, Figure] | None:
+) -> tuple[Cell, Cell, Cell] | None:
     """Return the stiffness by its definition, or else as secant, with the limits of its band: 5th
     percentile, middle, 95th percentile.
 
@@ -114,31 +110,26 @@ def stiffness_band(
     )
     if values is None or not (np.isfinite(values).all() and np.isfinite(middle).all()):
         return None
-    return _figures(
-        float(middle.mean()) * units.stiffness_factor,
-        units.stiffness,
-        values * units.stiffness_factor,
-        "",
-    )
+    return _figures(float(middle.mean()), units.stiffness, values, "")
 
 
-def first_sentence(figures: tuple[Figure, Figure, Figure] | None) -> str:
+def first_sentence(figures: tuple[Cell, Cell, Cell] | None) -> str:
     """Return the sentence that begins a headline with the band of the stiffness; empty without
     one.
     """
     if figures is None:
         return ""
-    low, middle, high = (str(replace(each, unit="1")) for each in figures)
-    return f"Stiffness {low} .. {high} {figures[0].unit} ({OPEN}), middle {middle}. "
+    low, middle, high = (each.number for each in figures)
+    return f"Stiffness {low} .. {high} {figures[0].shown} ({OPEN}), middle {middle}. "
 
 
-def with_band(card: Card, figures: tuple[Figure, Figure, Figure] | None) -> Card:
+def with_band(card: Card, figures: tuple[Cell, Cell, Cell] | None) -> Card:
     """Return the card of the stiffness with its band before the value of the middle."""
     if figures is None or card.title != "stiffness":
         return card
-    low, middle, high = (str(replace(each, unit="1")) for each in figures)
+    low, middle, high = (each.number for each in figures)
     return Card(
-        card.title, f"{low} .. {high} {figures[0].unit}", f"{OPEN}; middle {middle}; {card.quiet}"
+        card.title, f"{low} .. {high} {figures[0].shown}", f"{OPEN}; middle {middle}; {card.quiet}"
     )
 
 

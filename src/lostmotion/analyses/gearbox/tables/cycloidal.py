@@ -31,17 +31,8 @@ from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
 from lostmotion.parts.gearbox.cycloidal.springs import BOUNDS
 from lostmotion.parts.gearbox.cycloidal.temperature import note_on_temperature
-from lostmotion.reporting.sheet import (
-    ARCMIN,
-    ARCSEC,
-    Card,
-    Figure,
-    Row,
-    Section,
-    as_stated,
-    digits,
-    length,
-)
+from lostmotion.printed import digits, stated_text
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, length
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.cycloidal import Drawn, Lobes
@@ -151,7 +142,7 @@ def _peak_card(drawn: Drawn, hardest: Lobes, load: str) -> Card:
             f"along the whole flank at {load}",
         )
     alone = both is not None and not both.elastic
-    found = Figure(hardest.largest_peak / 1e9, "GPa", bound="upper" if alone else "")
+    found = Cell(hardest.largest_peak, "GPa", bound="upper" if alone else "")
     first = (
         f"; by the first branch alone, {OVERSTATED} too large"
         if alone
@@ -190,7 +181,7 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
     notes += notes_on_friction(drawn, torque)
     if torque <= gearbox.friction_at_rest.load.nominal:
         notes.append(
-            f"{as_stated(torque)} N m do not overcome the friction: no hysteresis is shown"
+            f"{stated_text(torque)} N m do not overcome the friction: no hysteresis is shown"
         )
     return tuple(notes)
 
@@ -202,49 +193,38 @@ def _bounded_share(drawn: Drawn) -> str:
     return f"{share:.0f} %" if share >= 1 else "less than 1 %"
 
 
-def _angle(value: float, samples: str) -> Figure:
-    return Figure(value / ARCMIN, "arcmin", samples=samples)
+def _angle(value: float, samples: str) -> Cell:
+    return Cell(value, "arcmin", samples=samples)
 
 
-def _rms(squares: Floats, samples: str) -> Figure:
+def _rms(squares: Floats, samples: str) -> Cell:
     """Return the root of the mean of squares (sample,), rad^2, with its interval."""
     found = root_mean_square_of_samples(squares)
-    return Figure(found.value / ARCSEC, "arcsec", found.low / ARCSEC, found.high / ARCSEC, samples)
+    return Cell(found.value, "arcsec", found.low, found.high, samples)
 
 
-def over_samples(
-    values: Floats, unit: str, factor: float, samples: str, bound: Bound = ""
-) -> Figure:
+def over_samples(values: Floats, unit: str, samples: str, bound: Bound = "") -> Cell:
     """Return the mean over independent samples (sample,) of a size, none below zero, with Student's
-    interval, multiplied by a factor into `unit`.
+    interval, shown in `unit`.
     """
     mean, half = (
         float(values.mean()),
         student(len(values) - 1) * float(values.std(ddof=1)) / math.sqrt(len(values)),
     )
-    return Figure(
-        mean * factor,
-        unit,
-        max(mean - half, 0.0) * factor,
-        (mean + half) * factor,
-        samples,
-        bound=bound,
-    )
+    return Cell(mean, unit, max(mean - half, 0.0), mean + half, samples, bound=bound)
 
 
-def _mean(values: Floats, samples: str, unit: str = "arcmin") -> Figure:
-    return over_samples(values, unit, 1 / (ARCMIN if unit == "arcmin" else ARCSEC), samples)
+def _mean(values: Floats, samples: str, unit: str = "arcmin") -> Cell:
+    return over_samples(values, unit, samples)
 
 
-def _stiffness(values: Floats, samples: str, bound: Bound = "") -> Figure:
-    return over_samples(values, "N m/arcmin", ARCMIN, samples, bound)
+def _stiffness(values: Floats, samples: str, bound: Bound = "") -> Cell:
+    return over_samples(values, "N m/arcmin", samples, bound)
 
 
-def _quantile(
-    values: Floats, level: float, samples: str, unit: str = "arcmin", factor: float = 1 / ARCMIN
-) -> Figure:
-    value, low, high = (float(end) * factor for end in robots_quantile(values, level))
-    return Figure(value, unit, low, high, samples)
+def _quantile(values: Floats, level: float, samples: str, unit: str = "arcmin") -> Cell:
+    value, low, high = (float(end) for end in robots_quantile(values, level))
+    return Cell(value, unit, low, high, samples)
 
 
 def _geometry(gearbox: CycloidalGearbox) -> Section:
@@ -267,7 +247,7 @@ def _geometry(gearbox: CycloidalGearbox) -> Section:
     return Section("geometry", "Geometry", columns, tuple(rows), whole)
 
 
-def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str]]:
+def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Cell, str]]:
     stage, drive = part.stage, part.drive
     wheel = "ring" if stage.has_planet_pins else "disc"
     ends = np.linalg.norm(
@@ -280,27 +260,27 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
     between = 2 * (stage.ring_radius * math.sin(math.pi / stage.pins) - stage.pin_radius)
     no_convex = "the flank is nowhere convex: no pin size undercuts it"
 
-    def of_length(value: float) -> Figure:
+    def of_length(value: float) -> Cell:
         found = length(value)
-        return Figure(found.value, found.unit, samples=_DRAWING, stated=True)
+        return Cell(value, found.shown, samples=_DRAWING, stated=True)
 
-    def of_angle(value: float) -> Figure:
-        return Figure(math.degrees(value), "°", samples=_DRAWING, stated=True)
+    def of_angle(value: float) -> Cell:
+        return Cell(value, "°", samples=_DRAWING, stated=True)
 
     return [
         (
             "ratio of the stage",
-            Figure(steps, "1", samples=_DRAWING, stated=True),
+            Cell(steps, "1", samples=_DRAWING, stated=True),
             "turns of the crank per turn of its output; negative: opposite",
         ),
         (
             "K1 = e N/R",
-            Figure(stage.shortening, "1", samples=_DRAWING, stated=True),
+            Cell(stage.shortening, "1", samples=_DRAWING, stated=True),
             "at 1 the profile would loop",
         ),
         (
             "lobes",
-            Figure(stage.lobes, "1", samples=_DRAWING, stated=True),
+            Cell(stage.lobes, "1", samples=_DRAWING, stated=True),
             f"of the {wheel}, on {stage.pins} pins or lobes of the other wheel",
         ),
         (f"tip radius of the {wheel}", of_length(float(ends[1])), "with what is ground off"),
@@ -309,16 +289,14 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Figure, str
             "smallest convex radius of the flank",
             of_length(sharpest)
             if math.isfinite(sharpest)
-            else Figure(math.inf, "mm", samples=_DRAWING),
+            else Cell(math.inf, "mm", samples=_DRAWING),
             "increase of the pin radius at which undercutting begins"
             if math.isfinite(sharpest)
             else no_convex,
         ),
         (
             "radius of the flank's valley",
-            of_length(valley)
-            if math.isfinite(valley)
-            else Figure(math.inf, "mm", samples=_DRAWING),
+            of_length(valley) if math.isfinite(valley) else Cell(math.inf, "mm", samples=_DRAWING),
             "a cutter that mills the profile must be smaller, before relief"
             if math.isfinite(valley)
             else "the flank is nowhere concave",
@@ -409,8 +387,8 @@ def _carrying(case: Lobes) -> str:
     return f"{fewest}" if fewest == most else f"{fewest} to {most}"
 
 
-def _pair(force: float, peak: float) -> tuple[Figure, Figure]:
-    return Figure(force, "N", samples=AS_DRAWN), Figure(peak / 1e9, "GPa", samples=AS_DRAWN)
+def _pair(force: float, peak: float) -> tuple[Cell, Cell]:
+    return Cell(force, "N", samples=AS_DRAWN), Cell(peak, "GPa", samples=AS_DRAWN)
 
 
 def samples_section(drawn: Drawn, count: int) -> Section:
@@ -419,16 +397,15 @@ def samples_section(drawn: Drawn, count: int) -> Section:
     """
     counted, read = f"{count} simulated gearboxes", drawn.read
     quantities = [
-        ("play", drawn.play, "arcmin", 1 / ARCMIN, ""),
-        ("lost motion", drawn.lost_motion, "arcmin", 1 / ARCMIN, ""),
+        ("play", drawn.play, "arcmin", ""),
+        ("lost motion", drawn.lost_motion, "arcmin", ""),
     ]
     quantities.append(
         (
             "wind-up",
             read.wind_up,
             "arcmin",
-            1 / ARCMIN,
-            f"at {as_stated(read.asked.torque)} N m, beyond the play",
+            f"at {stated_text(read.asked.torque)} N m, beyond the play",
         )
     )
     if read.stiffness is not None and np.isfinite(read.stiffness).all():
@@ -437,22 +414,21 @@ def samples_section(drawn: Drawn, count: int) -> Section:
                 "stiffness",
                 read.stiffness,
                 "N m/arcmin",
-                ARCMIN,
                 definition_text(read.asked, TURNING),
             )
         )
     rows = []
-    for name, values, unit, factor, note in quantities:
-        rows.append(Row(f"{name}: mean", (over_samples(values, unit, factor, counted),), note))
+    for name, values, unit, note in quantities:
+        rows.append(Row(f"{name}: mean", (over_samples(values, unit, counted),), note))
         rows += [
-            Row(f"{name}: {label}", (_quantile(values, level, counted, unit, factor),))
+            Row(f"{name}: {label}", (_quantile(values, level, counted, unit),))
             for level, label in _LEVELS
         ]
-    low, high = (100 * end for end in share_interval(drawn.jammed, count))
+    low, high = share_interval(drawn.jammed, count)
     rows.append(
         Row(
             "gearboxes that jam",
-            (Figure(100 * drawn.jammed / count, "%", low, high, counted),),
+            (Cell(drawn.jammed / count, "%", low, high, counted),),
             "flanks interfere over the whole circumference, by more than the clearances",
         )
     )
@@ -472,19 +448,19 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
             name,
             (
                 _angle(angle, counted),
-                Figure(100 * angle / whole, "%", samples=counted),
-                Figure(torque / angle * ARCMIN, "N m/arcmin", samples=counted),
+                Cell(angle / whole, "%", samples=counted),
+                Cell(torque / angle, "N m/arcmin", samples=counted),
             ),
             str(gearbox.states.get(name.removesuffix(BOUNDED), "")),
         )
         for name, angle in drawn.members.items()
     ]
     if whole:
-        mean = float((torque / drawn.read.wind_up).mean()) * ARCMIN
+        mean = float((torque / drawn.read.wind_up).mean())
         together = (
             _angle(float(drawn.read.wind_up.mean()), counted),
-            Figure(100.0, "%", samples=counted),
-            Figure(mean, "N m/arcmin", samples=counted),
+            Cell(1.0, "%", samples=counted),
+            Cell(mean, "N m/arcmin", samples=counted),
         )
         rows.append(Row("all together", together))
     kinds = {"ideal": "declared rigid", "absent": "absent"}
@@ -496,8 +472,8 @@ def _members(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
     note = "; ".join(
         [
             (
-                f"under {as_stated(torque)} N m at the output, beyond the play; stiffness: torque "
-                "over wind-up"
+                f"under {stated_text(torque)} N m at the output, beyond the play; stiffness: "
+                "torque over wind-up"
             ),
             *others,
         ]
@@ -527,7 +503,7 @@ def _transmission(drawn: Drawn) -> Section:
         for k in sorted(strongest)
         if found.amplitude[:, k].max() > _SMALLEST_HARMONIC * found.amplitude.max()
     ]
-    columns = tuple(f"at {as_stated(load)} N m" for load in found.loads)
+    columns = tuple(f"at {stated_text(load)} N m" for load in found.loads)
     note = (
         "peak to peak: mean over gearboxes; per turn of the output: root mean square "
         f"amplitude of each of the {_MOST_HARMONICS} largest harmonics; "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lostmotion.reporting.sheet import as_stated
+from lostmotion.printed import stated_text
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.readings import Definitions
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def definition_text(asked: Definitions, units: Units) -> str:
     """Return the definition of the stiffness asked for, with its torques."""
-    load = f"{as_stated(asked.torque)} {units.torque}"
+    load = f"{stated_text(asked.torque)} {units.torque}"
     if asked.stiffness == "secant":
         return f"secant from the middle of the play to {load}"
     if asked.stiffness == "tangent":
@@ -22,4 +22,4 @@ def definition_text(asked: Definitions, units: Units) -> str:
         raise ValueError("no torques for the stiffness")
     low, high = asked.span
     name = "b/a of the hysteresis curve" if asked.stiffness == "b/a" else "slope"
-    return f"{name} from {as_stated(low)} to {as_stated(high)} {units.torque}"
+    return f"{name} from {stated_text(low)} to {stated_text(high)} {units.torque}"

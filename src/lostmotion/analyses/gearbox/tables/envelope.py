@@ -8,7 +8,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.laws.cycloid.envelope_contact import johnson_depth
-from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.sheet import Cell, Row, Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,14 +53,14 @@ def _contacts(key: str, title: str, part: CycloidalStage, found: BothBranches) -
     rows = [
         Row(
             "contacts of both branches, mean",
-            (Figure(found.mean, "1", samples=_DRAWING),),
+            (Cell(found.mean, "1", samples=_DRAWING),),
             f"over a turn; {part.pins} of them at the arcs",
         ),
-        Row("fewest", (Figure(found.fewest, "1", samples=_DRAWING),)),
-        Row("most", (Figure(found.most, "1", samples=_DRAWING),)),
+        Row("fewest", (Cell(found.fewest, "1", samples=_DRAWING),)),
+        Row("most", (Cell(found.most, "1", samples=_DRAWING),)),
         Row(
             "stiffening of the contacts",
-            (Figure(found.effect.stiffening, "1", samples=_AS_DRAWN),),
+            (Cell(found.effect.stiffening, "1", samples=_AS_DRAWN),),
             with_rigid,
         ),
     ]
@@ -76,12 +76,12 @@ def _contacts(key: str, title: str, part: CycloidalStage, found: BothBranches) -
         rows += [
             Row(
                 "peak pressure along the flanks",
-                (Figure(float(found.solved.peak.max()) / 1e9, "GPa", samples=_AS_DRAWN),),
+                (Cell(float(found.solved.peak.max()), "GPa", samples=_AS_DRAWN),),
                 "over a pitch",
             ),
             Row(
                 "largest force of one contact area",
-                (Figure(float(found.solved.largest.max()), "N", samples=_AS_DRAWN),),
+                (Cell(float(found.solved.largest.max()), "N", samples=_AS_DRAWN),),
                 "over a pitch",
             ),
         ]
@@ -95,8 +95,8 @@ def _second(found: BothBranches) -> Section:
         Row(
             f"θ = {math.degrees(theta):.1f}°",
             (
-                Figure(float(arm) * 1e3, "mm", samples=_DRAWING),
-                Figure(float(gap) * 1e6, "µm", samples=_DRAWING),
+                Cell(float(arm), "mm", samples=_DRAWING),
+                Cell(float(gap), "µm", samples=_DRAWING),
             ),
         )
         for theta, arm, gap in zip(found.theta, found.arm, found.gap, strict=True)

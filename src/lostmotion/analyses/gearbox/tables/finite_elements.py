@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, as_stated
+from lostmotion.printed import stated_text
+from lostmotion.reporting.sheet import Card, Cell, Row, Section
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.finite_elements import FiniteElements
@@ -79,7 +79,7 @@ def place_text(place: complex) -> str:
 
 
 def _torque(found: FiniteElements) -> str:
-    return f"{as_stated(float(found.torque[-1]))} N m"
+    return f"{stated_text(float(found.torque[-1]))} N m"
 
 
 def _rotation(found: FiniteElements) -> str:
@@ -87,17 +87,17 @@ def _rotation(found: FiniteElements) -> str:
     strain to plane stress.
     """
     if found.rotation_3d is not None:
-        return str(Figure(float(found.rotation_3d[-1]) / ARCMIN, "arcmin"))
-    low, high = (Figure(float(each) / ARCMIN, "arcmin") for each in found.rotation[:, -1])
-    return f"{replace(low, unit='1')} to {high}"
+        return str(Cell(float(found.rotation_3d[-1]), "arcmin"))
+    low, high = (Cell(float(each), "arcmin") for each in found.rotation[:, -1])
+    return f"{low.number} to {high}"
 
 
 def _planes(found: FiniteElements) -> str:
     return "plane strain to plane stress" if found.rotation_3d is None else "3-D"
 
 
-def _pressure(found: FiniteElements) -> Figure:
-    return Figure(float(found.loaded.peak[-1].max()) / 1e9, "GPa")
+def _pressure(found: FiniteElements) -> Cell:
+    return Cell(float(found.loaded.peak[-1].max()), "GPa")
 
 
 def _hardest(found: FiniteElements) -> float:
@@ -105,8 +105,8 @@ def _hardest(found: FiniteElements) -> float:
     return math.degrees(found.loaded.theta[int(found.loaded.peak[-1].argmax())])
 
 
-def _stress(found: FiniteElements) -> Figure:
-    return Figure(found.most_stressed.value / 1e6, "MPa")
+def _stress(found: FiniteElements) -> Cell:
+    return Cell(found.most_stressed.value, "MPa")
 
 
 def fem_sections(stages: tuple[FiniteElements, ...]) -> tuple[Section, ...]:
@@ -118,7 +118,7 @@ def fem_sections(stages: tuple[FiniteElements, ...]) -> tuple[Section, ...]:
 
 def _of_stage(found: FiniteElements) -> tuple[Section, Section]:
     rows = [
-        Row(f"{as_stated(float(torque))} N m", _figures(found, k))
+        Row(f"{stated_text(float(torque))} N m", _figures(found, k))
         for k, torque in enumerate(found.torque)
     ]
     columns = _COLUMNS if found.rotation_3d is None else (*_COLUMNS[:2], _COLUMN_3D, *_COLUMNS[2:])
@@ -143,16 +143,16 @@ def _of_stage(found: FiniteElements) -> tuple[Section, Section]:
         Row(
             f"θ = {math.degrees(theta[k]):.1f}°",
             (
-                Figure(float(found.loaded.forces[-1, k]), "N", samples=_SOURCE),
-                Figure(float(found.loaded.peak[-1, k]) / 1e9, "GPa", samples=_SOURCE),
-                Figure(float(found.loaded.half_width[-1, k]) * 1e6, "µm", samples=_SOURCE),
+                Cell(float(found.loaded.forces[-1, k]), "N", samples=_SOURCE),
+                Cell(float(found.loaded.peak[-1, k]), "GPa", samples=_SOURCE),
+                Cell(float(found.loaded.half_width[-1, k]), "µm", samples=_SOURCE),
             ),
         )
         for k in sorted(np.flatnonzero(found.loaded.forces[-1] > 0), key=lambda k: theta[k])
     ]
     per_disc = (
-        f"one disc of the {found.name}, under its share of {as_stated(float(found.torque[-1]))} N "
-        "m at the output, plane strain"
+        f"one disc of the {found.name}, under its share of {stated_text(float(found.torque[-1]))} "
+        "N m at the output, plane strain"
     )
     key, of_stage = fem_key(found), ", first stage" if fem_key(found) != "fem" else ""
     return (
@@ -180,19 +180,19 @@ def _note_3d(found: FiniteElements) -> str:
     ).replace("_", " ")
 
 
-def _figures(found: FiniteElements, k: int) -> tuple[Figure, ...]:
+def _figures(found: FiniteElements, k: int) -> tuple[Cell, ...]:
     strain = float(found.strain[k])
-    solid = () if found.rotation_3d is None else ((float(found.rotation_3d[k]) / ARCMIN, "arcmin"),)
+    solid = () if found.rotation_3d is None else ((float(found.rotation_3d[k]), "arcmin"),)
     return tuple(
-        Figure(value, unit, samples=_SOURCE)
+        Cell(value, unit, samples=_SOURCE)
         for value, unit in (
-            (float(found.rotation[0, k]) / ARCMIN, "arcmin"),
-            (float(found.rotation[1, k]) / ARCMIN, "arcmin"),
+            (float(found.rotation[0, k]), "arcmin"),
+            (float(found.rotation[1, k]), "arcmin"),
             *solid,
-            (float(found.stiffness[k]) * ARCMIN, "N m/arcmin"),
-            (float(found.loaded.peak[k].max()) / 1e9, "GPa"),
-            (float(found.stress[k]) / 1e6, "MPa"),
+            (float(found.stiffness[k]), "N m/arcmin"),
+            (float(found.loaded.peak[k].max()), "GPa"),
+            (float(found.stress[k]), "MPa"),
             (strain, "1"),
-            (strain / ARCMIN, "arcmin"),
+            (strain, "arcmin"),
         )
     )

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.gearbox.cycloidal import FRICTION_LOADS
-from lostmotion.reporting.sheet import Figure, Row, Section, as_stated
+from lostmotion.printed import stated_text
+from lostmotion.reporting.sheet import Cell, Row, Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,15 +33,15 @@ def friction_sections(drawn: Drawn) -> tuple[Section, ...]:
     loads = drawn.read.asked.torque * np.array(FRICTION_LOADS)
     lost, efficiency, back = (
         friction.driving(loads) - loads,
-        100 * friction.efficiency(loads),
-        100 * friction.efficiency_driven_back(loads),
+        friction.efficiency(loads),
+        friction.efficiency_driven_back(loads),
     )
     rows = [
         Row(
-            f"at {as_stated(load)} N m",
+            f"at {stated_text(load)} N m",
             (
                 _figure(torque, "N m", "the input cannot turn it"),
-                *(Figure(each, "%", samples=AS_DRAWN) for each in (forth, reverse)),
+                *(Cell(each, "%", samples=AS_DRAWN) for each in (forth, reverse)),
             ),
         )
         for load, torque, forth, reverse in zip(
@@ -91,14 +92,14 @@ def _backdriving(drawn: Drawn) -> Section:
     return Section("backdriving", "Backdriving", ("value",), rows, note)
 
 
-def _figure(value: float, unit: str, infinite: str, missing: str = "") -> Figure:
+def _figure(value: float, unit: str, infinite: str, missing: str = "") -> Cell:
     """Return a figure, or words in its place where it is infinite or missing."""
     words = "" if math.isfinite(value) else missing if math.isnan(value) else infinite
-    return Figure(value, unit, samples=AS_DRAWN, words=words)
+    return Cell(value, unit, samples=AS_DRAWN, words=words)
 
 
-def _word(answer: bool) -> Figure:  # noqa: FBT001 - the answer itself
-    return Figure(float(answer), "1", samples=AS_DRAWN, words="yes" if answer else "no")
+def _word(answer: bool) -> Cell:  # noqa: FBT001 - the answer itself
+    return Cell(float(answer), "1", samples=AS_DRAWN, words="yes" if answer else "no")
 
 
 def friction_facts(drawn: Drawn) -> dict[str, Any]:

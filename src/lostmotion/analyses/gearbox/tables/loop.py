@@ -23,7 +23,8 @@ from lostmotion.analyses.gearbox.tables.stated import (
 )
 from lostmotion.analyses.gearbox.tables.units import STATED
 from lostmotion.parts.gearbox.kinds import is_drawn
-from lostmotion.reporting.sheet import Figure, Row, Section, as_stated
+from lostmotion.printed import stated_text
+from lostmotion.reporting.sheet import Cell, Row, Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -60,7 +61,7 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
         )
     )
     if study.drawn is not None and study.drawn.friction.any:
-        half = f"width at {as_stated(read.asked.torque / 2)} {units.torque}"
+        half = f"width at {stated_text(read.asked.torque / 2)} {units.torque}"
         rows.append(
             Row("friction's loop under load", (show.angle(read.friction_under_load),), half)
         )
@@ -78,7 +79,7 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
             else f", {100 * read.asked.small / torque:.3g} % of the rated {units.what}"
         )
         note = (
-            f"play and wind-up between ± {as_stated(read.asked.small)} {units.torque}{share}, "
+            f"play and wind-up between ± {stated_text(read.asked.small)} {units.torque}{share}, "
             "without friction"
         )
         rows.append(Row("lost motion", (show.lost_motion(read),), note))
@@ -93,7 +94,7 @@ def loop_section(loop: Loop, read: Readings, study: GearStudy, units: Units) -> 
 
 def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row]:
     """Yield the rows of displacement, wind-up and stiffness, each with its definition."""
-    units, torque = show.units, f"{as_stated(read.asked.torque)} {show.units.torque}"
+    units, torque = show.units, f"{stated_text(read.asked.torque)} {show.units.torque}"
     if study.wind_up:
         yield Row(
             f"displacement at {torque}",
@@ -118,7 +119,7 @@ def _stiffnesses(read: Readings, study: GearStudy, show: _Shown) -> Iterator[Row
                 f", {100 * low / rated:.3g} to {100 * high / rated:.3g} % of the rated {units.what}"
             )
         )
-        between = f"{as_stated(low)} to {as_stated(high)}"
+        between = f"{stated_text(low)} to {stated_text(high)}"
         yield Row(
             "stiffness, slope",
             (show.stiffness(read.slope),),
@@ -159,37 +160,37 @@ class _Shown:
         self.samples = STATED if self._stated is not None else f"{study.count} simulated gearboxes"
 
     @property
-    def play(self) -> Figure:
+    def play(self) -> Cell:
         if self._stated is not None:
             return play_figure(self._stated, self.units)
         return self.angle(self._drawn.play if self._drawn is not None else np.zeros(2))
 
-    def angle(self, values: Floats, bound: Bound = "", rests_on: tuple[str, ...] = ()) -> Figure:
+    def angle(self, values: Floats, bound: Bound = "", rests_on: tuple[str, ...] = ()) -> Cell:
         if self._stated is not None:
             return at_most(self.units.of_angle(float(values[0]), STATED), self._stated, rests_on)
-        return over_samples(values, self.units.angle, self.units.angle_factor, self.samples, bound)
+        return over_samples(values, self.units.angle, self.samples, bound)
 
-    def stiffness(self, values: Floats) -> Figure:
-        factor, unit = self.units.stiffness_factor, self.units.stiffness
+    def stiffness(self, values: Floats) -> Cell:
+        unit = self.units.stiffness
         if self._stated is None:
             return over_samples(
-                values, unit, factor, self.samples, "upper" if self._at_most_as_stiff else ""
+                values, unit, self.samples, "upper" if self._at_most_as_stiff else ""
             )
-        value, share = float(values[0]) * factor, self._stated.stiffness_scatter
+        value, share = float(values[0]), self._stated.stiffness_scatter
         ends = (value / (1 + share), value / (1 - share)) if 0 < share < 1 else (math.nan, math.nan)
-        return Figure(value, unit, *ends, STATED, "stated limits")
+        return Cell(value, unit, *ends, STATED, "stated limits")
 
-    def wind_up(self, read: Readings) -> Figure:
+    def wind_up(self, read: Readings) -> Cell:
         if self._stated is not None:
             return wind_up_figure(self._stated, float(read.wind_up[0]), self.units)
         return self.angle(read.wind_up, "lower" if self._at_most_as_stiff else "")
 
-    def displacement(self, read: Readings) -> Figure:
+    def displacement(self, read: Readings) -> Cell:
         if self._stated is not None:
             return displacement_figure(self._stated, read, self.units)
         return self.angle(read.displacement, "lower" if self._at_most_as_stiff else "")
 
-    def lost_motion(self, read: Readings) -> Figure:
+    def lost_motion(self, read: Readings) -> Cell:
         if self._stated is not None:
             return lost_motion_figure(self._stated, read, self.units)
         return self.angle(np.zeros(2) if read.lost_motion is None else read.lost_motion)

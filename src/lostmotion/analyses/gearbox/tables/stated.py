@@ -15,7 +15,8 @@ from lostmotion.catalogue.gearboxes import find_rows
 from lostmotion.errors import InputError
 from lostmotion.laws.gears import wind_up
 from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, as_stated
+from lostmotion.printed import stated_text
+from lostmotion.reporting.sheet import Card, Cell, Row, Section
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.gear import GearStudy
@@ -43,7 +44,7 @@ def doubts_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) ->
     notes = []
     if study.loop is None and study.torque <= gearbox.friction.load.nominal:
         notes.append(
-            f"{as_stated(study.torque)} {units.torque} do not overcome the friction: no "
+            f"{stated_text(study.torque)} {units.torque} do not overcome the friction: no "
             "hysteresis is shown"
         )
     if study.read.lost_motion is None or study.read.slope is None:
@@ -150,17 +151,17 @@ def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> 
     return cards
 
 
-def play_figure(gearbox: StatedGearbox, units: Units) -> Figure:
+def play_figure(gearbox: StatedGearbox, units: Units) -> Cell:
     """Return the play with its stated limits."""
     return at_most(_limited(gearbox.play.nominal, gearbox.play.tolerance, units), gearbox, OF_PLAY)
 
 
-def wind_up_figure(gearbox: StatedGearbox, wound: float, units: Units) -> Figure:
+def wind_up_figure(gearbox: StatedGearbox, wound: float, units: Units) -> Cell:
     """Return a wind-up with the limits from the stated scatter of the stiffness."""
     return _limited(wound, gearbox.stiffness_scatter * wound, units)
 
 
-def lost_motion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
+def lost_motion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Cell:
     """Return the lost motion with its limits: those of play and wind-up, independent of each other,
     by the root of their squares.
     """
@@ -171,7 +172,7 @@ def lost_motion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> 
     return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
 
 
-def displacement_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Figure:
+def displacement_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Cell:
     """Return the displacement from the middle of the play with its limits: those of half the play
     and of the wind-up, independent of each other.
     """
@@ -182,7 +183,7 @@ def displacement_figure(gearbox: StatedGearbox, read: Readings, units: Units) ->
     return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
 
 
-def at_most(figure: Figure, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -> Figure:
+def at_most(figure: Cell, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -> Cell:
     """Mark a figure as an upper limit where it depends on a maker's upper limit."""
     return (
         replace(figure, bound="upper")
@@ -191,19 +192,19 @@ def at_most(figure: Figure, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -
     )
 
 
-def _limited(value: float, tolerance: float, units: Units) -> Figure:
+def _limited(value: float, tolerance: float, units: Units) -> Cell:
     ends = (value - tolerance, value + tolerance) if tolerance else (math.nan, math.nan)
     return units.of_angle(value, STATED, *ends, ends="stated limits")
 
 
-def ratio_figure(gearbox: AnyGearbox) -> Figure | None:
+def ratio_figure(gearbox: AnyGearbox) -> Cell | None:
     """Return the ratio, unless a row of a catalogue omits it."""
     return _pure(gearbox.ratio) if gearbox.states_ratio else None
 
 
-def _pure(value: float) -> Figure:
+def _pure(value: float) -> Cell:
     """Return a pure number, a whole one as such."""
-    return Figure(
+    return Cell(
         int(value) if float(value).is_integer() else value, "1", samples=STATED, stated=True
     )
 
@@ -259,9 +260,9 @@ def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
     return Section("stated", "What is stated", ("value",), tuple(rows))
 
 
-def _own_figure(own: PartFigure, units: Units) -> Figure:
+def _own_figure(own: PartFigure, units: Units) -> Cell:
     if own.unit == "rad":
-        return Figure(math.degrees(own.value), "°", samples=STATED)
+        return Cell(own.value, "°", samples=STATED)
     return units.of_stiffness(own.value, STATED) if own.unit == "N/m" else _pure(own.value)
 
 
@@ -283,12 +284,12 @@ def zones_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
         return ()
     rows = []
     for k, stiffness in enumerate(zones):
-        start = f"from {as_stated(limits[k - 1])} {units.torque}" if k else "from zero"
+        start = f"from {stated_text(limits[k - 1])} {units.torque}" if k else "from zero"
         label = f"zone {k + 1}, {start}" if len(zones) > 1 else "stiffness"
         rows.append(Row(label, (units.of_stiffness(stiffness, STATED),)))
     rows += [
         Row(
-            f"wind-up at {as_stated(limit)} {units.torque}",
+            f"wind-up at {stated_text(limit)} {units.torque}",
             (units.of_angle(float(wind_up(np.asarray(limit), zones, limits)), STATED),),
             f"end of zone {k}",
         )
@@ -327,5 +328,5 @@ def load_text(study: GearStudy, units: Units) -> str:
     return (
         f"no {units.what} stated"
         if study.torque is None
-        else f"{as_stated(study.torque)} {units.torque}"
+        else f"{stated_text(study.torque)} {units.torque}"
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from lostmotion.parts.gearbox.kinds import is_sliding
-from lostmotion.reporting.sheet import ARCMIN, Figure
+from lostmotion.reporting.sheet import Cell
 
 # The sample of a figure that was stated.
 STATED: Final = "the values stated"
@@ -15,15 +15,11 @@ STATED: Final = "the values stated"
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """Display units of a gearbox on a turning joint, or of a sliding drive, each with its factor
-    from SI.
-    """
+    """Units in which a gearbox on a turning joint, or a sliding drive, is shown."""
 
     angle: str
-    angle_factor: float
     torque: str
     stiffness: str
-    stiffness_factor: float
     what: str
     limit: str
 
@@ -34,10 +30,9 @@ class Units:
         low: float = math.nan,
         high: float = math.nan,
         ends: str = "95 % interval",
-    ) -> Figure:
+    ) -> Cell:
         """Return an angle, or a length of a sliding drive."""
-        factor = self.angle_factor
-        return Figure(value * factor, self.angle, low * factor, high * factor, samples, ends)
+        return Cell(value, self.angle, low, high, samples, ends)
 
     def of_torque(
         self,
@@ -46,21 +41,17 @@ class Units:
         low: float = math.nan,
         high: float = math.nan,
         ends: str = "95 % interval",
-    ) -> Figure:
+    ) -> Cell:
         """Return a torque, or a force."""
-        return Figure(value, self.torque, low, high, samples, ends, stated=samples == STATED)
+        return Cell(value, self.torque, low, high, samples, ends, stated=samples == STATED)
 
-    def of_stiffness(self, value: float, samples: str) -> Figure:
+    def of_stiffness(self, value: float, samples: str) -> Cell:
         """Return a stiffness."""
-        return Figure(
-            value * self.stiffness_factor, self.stiffness, samples=samples, stated=samples == STATED
-        )
+        return Cell(value, self.stiffness, samples=samples, stated=samples == STATED)
 
 
-TURNING: Final = Units(
-    "arcmin", 1 / ARCMIN, "N m", "N m/arcmin", ARCMIN, "torque", "turn of the output"
-)
-SLIDING: Final = Units("µm", 1e6, "N", "N/µm", 1e-6, "force", "turn of the screw or pulley")
+TURNING: Final = Units("arcmin", "N m", "N m/arcmin", "torque", "turn of the output")
+SLIDING: Final = Units("µm", "N", "N/µm", "force", "turn of the screw or pulley")
 
 
 def units_of(gearbox: object) -> Units:

@@ -11,8 +11,8 @@ import numpy as np
 
 from lostmotion.analyses.iso9283.tables.comparison import SHOWN
 from lostmotion.analyses.iso9283.tables.labels import load_label, measured_label
+from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
-    PER_UNIT,
     axes,
     figure,
     grid,
@@ -23,7 +23,6 @@ from lostmotion.reporting.chart import (
     one,
 )
 from lostmotion.reporting.palette import LIGHT
-from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,8 +116,8 @@ def measured_accuracy(found: MeasuredLoad, title: str = "Measured AP_p") -> Figu
     """
     raw = np.array([pose.accuracy.value for pose in found.poses])
     fitted = np.array([pose.fitted for pose in found.poses])
-    unit = length(float(raw.max())).unit
-    factor = PER_UNIT[unit]
+    unit = unit_of_length(float(raw.max()))
+    factor = factor_of(unit)
     made, on = one(title, 76)
     many = len(raw) > 20  # noqa: PLR2004 - too many to label
     for k, (values, name, colour) in enumerate(
@@ -156,12 +155,12 @@ def measured_path(found: MeasuredRobot) -> Figure:
     several = len({path.name for _, path in drawn}) > 1
     for row, (on, word) in enumerate(zip(panels, ("AT", "RT"), strict=True)):
         grid(on)
-        unit = length(max(float(path.profile[row].max()) for _, path in drawn)).unit
+        unit = unit_of_length(max(float(path.profile[row].max()) for _, path in drawn))
         for k, (load, path) in enumerate(drawn):
             name = measured_label(
                 f"measured{f', {label(path.name)}' if several else ''}", load, found.loads
             )
-            values = path.profile[row] * PER_UNIT[unit]
+            values = path.profile[row] * factor_of(unit)
             on.plot(
                 path.places * 1e3,
                 values,

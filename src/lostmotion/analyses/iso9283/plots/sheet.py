@@ -18,8 +18,8 @@ from lostmotion.analyses.iso9283.plots.measured import (
 from lostmotion.analyses.iso9283.tables.labels import accuracy_key, load_label, measured_label
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.state import tool_points
+from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
-    PER_UNIT,
     axes,
     cells,
     dots,
@@ -35,7 +35,6 @@ from lostmotion.reporting.chart import (
 from lostmotion.reporting.chart_settings import SMALL
 from lostmotion.reporting.palette import LIGHT, round_below
 from lostmotion.reporting.plot import Plot
-from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -256,7 +255,7 @@ def accuracy(found: PredictedRobots) -> Figure:
         for sheet in found.loads
         for k in range(len(NAMES))
     )
-    unit = length(top).unit
+    unit = unit_of_length(top)
     rows = []
     for sheet, pale in zip(found.loads, _PALE, strict=False):
         for values, colour, name in (
@@ -264,7 +263,7 @@ def accuracy(found: PredictedRobots) -> Figure:
             (sheet.fitted, LIGHT["visit"], "best-fit frames"),
         ):
             high = np.array(
-                [over_robots(values[k]).high.value * PER_UNIT[unit] for k in range(len(NAMES))]
+                [over_robots(values[k]).high.value * factor_of(unit) for k in range(len(NAMES))]
             )
             rows.append((f"{name}, {100 * sheet.load:.0f} % load", colour, pale, high))
     made, on = one("95th percentile of AP_p over robots", 80)
@@ -285,7 +284,7 @@ def visits(sets: list[Any], poses: list[str], names: list[str]) -> Figure:
     """
     most = max(float(np.abs(about).max()) for each in sets for about in each)
     unit = "µm" if most < 1e-3 else "mm"  # noqa: PLR2004 - usual change of unit
-    limit = 1.15 * most * PER_UNIT[unit] or 1.0
+    limit = 1.15 * most * factor_of(unit) or 1.0
     made = figure(80)
     panels = axes(
         made, "Visits about their barycentres", rows=2, columns=len(poses), sharex=True, sharey=True
@@ -295,7 +294,7 @@ def visits(sets: list[Any], poses: list[str], names: list[str]) -> Figure:
         panels[0, column].set_title(label(pose), loc="center", fontsize=SMALL)
         for on, axis in zip(panels[:, column], (1, 2), strict=True):
             for each, name, colour in zip(sets, names, _ROBOT_COLOURS, strict=False):
-                points = np.asarray(each[column]) * PER_UNIT[unit]
+                points = np.asarray(each[column]) * factor_of(unit)
                 dots(on, points[:, 0], points[:, axis], colour, name)
             on.set_xlim(-limit, limit)
             on.set_ylim(-limit, limit)
@@ -317,12 +316,12 @@ def path(found: PredictedRobots) -> Figure:
     panels = axes(made, "Along the path", rows=2, sharex=True)[:, 0]
     for row, (on, word) in enumerate(zip(panels, ("AT", "RT"), strict=True)):
         grid(on)
-        unit = length(max(float(sheet.path_profile[row].max()) for sheet in found.loads)).unit
+        unit = unit_of_length(max(float(sheet.path_profile[row].max()) for sheet in found.loads))
         for sheet, pale in zip(found.loads, _PALE, strict=False):
             for k, (name, colour, line) in enumerate(
                 (("mean", LIGHT["robot"], "-"), ("95th percentile", LIGHT["warn"], "--"))
             ):
-                values = sheet.path_profile[row][:, k] * PER_UNIT[unit]
+                values = sheet.path_profile[row][:, k] * factor_of(unit)
                 on.plot(
                     along,
                     values,
@@ -345,8 +344,8 @@ def drift(found: Drift) -> Figure:
     """
     hours = found.time / 3600
     low, high = np.quantile(found.accuracy, [0.05, 0.95], axis=1)
-    unit = length(float(high.max())).unit
-    factor = PER_UNIT[unit]
+    unit = unit_of_length(float(high.max()))
+    factor = factor_of(unit)
     made, on = one("AP_p at P1 during warm-up", 76)
     grid(on)
     on.fill_between(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.tables.labels import estimate_figure, load_label
-from lostmotion.reporting.sheet import Figure, Row, Section
+from lostmotion.reporting.sheet import Row, Section
 
 if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
@@ -88,7 +88,7 @@ def _side_by_side(compared: list[ComparedFigure], names: tuple[str, ...]) -> tup
             estimate_figure(figure, angle=each.angle)
             for figure in (each.predicted.low, each.predicted.high, each.measured)
         )
-        plain = (Figure(figure.value, figure.unit) for figure in (low, high))
+        plain = (figure.alone for figure in (low, high))
         word = (
             ""
             if each.within

@@ -9,7 +9,7 @@ from lostmotion.analyses.iso9283.comparison import over_robots
 from lostmotion.analyses.iso9283.tables.labels import estimate_figure, scatter_figure
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, repeats_bounded
-from lostmotion.reporting.sheet import Card, Figure
+from lostmotion.reporting.sheet import Card, Cell
 
 if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.predicted import PredictedRobots
@@ -140,11 +140,11 @@ def _at_least(number: str) -> str:
     return f"≥ {bare}" if bare[:1].isdigit() else number
 
 
-def _worst_scatter(values: Floats) -> Figure:
+def _worst_scatter(values: Floats) -> Cell:
     """Return the 95th percentile over robots of the worst pose, of values (pose, robot) in m."""
     return scatter_figure(over_robots(values.max(axis=0)).high)
 
 
-def _interval(figure: Figure) -> str:
+def _interval(figure: Cell) -> str:
     """Return the interval of a figure in brackets."""
     return f" ({figure.interval})" if figure.interval else ""

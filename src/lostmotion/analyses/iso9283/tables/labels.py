@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.io.limits import cut
-from lostmotion.reporting.sheet import ARCMIN, ARCSEC, Figure, length
+from lostmotion.printed import ARCMIN
+from lostmotion.reporting.sheet import Cell, length
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -21,28 +22,22 @@ LONGEST_SIDE: Final = 20
 NO_SCATTER: Final = 1e-13
 
 
-def estimate_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
+def estimate_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Cell:
     """Return an estimate as a length (m) or an angle (rad, shown in arcmin or arcsec)."""
     if math.isnan(estimate.value):
-        return Figure(math.nan, "1")
+        return Cell(math.nan, "1")
     if angle:
-        unit, size = (
-            ("arcsec", ARCSEC)
-            if abs(estimate.value) < _SMALL_ANGLE * ARCMIN
-            else ("arcmin", ARCMIN)
-        )
-        return Figure(
-            estimate.value / size, unit, estimate.low / size, estimate.high / size, samples
-        )
+        unit = "arcsec" if abs(estimate.value) < _SMALL_ANGLE * ARCMIN else "arcmin"
+        return Cell(estimate.value, unit, estimate.low, estimate.high, samples)
     return length(estimate.value, estimate.low, estimate.high, samples)
 
 
-def scatter_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Figure:
+def scatter_figure(estimate: Estimate, samples: str = "", *, angle: bool = False) -> Cell:
     """Return a repeatability as `estimate_figure` does, or "none described" where no described
     error varies from visit to visit.
     """
     return (
-        Figure(math.nan, "1", samples=samples, words="none described")
+        Cell(math.nan, "1", samples=samples, words="none described")
         if estimate.value < NO_SCATTER
         else estimate_figure(estimate, samples, angle=angle)
     )

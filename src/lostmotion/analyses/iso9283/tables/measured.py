@@ -17,7 +17,7 @@ from lostmotion.analyses.iso9283.tables.labels import (
     measured_label,
 )
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.reporting.sheet import Figure, Row, Section, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, length, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
@@ -227,7 +227,7 @@ def _paths(found: MeasuredRobot) -> list[Section]:
                         estimate_figure(each, counted, angle=word[-1] in "abc")
                         for each in (value, path.many[k])
                     )
-                    rows.append(Row(label, (*shown, Figure(float(path.worst[k]) * 1e3, "mm"))))
+                    rows.append(Row(label, (*shown, Cell(float(path.worst[k]), "mm"))))
     if not rows:
         return []
     note = (
@@ -244,8 +244,8 @@ def _paths(found: MeasuredRobot) -> list[Section]:
         Row(
             measured_label(path.name, load, found.loads),
             (
-                Figure(path.readings, ""),
-                Figure(float(path.places[0]) * 1e3, "mm"),
+                Cell(path.readings, "1"),
+                Cell(float(path.places[0]), "mm"),
                 length(float(path.places[-1])),
                 length(path.length, stated=True),
                 length(path.gap),
@@ -300,26 +300,26 @@ def _where_read(paths: list[MeasuredPath]) -> str:
 def _data(found: MeasuredRobot) -> Section:
     visits = found.visits
     along = sum(map(bool, visits.path))
-    rows = [Row("visits", (Figure(len(visits.path) - along, ""),), visits.source)]
+    rows = [Row("visits", (Cell(len(visits.path) - along, "1"),), visits.source)]
     if along:
-        rows.append(Row("readings along paths", (Figure(along, ""),)))
+        rows.append(Row("readings along paths", (Cell(along, "1"),)))
     if visits.load_stated:
         counted = ((load.load, int((visits.load == load.load).sum())) for load in found.loads)
         rows += [
-            Row(f"rows at {100 * load:g} % load", (Figure(count, ""),)) for load, count in counted
+            Row(f"rows at {100 * load:g} % load", (Cell(count, "1"),)) for load, count in counted
         ]
     rows += [
         Row(
             "duplicate rows dropped",
-            (Figure(visits.duplicates, ""),),
+            (Cell(visits.duplicates, "1"),),
             "identical in every column that is read" if visits.duplicates else "",
         ),
         *(
-            [Row("rows without a reading, excluded", (Figure(len(visits.lost), ""),))]
+            [Row("rows without a reading, excluded", (Cell(len(visits.lost), "1"),))]
             if visits.lost
             else []
         ),
-        Row("poses", (Figure(len({name for name in visits.pose if name}), ""),)),
+        Row("poses", (Cell(len({name for name in visits.pose if name}), "1"),)),
     ]
     if visits.instrument:
         rows.append(

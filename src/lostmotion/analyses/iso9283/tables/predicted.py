@@ -20,7 +20,7 @@ from lostmotion.analyses.iso9283.tables.labels import (
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
 from lostmotion.reporting.first_order import judged
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.sheet import Figure, Row, Section, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -70,7 +70,7 @@ def _cube(found: PredictedRobots) -> Section:
     rows.append(
         Row(
             "points reached",
-            (Figure(cube.checked, ""),),
+            (Cell(cube.checked, "1"),),
             "poses, corners and a grid, by inverse kinematics within the joint limits",
         )
     )
@@ -93,9 +93,9 @@ def _cube(found: PredictedRobots) -> Section:
     return Section("cube", "Test cube", ("value",), tuple(rows), note)
 
 
-def _place(value: float) -> Figure:
+def _place(value: float) -> Cell:
     """Return a coordinate in mm, without negative zero."""
-    return Figure(round(1e3 * float(value), 5) + 0.0, "mm", stated=True)
+    return Cell(round(float(value), 8) + 0.0, "mm", stated=True)
 
 
 def _poses(found: PredictedRobots) -> Section:
@@ -119,7 +119,7 @@ def _poses(found: PredictedRobots) -> Section:
 
 
 def _rows(
-    values: Floats, counted: str, shown: Callable[..., Figure] = estimate_figure
+    values: Floats, counted: str, shown: Callable[..., Cell] = estimate_figure
 ) -> tuple[Row, ...]:
     """Return a row for each pose of values (pose, robot), and one for each robot's worst pose."""
     spreads = [(name, over_robots(values[k])) for k, name in enumerate(NAMES)]
@@ -133,7 +133,7 @@ def _rows(
 def _both_loads(
     found: PredictedRobots,
     values: tuple[Floats, ...],
-    shown: Callable[..., Figure] = estimate_figure,
+    shown: Callable[..., Cell] = estimate_figure,
 ) -> tuple[tuple[str, ...], tuple[Row, ...]]:
     """Return columns and rows of the 95th percentile over robots of values (pose, robot), one
     column for each load.

@@ -20,7 +20,7 @@ from lostmotion.reporting.provenance import (
     provenance_facts,
     provenance_sections,
 )
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -106,16 +106,16 @@ def _sections(result: PartSelection, counted: str, small: str) -> tuple[Section,
     )
 
 
-def _estimate(estimate: Estimate, samples: str = "") -> Figure:
+def _estimate(estimate: Estimate, samples: str = "") -> Cell:
     return length(estimate.value, estimate.low, estimate.high, samples)
 
 
-def _kg(value: float) -> Figure:
-    return Figure(value, "kg")
+def _kg(value: float) -> Cell:
+    return Cell(value, "kg")
 
 
-def _price(value: float) -> Figure:
-    return Figure(value, "1", stated=True)
+def _price(value: float) -> Cell:
+    return Cell(value, "1", stated=True)
 
 
 def has_prices(result: PartSelection) -> bool:
@@ -267,7 +267,7 @@ def _savings(result: PartSelection, small: str) -> Section:
     for each in result.parts:
         if each.error_with_cheapest is not None:
             figures = (
-                Figure(each.saving, "kg" if objective_text(result) == "mass" else "1"),
+                Cell(each.saving, "kg" if objective_text(result) == "mass" else "1"),
                 _estimate(each.error_with_cheapest, small),
             )
             rows.append(
@@ -350,13 +350,13 @@ def _torques(result: PartSelection) -> Section:
         rated = getattr(_gearbox(result, each), "rated_torque", None)
         if each.slot.kind == "gearbox":
             torque = result.torques[each.slot.joint]
-            share = Figure(100 * torque / rated if rated else math.nan, "%")
+            share = Cell(torque / rated if rated else math.nan, "%")
             rows.append(
                 Row(
                     each.slot.joint,
                     (
-                        Figure(torque, "N m"),
-                        Figure(math.nan if rated is None else rated, "N m", stated=True),
+                        Cell(torque, "N m"),
+                        Cell(math.nan if rated is None else rated, "N m", stated=True),
                         share,
                     ),
                     candidate_name(each, each.selected),
@@ -394,15 +394,15 @@ def _searched(result: PartSelection) -> Section:
         Row(
             "possible selections",
             (
-                Figure(float(result.combinations), "1")
+                Cell(float(result.combinations), "1")
                 if result.combinations > 10**9
-                else Figure(result.combinations, "1"),
+                else Cell(result.combinations, "1"),
             ),
         ),
-        Row("evaluated", (Figure(result.evaluated, "1"),), status),
+        Row("evaluated", (Cell(result.evaluated, "1"),), status),
         Row(
             "pairs predicted",
-            (Figure(result.predicted, "1"),),
+            (Cell(result.predicted, "1"),),
             "error predicted from the single exchanges",
         ),
         *(

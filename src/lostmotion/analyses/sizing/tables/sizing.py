@@ -13,6 +13,7 @@ from lostmotion.analyses.sizing.sizing import PAPER
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.parts.family import section_text
+from lostmotion.printed import ARCMIN
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import (
@@ -22,7 +23,7 @@ from lostmotion.reporting.provenance import (
     provenance_facts,
     provenance_sections,
 )
-from lostmotion.reporting.sheet import ARCMIN, Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -106,12 +107,12 @@ def _limits(result: Sizing) -> str:
     )
 
 
-def _kg(value: float, samples: str = "") -> Figure:
-    return Figure(value, "kg", samples=samples)
+def _kg(value: float, samples: str = "") -> Cell:
+    return Cell(value, "kg", samples=samples)
 
 
-def _arcmin(value: float, samples: str = "") -> Figure:
-    return Figure(value / ARCMIN, "arcmin", samples=samples)
+def _arcmin(value: float, samples: str = "") -> Cell:
+    return Cell(value, "arcmin", samples=samples)
 
 
 def pose_name(result: Sizing, index: int) -> str:
@@ -239,9 +240,9 @@ def _bending(result: Sizing, counted: str) -> Section:
         )
         figures = (
             _arcmin(link.worst.slope, counted),
-            Figure(100 * slope, "%", samples=counted),
+            Cell(slope, "%", samples=counted),
             length(link.worst.deflection, samples=counted),
-            Figure(100 * deflection, "%", samples=counted),
+            Cell(deflection, "%", samples=counted),
         )
         rows.append(Row(link.joint, figures, f"{governing}; {now}"))
     note = f"limits: {_limits(result)}. At the worst pose" + (
@@ -260,7 +261,7 @@ def _loads(result: Sizing) -> Section:
     rows = tuple(
         Row(
             link.joint,
-            (Figure(link.force, "N"), Figure(link.moment, "N m"), Figure(link.own_weight, "N")),
+            (Cell(link.force, "N"), Cell(link.moment, "N m"), Cell(link.own_weight, "N")),
             pose_name(result, link.index),
         )
         for link in result.links
@@ -286,10 +287,10 @@ def _trade_off(result: Sizing) -> Section:
             note = "the paper's limits" if paper else "the stated limits"
         figures = (
             _kg(point.mass),
-            Figure(100 * (point.mass / at_one.mass - 1), "%"),
+            Cell(point.mass / at_one.mass - 1, "%"),
             length(point.rms_error),
-            Figure(
-                100 * (point.rms_error / at_one.rms_error - 1) if at_one.rms_error else math.nan,
+            Cell(
+                point.rms_error / at_one.rms_error - 1 if at_one.rms_error else math.nan,
                 "%",
             ),
         )
@@ -327,9 +328,9 @@ def _validation(result: Sizing) -> Section:
             )
             figures = (
                 _arcmin(link.slope, counted),
-                Figure(100 * slope, "%", samples=counted),
+                Cell(slope, "%", samples=counted),
                 length(link.deflection, samples=counted),
-                Figure(100 * deflection, "%", samples=counted),
+                Cell(deflection, "%", samples=counted),
             )
             rows.append(
                 Row(

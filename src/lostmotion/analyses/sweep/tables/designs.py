@@ -6,17 +6,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import rp_name
+from lostmotion.printed import stated_text
 from lostmotion.reporting.provenance import bounded_cards, sign_of
-from lostmotion.reporting.sheet import (
-    Card,
-    Figure,
-    Row,
-    Section,
-    as_stated,
-    in_words,
-    length,
-    several,
-)
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, in_words, length, several
 from lostmotion.runs.design_names import design_name
 
 if TYPE_CHECKING:
@@ -30,7 +22,7 @@ if TYPE_CHECKING:
 LEVEL: Final = 0.95
 
 
-def as_length(estimate: Estimate, samples: str) -> Figure:
+def as_length(estimate: Estimate, samples: str) -> Cell:
     """Return an estimate (m) in the unit that suits its size."""
     return length(estimate.value, estimate.low, estimate.high, samples)
 
@@ -42,7 +34,7 @@ def known_of(each: Outcome) -> States:
     return replace(each.known, limits=each.limits)
 
 
-def as_error(each: Outcome, estimate: Estimate, samples: str) -> Figure:
+def as_error(each: Outcome, estimate: Estimate, samples: str) -> Cell:
     """Return an error of a design, as a lower bound where kinds of error are missing."""
     return replace(as_length(estimate, samples), bound=sign_of(known_of(each)))
 
@@ -63,7 +55,7 @@ def masses(order: Order, chosen: Sequence[Outcome]) -> Section:
             else (
                 in_words("not stated")
                 if each.price is None
-                else Figure(each.price, "1", stated=True),
+                else Cell(each.price, "1", stated=True),
             )
         )
         notes = (
@@ -79,7 +71,7 @@ def masses(order: Order, chosen: Sequence[Outcome]) -> Section:
         rows.append(
             Row(
                 design_name(order.axes, each.design),
-                (Figure(each.mass, "kg"), *price),
+                (Cell(each.mass, "kg"), *price),
                 "; ".join(notes),
             )
         )
@@ -115,7 +107,7 @@ def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[
         lightest = min(ranked, key=lambda each: each.mass)
         yield Card(
             "mass, lightest design",
-            str(Figure(lightest.mass, "kg")),
+            str(Cell(lightest.mass, "kg")),
             design_name(order.axes, lightest.design),
         )
     prices = {
@@ -126,7 +118,9 @@ def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[
     if len(set(prices.values())) > 1:
         cheapest = min(prices, key=lambda design: prices[design])
         yield Card(
-            "price, cheapest design", as_stated(prices[cheapest]), design_name(order.axes, cheapest)
+            "price, cheapest design",
+            stated_text(prices[cheapest]),
+            design_name(order.axes, cheapest),
         )
 
 

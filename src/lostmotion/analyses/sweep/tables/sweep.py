@@ -37,7 +37,7 @@ from lostmotion.reporting.provenance import (
     sign_of,
     upper_limit_sentences,
 )
-from lostmotion.reporting.sheet import Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import overload_warnings
 from lostmotion.runs.design_names import design_name, short_labels
 
@@ -274,7 +274,7 @@ def _parts(order: Order, chosen: Sequence[Outcome]) -> Section:
             break
         rest = sum(share for name, share in of.items() if name not in shown)
         figures = (
-            Figure(100 * share, "%", samples=exact)
+            Cell(share, "%", samples=exact)
             for share in (*(of.get(name, 0.0) for name in shown), rest)
         )
         largest = max(of, key=lambda name: of[name])
@@ -302,9 +302,7 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
                     exact,
                 ),
                 *(
-                    Figure(
-                        100 * float(level) / each.rms**2 if each.rms else 0.0, "%", samples=exact
-                    )
+                    Cell(float(level) / each.rms**2 if each.rms else 0.0, "%", samples=exact)
                     for level in each.levels
                 ),
             ),
@@ -367,14 +365,14 @@ def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
     each = max(chosen, key=lambda each: share_neglected(each.check, each.quantiles[LEVEL].value))
     counted = several(each.check.samples, "sample")
     error = each.quantiles[LEVEL].value
-    share, warn = 100 * share_neglected(each.check, error), judged(each.check, error)
+    share, warn = share_neglected(each.check, error), judged(each.check, error)
     rows = (
         Row(
             "largest difference",
             (length(each.check.largest, samples=counted),),
             design_name(order.axes, each.design) if order.axes else "",
         ),
-        Row("largest, of the 95th percentile", (Figure(share, "%", samples=counted),), warn),
+        Row("largest, of the 95th percentile", (Cell(share, "%", samples=counted),), warn),
     )
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 

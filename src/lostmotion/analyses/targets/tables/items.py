@@ -19,7 +19,7 @@ from lostmotion.analyses.targets.tables.sizes import (
 )
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.layout import key_of
-from lostmotion.reporting.sheet import Figure, Row, Section, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -53,7 +53,7 @@ def ordered(allowances: Iterable[Allowance]) -> list[Allowance]:
     )
 
 
-def figure_of(estimate: Estimate, samples: str = "") -> Figure:
+def figure_of(estimate: Estimate, samples: str = "") -> Cell:
     """Return a length with its interval."""
     return length(estimate.value, estimate.low, estimate.high, samples)
 
@@ -109,7 +109,7 @@ def _allowance_section(
     rows = []
     for each in ordered(allowances):
         verified = (
-            Figure(math.nan, "mm")
+            Cell(math.nan, "mm")
             if each.verified is None
             else figure_of(each.verified, verification_samples(result))
         )
@@ -121,7 +121,7 @@ def _allowance_section(
     return [Section(key, title, ("allowed", "verified"), tuple(rows), note)] if rows else []
 
 
-def _row(item: Item, figures: tuple[Figure, ...], note: str = "") -> Row:
+def _row(item: Item, figures: tuple[Cell, ...], note: str = "") -> Row:
     """Return the row of an item, under the full name of its part in result.json."""
     return Row(short_name(item.name), figures, note, key_of(item.name))
 
@@ -164,7 +164,7 @@ def _out_of_reach(result: Targets) -> list[Section]:
         figures = (
             stated_size(each.item),
             figure_of(each.without, solver_samples(result)),
-            Figure(100 * each.share, "%", samples=_exact(result)),
+            Cell(each.share, "%", samples=_exact(result)),
         )
         rows.append(_row(each.item, figures))
     note = (
@@ -200,7 +200,7 @@ def _any(result: Targets) -> list[Section]:
         rows.append(
             Row(
                 f"{kind} {cause}",
-                (Figure(100 * sum(each.share for each in members), "%", samples=_exact(result)),),
+                (Cell(sum(each.share for each in members), "%", samples=_exact(result)),),
                 names,
             )
         )
@@ -227,7 +227,7 @@ def _usual(result: Targets) -> list[Section]:
     rows = []
     for (kind, cause, _), members in groups.items():
         names = ", ".join(_where(each.item) for each in members) if cause else "all of them"
-        share = Figure(100 * sum(each.share for each in members), "%", samples=_exact(result))
+        share = Cell(sum(each.share for each in members), "%", samples=_exact(result))
         rows.append(Row(f"{kind} {cause}".strip(), (usual_limit(members[0].item), share), names))
     note = "all other items unchanged, the target is met even at the largest usual size"
     return (
@@ -262,7 +262,7 @@ def _allocations(result: Targets) -> list[Section]:
                 stated_size(item),
                 size_at(item, exactly(float(factor.factors[k]))),
                 _of_equal_effect(item, k, effect),
-                Figure(100 * shares[item.name], "%", samples=_exact(result)),
+                Cell(shares[item.name], "%", samples=_exact(result)),
             )
             rows.append(
                 _row(
@@ -286,9 +286,9 @@ def _allocations(result: Targets) -> list[Section]:
     ]
 
 
-def _of_equal_effect(item: Item, k: int, effect: Allocation | None) -> Figure:
+def _of_equal_effect(item: Item, k: int, effect: Allocation | None) -> Cell:
     if effect is None:
-        return Figure(math.nan, "1")
+        return Cell(math.nan, "1")
     size = size_at(item, exactly(float(effect.factors[k])))
     return replace(size, value=math.nan, words=_NOT_LIMITING) if effect.not_limiting[k] else size
 

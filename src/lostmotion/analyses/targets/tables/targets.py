@@ -37,7 +37,7 @@ from lostmotion.reporting.provenance import (
     repeats_bounded,
     share_within_bounded,
 )
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ def _whole(result: Targets, known: States) -> Section:
     return Section("target", "Target", ("value",), tuple(rows))
 
 
-def _target(result: Targets) -> Figure:
+def _target(result: Targets) -> Cell:
     return length(result.target, stated=True)
 
 
@@ -231,10 +231,9 @@ def _verdict(result: Targets, known: States) -> str:
     return " ".join([text, *caveats(known)])
 
 
-def _allowed(each: Allowance) -> Figure:
+def _allowed(each: Allowance) -> Cell:
     """Return the allowed size without its interval."""
-    figure = size_at(each.item, each.factor)
-    return Figure(figure.value, figure.unit)
+    return size_at(each.item, each.factor).alone
 
 
 def _cards(result: Targets, known: States) -> list[Card]:

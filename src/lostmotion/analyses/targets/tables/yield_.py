@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.reporting.sheet import Figure, Row, Section, several
+from lostmotion.reporting.sheet import Cell, Row, Section, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,7 +27,7 @@ CRITERION_LABELS: Final[dict[Criterion, str]] = {
 _WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
 
 
-def yield_section(result: Targets, target: Figure) -> Section:
+def yield_section(result: Targets, target: Cell) -> Section:
     """Return the yield of the arm as stated, and the number of robots for narrower intervals."""
     first = result.yields[0]
     at = f"at a yield of {yield_figure(first)}"
@@ -35,7 +35,7 @@ def yield_section(result: Targets, target: Figure) -> Section:
     rows += [
         Row(
             f"robots for an interval {100 * width:g} % wide",
-            (Figure(first.robots_for(width), "1"),),
+            (Cell(first.robots_for(width), "1"),),
             at,
         )
         for width in _WIDTHS
@@ -47,7 +47,7 @@ def yield_section(result: Targets, target: Figure) -> Section:
     return Section("yield", f"Yield: robots that meet {target}", ("value",), tuple(rows), note)
 
 
-def allocated_section(result: Targets, target: Figure) -> list[Section]:
+def allocated_section(result: Targets, target: Cell) -> list[Section]:
     """Return the yield with the allocated sizes; no section where no allocation exists."""
     rows = [
         row
@@ -80,14 +80,14 @@ def allocated(result: Targets) -> list[tuple[str, Allocation]]:
     return [(name, allocation) for name, allocation in both if allocation is not None]
 
 
-def yield_figure(one: Yield) -> Figure:
+def yield_figure(one: Yield) -> Cell:
     """Return the share of robots that meet the target."""
     low, high = one.interval
     counted = (
         f"{several(one.robots, 'robot')} x {several(one.visits, 'visit')} x "
         f"{several(one.poses, 'pose')}"
     )
-    return Figure(100 * one.share, "%", 100 * low, 100 * high, counted)
+    return Cell(one.share, "%", low, high, counted)
 
 
 def yield_facts(yields: Iterable[Yield]) -> list[dict[str, Any]]:

@@ -41,7 +41,7 @@ from lostmotion.reporting.provenance import (
     provenance_sections,
     share_within_bounded,
 )
-from lostmotion.reporting.sheet import Card, Figure, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ def _verdict(found: WorkspaceMap, known: States) -> str:
     return " ".join([text, *caveats(known)])
 
 
-def _over_shown(found: WorkspaceMap, what: Callable[[Floats], float]) -> Figure:
+def _over_shown(found: WorkspaceMap, what: Callable[[Floats], float]) -> Cell:
     return figure_over_cells(found, QUANTILE, CONFIGURATIONS.index(found.by), what)
 
 
@@ -216,7 +216,7 @@ def _map(found: WorkspaceMap) -> Section:
         # one configuration, or all have the same error
         if np.allclose(every, every[1], rtol=SAME, atol=0):
             uniform.append(name)
-        cells: dict[str, list[Figure]] = {
+        cells: dict[str, list[Cell]] = {
             "most accurate cell": [],
             "median cell": [],
             "least accurate cell": [],
@@ -238,7 +238,7 @@ def _map(found: WorkspaceMap) -> Section:
         rows += [Row(f"{name}, {cell}", tuple(figures)) for cell, figures in cells.items()]
     columns: tuple[str, ...] = CONFIGURATIONS
     if len(uniform) == len(measures):
-        columns, rows = ("value",), [Row(row.label, row.figures[1:2]) for row in rows]
+        columns, rows = ("value",), [Row(row.label, row.cells[1:2]) for row in rows]
     note = (
         f"cells of {edge_label(found)} "
         f"reached{' at their centre' * bool(found.reached.centre.any())}, "
@@ -340,7 +340,7 @@ def _budget(found: WorkspaceMap) -> Section | None:
     ]
     for cost in first.costs:
         figures = tuple(
-            Figure(100 * of.get(cost.part, 0.0), "%", samples=text)
+            Cell(of.get(cost.part, 0.0), "%", samples=text)
             for of, text in zip(shares, samples, strict=True)
         )
         rows.append(Row(short_name(cost.part), figures))
@@ -364,19 +364,19 @@ def _reach(found: WorkspaceMap) -> Section:
     rim = int(((reached.counts > 0) & ~reached.centre).sum())
     size = found.size
     rows = [
-        Row("cells reached", (Figure(len(counts), "1"),), f"edge {edge_label(found)}"),
-        Row("partly reached cells", (Figure(rim, "1"),), "centre out of reach"),
+        Row("cells reached", (Cell(len(counts), "1"),), f"edge {edge_label(found)}"),
+        Row("partly reached cells", (Cell(rim, "1"),), "centre out of reach"),
         Row(
             {3: "volume", 2: "area", 1: "length"}[max(reached.grid.dimensions, 1)],
-            (Figure(size.value, size_unit(found), size.low, size.high, _points_label(found)),)
+            (Cell(size.value, size_unit(found), size.low, size.high, _points_label(found)),)
             if size.value
-            else (Figure(0.0, size_unit(found)),),
+            else (Cell(0.0, size_unit(found)),),
             _points_label(found) if size.value else "the workspace is a surface on this grid",
         ),
-        Row("poses sampled", (Figure(reached.sampled, "1"),), "Sobol sequences"),
+        Row("poses sampled", (Cell(reached.sampled, "1"),), "Sobol sequences"),
         Row(
             "poses by inverse kinematics",
-            (Figure(int(reached.brought.sum()), "1"),),
+            (Cell(int(reached.brought.sum()), "1"),),
             "from neighbouring cells",
         ),
         Row(
@@ -386,17 +386,17 @@ def _reach(found: WorkspaceMap) -> Section:
         ),
         Row(
             "cells with fewer than requested",
-            (Figure(int((counts < found.per_cell).sum()), "1"),),
+            (Cell(int((counts < found.per_cell).sum()), "1"),),
             f"least {int(counts.min())} of {found.per_cell}",
         ),
         Row(
             "poses with valid figures",
-            (Figure(100 * float(errors.valid.mean()), "%", samples=poses),),
+            (Cell(float(errors.valid.mean()), "%", samples=poses),),
             "uncertainty below 5 %; others count only in cells without",
         ),
         Row(
             "cells without a valid figure",
-            (Figure(int(found.uncertain.sum()), "1"),),
+            (Cell(int(found.uncertain.sum()), "1"),),
             "a few two-valued errors dominate: see the intervals",
         ),
     ]

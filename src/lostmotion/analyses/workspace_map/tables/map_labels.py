@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
 from lostmotion.analyses.workspace_map.validation_points import of_count
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.reporting.sheet import Figure, length
+from lostmotion.reporting.sheet import Cell, length
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -81,9 +81,9 @@ def configurations_label(found: WorkspaceMap) -> str:
     )
 
 
-def median_count(value: float, samples: str = "") -> Figure:
+def median_count(value: float, samples: str = "") -> Cell:
     """Return a median of counts, which may be half an integer."""
-    return Figure(int(value) if value.is_integer() else value, "1", samples=samples)
+    return Cell(int(value) if value.is_integer() else value, "1", samples=samples)
 
 
 def size_unit(found: WorkspaceMap) -> str:
@@ -93,12 +93,12 @@ def size_unit(found: WorkspaceMap) -> str:
 
 def figure_over_cells(
     found: WorkspaceMap, measure: int, column: int, what: Callable[[Floats], float]
-) -> Figure:
+) -> Cell:
     """Return the minimum, median or maximum of a figure over the cells."""
     return length(float(what(found.figures[measure, column][counted_cells(found)])))
 
 
-def share_within(found: WorkspaceMap, error: float) -> tuple[Figure, Figure]:
+def share_within(found: WorkspaceMap, error: float) -> tuple[Cell, Cell]:
     """Return the share of the workspace within an error (m), %, and its size."""
     error *= 1 + SAME
     validation, column = found.validation, CONFIGURATIONS.index(found.by)
@@ -122,6 +122,6 @@ def share_within(found: WorkspaceMap, error: float) -> tuple[Figure, Figure]:
         )
         samples = f"{int(cells.sum())} cells, {configurations_label(found)}"
     return (
-        Figure(100 * share.value, "%", 100 * share.low, 100 * share.high, samples),
-        Figure(size.value, size_unit(found), size.low, size.high, samples),
+        Cell(share.value, "%", share.low, share.high, samples),
+        Cell(size.value, size_unit(found), size.low, size.high, samples),
     )
