@@ -29,9 +29,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import xarray
 
+from lostmotion.printed import factor_of, si_of
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+_LAYOUT_IN_SI: Final = 4
 ROOT: Final = Path(__file__).parents[1]
 EXAMPLES: Final = ROOT / "examples"
 ARMS: Final = ("z-arm.toml", "ur5e.urdf", "arm-from-drawings.toml", "paper/z-arm-lumped.toml")
@@ -221,6 +224,30 @@ def comparison(question: str, before: dict[str, Any], after: dict[str, Any]) -> 
     return out
 
 
+def in_si(result: dict[str, Any]) -> dict[str, Any]:
+    """Return a result with the numbers of its tables in SI, in which layouts before the fourth were
+    not.
+    """
+    if result.get("layout", 1) >= _LAYOUT_IN_SI:
+        return result
+    for figure in (
+        figure
+        for section in result["sections"]
+        for row in section["rows"]
+        for figure in row["figures"]
+    ):
+        by = factor_of(figure["unit"] or "1")
+        figure["unit"] = si_of(figure["unit"] or "1")
+        figure["value"] = _divided(figure["value"], by)
+        if figure["interval"] is not None:
+            figure["interval"] = [_divided(end, by) for end in figure["interval"]]
+    return result
+
+
+def _divided(value: float | str | None, by: float) -> float | str | None:
+    return value / by if isinstance(value, float) and by != 1 else value
+
+
 def _pairs(
     out: Comparison, place: str, before: list[Any], after: list[Any], name: str
 ) -> list[tuple[Any, Any]]:
@@ -330,7 +357,8 @@ def _compared(before: Path, after: Path) -> tuple[list[str], int]:
             found += 1
             continue
         differs = comparison(
-            path.stem, *(json.loads(each.read_text(encoding="utf-8")) for each in (path, other))
+            path.stem,
+            *(in_si(json.loads(each.read_text(encoding="utf-8"))) for each in (path, other)),
         )
         arrays = [folder / f"{path.stem}.out" / "arrays.nc" for folder in (before, after)]
         differs.moves += (

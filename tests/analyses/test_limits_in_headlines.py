@@ -193,7 +193,7 @@ def test_a_sweep_compares_masses_and_says_what_it_does_not_count(tmp_path):
         path, poses=16, robots=8, visits=4, out=tmp_path / "out", workers=1
     ).sheet
     (masses,) = (section for section in sheet.sections if section.key == "masses")
-    assert [row.cells[0].value for row in masses.rows] == pytest.approx([3 * 3 + 6, 2 * 3 + 6])
+    assert [row.cells[0].as_shown for row in masses.rows] == pytest.approx([3 * 3 + 6, 2 * 3 + 6])
     assert [row.note for row in masses.rows] == ["", "mass of Y-10 not stated: counted as zero"]
     assert sheet.notes[0].startswith("not counted: motion")
     assert "mass of Y-10 (not stated: counted as zero)" in sheet.notes[0]

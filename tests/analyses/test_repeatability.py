@@ -183,7 +183,7 @@ def test_an_approach_without_scatter_has_no_bars():
         Arm.model_validate({"name": "play", "joints": [joint]}), 16, robots=8, visits=4
     ).sheet
     section = next(each for each in sheet.sections if each.key == "rp_made_of")
-    assert [str(figure) for figure in section.rows[0].figures] == ["not predicted", "100 %"]
+    assert [str(figure) for figure in section.rows[0].cells] == ["not predicted", "100 %"]
     assert [block.title.partition(":")[0] for block in section.bars] == ["RP, any approach"]
 
 

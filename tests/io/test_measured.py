@@ -390,8 +390,8 @@ def test_ends_of_a_path_may_be_known_from_commands_alone(tmp_path):
     ).loads[0]
     assert found.poses == ()
     assert found.paths[0].name == "E1-E2"
-    assert found.paths[0].cells[0] == pytest.approx(2e-3)
-    assert found.paths[0].cells[1] == pytest.approx((2 / 3 + 3 * np.sqrt(1 / 3)) * 1e-3)
+    assert found.paths[0].figures[0] == pytest.approx(2e-3)
+    assert found.paths[0].figures[1] == pytest.approx((2 / 3 + 3 * np.sqrt(1 / 3)) * 1e-3)
 
 
 COMMAS = "pose;cycle;x [mm];y [mm];z [mm];xc [mm];yc [mm];zc [mm]\n"

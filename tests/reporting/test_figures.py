@@ -7,11 +7,18 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lostmotion.printed import digits
+from lostmotion.printed import digits, factor_of
 from lostmotion.reporting.sheet import Cell, length
 
 SIZES = st.floats(-1e6, 1e6).filter(lambda value: value == 0 or abs(value) > 1e-5)
 WIDTHS = st.floats(1e-6, 1e5)
+
+
+def shown(value, unit, low=math.nan, high=math.nan, **more):
+    """Return a cell with this number in the unit in which it is shown."""
+    by = factor_of(unit)
+    si = value if isinstance(value, int | np.integer) and by == 1 else value / by
+    return Cell(si, unit, low / by, high / by, **more)
 
 
 def significant(text: str) -> int:
@@ -35,14 +42,14 @@ def test_without_an_interval_at_most_three_digits_are_printed(value, unit):
     """A number that nobody knows the uncertainty of is printed to half a per cent of itself, and no
     finer.
     """
-    text = str(Cell(value, unit)).split()[0]
+    text = str(shown(value, unit)).split()[0]
     assert significant(text) <= 3
     if text[0] in "<>":
         return
     assert abs(float(text) - value) <= max(
         0.005 * abs(value), 0.005 if unit == "%" else 0.0, 1e-7
     ) * (1 + 1e-9)
-    assert unit == "%" or digits(value) == text
+    assert unit == "%" or digits(shown(value, unit).as_shown) == text
 
 
 @given(value=SIZES, below=WIDTHS, above=WIDTHS)
@@ -51,7 +58,7 @@ def test_no_digit_is_finer_than_its_interval(value, below, above):
     value lies between the printed ends.
     """
     low, high = value - below, value + above
-    figure = Cell(value, "mm", low, high)
+    figure = shown(value, "mm", low, high)
     text = str(figure).split()[0]
     ends = figure.between.split(" … ")
     largest = max(abs(each) for each in (value, low, high))
@@ -71,7 +78,7 @@ def test_digits_of_single_figures():
     too; counts and what was stated are not.
     """
     assert [
-        str(Cell(*each))
+        str(shown(*each))
         for each in (
             (0.59312, "mm", 0.588, 0.603),
             (20.17, "µm", 17.0, 25.7),
@@ -82,14 +89,14 @@ def test_digits_of_single_figures():
         "20.2 µm",
         "1.235 mm",
     ]
-    assert Cell(20.17, "µm", 13.6, 25.7).between == "14 … 26"
-    assert Cell(20.17, "µm", 13.6, math.nan).between == "13.6 … ?"
+    assert shown(20.17, "µm", 13.6, 25.7).between == "14 … 26"
+    assert shown(20.17, "µm", 13.6, math.nan).between == "13.6 … ?"
     assert (
-        f"{Cell(1.5412, 'mm', 1.4738, math.nan)} {Cell(1.5412, 'mm', 1.4738, math.inf).between}"
+        f"{shown(1.5412, 'mm', 1.4738, math.nan)} {shown(1.5412, 'mm', 1.4738, math.inf).between}"
         == "1.54 mm 1.47 … ?"
     )
     assert [
-        str(Cell(value, "N")) for value in (12345.0, 999.6, 0.09996, 12345, np.int64(12345))
+        str(shown(value, "N")) for value in (12345.0, 999.6, 0.09996, 12345, np.int64(12345))
     ] == [
         "12300 N",
         "1000 N",
@@ -97,10 +104,10 @@ def test_digits_of_single_figures():
         "12345 N",
         "12345 N",
     ]
-    assert str(Cell(12345.0, "mm", stated=True)) == "12345 mm"
-    assert str(Cell(12345.0, "mm", 11000.0, 14000.0)) == "12300 mm"
+    assert str(shown(12345.0, "mm", stated=True)) == "12345 mm"
+    assert str(shown(12345.0, "mm", 11000.0, 14000.0)) == "12300 mm"
     assert str(length(1.2345)) == "1.23 m"
-    assert [str(Cell(math.nan, "mm")), str(Cell(math.inf, "%", 1.0, math.inf))] == [
+    assert [str(shown(math.nan, "mm")), str(shown(math.inf, "%", 1.0, math.inf))] == [
         "not known",
         "unbounded",
     ]
@@ -111,7 +118,7 @@ def test_a_share_is_neither_all_nor_nothing_by_rounding():
     other figure.
     """
     assert [
-        str(Cell(value, "%")) for value in (99.97, 100.0, 0.0, 0.004, 27.37, 0.1234, 123.4)
+        str(shown(value, "%")) for value in (99.97, 100.0, 0.0, 0.004, 27.37, 0.1234, 123.4)
     ] == [
         ">99.9 %",
         "100 %",
@@ -122,10 +129,10 @@ def test_a_share_is_neither_all_nor_nothing_by_rounding():
         "123 %",
     ]
     # All shares together miss 100 by the last bits of their sum.
-    assert [str(Cell(value, "%")) for value in (99.99999999999999, 100.00000000000001, 1e-14)] == [
+    assert [str(shown(value, "%")) for value in (99.99999999999999, 100.00000000000001, 1e-14)] == [
         "100 %",
         "100 %",
         "0 %",
     ]
-    assert str(Cell(99.97, "%", 99.91, 99.99)) == "99.97 %"
-    assert str(Cell(93.421, "%", 92.0, 95.0)) == "93.4 %"
+    assert str(shown(99.97, "%", 99.91, 99.99)) == "99.97 %"
+    assert str(shown(93.421, "%", 92.0, 95.0)) == "93.4 %"

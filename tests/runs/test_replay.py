@@ -12,7 +12,7 @@ from rich.console import Console
 import lostmotion
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import PER_METRE, find_row, length
+from lostmotion.reporting.sheet import find_row, length
 from lostmotion.runs.blocks import COLUMNS
 from tests.runs.conftest import ARM, SWEEP
 from tests.runs.conftest import lostmotion as ran
@@ -99,9 +99,9 @@ def test_the_sheet_compares_stored_and_replayed_error(run):
     sheet = lostmotion.replay(run.store.folder)[0].sheet
     assert find_row(sheet.sections, "length", "block recomputed").note == "identical"
     stored = find_row(sheet.sections, "length", "stored").cells[0]
-    assert stored.value / PER_METRE[stored.unit] == pytest.approx(sheet.facts["error_m"])
+    assert stored.value == pytest.approx(sheet.facts["error_m"])
     assert sum(
-        row.cells[2].value
+        row.cells[2].as_shown
         for section in sheet.sections
         if section.key.startswith("terms_")
         for row in section.rows
@@ -142,7 +142,7 @@ def test_the_terms_fit_a_terminal(run):
     moves = next(section for section in each.sheet.sections if section.key == "moves")
     assert moves.columns == ("X", "Y", "Z")
     for k in range(3):
-        assert sum(row.cells[k].value for row in moves.rows) == pytest.approx(
+        assert sum(row.cells[k].as_shown for row in moves.rows) == pytest.approx(
             1e6 * each.error[k], rel=0.02, abs=1
         )
 

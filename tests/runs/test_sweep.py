@@ -267,9 +267,8 @@ def test_outcomes_are_those_of_the_study_of_each_design(swept):
         }
         found = (outcome.mean, outcome.quantiles[0.95], outcome.ap[1], outcome.rp[1])
         for figure, estimate in zip(of_study.values(), found, strict=True):
-            factor = {"µm": 1e6, "mm": 1e3}[figure.unit]
-            assert estimate.value * factor == pytest.approx(figure.value, rel=1e-9)
-            assert estimate.low * factor == pytest.approx(figure.low, rel=1e-6)
+            assert estimate.value == pytest.approx(figure.value, rel=1e-9)
+            assert estimate.low == pytest.approx(figure.low, rel=1e-6)
 
 
 def test_more_play_is_less_repeatable(swept):
@@ -572,11 +571,11 @@ def test_the_sheet_names_the_largest_contributors_and_remedies(swept):
     parts = sections["parts"]
     assert parts.columns[-1] == "all others"
     for row, outcome in zip(parts.rows, swept.outcomes, strict=True):
-        shares = {cost.part.removeprefix("joints."): 100 * cost.share for cost in outcome.costs}
+        shares = {cost.part.removeprefix("joints."): cost.share for cost in outcome.costs}
         assert [figure.value for figure in row.cells[:-1]] == [
             shares[name] for name in parts.columns[:-1]
         ]
-        assert sum(figure.value for figure in row.cells) == pytest.approx(100)
+        assert sum(figure.value for figure in row.cells) == pytest.approx(1)
     note = sections["levels"].note
     assert all(remedy in note for remedy in REMEDIES)
     assert "constant" in note

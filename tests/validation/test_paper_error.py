@@ -65,7 +65,7 @@ def draws():
 def _figures(study):
     section = next(s for s in study.result()["sections"] if s["key"] == "error")
     values = {row["label"]: row["figures"][0] for row in section["rows"]}
-    return values["mean"]["value"] * 1e-3, values["95th percentile"]["value"] * 1e-3
+    return values["mean"]["value"], values["95th percentile"]["value"]
 
 
 def _study(arm, q):

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from lostmotion.printed import factor_of
+from lostmotion.printed import factor_of, stated_text
 from lostmotion.reporting.chart_settings import SMALL, settings
 from lostmotion.reporting.palette import CLASSES, LIGHT
-from lostmotion.reporting.sheet import Cell, length
+from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -414,7 +414,7 @@ def contour(
         [],
         color=LIGHT["ink"],
         linewidth=1.2,
-        label=f"{name} {Cell(level, unit, stated=True)}",
+        label=f"{name} {stated_text(level)} {unit}",
     )
 
 

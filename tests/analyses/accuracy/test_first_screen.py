@@ -29,9 +29,9 @@ def test_bars_show_the_figures_of_the_tables(z_arm_study):
     blame, remedies = sheet.bars
     for bar in blame.bars[:-1]:
         row = find_row(sheet.sections, "budget", bar.label)
-        assert bar.figure.value == row.cells[1].value == pytest.approx(100 * bar.size)
+        assert bar.figure.value == row.cells[1].as_shown == pytest.approx(100 * bar.size)
         assert bar.effect.value * {"mm": 1e3, "µm": 1}[bar.effect.unit] == pytest.approx(
-            row.cells[2].value
+            row.cells[2].as_shown
         )
         assert sum(bar.parts) == pytest.approx(bar.size)
     assert sum(bar.size for bar in blame.bars) == pytest.approx(1)
@@ -53,7 +53,7 @@ def test_without_sampling_bars_show_root_mean_squares():
     assert [bars.key for bars in found.bars] == ["budget", "remedies"]
     row = find_row(found.sections, "levels", "left after compensation of load and pose")
     (compensated,) = [bar for bar in found.bars[1].bars if bar.label == "load compensated"]
-    assert compensated.figure.value == pytest.approx(row.cells[0].value)
+    assert compensated.figure.value == pytest.approx(row.cells[0].as_shown)
 
 
 def test_a_part_that_cancels_others_has_a_bar_to_the_left():

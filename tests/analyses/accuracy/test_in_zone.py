@@ -259,11 +259,11 @@ def test_a_study_says_what_was_found_in_its_zones(study):
     assert {f"zone_{k}{suffix}" for k in (1, 2) for suffix in suffixes} <= set(sections)
     assert {"budget_at_1", "budget_at_2"} <= set(sections)
     rows = {row.label: row for row in sections["zone_1"].rows}
-    assert [figure.value for figure in rows["poses"].figures] == [64, 64]
+    assert [figure.value for figure in rows["poses"].cells] == [64, 64]
     whole = {row.label: row.cells[0] for row in sections["error"].rows}
     for label, row in rows.items():
         if label != "poses":
-            assert row.cells[1].value == whole[label].value
+            assert row.cells[1].as_shown == whole[label].value
     inside = pooled_quantile(by_ends.sampled.group_hist, by_ends.sampled.replicate_hist, 0.95)
     figure = rows["95th percentile"].cells[0]
     assert (figure.value, figure.low, figure.high) == pytest.approx(

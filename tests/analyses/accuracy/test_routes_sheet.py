@@ -26,7 +26,7 @@ def test_every_figure_over_all_poses_is_compared(z_arm_study):
         "99.7th percentile",
         "standard deviation",
     ]
-    assert all(row.cells[1].value < 1 for row in whole.rows)
+    assert all(row.cells[1].as_shown < 1 for row in whole.rows)
     assert all(row.note == "" for row in whole.rows)
 
 
@@ -45,7 +45,7 @@ def test_a_wrong_quantile_over_all_poses_is_seen(z_arm_study, at):
     assert [row.note for row in whole.rows] == [
         "beyond the interval" if k == at + 1 else "" for k in range(6)
     ]
-    assert whole.rows[at + 1].cells[1].value > 1
+    assert whole.rows[at + 1].cells[1].as_shown > 1
 
 
 def test_the_reason_for_no_comparison_is_stated(z_arm_study):
@@ -88,7 +88,7 @@ def test_a_target_says_each_factor_of_what():
         assert "x the error" not in row.note
         assert "100.00 %" not in row.note
     assert sections["together"].columns[-1] == "share"
-    shares = [row.cells[-1].value for row in sections["together"].rows]
+    shares = [row.cells[-1].as_shown for row in sections["together"].rows]
     assert shares == sorted(shares, reverse=True)
 
 
@@ -163,4 +163,4 @@ def test_without_sampling_the_effect_of_halving_is_reported(z_arm_study):
         here, there = summed.halving.gains[part], z_arm_study.halving.gains[part]
         assert here.low <= there.high
         assert there.low <= here.high
-    assert all(np.isfinite(row.cells[0].value) and row.cells[0].interval for row in section.rows)
+    assert all(np.isfinite(row.cells[0].as_shown) and row.cells[0].interval for row in section.rows)

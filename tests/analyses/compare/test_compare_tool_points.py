@@ -103,7 +103,7 @@ def test_every_surface_states_the_distance(found):
     assert "their commanded tool points are 2.30 mm apart at every pose" in sheet.verdict
     assert "largest 2.30 mm at A " in dict(sheet.brief)["Tool points"]
     (table,) = (each for each in sheet.sections if each.key == "tool_points")
-    assert [row.cells[0].value for row in table.rows[:3]] == pytest.approx([2.3] * 3, rel=1e-9)
+    assert [row.cells[0].as_shown for row in table.rows[:3]] == pytest.approx([2.3] * 3, rel=1e-9)
     assert any(plot.section == "tool_points" for plot in found.plots)
     (facts,) = json.loads(json.dumps(found.result()))["commanded_tool_points"]
     assert facts["largest_m"] == pytest.approx(2.3e-3)

@@ -91,10 +91,10 @@ def test_friction_without_load_is_the_backdriving_torque():
     assumed.
     """
     found = gear(printed(None, friction_torque=LoadFriction.of_load(0.3)), gearboxes=8)
-    assert find_row(gearbox_sheet("", found).sections, "backdriving", "backdriving torque").figures[
+    assert find_row(gearbox_sheet("", found).sections, "backdriving", "backdriving torque").cells[
         0
     ].value == pytest.approx(0.3)
-    assert find_row(gearbox_sheet("", found).sections, "friction", "at 0.4 N m").figures[
+    assert find_row(gearbox_sheet("", found).sections, "friction", "at 0.4 N m").cells[
         2
     ].value == pytest.approx(25.0)
 

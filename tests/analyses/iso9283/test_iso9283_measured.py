@@ -339,8 +339,8 @@ def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
     for each, sheet in zip(measured, found.loads, strict=True):
         path = each.paths[0]
         assert path.shared
-        assert path.cells[0] == pytest.approx(sheet.path[0, 2], rel=1e-6)
-        assert path.cells[1] == pytest.approx(sheet.path[1, 2], rel=1e-6)
+        assert path.figures[0] == pytest.approx(sheet.path[0, 2], rel=1e-6)
+        assert path.figures[1] == pytest.approx(sheet.path[1, 2], rel=1e-6)
         accuracy, repeat = path.many[:2]
         assert accuracy.low <= sheet.path[0, 2] <= accuracy.high or sheet.path[
             0, 2

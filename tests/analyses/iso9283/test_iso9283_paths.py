@@ -132,8 +132,8 @@ def test_a_known_spread_is_mean_and_three_s():
     one, _ = across_two()
     away = np.array([1, 2, 3, 4, 5, -1, -2, -3, -4, -5]) * 1e-4
     found = path_of(readings(line() + away[:, None, None] * one))
-    assert found.cells[1] == pytest.approx((3 + 3 * math.sqrt(20 / 9)) * 1e-4, rel=1e-9)
-    assert found.cells[0] == pytest.approx(0, abs=1e-15)
+    assert found.figures[1] == pytest.approx((3 + 3 * math.sqrt(20 / 9)) * 1e-4, rel=1e-9)
+    assert found.figures[0] == pytest.approx(0, abs=1e-15)
     assert found.many[0].low == 0
 
 
@@ -145,7 +145,7 @@ def test_the_spread_of_many_cycles_tends_to_its_constant():
     rng = np.random.default_rng(2)
     shift = 1e-4 * (rng.normal(size=(1000, 1, 1)) * one + rng.normal(size=(1000, 1, 1)) * other)
     found = path_of(readings(line(1000, 5) + shift))
-    assert found.cells[1] == pytest.approx(3.21872e-4, rel=0.05)
+    assert found.figures[1] == pytest.approx(3.21872e-4, rel=0.05)
     assert found.many[1].low < 3.21872e-4 < found.many[1].high
 
 
@@ -214,8 +214,8 @@ def test_loops_by_the_definitions_say_the_same(seed, cycles, count):
     )
     found = path_of(readings(attained))
     accuracy, repeat = by_hand(attained, len(found.places))
-    assert found.cells[0] == pytest.approx(accuracy, rel=1e-9)
-    assert found.cells[1] == pytest.approx(repeat, rel=1e-9)
+    assert found.figures[0] == pytest.approx(accuracy, rel=1e-9)
+    assert found.figures[1] == pytest.approx(repeat, rel=1e-9)
 
 
 def test_a_turned_frame_changes_nothing():
@@ -234,7 +234,7 @@ def test_a_turned_frame_changes_nothing():
     )
     one, other = path_of(visits), path_of(moved)
     for k in range(2):
-        assert other.cells[k] == pytest.approx(one.cells[k], rel=1e-9)
+        assert other.figures[k] == pytest.approx(one.figures[k], rel=1e-9)
         assert other.worst[k] == pytest.approx(one.worst[k], rel=1e-9)
 
 
@@ -248,7 +248,7 @@ def test_the_order_within_noise_and_the_way_back():
     standing = np.concatenate(
         [rest + rng.normal(0, 1e-6, (10, 5, 1)) * along, line()[:, 1:]], axis=1
     )
-    assert path_of(readings(standing)).cells[0] == pytest.approx(0, abs=1e-12)
+    assert path_of(readings(standing)).figures[0] == pytest.approx(0, abs=1e-12)
     there_and_back = np.concatenate([line(), line()[:, ::-1]], axis=1)
     with pytest.raises(
         lostmotion.InputError, match=r"line 43(.|\n)*mm back along path P2-P4, in cycle 1"
@@ -604,7 +604,7 @@ def test_a_bend_between_readings_is_no_scatter():
         + (2e-3 * np.sin(2 * np.pi * share))[..., None] * one
     )
     found = path_of(readings(bent))
-    assert found.cells[0] == pytest.approx(2e-3, rel=0.05)
+    assert found.figures[0] == pytest.approx(2e-3, rel=0.05)
     assert np.median(found.profile[1]) < found.missed
 
 

@@ -101,7 +101,7 @@ def test_poses_in_a_file_of_commands_determine_the_cube(tmp_path, stated):
     file = rows_of(tmp_path, path=True, pose=False)
     found = lostmotion.iso9283(lostmotion.read(Z_ARM), file, robots=3, visits=2, commands=commands)
     assert found.predicted.cube.side == pytest.approx(0.5)
-    assert found.measured.loads[0].paths[0].cells[0] == pytest.approx(stated.paths[0].cells[0])
+    assert found.measured.loads[0].paths[0].figures[0] == pytest.approx(stated.paths[0].figures[0])
     assert "AT_p" in {each.name for each in found.compared}
 
 

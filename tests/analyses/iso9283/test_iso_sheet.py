@@ -49,15 +49,11 @@ def test_the_sheet_says_what_was_found(both):
     """
     sheet, found = both.sheet, both.predicted
     mean = find_row(sheet.sections, "ap100", "P4").cells[0]
-    assert mean.value * {"mm": 1e-3, "µm": 1e-6}[mean.unit] == pytest.approx(
-        found.loads[0].accuracy[3].mean()
-    )
+    assert mean.value == pytest.approx(found.loads[0].accuracy[3].mean())
     most = find_row(sheet.sections, "rp10", "worst").cells[1]
-    assert most.value * {"mm": 1e-3, "µm": 1e-6}[most.unit] == pytest.approx(
-        np.sort(found.loads[1].repeatability.max(axis=0))[56]
-    )
+    assert most.value == pytest.approx(np.sort(found.loads[1].repeatability.max(axis=0))[56])
     assert most.samples == "60 robots x 10 visits"
-    assert find_row(sheet.sections, "cube", "side").cells[0].value == pytest.approx(500)
+    assert find_row(sheet.sections, "cube", "side").cells[0].as_shown == pytest.approx(500)
     keys = [section.key for section in sheet.sections]
     assert keys[:4] == ["cube", "poses", "ap100", "ap10"]
     assert {
@@ -110,10 +106,10 @@ def test_a_measured_robot_alone():
     """Without an arm the sheet has the measured robot only, with commands and frames."""
     found = lostmotion.iso9283(measured=VISITS)
     assert found.predicted is None
-    assert find_row(found.sheet.sections, "measured-data", "visits").cells[0].value == 420
-    assert find_row(found.sheet.sections, "measured-poses", "P4").cells[0].value == pytest.approx(
-        0.717, abs=1e-3
-    )
+    assert find_row(found.sheet.sections, "measured-data", "visits").cells[0].as_shown == 420
+    assert find_row(found.sheet.sections, "measured-poses", "P4").cells[
+        0
+    ].as_shown == pytest.approx(0.717, abs=1e-3)
     assert [
         row.label
         for section in found.sheet.sections
@@ -206,27 +202,27 @@ def test_both_loads_and_the_path_are_on_the_sheet(loads):
     heavy, light = loads.measured.loads
     for load, each, key in (("100%", heavy, "compared"), ("10%", light, "compared-10")):
         row = find_row(sections, "measured-path", f"AT_p, P2-P4, {load}")
-        assert row.cells[0].value == pytest.approx(each.paths[0].cells[0] * 1e3)
+        assert row.cells[0].as_shown == pytest.approx(each.paths[0].figures[0] * 1e3)
         assert not row.cells[0].between
-        assert row.cells[1].low < row.cells[1].value < row.cells[1].high
+        assert row.cells[1].low < row.cells[1].as_shown < row.cells[1].high
         assert row.cells[0].samples == "10 cycles x 20 places"
-        assert row.cells[2].value == pytest.approx(each.paths[0].worst[0] * 1e3)
+        assert row.cells[2].as_shown == pytest.approx(each.paths[0].worst[0] * 1e3)
         assert find_row(sections, key, "AT_p, P2-P4").note == ""
-        assert find_row(sections, key, "RP_l, P3").cells[2].value == pytest.approx(
+        assert find_row(sections, key, "RP_l, P3").cells[2].as_shown == pytest.approx(
             each.poses[2].repeatability.value * 1e6
         )
-        assert find_row(sections, "measured-poses", f"P4, {load}").figures[
-            0
-        ].value == pytest.approx(each.poses[3].accuracy.value * 1e3)
+        assert find_row(sections, "measured-poses", f"P4, {load}").cells[0].value == pytest.approx(
+            each.poses[3].accuracy.value * 1e3
+        )
         assert find_row(sections, "path", f"AT_p, {load}").cells[0].low > 0
     assert {(each["figure"], each["load"]) for each in said["compared"]} >= {
         (name, load) for name in ("AT_p", "RT_p", "AP_p") for load in (1, 0.1)
     }
     assert said["measured"]["readings_along_paths"] == 400
     assert said["measured"]["loads"][1]["paths"][0]["RT_p"]["value"] == pytest.approx(
-        light.paths[0].cells[1]
+        light.paths[0].figures[1]
     )
-    assert find_row(sections, "measured-data", "rows at 10 % load").cells[0].value == 350
+    assert find_row(sections, "measured-data", "rows at 10 % load").cells[0].as_shown == 350
     keys = {section.key for section in sections}
     drawn = iso_plots(loads.predicted, loads.drift, loads.measured, list(loads.compared))
     assert {plot.section for plot in drawn} <= keys

@@ -185,11 +185,11 @@ def test_the_sheet_agrees_with_the_selected_arm(found):
     selection = Selection(**vars(found), notes=("a note",))
     sheet = selection.sheet
     gearbox = find_row(sheet.sections, "parts", "A gearbox")
-    assert gearbox.cells[0].value == 3.0
-    assert gearbox.cells[1].value == next(
+    assert gearbox.cells[0].as_shown == 3.0
+    assert gearbox.cells[1].as_shown == next(
         each.selected.mass for each in found.parts if each.slot.label == "A gearbox"
     )
-    assert find_row(sheet.sections, "error", "selected parts").cells[0].value == pytest.approx(
+    assert find_row(sheet.sections, "error", "selected parts").cells[0].as_shown == pytest.approx(
         found.error.value * 1e3
     )
     assert find_row(sheet.sections, "trade", "1.1 mm").note == "stated target"

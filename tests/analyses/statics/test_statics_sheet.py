@@ -75,7 +75,7 @@ def test_suitable_reducers_are_rated_for_the_torque(found):
     for node, row in zip(found.joint_loads, section.rows, strict=True):
         enough = sum(torque >= abs(node.required.value) for torque in rated)
         assert row.note.startswith(f"{enough} in the catalogue for the ratio 121;")
-        assert row.cells[0].value == abs(node.within_tilt.value)
+        assert row.cells[0].as_shown == abs(node.within_tilt.value)
     missing = sum(math.isnan(torque) for torque in rated)
     assert (f"{missing} rows without a rated torque are excluded" in section.note) == (missing > 0)
 
@@ -123,7 +123,7 @@ def test_a_reducer_below_the_holding_torque_is_reported():
         == "the stated reducer is rated below this; none in the catalogue is rated for it"
     )
     assert find_row(sheet.sections, "reducers", "lift").note.startswith("prismatic joint")
-    assert find_row(sheet.sections, "torques", "lift").cells[-1].value == pytest.approx(
+    assert find_row(sheet.sections, "torques", "lift").cells[-1].as_shown == pytest.approx(
         2000 * lostmotion.Arm.model_fields["gravity"].default
     )
     assert sheet.notes[-1] == (
@@ -139,16 +139,16 @@ def test_compliance_on_the_sheet_is_that_of_the_arm(found):
     sheet = statics_sheet(found)
     there = lostmotion.state_of(found.arm, found.poses.q[found.softest_pose]).compliance
     free = lostmotion.ellipsoid(there).values[0]
-    assert find_row(sheet.sections, "map", "most compliant direction, worst pose").figures[
+    assert find_row(sheet.sections, "map", "most compliant direction, worst pose").cells[
         0
     ].value == pytest.approx(free[0] * 1e6)
     for k in range(3):
-        assert find_row(sheet.sections, "ellipsoid", f"free to rotate, {k + 1}").figures[
+        assert find_row(sheet.sections, "ellipsoid", f"free to rotate, {k + 1}").cells[
             0
         ].value == pytest.approx(free[k] * 1e6)
     shares = next(section for section in sheet.sections if section.key == "shares")
     for column in range(2):
-        assert sum(row.cells[column].value for row in shares.rows) == pytest.approx(100)
+        assert sum(row.cells[column].as_shown for row in shares.rows) == pytest.approx(100)
     assert sheet.facts["compliance_at_softest_pose"]["values"] == pytest.approx(there[0], rel=1e-9)
 
 

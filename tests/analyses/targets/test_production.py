@@ -185,7 +185,7 @@ def test_yield_rises_with_the_target_and_belongs_to_the_study():
     assert share[0] == 0
     assert share[-1] == 1
     assert ((ends[:, 0] <= share) & (share <= ends[:, 1])).all()
-    assert targets[0] < found.cells[0] < found.cells[-1] < targets[-1]
+    assert targets[0] < found.figures[0] < found.figures[-1] < targets[-1]
     assert study.per_pose.shape[1] == kernel.COLUMNS
 
 

@@ -64,8 +64,8 @@ def test_every_item_is_in_one_table(asked):
     for each in found.allowances:
         if each.verdict == "sized":
             row = find_row(sheet.sections, "single", short_name(each.item.name))
-            assert row.cells[0].value == pytest.approx(size_at(each.item, each.factor).value)
-            assert row.cells[1].value > 0
+            assert row.cells[0].as_shown == pytest.approx(size_at(each.item, each.factor).value)
+            assert row.cells[1].as_shown > 0
         elif each.verdict == "none":
             assert "none" in keys
             assert each.without.value > found.target
@@ -84,7 +84,7 @@ def test_every_item_is_in_one_table(asked):
     for card in (card for card in sheet.cards if card.title in of_size):
         one = ordered(found.allowances)[of_size[card.title]]
         allowed = size_at(one.item, one.factor)
-        assert card.number == str(Cell(allowed.value, allowed.unit))
+        assert card.number == str(allowed.alone)
     for name in ("equal_factor", "equal_effect"):
         assert sum(each["mean_square_m2"] for each in said[name].values()) == pytest.approx(
             np.nansum(getattr(found, name).mean_squares), rel=1e-9
@@ -101,7 +101,7 @@ def test_yield_has_its_interval(asked):
     )
     assert (other.within, other.interval) == (first.within, first.interval)
     rows = next(section for section in asked.sheet.sections if section.key == "yield").rows
-    assert rows[0].cells[0].value == pytest.approx(100 * first.share)
+    assert rows[0].cells[0].as_shown == pytest.approx(100 * first.share)
     assert f"{first.within} of 60 robots" in rows[0].note
 
 
@@ -133,7 +133,7 @@ def test_items_that_do_not_limit_a_target_are_named_so():
         section for section in asked.sheet.sections if section.key == "yield_allocated"
     ).rows
     assert all(
-        row.cells[0].low < row.cells[0].value < row.cells[0].high
+        row.cells[0].low < row.cells[0].as_shown < row.cells[0].high
         for row in rows
         if row.label.startswith("equal effect")
     )
@@ -166,15 +166,19 @@ def test_sizes_have_practical_units():
     clearance = size_at(
         Item("joints.A.bearing", "bearing", "clearance", (0,), Size(60e-6, "m")), factor
     )
-    assert (clearance.value, clearance.low, clearance.high) == pytest.approx((0.12, 0.096, 0.15))
+    assert (clearance.value, clearance.low, clearance.high) == pytest.approx(
+        (0.12e-3, 0.096e-3, 0.15e-3)
+    )
     per_arcmin = Size(49 * 10800 / math.pi, "N m/rad", divides=True)
     stiffness = size_at(
         Item("joints.A.gearbox", "gearbox", "stiffness", (0,), per_arcmin, stiff=True), factor
     )
-    assert (stiffness.low, stiffness.high) == pytest.approx((49 / 2.5, 49 / 1.6))
+    per_rad = 49 * 10800 / math.pi
+    assert (stiffness.low, stiffness.high) == pytest.approx((per_rad / 2.5, per_rad / 1.6))
     link = size_at(Item("joints.A.link", "link", "stiffness", (0,), stiff=True), factor)
-    assert (link.value, link.low, link.high) == pytest.approx((50, 40, 62.5))
-    assert (clearance.unit, link.unit) == ("mm", "%")
+    assert (link.value, link.low, link.high) == pytest.approx((0.5, 0.4, 0.625))
+    assert (clearance.shown, link.shown) == ("mm", "%")
+    assert (clearance.unit, stiffness.unit, link.unit) == ("m", "N m/rad", "1")
 
 
 def test_an_arm_without_error_meets_any_target():

@@ -68,7 +68,7 @@ def test_the_sheet_says_what_was_found(mapped):
         ("median cell", np.median(known)),
         ("least accurate cell", known.max()),
     ):
-        worst = find_row(sheet.sections, "map", f"95th percentile, {cell}").figures[
+        worst = find_row(sheet.sections, "map", f"95th percentile, {cell}").cells[
             CONFIGURATIONS.index("worst")
         ]
         assert worst.value == pytest.approx(1e3 * value)
@@ -83,12 +83,12 @@ def test_the_sheet_says_what_was_found(mapped):
     assert abs(share.value - 100 * np.mean(known <= 1e-3)) < 10
     columns = next(section for section in sheet.sections if section.key == "budget")
     for k in range(len(columns.columns)):
-        assert sum(row.cells[k].value for row in columns.rows[1:]) == pytest.approx(100)
+        assert sum(row.cells[k].as_shown for row in columns.rows[1:]) == pytest.approx(100)
     assert {plot.section for plot in map_plots(found)} <= {
         section.key for section in sheet.sections
     }
     assert (
-        find_row(sheet.sections, "reach", "cells reached").cells[0].value
+        find_row(sheet.sections, "reach", "cells reached").cells[0].as_shown
         == np.isfinite(found.selected).sum()
     )
     box = found.placements.best[0]
@@ -274,8 +274,8 @@ def test_a_planar_arm_has_one_slice():
     )
     assert {plot.key for plot in map_plots(mapped)} == {"slice-xz", "share", "budget"}
     row = find_row(mapped.sheet.sections, "reach", "area")
-    assert row.cells[0].unit == "m²"
-    assert row.cells[0].low < row.cells[0].value <= row.cells[0].high
+    assert row.cells[0].shown == "m²"
+    assert row.cells[0].low < row.cells[0].as_shown <= row.cells[0].high
     json.dumps(mapped.result(), allow_nan=False)
 
 
@@ -297,7 +297,7 @@ def test_a_share_and_its_size_agree():
     assert whole > 0
     assert len(rows) == 1  # and is reported once
     for row in rows:
-        assert row.cells[1].value == pytest.approx(row.cells[0].value / 100 * whole)
+        assert row.cells[1].as_shown == pytest.approx(row.cells[0].as_shown / 100 * whole)
 
 
 def uncertain(monkeypatch, where):
@@ -350,8 +350,8 @@ def test_uncertain_figures_have_wide_intervals_and_are_counted(monkeypatch):
     assert share.low < 1
     assert share.high == 100
     row = next(section for section in sheet.sections if section.key == "map").rows[0]
-    assert row.cells[0].high - row.cells[0].low > 0.35 * row.cells[0].value
-    assert find_row(sheet.sections, "reach", "poses with valid figures").cells[0].value == 0
+    assert row.cells[0].high - row.cells[0].low > 0.35 * row.cells[0].as_shown
+    assert find_row(sheet.sections, "reach", "poses with valid figures").cells[0].as_shown == 0
 
 
 def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):

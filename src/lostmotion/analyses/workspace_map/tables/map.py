@@ -171,7 +171,9 @@ def _over_shown(found: WorkspaceMap, what: Callable[[Floats], float]) -> Cell:
 def _share_sentence(found: WorkspaceMap, target: float, known: States) -> str:
     share, _ = share_within(found, target)
     text = share_within_bounded(
-        f"{share.value:.3g} % ({share.low:.3g} … {share.high:.3g}) of the workspace", known
+        f"{100 * share.value:.3g} % ({100 * share.low:.3g} … {100 * share.high:.3g}) "
+        "of the workspace",
+        known,
     )
     return f"{text[0].upper()}{text[1:]} is within {length(target, stated=True)}."
 
@@ -187,8 +189,8 @@ def _cards(found: WorkspaceMap, known: States) -> list[Card]:
         out.append(
             Card(
                 f"within {length(found.within_target.target, stated=True)}",
-                share_within_bounded(f"{share.value:.3g} %", known),
-                f"of the workspace, {share.low:.3g} … {share.high:.3g} %",
+                share_within_bounded(f"{100 * share.value:.3g} %", known),
+                f"of the workspace, {100 * share.low:.3g} … {100 * share.high:.3g} %",
             )
         )
     if found.placements is not None and found.placements.best:
