@@ -150,7 +150,7 @@ def memory(poses: int, draws: int) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--poses", type=int, default=10_000)
     parser.add_argument("--draws", type=int, default=1_000)
     options = parser.parse_args()

@@ -57,7 +57,7 @@ def special_poses(model: Any, count: int) -> Any:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--poses", type=int, default=100_000)
     count = parser.parse_args().poses
     print("arm, passes: regular poses | share left: median, 95 %, worst | above 1 %")

@@ -152,7 +152,7 @@ def pinocchio_lines(folder: Path) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--compiler", default="gcc")
     compiler = parser.parse_args().compiler
     with tempfile.TemporaryDirectory() as made:

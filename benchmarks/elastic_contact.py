@@ -96,7 +96,7 @@ def in_numpy(gaps: np.ndarray, cases: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--cases", type=int, default=40_000)
     parser.add_argument("--numpy", type=int, default=300)
     options = parser.parse_args()

@@ -125,7 +125,7 @@ def second_order(omega: np.ndarray, point: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--poses", type=int, default=10_000)
     parser.add_argument("--robots", type=int, default=100)
     parser.add_argument("--visits", type=int, default=10)

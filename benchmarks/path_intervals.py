@@ -79,7 +79,7 @@ def held(scatter: str, averages: str, cycles: int, tests: int, parts: int) -> li
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--tests", type=int, default=1000)
     parser.add_argument("--cycles", type=int, nargs="+", default=[10, 30])
     parser.add_argument("--parts", type=int, default=2, choices=ROUND)

@@ -145,7 +145,7 @@ def scipy_loop(balance: Balance, wanted: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
     parser.add_argument("--cases", type=int, default=2000)
     parser.add_argument("--scipy", type=int, default=50)
     options = parser.parse_args()

@@ -329,7 +329,7 @@ def array_moves(question: str, before: Path, after: Path) -> list[Move]:
 
 def main(words: list[str] | None = None) -> int:
     """Record or compare, as the words say; return the exit code."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n\n")[0])
     verbs = parser.add_subparsers(dest="verb", required=True)
     one = verbs.add_parser("record")
     one.add_argument("folder", type=Path)

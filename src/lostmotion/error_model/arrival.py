@@ -28,7 +28,7 @@ def rp_name(approach: float) -> str:
 
 
 def rp_key(approach: float) -> str:
-    """Return the key of the repeatability of joints that arrive this way ("RP_iso", "RP_any");
+    """Return the key of the repeatability of joints that arrive this way ("rp_iso", "rp_any");
     `approach` as in `arrival`.
     """
-    return "RP_iso" if approach else "RP_any"
+    return "rp_iso" if approach else "rp_any"

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -22,6 +22,7 @@ from lostmotion.error_model.small_counts import (
     order_statistics,
     satterthwaite,
 )
+from lostmotion.printed import estimate_text
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -45,13 +46,22 @@ _edges = functools.cache(bin_edges)
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A value and the ends of its 95 % confidence interval; NaN ends where the sample cannot
-    determine them (one robot, for example).
+    """A value and the ends of its 95 % confidence interval in SI; NaN ends where the sample cannot
+    determine them (one robot, for example). `unit` is the SI unit where it is known.
     """
 
     value: float
     low: float
     high: float
+    unit: str = field(default="", compare=False, kw_only=True)
+
+    def __repr__(self) -> str:
+        """Return the value with its unit and interval as people read them; without a known unit the
+        bare numbers.
+        """
+        if self.unit:
+            return estimate_text(self.value, self.low, self.high, self.unit)
+        return f"Estimate({self.value!r}, {self.low!r}, {self.high!r})"
 
     @property
     def half(self) -> float:

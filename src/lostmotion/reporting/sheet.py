@@ -17,6 +17,7 @@ from lostmotion.printed import (
     share_text,
     si_of,
     stated_text,
+    suited,
     unit_of_length,
     unit_of_lengths,
     written,
@@ -24,6 +25,8 @@ from lostmotion.printed import (
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+
+    from lostmotion.error_model.intervals import Estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,6 +305,11 @@ def length(
 ) -> Cell:
     """Return a length (m), shown in the unit that suits its size: µm, mm or m."""
     return Cell(value, unit_of_length(value), low, high, samples, stated=stated)
+
+
+def cell(found: Estimate, unit: str, samples: str = "") -> Cell:
+    """Return an estimate in this SI unit, shown in the unit in which people read it."""
+    return Cell(found.value, suited(found.value, unit), found.low, found.high, samples)
 
 
 def in_one_unit(lengths: Sequence[Cell]) -> list[Cell]:

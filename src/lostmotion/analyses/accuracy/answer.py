@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from lostmotion.error_model.poses import POSE_LAWS
 from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
 from lostmotion.mechanism.load_causes import LinkBending, bending
 from lostmotion.mechanism.state import tool_points
+from lostmotion.propagation.figures import Errors, Visits, figures_of, squares_of
 from lostmotion.propagation.montecarlo.bands import bands
 from lostmotion.propagation.montecarlo.repeatability import both_repeatabilities
 from lostmotion.propagation.montecarlo.sensitivity import halving
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.accuracy.drive_classes import ClassFigures
     from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic
@@ -74,6 +77,27 @@ class Answer:
     bands: Bands | None = None
     target: float | None = None
     classes: tuple[ClassFigures, ...] = ()
+
+    @functools.cached_property
+    def errors(self) -> Errors:
+        """Return what the figures of the error are estimated from."""
+        return Errors(
+            self.sampled,
+            *squares_of(self.budget),
+            {
+                each.approach: Visits(
+                    each.robot_means, each.per_pose[:, 0], *squares_of(each.budget)
+                )
+                for each in self.repeats
+            },
+        )
+
+    @functools.cached_property
+    def figures(self) -> dict[str, Estimate]:
+        """Return every figure of the error by key, in SI with its interval; `rp` and `ap` are those
+        of 95 % of robots, RP in the cycle of ISO 9283.
+        """
+        return {key: each.of(self.errors) for key, each in figures_of(self.errors).items()}
 
     @property
     def places(self) -> tuple[Budget, ...]:

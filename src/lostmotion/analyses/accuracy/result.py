@@ -6,15 +6,17 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.accuracy.answer import Answer
 from lostmotion.analyses.accuracy.attribution import Attributed
 from lostmotion.analyses.result import Result, netcdf
+from lostmotion.errors import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import pandas as pd
     import xarray
 
     from lostmotion.analyses.accuracy.drive_classes import ClassFigures
@@ -27,6 +29,10 @@ if TYPE_CHECKING:
     from lostmotion.propagation.pooled import Pooled
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
+
+
+# Short names of the figures that are asked for first.
+_SHORT: Final = {"ap": "ap_p95", "rp": "rp_iso_p95"}
 
 
 class Study(Answer, Attributed, Result):
@@ -47,6 +53,36 @@ class Study(Answer, Attributed, Result):
         from lostmotion.analyses.accuracy.plots.study import plots
 
         return plots(self)
+
+    def __getattr__(self, name: str) -> Estimate:
+        """Return a figure of the error by its key: `study.p95.value`, `.low` and `.high` in SI;
+        `ap` and `rp` are those that 95 % of robots stay within, RP in the cycle of ISO 9283.
+        """
+        if name.startswith("_"):
+            raise AttributeError(name)
+        key = _SHORT.get(name, name)
+        if key not in self.figures:
+            near = nearest(name, [*self.figures, *_SHORT])
+            raise AttributeError(
+                f"a study has no attribute '{name}'" + (f"; did you mean '{near}'?" if near else "")
+            )
+        return self.figures[key]
+
+    def frame(self) -> pd.DataFrame:
+        """Return the figures of the error as a table: one row for each key, with name, value, ends
+        of the 95 % interval, SI unit and definition.
+        """
+        import pandas as pd
+
+        from lostmotion.propagation.figures import figures_of
+
+        rows = [
+            (each.key, each.name, found.value, found.low, found.high, each.unit, each.definition)
+            for each in figures_of(self.errors).values()
+            for found in (self.figures[each.key],)
+        ]
+        columns = ["key", "name", "value", "low", "high", "unit", "definition"]
+        return pd.DataFrame(rows, columns=columns).set_index("key")
 
     def _first_plot(self) -> Plot:
         from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace

@@ -16,6 +16,7 @@ from lostmotion.error_model.overload import Overload, overloads, rated_torques
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.state import states_of
+from lostmotion.propagation.figures import Errors, Visits
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
@@ -75,6 +76,21 @@ class ComparedArm:
         (set, 3), m^2; no sets where nothing is checked.
         """
         return np.array([each.levels / each.poses for each in self.many]).reshape(-1, 3)
+
+    @functools.cached_property
+    def errors(self) -> Errors:
+        """Return what the figures of the error are estimated from."""
+        squares = (self.squares, self.squares_of_many)
+        repeats = (
+            {}
+            if self.sampled.visits < 2  # noqa: PLR2004 - a scatter needs two
+            else {
+                self.approach: Visits(
+                    self.sampled.robot_means[:, :, 2], self.sampled.of_poses(2), *squares
+                )
+            }
+        )
+        return Errors(self.sampled, *squares, repeats)
 
     def beside_many(self, weights: Sequence[float]) -> tuple[Estimate, Estimate]:
         """Return the root mean square (m) of the levels with these weights over the poses and over

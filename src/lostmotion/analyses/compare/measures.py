@@ -1,42 +1,33 @@
-"""Figures by which arms are compared: the value of each for one arm, and its paired difference
-between two.
-"""
+"""Figures by which arms are compared: those of the error as declared, and others of the arm."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from lostmotion.error_model.arrival import rp_key, rp_name
-from lostmotion.error_model.differences import (
-    mean_difference,
-    quantile_difference,
-    robots_quantile_difference,
-    root_mean_square_difference,
-    sets_difference,
+from lostmotion.error_model.differences import sets_difference
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.propagation.figures import (
+    MEAN,
+    PERCENTILES,
+    RMS,
+    RMS_BY_LEVEL,
+    ROTATION,
+    Figure,
+    accuracy,
+    repeatability,
 )
-from lostmotion.error_model.few_poses import ERROR, RP, ap_weights, known_ends
-from lostmotion.error_model.intervals import (
-    Estimate,
-    pooled_mean,
-    pooled_quantile,
-    pooled_robots_quantile,
-    root_mean_square,
-)
-from lostmotion.propagation.montecarlo import kernel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lostmotion.analyses.compare.compared_arm import ComparedArm
-    from lostmotion.spatial import Floats
 
 Group: TypeAlias = Literal["accuracy", "levels", "arm"]
 LEVEL: Final = 0.95
-_ALL_LEVELS: Final = (0, 1, 2)
 
 
 @dataclass(frozen=True)
@@ -50,8 +41,6 @@ class Measure:
     change  its difference, after minus before, with its paired interval
     group   of the table that it stands in
     exact   whether it follows from the description alone, without an interval
-    weights of the mean squares by design, by robot and by visit in it; None for a figure of another
-    kind
     """
 
     key: str
@@ -61,34 +50,26 @@ class Measure:
     change: Callable[[ComparedArm, ComparedArm], Estimate]
     group: Group = "accuracy"
     exact: bool = False
-    weights: tuple[float, float, float] | None = None
 
 
 def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
     """Return the figures by which these arms are compared."""
-    out = [_quantile(level) for level in (LEVEL, 0.99)]
-    out.append(
-        Measure(
-            "mean",
-            "mean position error",
-            "m",
-            lambda each: pooled_mean(each.sampled.robot_means[:, :, 0], each.sampled.of_poses(0)),
-            lambda one, other: mean_difference(
-                one.sampled.robot_means[:, :, 0], other.sampled.robot_means[:, :, 0]
-            ),
-            weights=ERROR,
-        )
-    )
+    out = [
+        *(
+            _of_error(PERCENTILES[level], f"{100 * level:.0f} % of positions within")
+            for level in (LEVEL, 0.99)
+        ),
+        _of_error(MEAN, "mean position error"),
+    ]
     if arms[0].sampled.visits > 1:
+        of_robots = (accuracy(arms[0].sampled.visits)[1], repeatability(arms[0].approach)[1])
         out += [
-            _of_robots("ap", 1, ap_weights(arms[0].sampled.visits), "AP"),
-            _of_robots(rp_key(arms[0].approach).lower(), 2, RP, rp_name(arms[0].approach)),
+            _of_error(each, f"{each.name.rpartition(',')[0]}, 95 % of robots within")
+            for each in of_robots
         ]
     out += [
-        _rms("rms", "r.m.s. error", _ALL_LEVELS),
-        _rms("rms_design", "r.m.s., follows load and pose", (0,)),
-        _rms("rms_robot", "r.m.s., differs between robots", (1,)),
-        _rms("rms_visit", "r.m.s., differs between visits", (2,)),
+        _of_error(RMS, "r.m.s. error"),
+        *(_of_error(each, each.name, "levels") for each in RMS_BY_LEVEL),
     ]
     if any(each.sag.any() for each in arms):
         out.append(
@@ -102,13 +83,7 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
             )
         )
     out += [
-        Measure(
-            "rotation_rms",
-            "rotation of the tool, r.m.s.",
-            "rad",
-            lambda each: root_mean_square(_rotations(each)),
-            lambda one, other: root_mean_square_difference(_rotations(one), _rotations(other)),
-        ),
+        _of_error(ROTATION, ROTATION.name),
         _exact("mass", "mass of the arm", "kg", lambda each: each.arm.mass),
     ]
     if any(each.arm.price is not None for each in arms):
@@ -124,89 +99,19 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
         out.append(
             _exact("load", "most loaded drive, of its rated load", "1", lambda each: each.load)
         )
-    return tuple(_checked(each) for each in out) if all(each.many for each in arms) else tuple(out)
+    return tuple(out)
 
 
-def _checked(measure: Measure) -> Measure:
-    """Return a figure whose ends are unknown where the poses are too few for it, or for its
-    difference (`known_ends`).
-    """
-    if measure.weights is None:
-        return measure
-    of_levels, weights = measure.weights, np.array(measure.weights)
-
-    def value(each: ComparedArm) -> Estimate:
-        return known_ends(measure.value(each), *each.beside_many(of_levels))
-
-    def changed(one: ComparedArm, other: ComparedArm) -> Estimate:
-        visited = root_mean_square_difference(one.squares @ weights, other.squares @ weights)
-        many = root_mean_square_difference(
-            one.squares_of_many @ weights, other.squares_of_many @ weights
-        )
-        size = max(each.beside_many(of_levels)[1].value for each in (one, other))
-        return known_ends(measure.change(one, other), visited, many, size)
-
-    return replace(measure, value=value, change=changed)
-
-
-def _quantile(level: float) -> Measure:
-    def value(each: ComparedArm) -> Estimate:
-        largest = float(each.sampled.per_pose[:, kernel.LARGEST].max())
-        return pooled_quantile(each.sampled.group_hist, each.sampled.replicate_hist, level, largest)
-
-    def changed(before: ComparedArm, after: ComparedArm) -> Estimate:
-        hists = [(each.sampled.group_hist, each.sampled.replicate_hist) for each in (before, after)]
-        return quantile_difference(
-            hists[0], hists[1], level, (value(before).value, value(after).value)
-        )
-
+def _of_error(figure: Figure, name: str, group: Group = "accuracy") -> Measure:
+    """Return a declared figure of the error by the name that it has beside other arms."""
     return Measure(
-        f"p{100 * level:.0f}",
-        f"{100 * level:.0f} % of positions within",
-        "m",
-        value,
-        changed,
-        weights=ERROR,
-    )
-
-
-def _of_robots(key: str, column: int, weights: tuple[float, float, float], name: str) -> Measure:
-    """Return the 95th percentile over robots of AP or RP, which is in this column of the robots'
-    means.
-    """
-    return Measure(
-        f"{key}_p95",
-        f"{name}, 95 % of robots within",
-        "m",
-        lambda each: pooled_robots_quantile(
-            each.sampled.robot_means[:, :, column], of_poses=each.sampled.of_poses(column)
-        ),
-        lambda one, other: robots_quantile_difference(
-            one.sampled.robot_means[:, :, column], other.sampled.robot_means[:, :, column]
-        ),
-        weights=weights,
-    )
-
-
-def _rms(key: str, name: str, levels: tuple[int, ...]) -> Measure:
-    design, robot, visit = (float(level in levels) for level in _ALL_LEVELS)
-
-    def squares(each: ComparedArm) -> Floats:
-        return np.asarray(each.squares[:, list(levels)].sum(axis=1))
-
-    return Measure(
-        key,
+        figure.key,
         name,
-        "m",
-        lambda each: root_mean_square(squares(each)),
-        lambda one, other: root_mean_square_difference(squares(one), squares(other)),
-        "accuracy" if levels == _ALL_LEVELS else "levels",
-        weights=(design, robot, visit),
+        figure.unit,
+        lambda each: figure.of(each.errors),
+        lambda one, other: figure.change(one.errors, other.errors),
+        group,
     )
-
-
-def _rotations(each: ComparedArm) -> Floats:
-    return np.asarray(each.sampled.rotation_ms.reshape(each.poses.replicates, -1).mean(axis=1))
 
 
 def _exact(key: str, name: str, unit: str, value: Callable[[ComparedArm], float]) -> Measure:

@@ -5,22 +5,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.error_model.arrival import ISO_CYCLE, rp_key, rp_name
-from lostmotion.error_model.few_poses import ERROR, RP, ap_weights, weights_of
+from lostmotion.error_model.arrival import ISO_CYCLE
+from lostmotion.error_model.few_poses import weights_of
 from lostmotion.error_model.intervals import (
     Estimate,
     of_length,
-    pooled_mean,
-    pooled_quantile,
-    pooled_robots_quantile,
-    root_mean_square,
-    standard_deviation,
 )
 from lostmotion.error_model.share_intervals import share_below
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.propagation.figures import DEVIATION, OF_POSITION, ROTATION, accuracy, repeatability
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.sheet import Cell, Row, Section, length, several
+from lostmotion.reporting.sheet import Cell, Row, Section, cell, length, several
 from lostmotion.reporting.warnings import few_poses_warnings
 
 if TYPE_CHECKING:
@@ -28,6 +24,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.budget import Budget
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.propagation.figures import Figure as Declared
     from lostmotion.spatial import Floats
 
 # Label of the share of positions within the target.
@@ -46,32 +43,11 @@ def error_section(answer: Answer, where: str = "") -> Section:
         f"{several(len(poses), 'pose')}{where} ({poses.law}) x {several(sampled.robots, 'robot')} "
         f"x {several(sampled.visits, 'visit')}"
     )
-    mean = pooled_mean(sampled.robot_means[:, :, 0], sampled.of_poses(0))
-    spread = standard_deviation(
-        sampled.group_hist,
-        sampled.replicate_hist,
-        mean.value,
-        float(table[:, kernel.MEAN_SQUARE].mean()),
-    )
-    largest = float(table[:, kernel.LARGEST].max())
-    quantiles = {
-        level: pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest)
-        for level in kernel.QUANTILES
-    }
-    mean, spread, *pooled = (
-        answer.budget.known_ends(found, *ERROR) for found in (mean, spread, *quantiles.values())
-    )
     rows = [
-        Row("mean", (as_length(mean, counted),)),
-        Row(
-            "standard deviation",
-            (as_length(spread, counted),),
-            "of the position error about its mean, over all robots, poses and visits",
-        ),
-        *(
-            Row(f"{100 * level:.0f}th percentile", (as_length(found, counted),))
-            for level, found in zip(quantiles, pooled, strict=True)
-        ),
+        figure_row(
+            each, answer.figures[each.key], counted, each.definition if each is DEVIATION else ""
+        )
+        for each in OF_POSITION
     ]
     if answer.target is not None:
         within = share_below(
@@ -116,22 +92,13 @@ def error_section(answer: Answer, where: str = "") -> Section:
             Row(label.replace("mean", "95th percentile"), (as_length(Estimate(*q95), each),))
         )
     exact = f"exact sum over terms, {several(len(poses), 'pose')}{where}"
-    turned = root_mean_square(sampled.rotation_ms.reshape(poses.replicates, -1).mean(axis=1))
     rows += [
         *limit_rows(answer.arm, float(sampled.rss.max()), float(sampled.worst.max()), exact),
-        Row(
-            "rotation of the tool, r.m.s.",
-            (
-                Cell(
-                    turned.value,
-                    "arcmin",
-                    turned.low,
-                    turned.high,
-                    exact,
-                ),
-            ),
+        figure_row(
+            ROTATION,
+            answer.figures[ROTATION.key],
+            exact,
             "exact at the visited poses" if poses.replicates > 1 else "",
-            "rotation_rms",
         ),
     ]
     note = (
@@ -181,30 +148,11 @@ def iso_section(answer: Answer, where: str = "") -> Section:
     if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
         return Section("iso9283", "ISO 9283, predicted", ("value",), (), "needs at least 2 visits")
     rows = _rows(
-        "AP",
-        "AP",
-        answer.arm,
-        answer.poses,
-        sampled.robot_means[:, :, 1],
-        sampled.accuracy,
-        answer.budget,
-        ap_weights(sampled.visits),
-        where,
-        sampled.visits,
+        accuracy(sampled.visits), answer, answer.poses, sampled.robots, sampled.accuracy, where
     )
     for each in answer.repeats:
-        name, key = rp_name(each.approach), rp_key(each.approach)
         rows += _rows(
-            name,
-            key,
-            answer.arm,
-            each.poses,
-            each.robot_means,
-            each.per_pose,
-            each.budget,
-            RP,
-            where,
-            each.visits,
+            repeatability(each.approach), answer, each.poses, each.robots, each.per_pose, where
         )
     arriving = (
         "from either side at random"
@@ -226,47 +174,32 @@ def iso_section(answer: Answer, where: str = "") -> Section:
     )
 
 
-def _rows(  # noqa: PLR0913, PLR0917 - one figure's numbers
-    name: str,
-    key: str,
-    arm: Arm,
+def _rows(
+    of: tuple[Declared, Declared],
+    answer: Answer,
     poses: Poses,
-    of_robots: Floats,
+    robots: int,
     per_pose: Floats,
-    blame: Budget,
-    weights: tuple[float, float, float],
     where: str,
-    visits: int,
 ) -> list[Row]:
-    """Return mean, 95th percentile of robots and worst pose of AP or RP; of_robots (set, robot) and
-    per_pose (pose, 4) in m.
-    """
+    """Return mean, 95th percentile of robots and worst pose of AP or RP; per_pose (pose, 4) m."""
     counted = (
-        f"{several(of_robots.shape[1], 'robot')}, {several(visits, 'visit')} to each of "
+        f"{several(robots, 'robot')}, {several(answer.sampled.visits, 'visit')} to each of "
         f"{several(len(poses), 'pose')}{where}"
-    )
-    mean, highest = (
-        blame.known_ends(found, *weights)
-        for found in (
-            pooled_mean(of_robots, per_pose[:, 0]),
-            pooled_robots_quantile(of_robots, of_poses=per_pose[:, 0]),
-        )
     )
     at = int(per_pose[:, 1].argmax())
     worst = as_length(Estimate(*(float(x) for x in per_pose[at, 1:])), counted)
+    name, key = of[0].name.removesuffix(", mean over poses and robots"), of[0].key
     return [
-        Row(f"{name}, mean over poses and robots", (as_length(mean, counted),), key=f"{key}_mean"),
-        Row(
-            f"{name}, 95th percentile of robots",
-            (as_length(highest, counted),),
-            "each robot's average over the poses",
-            f"{key}_p95",
+        figure_row(of[0], answer.figures[of[0].key], counted),
+        figure_row(
+            of[1], answer.figures[of[1].key], counted, "each robot's average over the poses"
         ),
         Row(
             f"{name}, at its worst pose, 95th percentile of robots",
             (worst,),
-            f"pose {at}: {joint_values(arm, poses.q[at])}",
-            f"{key}_worst_pose_p95",
+            f"pose {at}: {joint_values(answer.arm, poses.q[at])}",
+            f"{key.removesuffix('_mean')}_worst_pose_p95",
         ),
     ]
 
@@ -289,6 +222,11 @@ def few_poses(blame: Budget, visits: int, approach: float) -> tuple[str, ...]:
 def described_pose(answer: Answer, index: int) -> str:
     """Name a pose by its number and joint values."""
     return f"pose {index}: {joint_values(answer.arm, answer.poses.q[index])}"
+
+
+def figure_row(of: Declared, found: Estimate, counted: str, note: str = "") -> Row:
+    """Return the row of a declared figure."""
+    return Row(of.name, (cell(found, of.unit, counted),), note, of.key)
 
 
 def as_length(estimate: Estimate, samples: str) -> Cell:
