@@ -187,11 +187,12 @@ import json, lostmotion, numpy
 s = lostmotion.study("two.toml", poses=numpy.array([[0.0, 0.0], [0.0, numpy.pi / 2]]), robots=50, visits=10)
 plot = next(each for each in s.plots if each.key == "error-distribution")
 line = plot.figure.axes[0].lines[0]
-row = s.result()["figures"]["error"]["worst_pose_to_best_pose"]
-print(json.dumps({"ratio": row["value"], "x": list(map(float, line.get_xdata())), "y": list(map(float, line.get_ydata()))}))
+row = s.result()["figures"]["error"]["p25"]
+print(json.dumps({"p25": row["value"], "of_python": s.p25.value, "name": s.frame().name["p25"], "x": list(map(float, line.get_xdata())), "y": list(map(float, line.get_ydata()))}))
 """
     found = json.loads(copy.run("-c", code))
-    assert found["ratio"] == pytest.approx(math.sqrt(2), rel=1e-9)
+    assert 0 < found["p25"] == found["of_python"] < 1e-3
+    assert found["name"] == "25th percentile"
     small = math.radians(1 / 60) * 1e3  # mm at 1 m
     share = {
         round(y, 6)

@@ -76,7 +76,7 @@ def test_an_example_is_as_repeatable_as_machines_of_its_class(
     figures = study.result()["figures"]["iso9283"]
     found = [
         figures[f"{key}_mean"]["value"] * METRES[figures[f"{key}_mean"]["unit"]]
-        for key in ("RP_iso", "RP_any", "AP")
+        for key in ("rp_iso", "rp_any", "ap")
     ]
     assert found == pytest.approx([cycle, either, accuracy], rel=0.01)
     if published is None:

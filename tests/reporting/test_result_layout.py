@@ -56,7 +56,7 @@ def test_the_main_figures_have_these_keys(results):
     """
     figures = results["study"]["figures"]
     assert list(figures["error"]) == [
-        *("mean", "standard_deviation", "p50", "p95", "p99", "largest"),
+        *("mean", "standard_deviation", "rms", "p50", "p95", "p99", "largest"),
         *(
             "best_pose_mean",
             "best_pose_p95",
@@ -69,12 +69,13 @@ def test_the_main_figures_have_these_keys(results):
     ]
     assert list(figures["iso9283"]) == [
         f"{name}_{figure}"
-        for name in ("AP", "RP_iso", "RP_any")
+        for name in ("ap", "rp_iso", "rp_any")
         for figure in ("mean", "p95", "worst_pose_p95")
     ]
     p95 = figures["error"]["p95"]
     assert p95["low"] < p95["value"] < p95["high"]
-    assert p95["unit"] in {"m", "mm", "µm"}
+    assert p95["unit"] == "m"
+    assert p95["display"].endswith(")")
 
 
 def test_every_printed_figure_has_its_key(results):

@@ -108,7 +108,7 @@ def dataset(answer: Answer) -> xarray.Dataset:
             {"units": "m", "long_name": text},
         )
     if sampled.visits > 1:
-        spread = [("AP", "pose accuracy AP", sampled.accuracy, sampled.robot_means[:, :, 1])]
+        spread = [("ap", "pose accuracy AP", sampled.accuracy, sampled.robot_means[:, :, 1])]
         spread += [
             (
                 rp_key(each.approach),

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 KEY: Final = "drive_classes"
 # The standard's cycle visits every pose from one side.
 _RP: Final = rp_name(1.0)
-_RP_KEY: Final = rp_key(1.0).lower()
+_RP_KEY: Final = rp_key(1.0)
 _HEADS: Final = ("95 % within", _RP)
 _NOTE: Final = (
     "the same arm with drives of its class and of the neighbouring ones, each joint's drive "

@@ -254,7 +254,7 @@ def brief(found: Comparison) -> tuple[tuple[str, str], ...]:
             "Repeatability",
             _changed(
                 found,
-                f"{rp_key(found.approach).lower()}_p95",
+                f"{rp_key(found.approach)}_p95",
                 f"{rp_name(found.approach)}: 95 % of the robots repeat within",
                 repeats=True,
             ),

@@ -458,7 +458,7 @@ def _plain(outcome: Outcome, approach: float) -> dict[str, Any]:
     """Return a design as plain data, in m; `approach` of the joints names its repeatability."""
     spread = {
         name: pair
-        for name, pair in (("ap", outcome.ap), (rp_key(approach).lower(), outcome.rp))
+        for name, pair in (("ap", outcome.ap), (rp_key(approach), outcome.rp))
         if pair is not None
     }
     of_robots = {
