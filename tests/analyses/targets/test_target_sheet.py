@@ -21,7 +21,7 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import tool_points
-from lostmotion.reporting.sheet import Cell, find_row
+from lostmotion.reporting.sheet import find_row
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
