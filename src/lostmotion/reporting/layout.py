@@ -74,7 +74,7 @@ def figure_data(figure: Cell) -> dict[str, Any]:
     )
     return {
         "value": value,
-        "unit": figure.unit,
+        "unit": None if figure.words and value is None else figure.unit,
         "low": low,
         "high": high,
         "interval": None if low is None and high is None else figure.ends,
@@ -148,7 +148,10 @@ def result_schema() -> dict[str, Any]:
         ),
         "properties": {
             "value": number,
-            "unit": text,
+            "unit": {
+                "type": ["string", "null"],
+                "description": "SI unit; null where words stand in place of a number",
+            },
             "low": number,
             "high": number,
             "interval": {
@@ -171,7 +174,7 @@ def result_schema() -> dict[str, Any]:
         "properties": {
             "name": text,
             "value": number,
-            "unit": text,
+            "unit": {"type": ["string", "null"]},
             "interval": {"type": ["array", "null"], "items": number},
             "interval_kind": {"type": ["string", "null"]},
             "samples": text,

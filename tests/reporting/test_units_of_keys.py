@@ -1,0 +1,78 @@
+"""result.json: a key has one unit, an SI unit, whatever arm or part is asked about."""
+
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+import lostmotion
+from lostmotion.printed import UNITS
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ARMS = sorted(
+    path
+    for path in (*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.urdf"))
+    if path.name != "ur5e.toml"  # the other half of ur5e.urdf
+)
+SI = {si for si, _ in UNITS.values()}
+
+
+# Joints that slide in one example and turn in another: their loads are forces here, torques there.
+OF_BOTH_KINDS = ("lift",)
+
+
+def units_in(figures, at=()):
+    """Yield the path of every figure with its unit."""
+    for key, found in figures.items():
+        if "value" in found and "samples" in found:
+            if found["unit"] is not None:
+                yield (*at, key), found["unit"]
+        else:
+            yield from units_in(found, (*at, key))
+
+
+def check(results):
+    """Check that each key has one unit over all results of a question, and an SI unit."""
+    units = defaultdict(set)
+    for result in results:
+        for path, unit in units_in(result.result()["figures"]):
+            if not any(each.split("_")[0] in OF_BOTH_KINDS for each in path):
+                units[path].add(unit)
+    assert len(units) > 10
+    assert {path: found for path, found in units.items() if len(found) > 1} == {}
+    assert {path: found for path, found in units.items() if not found <= SI} == {}
+
+
+def test_keys_of_a_study_have_one_unit_whatever_the_size_of_the_arm():
+    """A gantry that errs by micrometres and a hobby arm that errs by centimetres."""
+    files = ("gantry.toml", "printed-hobby-arm.toml", "z-arm.toml")
+    check(lostmotion.study(EXAMPLES / each, 16, 20, 3) for each in files)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda arm: lostmotion.study(arm, 16, 20, 3, method="both", target="1 mm"),
+        lambda arm: lostmotion.statics(arm, poses=16),
+        lostmotion.check,
+        lambda arm: lostmotion.iso9283(arm, robots=20),
+    ],
+    ids=["study", "statics", "check", "iso9283"],
+)
+def test_keys_have_one_unit_over_all_arms(ask):
+    """Every example that answers the question."""
+    found = []
+    for arm in ARMS:
+        try:
+            found.append(ask(arm))
+        except lostmotion.LostmotionError:  # no cube, nothing elastic ...
+            continue
+    assert len(found) > 5
+    check(found)
+
+
+@pytest.mark.slow
+def test_keys_of_a_gearbox_have_one_unit():
+    """Every part file of the examples."""
+    check(lostmotion.gear(path) for path in sorted((EXAMPLES / "gearbox").glob("*.toml")))
