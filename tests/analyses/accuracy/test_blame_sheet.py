@@ -60,7 +60,7 @@ def test_poses_zones_and_the_stopping_rule_are_in_the_report(tmp_path):
     for k in (1, 2, 3):
         rows = sections[f"budget_at_{k}"]["rows"]
         shares = [row["figures"][1]["value"] for row in rows]
-        assert sum(shares[:-1]) == pytest.approx(100, abs=1e-9)
+        assert sum(shares[:-1]) == pytest.approx(1, abs=1e-11)
         assert rows[-1]["label"] == "all together"
     stages = sections["waterfall"]["rows"]
     assert [row["label"] for row in stages] == list(EVERY_STAGE)

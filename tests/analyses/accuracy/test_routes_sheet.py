@@ -68,10 +68,12 @@ def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
     was found with its digits.
     """
     assert [several(count, "pose") for count in (0, 1, 2)] == ["0 poses", "1 pose", "2 poses"]
-    stated = [str(Cell(value, "µm", stated=True)) for value in (0.001, 20.0, 12.5, 1234.0, 0.0)]
+    stated = [
+        str(Cell(1e-6 * value, "µm", stated=True)) for value in (0.001, 20.0, 12.5, 1234.0, 0.0)
+    ]
     assert stated == ["0.001 µm", "20 µm", "12.5 µm", "1234 µm", "0 µm"]
-    assert str(Cell(100.0, "%", stated=True)) == "100 %"
-    assert str(Cell(0.001, "µm")) == "0.00100 µm"
+    assert str(Cell(1.0, "%", stated=True)) == "100 %"
+    assert str(Cell(1e-9, "µm")) == "0.00100 µm"
     assert str(Cell(-0.3, "µm", -6.0, 6.0)) == "0 µm"
     one = lostmotion.study(lostmotion.read(ARM), np.zeros((1, 5)), method="analytic")
     assert one.sheet.counts == "1 pose, exact sums over terms"

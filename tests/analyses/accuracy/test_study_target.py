@@ -25,7 +25,7 @@ def test_the_share_within_the_target_is_that_of_all_samples(tmp_path):
     hist = study.sampled.replicate_hist.sum(axis=0)
     counted = hist[: int(np.searchsorted(bin_edges(), 0.8e-3))].sum() / hist.sum()
     figure = find_row(study.sheet.sections, "error", "within the target").cells[0]
-    assert figure.value == pytest.approx(100 * counted, abs=0.2)  # of one bin
+    assert figure.value == pytest.approx(counted, abs=0.002)  # of one bin
     assert figure.low < figure.value < figure.high
     assert f"{figure} ({figure.interval}) of positions are within 0.8 mm." in " ".join(
         first_screen(study.sheet).split()

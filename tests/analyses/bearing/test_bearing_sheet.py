@@ -213,7 +213,7 @@ def test_catalogue_bearings_have_a_sheet_too():
     tilt = bearing_sheet("x", RollingPair(clearance=6e-5, span=0.05), LOAD, None)
     assert find_row(tilt.sections, "stated", "tilt in it, either way").cells[
         0
-    ].value == pytest.approx(4.1, rel=0.01)
+    ].as_shown == pytest.approx(4.1, rel=0.01)
 
 
 def test_the_command_writes_the_sheet(tmp_path):

@@ -181,7 +181,7 @@ def test_a_stiffness_that_is_mostly_unknown_is_printed_as_its_band():
         assert row is not None
         low, middle, high = (figure.value for figure in row.cells)
         assert low < middle < high
-        assert middle == pytest.approx(float(found.read.slope.mean()) * ARCMIN)
+        assert middle == pytest.approx(float(found.read.slope.mean()))
     assert (
         find_row(asked(frame="20 N m/arcmin").sheet.sections, "bands", "stiffness, slope") is None
     )
@@ -200,7 +200,7 @@ def test_result_json_has_bands_by_name():
         "high": pytest.approx(40 / ARCMIN),
         "law": "log-uniform",
     }
-    assert found["figures"]["ranges"]["frame"]["share_of_variance"]["value"] == pytest.approx(100)
+    assert found["figures"]["ranges"]["frame"]["share_of_variance"]["value"] == pytest.approx(1)
     assert 0.2 < found["share_of_compliance_in_ranges"] < 1
 
 

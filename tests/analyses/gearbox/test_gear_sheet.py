@@ -200,7 +200,7 @@ def test_play_without_tolerances_is_that_of_the_relief():
     expected = 2 * 4e-6 / (0.0013 * 39) / ARCMIN
     assert figure(found, "geometry", "play by the relief alone").as_shown == pytest.approx(expected)
     mean = figure(found, "built", "play: mean")
-    assert expected <= mean.value <= 1.01 * expected
+    assert expected <= mean.as_shown <= 1.01 * expected
     assert mean.high - mean.low == pytest.approx(0, abs=1e-12)
     assert figure(found, "built", "gearboxes that jam").as_shown == 0
 
@@ -292,7 +292,7 @@ def test_wind_up_in_zones(tmp_path):
     assert figure(found, "zones", "wind-up at 20 N m").as_shown == pytest.approx(2.0)
     assert figure(found, "transmission", "worm", 1).as_shown == 60
     play = figure(found, "stated", "play")
-    assert (play.low, play.value, play.high) == pytest.approx((0.7, 1.0, 1.3))
+    assert (play.low, play.value, play.high) == pytest.approx((0.7 * ARCMIN, ARCMIN, 1.3 * ARCMIN))
     assert "stated limits" in play.interval
 
 
@@ -594,7 +594,7 @@ def test_the_definition_of_the_stiffness_is_printed_beside_it(tmp_path):
         assert find_row(found.sheet.sections, "built", "stiffness: mean").note.startswith(text)
         assert found.sheet.facts["stiffness_definition"] == definition
         assert figure(found, "built", "stiffness: mean").as_shown == pytest.approx(
-            figure(found, "loop", f"stiffness, {definition}").value
+            figure(found, "loop", f"stiffness, {definition}").as_shown
         )
     path = tmp_path / "stated.toml"
     path.write_text(STATED["no torque"])
@@ -666,8 +666,8 @@ def test_stated_scatter_sets_limits(tmp_path):
     wound, displacement = (
         figure(found, "loop", f"{name} at 20 N m") for name in ("wind-up", "displacement")
     )
-    assert (wound.low, wound.high) == pytest.approx((1.6, 2.4))
-    assert displacement.high - displacement.value == pytest.approx(math.hypot(0.15, 0.4))
+    assert (wound.low, wound.high) == pytest.approx((1.6 * ARCMIN, 2.4 * ARCMIN))
+    assert displacement.high - displacement.value == pytest.approx(math.hypot(0.15, 0.4) * ARCMIN)
     assert wound.ends == "stated limits"
 
 
@@ -748,7 +748,7 @@ def test_tables_of_preloaded_discs_agree_and_wind_up_forwards():
             figure(found, "built", "wind-up: mean"),
         ]
         assert [each.value for each in tables] == pytest.approx([tables[0].value] * 3, rel=1e-12)
-        assert sum(found.drawn.members.values()) / ARCMIN == pytest.approx(tables[0].value)
+        assert sum(found.drawn.members.values()) == pytest.approx(tables[0].value)
         assert all(angle > 0 for angle in found.drawn.members.values())
         assert (
             figure(found, "loop", "lost motion").value
@@ -805,7 +805,7 @@ def test_intervals_hold_the_true_value_as_often_as_they_say():
     wound, lost = made.wind_up[3] - made.wind_up[0], made.play + made.wind_up[2] - made.wind_up[1]
     held = {}
     for name, values in {"wind-up": wound, "lost motion": lost}.items():
-        ends = [over_samples(part, "", 1.0, "") for part in values.reshape(runs, each)]
+        ends = [over_samples(part, "rad", "") for part in values.reshape(runs, each)]
         held[name] = sum(found.low <= values.mean() <= found.high for found in ends)
         middles = [robots_quantile(part, 0.5) for part in values.reshape(runs, each)]
         held[f"{name}, median"] = sum(low <= np.median(values) <= high for _, low, high in middles)
