@@ -189,6 +189,6 @@ def test_the_script_prints_each_move_and_fails(tmp_path, capsys):
     assert main(words) == 1
     assert capsys.readouterr().out.splitlines() == [
         "map-arm: not recorded after",
-        "study-arm: error: largest: value.value: 3.0 -> 4.0 (2.5e-01)",
+        "study-arm: error: largest: value.value: 0.003 -> 0.004 (2.5e-01)",
         "study-arm: 1 gone: iso9283: words",
     ]

@@ -24,9 +24,10 @@ from lostmotion.error_model.draws import robot_draws
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.state import state_of
+from lostmotion.printed import factor_of
 from lostmotion.propagation.exact import compose, draws_of
 from lostmotion.propagation.montecarlo.waterfall import Waterfall, geometry_of, waterfall
-from lostmotion.reporting.chart import PER_UNIT, label_axes, legend, one
+from lostmotion.reporting.chart import label_axes, legend, one
 from lostmotion.reporting.page.document import contents
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
@@ -217,7 +218,7 @@ def sheet_of(arm: lostmotion.Arm, found: Demonstration) -> tuple[Sheet, list[Plo
         Section("gravity", "Moved by gravity", ("r.m.s.", "taken away"), gravity, left),
     )
     both, first = drawn["calibrated and compensated"], drawn["as commanded"]
-    by_design, mapped = (row.figures[1] for row in gravity[1:])
+    by_design, mapped = (row.cells[1] for row in gravity[1:])
     verdict = (
         f"95 % of the positions of the drawn robots are within {first} as commanded, "
         f"{drawn['compensated']} compensated, {drawn['calibrated']} "
@@ -276,14 +277,13 @@ def sheet_of(arm: lostmotion.Arm, found: Demonstration) -> tuple[Sheet, list[Plo
 
 
 def _bars(drawn: dict[str, Cell], study: dict[str, Cell]) -> object:
-    unit = drawn["as commanded"].unit
+    unit = drawn["as commanded"].shown
     figure, on = one("95th percentile of the position error", 90)
     for k, (title, figures, colour) in enumerate(
         (("drawn robots", drawn, LIGHT["robot"]), ("study", study, LIGHT["visit"]))
     ):
-        factor = [PER_UNIT[unit] / PER_UNIT[each.unit] for each in figures.values()]
         values, low, high = (
-            np.array([getattr(each, end) for each in figures.values()]) * factor
+            np.array([getattr(each, end) for each in figures.values()]) * factor_of(unit)
             for end in ("value", "low", "high")
         )
         at = np.arange(len(figures)) + 0.4 * (k - 0.5)
@@ -318,7 +318,7 @@ def main() -> None:
         for row in section.rows:
             print(
                 f"  {row.label:36}"
-                + "".join(f"{figure!s:>14} {figure.between:>22}" for figure in row.figures)
+                + "".join(f"{figure!s:>14} {figure.between:>22}" for figure in row.cells)
             )
     given.out.mkdir(parents=True, exist_ok=True)
     for name, content in contents(sheet, plots).items():

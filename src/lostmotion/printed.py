@@ -113,8 +113,8 @@ def last_place(value: float, low: float = math.nan, high: float = math.nan) -> i
 
 
 def between(low: float, high: float, last: int) -> str:
-    """Return the ends of an interval as text, "?" for one that is not known; empty where there is
-    none.
+    """Return the ends of an interval as text, a question mark for one that is not known; empty
+    where there is none.
     """
     if math.isnan(low) and math.isnan(high):
         return ""

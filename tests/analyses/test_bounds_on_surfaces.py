@@ -389,5 +389,5 @@ def test_every_figure_of_a_bound_is_marked_in_result_json(tmp_path):
         each["bound"]
         for key in ("error", "iso9283")
         for each in found["figures"][key].values()
-        if each.get("unit") in ("µm", "mm")
+        if each["unit"] == "m"
     } == {"lower"}

@@ -149,7 +149,7 @@ def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
         assert [(bar.label, bar.figure) for bar in block.bars] == [
             (row.label, row.cells[column]) for row in section.rows
         ]
-        assert sum(bar.size for bar in block.bars) == pytest.approx(100)
+        assert sum(bar.size for bar in block.bars) == pytest.approx(1)
         assert block.ends == (0, 100)
         # No bearing is described, so that RP is a lower bound.
         assert block.title == f"{name}: at least {repeats[name]}"
@@ -231,7 +231,7 @@ def test_a_study_without_sampling_shows_the_remedies_against_play():
     }
     assert list(bars)[-2:] == ["side of arrival known", "output encoders"]
     # y scatters by half of its ±25 µm: a normal distribution, cut at three standard deviations
-    assert bars["side of arrival known"].value == pytest.approx(12.5 / 3 * 0.98658, rel=1e-4)
+    assert bars["side of arrival known"].value == pytest.approx(12.5e-6 / 3 * 0.98658, rel=1e-4)
     rows = [
         row.label for section in sheet.sections if section.key == "remedies" for row in section.rows
     ]

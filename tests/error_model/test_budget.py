@@ -262,7 +262,7 @@ def test_a_part_that_moves_the_tool_by_rounding_alone_has_zero_share():
         section.key: {row.label: row for row in section.rows} for section in study.sheet.sections
     }
     for part in ("roll.gearbox", "roll.encoder"):
-        alone, share, gain = sections["budget"][part].figures
+        alone, share, gain = sections["budget"][part].cells
         assert [str(figure) for figure in (alone, share, gain)] == ["0 µm", "0 %", "0 µm"]
         assert gain.interval == ""
         assert part not in sections["budget_levels"]

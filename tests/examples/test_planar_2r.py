@@ -75,4 +75,4 @@ def test_nothing_differs_between_visits(study):
     however its joints arrive.
     """
     found = study.result()["figures"]["iso9283"]
-    assert [found[f"{key}_p95"]["value"] for key in ("RP_iso", "RP_any")] == [0, 0]
+    assert [found[f"{key}_p95"]["value"] for key in ("rp_iso", "rp_any")] == [0, 0]

@@ -113,7 +113,7 @@ def test_csv_tables_hold_every_digit(tmp_path):
         )
         assert [row["name"] for row in rows] == [row.label for row in section.rows]
         for row, printed in zip(rows, section.rows, strict=True):
-            for name, figure in zip(section.columns, printed.figures, strict=True):
+            for name, figure in zip(section.columns, printed.cells, strict=True):
                 assert row[name] == (
                     figure.words
                     or (repr(float(figure.value)) if math.isfinite(figure.value) else "")
@@ -168,7 +168,7 @@ def test_latex_prints_every_sign_as_it_stands():
         escaped(r"50 % of A_b & {c} #1 $2 ~ ^ \n")
         == r"50 \% of A\_b \& \{c\} \#1 \$2 \textasciitilde{} \textasciicircum{} \textbackslash{}n"
     )
-    section = Section("k", "Title & more", ("value",), (Row(r"\input{x}", (Cell(1.5, "µm"),)),))
+    section = Section("k", "Title & more", ("value",), (Row(r"\input{x}", (Cell(1.5e-6, "µm"),)),))
     sheet = small_study().sheet
     text = table_files(
         type(sheet)(name="n", subject="s", verdict="v", cards=(), sections=(section,), source=""),

@@ -39,7 +39,7 @@ Weights: TypeAlias = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Visits:
+class VisitFigures:
     """AP or RP of every robot, over poses that need not be those of the position error.
 
     robot_means      (set, robot) m, averaged over each independent set of poses
@@ -70,13 +70,13 @@ class Errors:
     sampled: Sampled
     squares: Floats
     squares_of_many: Floats
-    repeats: dict[float, Visits]
+    repeats: dict[float, VisitFigures]
 
     @property
-    def accuracy(self) -> Visits:
+    def accuracy(self) -> VisitFigures:
         """Return AP of every robot."""
         means = self.sampled.robot_means[:, :, 1]
-        return Visits(means, self.sampled.of_poses(1), self.squares, self.squares_of_many)
+        return VisitFigures(means, self.sampled.of_poses(1), self.squares, self.squares_of_many)
 
 
 def squares_of(budget: Budget) -> tuple[Floats, Floats]:
@@ -201,7 +201,7 @@ def _rms(key: str, name: str, definition: str, weights: Weights) -> Figure:
 
 
 def _of_robots(
-    key: str, name: str, visits: Callable[[Errors], Visits], weights: Weights
+    key: str, name: str, visits: Callable[[Errors], VisitFigures], weights: Weights
 ) -> tuple[Figure, Figure]:
     """Return the mean over poses and robots, and the 95th percentile over robots, of AP or RP."""
 
@@ -277,7 +277,6 @@ RMS_BY_LEVEL: Final = (
     _rms("rms_visit", "r.m.s., differs between visits", "of each visit to a pose", (0, 0, 1)),
 )
 PERCENTILES: Final = {level: percentile(level) for level in kernel.QUANTILES}
-P95: Final = PERCENTILES[0.95]
 ROTATION: Final = Figure(
     "rotation_rms",
     "rotation of the tool, r.m.s.",
@@ -287,7 +286,12 @@ ROTATION: Final = Figure(
     lambda one, other: root_mean_square_difference(_rotation(one), _rotation(other)),
 )
 # Of the position error, in the order of tables.
-OF_POSITION: Final = (MEAN, DEVIATION, RMS, *PERCENTILES.values())
+OF_POSITION: Final = (
+    MEAN,
+    DEVIATION,
+    RMS,
+    *PERCENTILES.values(),
+)
 
 
 def figures_of(errors: Errors) -> dict[str, Figure]:

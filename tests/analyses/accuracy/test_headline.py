@@ -73,8 +73,7 @@ def check_figures(study):
     )
     largest = max(study.budget.parts, key=lambda cost: cost.share)
     assert (
-        f"(largest contributor: {largest.part.removeprefix('joints.')}, "
-        f"{Cell(100 * largest.share, '%')})"
+        f"(largest contributor: {largest.part.removeprefix('joints.')}, {Cell(largest.share, '%')})"
     ) in sheet.verdict
     return sheet.verdict, {stage.name: stage.q95.value for stage in study.waterfall.stages}
 

@@ -263,11 +263,11 @@ def test_a_study_says_what_was_found_in_its_zones(study):
     whole = {row.label: row.cells[0] for row in sections["error"].rows}
     for label, row in rows.items():
         if label != "poses":
-            assert row.cells[1].as_shown == whole[label].value
+            assert row.cells[1].value == whole[label].value
     inside = pooled_quantile(by_ends.sampled.group_hist, by_ends.sampled.replicate_hist, 0.95)
     figure = rows["95th percentile"].cells[0]
     assert (figure.value, figure.low, figure.high) == pytest.approx(
-        [1e3 * end for end in (inside.value, inside.low, inside.high)]
+        [inside.value, inside.low, inside.high]
     )
     assert f"In the zone z 0 … 2000 mm expect 95 % within {figure}" in first_screen(study.sheet)
     assert study.result()["zones"][1]["looked_at"] == 64

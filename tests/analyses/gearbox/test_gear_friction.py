@@ -96,7 +96,7 @@ def test_friction_without_load_is_the_backdriving_torque():
     ].value == pytest.approx(0.3)
     assert find_row(gearbox_sheet("", found).sections, "friction", "at 0.4 N m").cells[
         2
-    ].value == pytest.approx(25.0)
+    ].value == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize("flank", [0.05, 0.25])

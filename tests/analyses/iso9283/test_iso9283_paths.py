@@ -488,26 +488,30 @@ def test_intervals_of_the_worst_plane_scale_with_the_unit_and_ask_for_scatter():
         0,
         0,
     ]
-    assert 1e3 * np.array(astuple(largest_mean(errors))) == pytest.approx(
-        np.array(astuple(largest_mean(1e3 * errors)))
+    assert 1e3 * np.array(astuple(largest_mean(errors))[:3]) == pytest.approx(
+        np.array(astuple(largest_mean(1e3 * errors))[:3])
     )
-    assert 1e3 * np.array(astuple(largest_scatter(errors))) == pytest.approx(
-        np.array(astuple(largest_scatter(1e3 * errors)))
+    assert 1e3 * np.array(astuple(largest_scatter(errors))[:3]) == pytest.approx(
+        np.array(astuple(largest_scatter(1e3 * errors))[:3])
     )
     still = np.concatenate([errors, np.zeros((2, 8, 3))])
     assert largest_scatter(still) == largest_scatter(errors)
-    assert astuple(largest_mean(still)) == pytest.approx(astuple(largest_mean(errors)), rel=1e-3)
+    assert astuple(largest_mean(still))[:3] == pytest.approx(
+        astuple(largest_mean(errors))[:3], rel=1e-3
+    )
     assert largest_mean(np.full((4, 6, 1), 2.0)) == Estimate(2.0, 2.0, 2.0)
     for unknown in (
         largest_scatter(np.full((4, 6, 1), 2.0)),
         largest_mean(errors[:, :1]),
         largest_scatter(errors[:, :2]),
     ):
-        assert np.isnan(astuple(unknown)).all()
+        assert np.isnan(astuple(unknown)[:3]).all()
     few = largest_mean(errors[:, :2])
     assert 0 <= few.low <= few.value <= few.high < math.inf
     errors[2, 3, 1] = math.nan
-    assert np.isnan([*astuple(largest_mean(errors)), *astuple(largest_scatter(errors))]).all()
+    assert np.isnan(
+        [*astuple(largest_mean(errors))[:3], *astuple(largest_scatter(errors))[:3]]
+    ).all()
 
 
 def by_definition(errors):

@@ -193,11 +193,9 @@ def test_the_sheet_agrees_with_the_selected_arm(found):
         found.error.value * 1e3
     )
     assert find_row(sheet.sections, "trade", "1.1 mm").note == "stated target"
-    held, rated, share = (
-        figure.value for figure in find_row(sheet.sections, "torques", "A").figures
-    )
-    assert share == pytest.approx(100 * held / rated)
-    assert share <= 100
+    held, rated, share = (figure.value for figure in find_row(sheet.sections, "torques", "A").cells)
+    assert share == pytest.approx(held / rated)
+    assert share <= 1
     assert "All cheaper selections miss the target" in sheet.verdict
     assert any("RV-40E-121 is taken from the catalogue" in note for note in sheet.notes) == any(
         each.selected.name == "RV-40E-121" for each in found.parts

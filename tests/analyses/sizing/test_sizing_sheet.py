@@ -67,7 +67,7 @@ def test_the_sheet_agrees_with_the_sized_arm(size):
     sheet, found = size.sheet, size
     for link in found.links:
         now, then = (
-            figure.value for figure in find_row(sheet.sections, "sections", link.joint).figures
+            figure.value for figure in find_row(sheet.sections, "sections", link.joint).cells
         )
         assert now == next(
             joint.link.total_mass for joint in found.arm.joints if joint.name == link.joint

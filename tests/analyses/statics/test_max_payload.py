@@ -206,8 +206,7 @@ def test_drives_without_a_rating_set_no_payload_and_are_named(tmp_path):
         == "not known"
     )
     assert [
-        figure.words
-        for figure in find_row(sheet.sections, "payload", "drives, rated torque").figures
+        figure.words for figure in find_row(sheet.sections, "payload", "drives, rated torque").cells
     ] == ["not rated"] * 3
     one = lostmotion.statics(
         arm_of(tmp_path, PLANAR.replace('rated_torque = "100 N m", ', "")),
@@ -252,10 +251,10 @@ def test_the_slides_of_a_mill_are_springs_in_series(tmp_path):
     yaw = 2 * 0.65e6 * 0.075**2  # N m/rad of two carriages 150 mm apart
     along_y = [1 / (1 / 0.39 + 1 / (2 * 3.9) + 1e6 * x**2 / yaw) for x in (0.0, 0.1)]
     worst_x, _, best_x = (
-        figure.value for figure in find_row(found.sheet.sections, "axes", "along x").figures
+        figure.as_shown for figure in find_row(found.sheet.sections, "axes", "along x").cells
     )
     worst_y, _, best_y = (
-        figure.value for figure in find_row(found.sheet.sections, "axes", "along y").figures
+        figure.as_shown for figure in find_row(found.sheet.sections, "axes", "along y").cells
     )
     assert worst_x == best_x == pytest.approx(along_x, rel=1e-6)
     assert (worst_y, best_y) == pytest.approx((along_y[1], along_y[0]), rel=1e-6)

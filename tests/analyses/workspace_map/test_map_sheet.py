@@ -71,16 +71,14 @@ def test_the_sheet_says_what_was_found(mapped):
         worst = find_row(sheet.sections, "map", f"95th percentile, {cell}").cells[
             CONFIGURATIONS.index("worst")
         ]
-        assert worst.value == pytest.approx(1e3 * value)
+        assert worst.value == pytest.approx(value)
         assert worst.low <= worst.value
         assert math.isnan(worst.high)  # how much worse other configurations are is not known
-    share, size = find_row(sheet.sections, "within", "within 1 mm").figures
-    assert share.value == pytest.approx(
-        100 * np.mean(found.validation.figures[QUANTILE, 2] <= 1e-3)
-    )
+    share, size = find_row(sheet.sections, "within", "within 1 mm").cells
+    assert share.value == pytest.approx(np.mean(found.validation.figures[QUANTILE, 2] <= 1e-3))
     assert share.low < share.value < share.high
     assert size.low < size.value < size.high
-    assert abs(share.value - 100 * np.mean(known <= 1e-3)) < 10
+    assert abs(share.value - np.mean(known <= 1e-3)) < 0.1
     columns = next(section for section in sheet.sections if section.key == "budget")
     for k in range(len(columns.columns)):
         assert sum(row.cells[k].as_shown for row in columns.rows[1:]) == pytest.approx(100)
@@ -347,10 +345,10 @@ def test_uncertain_figures_have_wide_intervals_and_are_counted(monkeypatch):
         f"{int(found.uncertain.sum())} cells without a valid figure" in note for note in sheet.notes
     )
     share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").cells[0]
-    assert share.low < 1
-    assert share.high == 100
+    assert share.low < 0.01
+    assert share.high == 1
     row = next(section for section in sheet.sections if section.key == "map").rows[0]
-    assert row.cells[0].high - row.cells[0].low > 0.35 * row.cells[0].as_shown
+    assert row.cells[0].high - row.cells[0].low > 0.35 * row.cells[0].value
     assert find_row(sheet.sections, "reach", "poses with valid figures").cells[0].as_shown == 0
 
 
@@ -360,8 +358,8 @@ def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
     uncertain(monkeypatch, lambda q: q > 0.25)
     sheet = slid(target=target).sheet
     share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").cells[0]
-    assert share.value < 1
-    assert 40 < share.high < 75
+    assert share.value < 0.01
+    assert 0.4 < share.high < 0.75
 
 
 def test_mapping_works_out_of_the_box(tmp_path):

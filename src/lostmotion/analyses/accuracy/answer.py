@@ -13,7 +13,7 @@ from lostmotion.error_model.poses import POSE_LAWS
 from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
 from lostmotion.mechanism.load_causes import LinkBending, bending
 from lostmotion.mechanism.state import tool_points
-from lostmotion.propagation.figures import Errors, Visits, figures_of, squares_of
+from lostmotion.propagation.figures import Errors, VisitFigures, figures_of, squares_of
 from lostmotion.propagation.montecarlo.bands import bands
 from lostmotion.propagation.montecarlo.repeatability import both_repeatabilities
 from lostmotion.propagation.montecarlo.sensitivity import halving
@@ -85,7 +85,7 @@ class Answer:
             self.sampled,
             *squares_of(self.budget),
             {
-                each.approach: Visits(
+                each.approach: VisitFigures(
                     each.robot_means, each.per_pose[:, 0], *squares_of(each.budget)
                 )
                 for each in self.repeats

@@ -16,7 +16,7 @@ from lostmotion.error_model.overload import Overload, overloads, rated_torques
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.state import states_of
-from lostmotion.propagation.figures import Errors, Visits
+from lostmotion.propagation.figures import Errors, VisitFigures
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class ComparedArm:
             {}
             if self.sampled.visits < 2  # noqa: PLR2004 - a scatter needs two
             else {
-                self.approach: Visits(
+                self.approach: VisitFigures(
                     self.sampled.robot_means[:, :, 2], self.sampled.of_poses(2), *squares
                 )
             }

@@ -13,7 +13,7 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.poses import reachable_points
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import vertical_axis
-from lostmotion.printed import factor_of
+from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
     grid,
     grouped,
@@ -28,7 +28,6 @@ from lostmotion.reporting.chart import (
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.section import SECTION_TEXT, PoseValues, sections
-from lostmotion.reporting.sheet import length
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -89,7 +88,10 @@ def _apart(found: Comparison, change: Change, end: str) -> list[Plot]:
     apart, first = change.apart, found.arms[0].arm
     if apart is None or apart.is_zero:
         return []
-    unit, axes = length(apart.largest).unit, [vertical_axis(arm) for arm in (first, change.arm.arm)]
+    unit, axes = (
+        unit_of_length(apart.largest),
+        [vertical_axis(arm) for arm in (first, change.arm.arm)],
+    )
     turns = axes[0] is not None and axes[0] == axes[1]
     what = f"distance of the commanded tool points, {label(change.arm.label)}"
     values = apart.distances * factor_of(unit)
@@ -167,7 +169,7 @@ def distribution(found: Comparison) -> Figure:
     grid(on, "both")
     within = measure_of(found, "p95")
     levels = [within.value(each).value for each in found.arms] if within is not None else []
-    unit = length(max(levels, default=0.0)).unit
+    unit = unit_of_length(max(levels, default=0.0))
     for each, level, colour in zip(found.arms, levels, _COLOURS, strict=False):
         counts = each.sampled.replicate_hist.sum(axis=0)
         below = np.concatenate([[0], np.cumsum(counts)])
@@ -204,7 +206,7 @@ def budgets(found: Comparison, change: Change) -> Figure:
         np.array([each.before or 0.0 for each in shown]),
         np.array([each.after or 0.0 for each in shown]),
     ]
-    unit = length(float(max(values[0].max(), values[1].max()))).unit
+    unit = unit_of_length(float(max(values[0].max(), values[1].max())))
     figure, on = one("R.m.s. error of each part by itself", 30 + 8 * len(shown))
     labels = (found.arms[0].label, change.arm.label)
     grouped(
@@ -224,7 +226,7 @@ def shares(change: Change) -> Figure:
     """Draw the share of each part in the change of the r.m.s. error."""
     shown = sorted(change.moving("parts")[:_PARTS], key=lambda each: each.share.value)
     values = np.array([each.share.value for each in shown])
-    unit = length(float(np.abs(values).max())).unit
+    unit = unit_of_length(float(np.abs(values).max()))
     figure, on = one("Change of the r.m.s. error by part", 24 + 5.2 * len(shown))
     sizes = values * factor_of(unit)
     stacked(

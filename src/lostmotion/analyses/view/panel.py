@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion.analyses.view.classes import COLOURS
 from lostmotion.errors import legible
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.printed import digits
+from lostmotion.printed import digits, factor_of, unit_of_length
 from lostmotion.reporting.palette import DARK
 from lostmotion.reporting.provenance import missing_clause
 from lostmotion.reporting.sheet import length
@@ -112,8 +112,8 @@ def legend(classes: Classes, *, lower_bound: bool = False) -> str:
     """Return the colour classes with their limits, each between the classes that it separates;
     whether the errors are lower bounds.
     """
-    unit = length(classes.limits[-1]).unit
-    factor = {"µm": 1e6, "mm": 1e3, "m": 1.0}[unit]
+    unit = unit_of_length(classes.limits[-1])
+    factor = factor_of(unit)
     limits = [f"{limit * factor:.10g}" for limit in classes.limits]
     cells = "".join(
         f'<span style="flex:1"><i style="display:block;height:9px;background:{colour}"></i>'

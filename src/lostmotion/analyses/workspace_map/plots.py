@@ -16,7 +16,7 @@ from lostmotion.analyses.workspace_map.tables.map_labels import (
     percentile_label,
 )
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.printed import factor_of
+from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
     axes,
     cells,
@@ -250,7 +250,7 @@ def _at(axis: int, place: float) -> str:
 
 def _unit(found: WorkspaceMap) -> tuple[str, float]:
     """Return the unit of all slices, from the largest error."""
-    unit = length(float(np.nanmax(found.selected))).unit
+    unit = unit_of_length(float(np.nanmax(found.selected)))
     return unit, factor_of(unit)
 
 
