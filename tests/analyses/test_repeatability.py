@@ -150,7 +150,7 @@ def test_bars_of_what_rp_is_made_of_are_the_table_s_figures(tmp_path):
             (row.label, row.cells[column]) for row in section.rows
         ]
         assert sum(bar.size for bar in block.bars) == pytest.approx(1)
-        assert block.ends == (0, 100)
+        assert block.ends == (0, 1)
         # No bearing is described, so that RP is a lower bound.
         assert block.title == f"{name}: at least {repeats[name]}"
         assert block.note == "shares of what is described"

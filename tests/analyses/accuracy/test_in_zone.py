@@ -275,10 +275,10 @@ def test_a_study_says_what_was_found_in_its_zones(study):
     assert arrays["zone_2_error_mean"].shape == (len(by_mask.poses),)
     assert (arrays["zone_1_tool"][:, 2] > 0).all()
     iso, either = by_ends.repeats
-    np.testing.assert_allclose(arrays["zone_1_robot_RP_iso"], iso.robot_means.mean(axis=0))
-    np.testing.assert_allclose(arrays["zone_1_robot_RP_any"], either.robot_means.mean(axis=0))
+    np.testing.assert_allclose(arrays["zone_1_robot_rp_iso"], iso.robot_means.mean(axis=0))
+    np.testing.assert_allclose(arrays["zone_1_robot_rp_any"], either.robot_means.mean(axis=0))
     np.testing.assert_allclose(
-        arrays["zone_1_robot_RP_any"], by_ends.sampled.robot_means[:, :, 2].mean(axis=0)
+        arrays["zone_1_robot_rp_any"], by_ends.sampled.robot_means[:, :, 2].mean(axis=0)
     )
 
 

@@ -773,7 +773,7 @@ def test_intervals_of_two_seeds_meet():
         for sections in zip(*(sheet.sections for sheet in sheets), strict=True)
         for row in sections[0].rows
         if (twin := find_row([sections[1]], sections[1].key, row.label)) is not None
-        for one, other in zip(row.cells, twin.figures, strict=True)
+        for one, other in zip(row.cells, twin.cells, strict=True)
         if math.isfinite(one.low) and one.high > one.low
     ]
     assert len(pairs) > 35

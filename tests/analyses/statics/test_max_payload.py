@@ -263,7 +263,7 @@ def test_the_slides_of_a_mill_are_springs_in_series(tmp_path):
         found.axis_compliance, np.einsum("pii->pi", compliance[:, 3:, 3:]), rtol=1e-12
     )
     parts = {
-        row.label: [figure.value for figure in row.cells]
+        row.label: [figure.as_shown for figure in row.cells]
         for row in next(s for s in found.sheet.sections if s.key == "axes-parts").rows
     }
     assert parts["spindle.gearbox"] == [pytest.approx(0.65), math.inf, math.inf]
