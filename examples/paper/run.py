@@ -391,7 +391,7 @@ def deviation_rows() -> Rows:
 
     def figure(label: str) -> str:
         f = figures[label]
-        return f"{f['value']:.4f} ({f['interval'][0]:.4f} … {f['interval'][1]:.4f}) mm"
+        return bracket(f["value"], *f["interval"])
 
     rows: Rows = [
         ("deviation, mean [7]", "no value", mean_of(printed), mean_of(corrected), figure("mean"))
