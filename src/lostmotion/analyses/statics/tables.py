@@ -376,7 +376,9 @@ def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
         required = abs(node.required.value)
         stated = joint.gearbox.rated_torque if joint.gearbox is not None else None
         rated = (
-            Cell(math.nan, "1") if stated is None else Cell(float(stated), node.unit, stated=True)
+            Cell(math.nan, node.unit)
+            if stated is None
+            else Cell(float(stated), node.unit, stated=True)
         )
         figures = (Cell(required, node.unit), rated)
         if node.unit != "N m":
