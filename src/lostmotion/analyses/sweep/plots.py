@@ -11,7 +11,7 @@ import numpy as np
 
 from lostmotion.analyses.sweep.tables.designs import LEVEL
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.printed import factor_of
+from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
     axes,
     cells,
@@ -132,11 +132,6 @@ def _errors(outcomes: Sequence[Outcome]) -> tuple[list[Estimate], str]:
     return [each.quantiles[LEVEL] for each in outcomes], "95th percentile of the position error"
 
 
-def _unit(largest: float) -> str:
-    """Return the unit of an axis for its largest value, m."""
-    return "µm" if largest < 1e-4 else "mm" if largest < 1 else "m"  # noqa: PLR2004 - where people change units
-
-
 def _positions(on: Axes, axis: Axis, name: str) -> Floats:
     """Return the positions of a key's values on the x axis, and name the axis: quantities to scale,
     other values as text.
@@ -173,7 +168,7 @@ def _curves(
     x = _positions(on, axis, short_keys(order.axes)[0])
     ranked = np.argsort(x, kind="stable")
     estimates = {name: [pick(outcomes[k]) for k in ranked] for name, _, pick in curves}
-    unit = _unit(
+    unit = unit_of_length(
         max(
             (each.value for members in estimates.values() for each in members if each is not None),
             default=1.0,
@@ -247,7 +242,7 @@ def over_two(order: Order, estimates: Sequence[Estimate], title: str, hint: str 
     first, second = order.axes
     names = [label(name) for name in short_keys(order.axes)]
     shape = (len(first.values), len(second.values))
-    unit = _unit(max(each.value for each in estimates))
+    unit = unit_of_length(max(each.value for each in estimates))
     factor = factor_of(unit)
     values = np.array([each.value * factor for each in estimates]).reshape(shape)
     overlapping = _overlap_smallest(estimates)
@@ -309,7 +304,7 @@ def against_mass(outcomes: Sequence[Outcome]) -> Figure:
         if len({each for each in prices if math.isfinite(each)}) > 1
         else []
     )
-    unit = _unit(max(each.quantiles[LEVEL].value for each in outcomes))
+    unit = unit_of_length(max(each.quantiles[LEVEL].value for each in outcomes))
     made = figure(22 + 62.0 * len(along))
     for on, (name, x) in zip(
         axes(made, "Error over mass and price", rows=len(along))[:, 0], along, strict=True
@@ -353,7 +348,7 @@ def against_mass(outcomes: Sequence[Outcome]) -> Figure:
 def effects(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the main effect of each key: the mean over all other keys, and every design."""
     shape = tuple(len(axis.values) for axis in order.axes)
-    unit = _unit(max(each.quantiles[LEVEL].value for each in outcomes))
+    unit = unit_of_length(max(each.quantiles[LEVEL].value for each in outcomes))
     errors: Floats = np.array(
         [each.quantiles[LEVEL].value * factor_of(unit) for each in outcomes]
     ).reshape(shape)
@@ -394,7 +389,7 @@ def effects(order: Order, outcomes: Sequence[Outcome]) -> Figure:
 
 def spread(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the cumulative distribution of the error of each design."""
-    unit = _unit(max(each.worst[0].error for each in outcomes))
+    unit = unit_of_length(max(each.worst[0].error for each in outcomes))
     made, on = one("Cumulative distribution of the position error", 88)
     grid(on, "both")
     for k, each in enumerate(outcomes):
