@@ -115,8 +115,11 @@ class Figure:
         (`known_ends`).
         """
         found = replace(self.estimate(errors), unit=self.unit)
-        visited, many = self._beside(errors)
-        return known_ends(found, visited, many) if many is not None else found
+        squares, of_many = self.squares(errors)
+        if self.weights is None or not len(of_many):
+            return found
+        visited, many = (root_mean_square(each @ self.weights) for each in (squares, of_many))
+        return known_ends(found, visited, many)
 
     def change(self, before: Errors, after: Errors) -> Estimate:
         """Return its difference, after minus before; ends as for `of`. Raises ValueError for a
@@ -125,22 +128,15 @@ class Figure:
         if self.difference is None:
             raise ValueError(f"no difference of '{self.key}' is declared")
         found = replace(self.difference(before, after), unit=self.unit)
-        sizes = [self._beside(each)[1] for each in (before, after)]
-        if self.weights is None or any(each is None for each in sizes):
+        squares, of_many = zip(self.squares(before), self.squares(after), strict=True)
+        if self.weights is None or not all(len(each) for each in of_many):
             return found
-        weights = np.array(self.weights)
         visited, many = (
-            root_mean_square_difference(one @ weights, other @ weights)
-            for one, other in zip(self.squares(before), self.squares(after), strict=True)
+            root_mean_square_difference(*(each @ self.weights for each in of))
+            for of in (squares, of_many)
         )
-        size = max(each.value for each in sizes if each is not None)
+        size = max(root_mean_square(each @ self.weights).value for each in of_many)
         return known_ends(found, visited, many, size)
-
-    def _beside(self, errors: Errors) -> tuple[Estimate, Estimate | None]:
-        weights = (0.0, 0.0, 0.0) if self.weights is None else self.weights
-        squares, of_many = self.squares(errors)
-        many = root_mean_square(of_many @ weights) if self.weights and len(of_many) else None
-        return root_mean_square(squares @ weights), many
 
 
 def _largest(errors: Errors) -> float:
