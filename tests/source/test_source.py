@@ -154,7 +154,6 @@ STILL_LONG = {
     "analyses/sizing/sizing.py": 445,
     "analyses/sizing/tables/selection.py": 521,
     "analyses/sizing/tables/sizing.py": 417,
-    "analyses/statics/tables.py": 571,
     "analyses/sweep/plots.py": 408,
     "analyses/sweep/tables/sweep.py": 515,
     "analyses/targets/targets.py": 503,
@@ -166,7 +165,6 @@ STILL_LONG = {
     "propagation/error_magnitude.py": 466,
     "propagation/montecarlo/stopping.py": 415,
     "reporting/chart.py": 467,
-    "reporting/provenance.py": 449,
 }
 
 

@@ -4,9 +4,8 @@ sentences in the headline.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.error_model.given_values import (
     assumed_count,
@@ -18,14 +17,14 @@ from lostmotion.error_model.provenance import KINDS
 from lostmotion.error_model.upper_limits import in_error, in_repeats
 from lostmotion.reporting.inputs import inputs_section
 from lostmotion.reporting.laws_used import laws_section
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, in_words, several
+from lostmotion.reporting.sheet import Cell, Row, Section, in_words, several
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from lostmotion.error_model.given_values import AssumedValue
     from lostmotion.error_model.provenance import JointStates, States
-    from lostmotion.reporting.sheet import Bars, Sheet
+    from lostmotion.reporting.sheet import Sheet
 
 # Columns in a word or two, so that the table fits on a screen.
 _HEADS: Final = {
@@ -33,8 +32,6 @@ _HEADS: Final = {
     "transmission error": "transm. error",
     "axis mounting": "axis",
 }
-# Titles of cards that show scatter between visits alone.
-_REPEATS: Final = ("repeatability", "RP")
 _MEANING: Final = (
     "ideal: nothing is described, taken as perfect; assumed: some value behind it is, see below; "
     "-: the joint has none"
@@ -346,79 +343,6 @@ def headline_names_all(known: States) -> bool:
 
 def _rests_on(count: int) -> list[str]:
     return [f"This rests on {several(count, 'assumed value')}."] if count else []
-
-
-def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) -> tuple[Card, ...]:
-    """Return cards, those whose title begins with one of `bounded` with the sign of a lower or an
-    upper bound where they are one.
-    """
-    return tuple(
-        replace(card, number=_bounded(card, known))
-        if card.title.startswith(tuple(bounded))
-        else card
-        for card in cards
-    )
-
-
-def bounded_bars(blocks: Iterable[Bars], known: States, keys: Sequence[str]) -> tuple[Bars, ...]:
-    """Return blocks of bars, those of these keys with the sign of a lower bound at each figure
-    where kinds of error are missing.
-    """
-    sign = sign_of(known)
-    return tuple(_bounded_block(block, sign) if block.key in keys else block for block in blocks)
-
-
-def _bounded_block(block: Bars, sign: Literal["", "lower"]) -> Bars:
-    return replace(
-        block,
-        bars=tuple(replace(bar, figure=replace(bar.figure, bound=sign)) for bar in block.bars),
-    )
-
-
-def bounded_sections(
-    sections: Iterable[Section], known: States, keys: Sequence[str]
-) -> tuple[Section, ...]:
-    """Return sections, as bounds where kinds of error are missing those whose keys begin with one
-    of `keys`: lengths lower, shares upper ones.
-    """
-    sign = sign_of(known)
-    return tuple(
-        _bounded_section(section) if sign and section.key.startswith(tuple(keys)) else section
-        for section in sections
-    )
-
-
-def _bounded_section(section: Section) -> Section:
-    def bounded(figure: Cell) -> Cell:
-        if figure.words or figure.stated or not math.isfinite(figure.value):
-            return figure
-        return (
-            replace(figure, bound="lower")
-            if figure.unit == "m"
-            else replace(figure, bound="upper")
-            if figure.shown == "%"
-            else figure
-        )
-
-    rows = tuple(replace(row, cells=tuple(map(bounded, row.cells))) for row in section.rows)
-    return replace(section, rows=rows)
-
-
-def sign_of(known: States) -> Literal["", "lower"]:
-    """Return the bound of an error of this arm by what is missing, as a figure has it."""
-    return "lower" if known.lower_bound and not in_error(known) else ""
-
-
-def _bounded(card: Card, known: States) -> str:
-    number = card.number.removeprefix("≥ ").removeprefix("≤ ")
-    if not number[:1].isdigit():
-        return card.number
-    counts = in_repeats(known) if card.title.startswith(_REPEATS) else in_error(known)
-    if known.lower_bound:
-        return number if counts else f"≥ {number}"
-    if counts:
-        return number if known.ideal_kinds else f"≤ {number}"
-    return card.number
 
 
 def _states_section(known: States) -> Section:

@@ -5,10 +5,12 @@ result.json all print these, whatever they are about.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
+from lostmotion.error_model.intervals import Estimate
 from lostmotion.printed import (
     between,
     digits,
@@ -25,8 +27,7 @@ from lostmotion.printed import (
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-
-    from lostmotion.error_model.intervals import Estimate
+    from typing import SupportsFloat
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,12 +252,12 @@ class Sheet:
                    ("Where", "Drives", "Trust")
     """
 
-    name: str
     subject: str
-    verdict: str
-    cards: tuple[Card, ...]
-    sections: tuple[Section, ...]
-    source: str
+    name: str = ""
+    verdict: str = ""
+    cards: tuple[Card, ...] = ()
+    sections: tuple[Section, ...] = ()
+    source: str = ""
     counts: str = ""
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -269,6 +270,61 @@ class Sheet:
     about: str = ""
     bars: tuple[Bars, ...] = ()
     brief: tuple[tuple[str, str], ...] = ()
+
+
+def table(
+    key: str,
+    title: str,
+    columns: Mapping[str, str] | Sequence[str],
+    rows: Iterable[Row | Sequence[Any]],
+    note: str = "",
+    *,
+    unit: str = "1",
+    samples: str = "",
+) -> Section:
+    """Return a section: of every row its label, a value for each column, and a note where the row
+    has one.
+
+    columns  each by its name, with the unit in which its numbers are shown. With an SI unit the one
+             that people read is chosen by the size of each number (`suited`)
+    rows     a value is a number or an estimate in SI, a text, None where nothing is known, or a
+             cell as it is printed
+    unit     of all columns, where `columns` is names alone
+    samples  what the numbers were counted from, where their cell does not state it
+
+    Raises ValueError for a row of another length.
+    """
+    units = columns if isinstance(columns, Mapping) else dict.fromkeys(columns, unit)
+    return Section(
+        key,
+        title,
+        tuple(units),
+        tuple(
+            row if isinstance(row, Row) else _row(row, tuple(units.values()), samples)
+            for row in rows
+        ),
+        note,
+    )
+
+
+def _row(row: Sequence[Any], units: Sequence[str], samples: str) -> Row:
+    label, *values = row
+    note = values.pop() if len(values) == len(units) + 1 else ""
+    cells = (_cell(*pair, samples) for pair in zip(values, units, strict=True))
+    return Row(label, tuple(cells), note)
+
+
+def _cell(value: Cell | Estimate | SupportsFloat | str | None, unit: str, samples: str) -> Cell:
+    if isinstance(value, str):
+        return in_words(value)
+    if isinstance(value, Cell):
+        return value if value.samples or value.words else replace(value, samples=samples)
+    if isinstance(value, Estimate):
+        return cell(value, unit, samples)
+    if isinstance(value, Integral):
+        return Cell(int(value), unit, samples=samples)
+    number = math.nan if value is None else float(value)
+    return Cell(number, suited(number, unit), samples=samples)
 
 
 def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:

@@ -1,5 +1,5 @@
-"""Tables of an arm at rest: holding torques and their causes, suitable reducers, bearing loads,
-compliance.
+"""Sheet of an arm at rest: holding torques and their causes, suitable reducers, bearing loads,
+compliance, and the largest payload where it was asked for.
 """
 
 from __future__ import annotations
@@ -7,9 +7,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
-from lostmotion.analyses.statics.axes_tables import axes_cards, axes_sections, axes_sentence
+from lostmotion.analyses.statics.compliance_tables import (
+    compliance_cards,
+    compliance_facts,
+    compliance_notes,
+    compliance_sections,
+    compliance_sentences,
+    pose_name,
+)
 from lostmotion.analyses.statics.payload_tables import (
     payload_cards,
     payload_facts,
@@ -19,19 +24,10 @@ from lostmotion.analyses.statics.payload_tables import (
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, of_compliance, states
-from lostmotion.mechanism.elastostatics import elastic_terms
 from lostmotion.mechanism.load_causes import CAUSES
-from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.joint_values import joint_values
-from lostmotion.reporting.provenance import (
-    at_least,
-    bounded_cards,
-    caveats,
-    provenance_facts,
-    provenance_sections,
-)
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
-from lostmotion.reporting.warnings import arm_warnings
+from lostmotion.reporting.arm_sheet import bounded_cards, with_arm
+from lostmotion.reporting.provenance import caveats
+from lostmotion.reporting.sheet import Card, Cell, Sheet, several, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,14 +37,12 @@ if TYPE_CHECKING:
     from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.holding_torques import DriveLoad, JointLoad
-    from lostmotion.spatial import Floats
+    from lostmotion.parts.moving_joint import MovingJoint
+    from lostmotion.reporting.sheet import Section
 
 _SHOWN: Final = 3
-_DIRECTION_DIGITS: Final = 2
-# Smaller shares of the largest compliance, and smaller torques (N m, N), are rounding.
+# Smaller torques (N m, N) are rounding.
 _NOTHING: Final = 1e-9
-# Largest asymmetry of the compliance matrix that is not reported.
-_RECIPROCAL: Final = 0.01
 _WORDS: Final = (
     (
         "holding torque",
@@ -92,179 +86,52 @@ def statics_sheet(
     """Return the sheet of an arm at rest; `own` are the user's reducers, which are searched besides
     the catalogue.
     """
-    counted = f"{several(len(survey.poses), 'pose')}, {survey.poses.law}"
-    known = states(survey.arm)
+    arm, counted = survey.arm, f"{several(len(survey.poses), 'pose')}, {survey.poses.law}"
+    known = states(arm)
     elastic = of_compliance(known)
-    sections = [
-        *payload_section(survey.arm, payload, known),
-        _torques(survey, counted),
-        _causes(survey, counted),
-    ]
-    sections += [_reducers(survey, own), _bearings(survey, counted)]
-    if survey.parts:
-        sections += [
-            *axes_sections(survey, counted),
-            _map(survey, counted),
-            _ellipsoid(survey),
-            _shares(survey, counted),
-        ]
-    return Sheet(
-        name=survey.arm.name,
+    tilt = "" if survey.tilt is None else f", base tilt {_tilt(survey)}"
+    sheet = Sheet(
         subject="statics and compliance",
         verdict=_verdict(survey, payload, known),
         cards=bounded_cards(
-            _cards(survey, payload, known),
+            [
+                *payload_cards(arm, payload, known),
+                *_cards(survey),
+                *compliance_cards(survey, elastic),
+            ],
             elastic,
             ("largest compliance", "deflection by the payload"),
         ),
-        sections=(*sections, *provenance_sections(known)),
-        counts=counted
-        + ("" if survey.tilt is None else f", base tilt up to {_degrees(survey.tilt)}"),
-        warnings=arm_warnings(survey.arm, survey.poses),
-        notes=(*survey.arm.remarks, *_rigid(survey), *_reciprocity_notes(survey)),
+        sections=(
+            *payload_section(arm, payload, known),
+            _torques(survey, counted),
+            _causes(survey, counted),
+            _reducers(survey, own),
+            _bearings(survey, counted),
+            *compliance_sections(survey, counted),
+        ),
+        counts=counted + tilt,
+        notes=tuple(compliance_notes(survey)),
         words=_WORDS,
         source=f"{counted}. The same file, version, poses and tilt give the same bytes.",
         facts={
-            "arm": survey.arm.name,
             "poses": {"count": len(survey.poses), "law": survey.poses.law},
             "tilt_rad": survey.tilt,
-            **provenance_facts(known),
-            **payload_facts(survey.arm, payload),
-            **({"compliance_at_softest_pose": _matrix(survey)} if survey.parts else {}),
+            **payload_facts(arm, payload),
+            **compliance_facts(survey),
         },
     )
-
-
-def _rigid(survey: Survey) -> list[str]:
-    """Return a note that names the parts assumed rigid because the file does not specify their
-    compliance.
-    """
-    if not survey.parts:
-        return ["every part is assumed rigid: there is no compliance to report"]
-    arm = survey.arm
-    soft = {(of.kind, of.place) for of in elastic_terms(arm)}
-    closed_loop = [
-        joint.name
-        for joint in arm.driven
-        if joint.encoder is not None and joint.encoder.side == "output"
-    ]
-    unspecified: dict[str, list[str]] = {"gearboxes": [], "bearings": [], "links": []}
-    for joint, places in zip(arm.joints, arm.tree.joints, strict=True):
-        moves = arm.tree.places[places.moved].joint is not None
-        if moves and joint.name not in closed_loop and ("gearbox", places.moved) not in soft:
-            unspecified["gearboxes"].append(joint.name)
-        if moves and ("bearing", places.moved) not in soft:
-            unspecified["bearings"].append(joint.name)
-        if joint.link.reach and not joint.link.rigid and ("link", places.tip) not in soft:
-            unspecified["links"].append(joint.name)
-    rigid = ([] if ("base", 0) in soft else ["the base"]) + [
-        f"{kind} of {', '.join(names)}" for kind, names in unspecified.items() if names
-    ]
-    notes = [f"compliance not specified, assumed rigid: {'; '.join(rigid)}"] if rigid else []
-    return notes + (
-        [
-            (
-                f"gearboxes of {', '.join(closed_loop)} add no compliance: an encoder on the "
-                "output closes the position loop"
-            )
-        ]
-        if closed_loop
-        else []
-    )
-
-
-def _reciprocity_notes(survey: Survey) -> list[str]:
-    """Return a note where tabulated bearing springs make the compliance matrix asymmetric beyond
-    `_RECIPROCAL`.
-    """
-    worst = float(survey.asymmetry.max()) if survey.parts else 0.0
-    if not worst > _RECIPROCAL:
-        return []
-    middle = float(np.median(survey.asymmetry))
-    size = f"{100 * worst:.1f} % (median over poses {100 * middle:.2g} %)"
-    return [
-        (
-            f"the compliance matrix is asymmetric by up to {size}: an estimate of the uncertainty "
-            "of the tabulated bearing stiffness"
-        )
-    ]
-
-
-def _degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.3g}°"
-
-
-def _pose(survey: Survey, index: int) -> str:
-    """Return a pose's number and joint values as text."""
-    return f"pose {index}: {joint_values(survey.arm, survey.poses.q[index])}"
-
-
-def _matrix(survey: Survey) -> dict[str, Any]:
-    """Return the compliance matrix at the most compliant pose as plain data."""
-    return {
-        "pose": survey.softest_pose,
-        "order": "rotation x y z, displacement x y z; rad and m per N m and N",
-        "values": survey.compliance.tolist(),
-    }
-
-
-def _micro_per_newton(value: float, samples: str = "") -> Cell:
-    return Cell(value, "µm/N", samples=samples)
-
-
-def _stiffness(value: float, samples: str = "") -> Cell:
-    """Return the stiffness for a compliance (m/N), in a unit that suits its size."""
-    if value > 1e-6:  # noqa: PLR2004 - where people change units
-        return Cell(1 / value, "N/mm", samples=samples)
-    return Cell(1 / value if value else math.inf, "N/µm", samples=samples)
+    return with_arm(sheet, arm, known, poses=survey.poses)
 
 
 def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
-    turning = [node for node in survey.joint_loads if node.unit == "N m"]
     elastic = of_compliance(known)
-    sentences = payload_sentences(survey.arm, payload, known)
-    if turning:
-        level, tilted = (
-            max(turning, key=lambda node: abs(node.nominal.value)),
-            max(turning, key=lambda node: abs(node.required.value)),
-        )
-        tilt = (
-            "at any tilt of the base"
-            if survey.tilt is None
-            else f"with the base tilted by up to {_degrees(survey.tilt)}"
-        )
-        at = "" if tilted is level else f"at {tilted.joint} "
-        standing, most = (Cell(abs(load.value), "N m") for load in (level.nominal, tilted.required))
-        same = str(standing) == str(most)
-        both = (
-            f"{standing}, as the base stands and {tilt}"
-            if same
-            else f"{standing} as the base stands, {most} {at}{tilt}"
-        )
-        sentences.append(
-            f"Joint {level.joint} has the largest holding torque: {both}."
-            if standing.value > _NOTHING
-            else f"No joint holds a torque as the base stands; {tilted.joint} has {most} {tilt}."
-        )
-    if survey.parts:
-        part = short_name(survey.parts[int(survey.softest_shares.argmax())])
-        sentences.append(
-            "The largest compliance is "
-            f"{at_least(_micro_per_newton(float(survey.max_compliance[survey.softest_pose])), elastic)}; "  # noqa: E501
-            f"{part} contributes {100 * survey.softest_shares.max():.0f} % at that pose, mean "
-            "over directions."
-        )
-    if survey.parts:
-        sentences.append(axes_sentence(survey, elastic))
-    if survey.payload_deflection is not None and survey.parts:
-        sentences.append(
-            "The payload's weight deflects the tool by up to "
-            f"{at_least(length(float(survey.payload_deflection.max())), elastic)}."
-        )
     behind = elastic if payload is None else known
     return " ".join(
         [
-            *sentences,
+            *payload_sentences(survey.arm, payload, known),
+            *_torque_sentence(survey),
+            *compliance_sentences(survey, elastic),
             *(
                 caveats(behind, missing=False)
                 if known.described
@@ -274,74 +141,79 @@ def _verdict(survey: Survey, payload: MaxPayload | None, known: States) -> str:
     )
 
 
-def _cards(survey: Survey, payload: MaxPayload | None, known: States) -> list[Card]:
-    out = payload_cards(survey.arm, payload, known)
-    for node in sorted(survey.joint_loads, key=lambda node: (node.unit, abs(node.required.value)))[
-        ::-1
-    ][:2]:
-        tilt = "any tilt" if survey.tilt is None else f"tilt up to {_degrees(survey.tilt)}"
-        out.append(
-            Card(
-                f"holding torque {node.joint}"
-                if node.unit == "N m"
-                else f"holding force {node.joint}",
-                str(Cell(abs(node.required.value), node.unit)),
-                tilt,
-            )
-        )
-    if survey.parts:
-        largest = float(survey.max_compliance[survey.softest_pose])
-        out += [
-            Card(
-                "largest compliance", str(_micro_per_newton(largest)), f"pose {survey.softest_pose}"
-            ),
-            Card("stiffness there", str(_stiffness(largest)), "tool free to rotate"),
-            *axes_cards(survey, of_compliance(known)),
-        ]
-    if survey.payload_deflection is not None and survey.parts:
-        out.append(
-            Card(
-                "deflection by the payload",
-                str(length(float(survey.payload_deflection.max()))),
-                f"largest, {survey.arm.payload.mass:g} kg",
-            )
-        )
-    return out
-
-
-def _cases(survey: Survey, node: JointLoad) -> list[tuple[str, DriveLoad]]:
-    tilted = (
-        []
-        if node.within_tilt is None or survey.tilt is None
-        else [(f"tilt up to {_degrees(survey.tilt)}", node.within_tilt)]
+def _torque_sentence(survey: Survey) -> list[str]:
+    turning = [node for node in survey.joint_loads if node.unit == "N m"]
+    if not turning:
+        return []
+    level = max(turning, key=lambda node: abs(node.nominal.value))
+    tilted = max(turning, key=lambda node: abs(node.required.value))
+    tilt = (
+        "at any tilt of the base"
+        if survey.tilt is None
+        else f"with the base tilted by {_tilt(survey)}"
     )
-    return [("nominal base", node.nominal), *tilted, ("any tilt", node.any_tilt)]
+    standing, most = (Cell(abs(load.value), "N m") for load in (level.nominal, tilted.required))
+    if standing.value <= _NOTHING:
+        return [f"No joint holds a torque as the base stands; {tilted.joint} has {most} {tilt}."]
+    both = (
+        f"{standing}, as the base stands and {tilt}"
+        if str(standing) == str(most)
+        else f"{standing} as the base stands, {most} "
+        f"{'' if tilted is level else f'at {tilted.joint} '}{tilt}"
+    )
+    return [f"Joint {level.joint} has the largest holding torque: {both}."]
+
+
+def _tilt(survey: Survey) -> str:
+    return f"up to {_degrees(survey.tilt or 0.0)}"
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.3g}°"
+
+
+def _cards(survey: Survey) -> list[Card]:
+    """Return the cards of the two most loaded joints."""
+    loaded = sorted(survey.joint_loads, key=lambda node: (node.unit, abs(node.required.value)))
+    return [
+        Card(
+            f"holding {'torque' if node.unit == 'N m' else 'force'} {node.joint}",
+            str(Cell(abs(node.required.value), node.unit)),
+            "any tilt" if survey.tilt is None else f"tilt {_tilt(survey)}",
+        )
+        for node in loaded[::-1][:2]
+    ]
+
+
+def _cases(survey: Survey, node: JointLoad) -> dict[str, DriveLoad]:
+    tilted = {} if node.within_tilt is None else {f"tilt {_tilt(survey)}": node.within_tilt}
+    return {"nominal base": node.nominal, **tilted, "any tilt": node.any_tilt}
 
 
 def _torques(survey: Survey, counted: str) -> Section:
+    columns = tuple(_cases(survey, survey.joint_loads[0]))
+    last = columns[-1] if survey.tilt is None else columns[1]
     rows = [
-        Row(
+        (
             node.joint,
-            tuple(
-                Cell(
-                    load.value if load is node.nominal else abs(load.value),
-                    node.unit,
-                    samples=counted,
-                )
-                for _, load in _cases(survey, node)
+            *(
+                Cell(load.value if load is node.nominal else abs(load.value), node.unit)
+                for load in _cases(survey, node).values()
             ),
-            _pose(survey, node.required.index) if abs(node.required.value) > _NOTHING else "",
+            pose_name(survey, node.required.index) if abs(node.required.value) > _NOTHING else "",
         )
         for node in survey.joint_loads
     ]
-    columns = tuple(name for name, _ in _cases(survey, survey.joint_loads[0]))
-    last = columns[-1] if survey.tilt is None else columns[1]
-    note = (
+    return table(
+        "torques",
+        "Static holding torque of each drive",
+        columns,
+        rows,
         "largest magnitude over the sampled poses, exact over tilts; the pose is that of "
         f"'{last}'. For the nominal base the sign is that of the "
-        "drive torque. Without acceleration"
+        "drive torque. Without acceleration",
+        samples=counted,
     )
-    return Section("torques", "Static holding torque of each drive", columns, tuple(rows), note)
 
 
 def _causes(survey: Survey, counted: str) -> Section:
@@ -352,70 +224,65 @@ def _causes(survey: Survey, counted: str) -> Section:
     ]
     rows = []
     for node in survey.joint_loads:
-        for name, load in _cases(survey, node):
+        for name, load in _cases(survey, node).items():
             if abs(load.value) <= _NOTHING:
                 continue
+            figures = (load.value, *(load.by_cause[cause] for cause in present))
             sign = math.copysign(1.0, load.value)
-            figures = [
-                Cell(sign * each, node.unit, samples=counted)
-                for each in (load.value, *(load.by_cause[cause] for cause in present))
-            ]
             tilt = "" if load is node.nominal else f", tilt {_degrees(load.tilt)}"
-            rows.append(Row(f"{node.joint}, {name}", tuple(figures), f"pose {load.index}{tilt}"))
-    note = (
+            cells = (Cell(sign * each, node.unit) for each in figures)
+            rows.append((f"{node.joint}, {name}", *cells, f"pose {load.index}{tilt}"))
+    return table(
+        "causes",
+        "Holding torque by cause",
+        ("total", *present),
+        rows,
         "negative: this weight relieves the drive. Tilt: the smallest tilt of the base with this "
-        "torque"
+        "torque",
+        samples=counted,
     )
-    return Section("causes", "Holding torque by cause", ("total", *present), tuple(rows), note)
 
 
 def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
-    rows, unrated = [], 0
     known = [*own, *gearboxes()]
-    for joint, node in zip(survey.arm.driven, survey.joint_loads, strict=True):
-        required = abs(node.required.value)
-        stated = joint.gearbox.rated_torque if joint.gearbox is not None else None
-        rated = (
-            Cell(math.nan, node.unit)
-            if stated is None
-            else Cell(float(stated), node.unit, stated=True)
-        )
-        figures = (Cell(required, node.unit), rated)
-        if node.unit != "N m":
-            rows.append(
-                Row(node.joint, figures, "prismatic joint: the catalogue rates reducers by torque")
-            )
-            continue
-        ratio = (
-            abs(float(joint.gearbox.ratio))
-            if joint.gearbox is not None and joint.gearbox.states_ratio
-            else None
-        )
-        answer = search(known, Criteria(min_torque=max(required, _NOTHING), ratio=ratio))
-        unrated = max(unrated, len(answer.not_stated.get("rated torque", ())))
-        suitable = sorted(answer.rows, key=lambda row: searchable_figures(row)["rated torque"])
-        names = ", ".join(
-            f"{_name(row)} ({searchable_figures(row)['rated torque']:.4g} N m)"
-            for row in suitable[:_SHOWN]
-        )
-        of = "" if ratio is None else f" for the ratio {ratio:g}"
-        choice = (
-            f"{len(suitable)} in the catalogue{of}; the smallest: {names}"
-            if suitable
-            else f"none in the catalogue{of} is rated for it"
-        )
-        weak = (
-            "the stated reducer is rated below this; "
-            if stated is not None and stated < required
-            else ""
-        )
-        rows.append(Row(node.joint, figures, weak + choice))
+    lines = [
+        _suitable(joint, node, known)
+        for joint, node in zip(survey.arm.driven, survey.joint_loads, strict=True)
+    ]
+    unrated = max(count for _, count in lines)
     tilts = "any tilt" if survey.tilt is None else "the worst tilt within the stated range"
     note = f"static torque at {tilts}, without allowance for acceleration, shock loads and life"
     note += f". {unrated} rows without a rated torque are excluded" if unrated else ""
-    return Section(
-        "reducers", "Suitable reducers", ("required", "rated, as stated"), tuple(rows), note
+    columns = ("required", "rated, as stated")
+    return table("reducers", "Suitable reducers", columns, [row for row, _ in lines], note)
+
+
+def _suitable(
+    joint: MovingJoint[Any], node: JointLoad, known: Sequence[GearboxRow]
+) -> tuple[tuple[Any, ...], int]:
+    """Return the row of the reducers that suit a joint, and how many were excluded as unrated."""
+    gearbox, required = joint.gearbox, abs(node.required.value)
+    stated = None if gearbox is None else gearbox.rated_torque
+    rated = Cell(math.nan if stated is None else float(stated), node.unit, stated=True)
+    row = (node.joint, Cell(required, node.unit), rated)
+    if node.unit != "N m":
+        return (*row, "prismatic joint: the catalogue rates reducers by torque"), 0
+    ratio = None if gearbox is None or not gearbox.states_ratio else abs(float(gearbox.ratio))
+    answer = search(known, Criteria(min_torque=max(required, _NOTHING), ratio=ratio))
+    torques = {id(each): searchable_figures(each)["rated torque"] for each in answer.rows}
+    names = ", ".join(
+        f"{_name(each)} ({torques[id(each)]:.4g} N m)"
+        for each in sorted(answer.rows, key=lambda each: torques[id(each)])[:_SHOWN]
     )
+    of = "" if ratio is None else f" for the ratio {ratio:g}"
+    choice = (
+        f"{len(answer.rows)} in the catalogue{of}; the smallest: {names}"
+        if names
+        else f"none in the catalogue{of} is rated for it"
+    )
+    weak = stated is not None and stated < required
+    note = f"{'the stated reducer is rated below this; ' if weak else ''}{choice}"
+    return (*row, note), len(answer.not_stated.get("rated torque", ()))
 
 
 def _name(row: GearboxRow) -> str:
@@ -425,145 +292,28 @@ def _name(row: GearboxRow) -> str:
 
 def _bearings(survey: Survey, counted: str) -> Section:
     rows = [
-        Row(
+        (
             node.joint,
-            (
-                Cell(_clean(node.moment), "N m", samples=counted),
-                Cell(node.moment_any_tilt, "N m", samples=counted),
-                Cell(node.force, "N", samples=counted),
-            ),
+            node.moment if node.moment > _NOTHING else 0.0,
+            node.moment_any_tilt,
+            node.force,
             f"poses {node.moment_index}, {node.moment_any_tilt_index}, {node.force_index}",
         )
         for node in survey.joint_loads
     ]
-    process = any(survey.arm.payload.force) or any(survey.arm.payload.moment)
     note = (
         "tilting moment perpendicular to the joint axis, the whole moment on a prismatic "
         "joint; largest of the sampled poses"
-    ) + (
-        ". At any tilt: upper bound, because the direction of the process force follows the arm"
-        if process
-        else ""
     )
-    columns = ("moment, nominal base", "moment, any tilt", "force, nominal base")
-    return Section("bearings", "Static load on each joint's bearing", columns, tuple(rows), note)
-
-
-def _clean(moment: float) -> float:
-    return moment if moment > _NOTHING else 0.0
-
-
-def _map(survey: Survey, counted: str) -> Section:
-    softest, stiffest = survey.softest_pose, int(survey.max_compliance.argmin())
-    rows = [
-        Row(label, (_micro_per_newton(value, counted), _stiffness(value, counted)), note)
-        for label, value, note in (
-            (
-                "most compliant direction, worst pose",
-                float(survey.max_compliance[softest]),
-                _pose(survey, softest),
-            ),
-            (
-                "most compliant direction, median over poses",
-                float(np.median(survey.max_compliance)),
-                "",
-            ),
-            (
-                "most compliant direction, best pose",
-                float(survey.max_compliance[stiffest]),
-                _pose(survey, stiffest),
-            ),
-            (
-                "mean over directions, worst pose",
-                float(survey.mean_compliance.max()),
-                _pose(survey, int(survey.mean_compliance.argmax())),
-            ),
-            ("mean over directions and poses", float(survey.mean_compliance.mean()), ""),
-        )
-    ]
-    note = "linearised at the arm's own load, clearances closed"
-    if survey.payload_deflection is not None:
-        most = int(survey.payload_deflection.argmax())
+    if any(survey.arm.payload.force) or any(survey.arm.payload.moment):
         note += (
-            f"; the payload's weight, {survey.arm.payload.mass:g} kg, deflects the tool by "
-            f"{length(float(survey.payload_deflection.max()))} at most "
-            f"(pose {most}), by {length(float(survey.payload_deflection.mean()))} on average "
-            "over the poses"
+            ". At any tilt: upper bound, because the direction of the process force follows the arm"
         )
-    return Section(
-        "map", "Compliance over the poses", ("compliance", "stiffness"), tuple(rows), note
-    )
-
-
-def _ellipsoid(survey: Survey) -> Section:
-    counted = f"pose {survey.softest_pose}"
-    rows = []
-    for ellipsoid, what in (
-        (survey.translational, "free to rotate"),
-        (survey.guided, "rotation constrained"),
-    ):
-        for k, value in enumerate(ellipsoid.values[0]):
-            axis = _direction(ellipsoid.directions[0, :, k])
-            shown = float(value) if value > _NOTHING * survey.translational.values[0, 0] else 0.0
-            rows.append(
-                Row(
-                    f"{what}, {k + 1}",
-                    (_micro_per_newton(shown, counted), _stiffness(shown, counted)),
-                    f"along {axis}",
-                )
-            )
-    for k, value in enumerate(survey.rotational.values[0]):
-        shown = float(value) if value > _NOTHING * survey.rotational.values[0, 0] else 0.0
-        figures = (
-            Cell(shown, "arcmin/(N m)", samples=counted),
-            Cell(1 / shown if shown else math.inf, "N m/arcmin", samples=counted),
-        )
-        rows.append(
-            Row(
-                f"rotation under a moment, {k + 1}",
-                figures,
-                f"about {_direction(survey.rotational.directions[0, :, k])}",
-            )
-        )
-    note = f"principal directions at {_pose(survey, survey.softest_pose)}"
-    return Section(
-        "ellipsoid",
-        "Compliance ellipsoid at the most compliant pose",
-        ("compliance", "stiffness"),
-        tuple(rows),
-        note,
-    )
-
-
-def _direction(axis: Floats) -> str:
-    """Return an axis as text, its sign chosen so that the largest component is positive."""
-    signed = axis * np.sign(axis[np.abs(axis).argmax()])
-    return (
-        "("
-        + ", ".join(
-            f"{each:.{_DIRECTION_DIGITS}f}" for each in np.round(signed, _DIRECTION_DIGITS) + 0.0
-        )
-        + ")"
-    )
-
-
-def _shares(survey: Survey, counted: str) -> Section:
-    order = np.argsort(-survey.shares, kind="stable")
-    here = f"pose {survey.softest_pose}"
-    rows = tuple(
-        Row(
-            short_name(survey.parts[k]),
-            (
-                Cell(float(survey.shares[k]), "%", samples=counted),
-                Cell(float(survey.softest_shares[k]), "%", samples=here),
-            ),
-        )
-        for k in order
-    )
-    return Section(
-        "shares",
-        "Compliance by part",
-        ("mean over poses", "most compliant pose"),
+    return table(
+        "bearings",
+        "Static load on each joint's bearing",
+        {"moment, nominal base": "N m", "moment, any tilt": "N m", "force, nominal base": "N"},
         rows,
-        "share of the compliance along a force, mean over directions",
+        note,
+        samples=counted,
     )

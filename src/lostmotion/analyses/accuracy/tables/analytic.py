@@ -35,13 +35,11 @@ from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
 from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.provenance import (
     at_least,
-    bounded_bars,
-    bounded_cards,
-    bounded_sections,
     missing_sentences,
     provenance_facts,
     provenance_sections,

@@ -39,15 +39,10 @@ from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.exact import share_neglected
+from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
-from lostmotion.reporting.provenance import (
-    bounded_bars,
-    bounded_cards,
-    bounded_sections,
-    provenance_facts,
-    provenance_sections,
-)
+from lostmotion.reporting.provenance import provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, find_row, length, several
 from lostmotion.reporting.warnings import overload_warnings
 

@@ -11,7 +11,7 @@ from lostmotion.analyses.compare.description import ABSENT
 from lostmotion.analyses.compare.tables.figures import figure, measure_of
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import digits, factor_of, unit_of_length
-from lostmotion.reporting.provenance import sign_of
+from lostmotion.reporting.arm_sheet import sign_of
 from lostmotion.reporting.sheet import Bar, Bars, Cell, in_words, length
 
 if TYPE_CHECKING:

@@ -14,12 +14,13 @@ from lostmotion.analyses.compare.tables.tool_points import commanded_tool_points
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
+from lostmotion.reporting.arm_sheet import sign_of
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.chance_levels import REMEDIES
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import provenance_facts, sign_of
+from lostmotion.reporting.provenance import provenance_facts
 from lostmotion.reporting.sheet import (
     Cell,
     Row,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.analyses.iso9283.comparison import over_robots
 from lostmotion.analyses.iso9283.tables.labels import estimate_figure, scatter_figure
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
-from lostmotion.reporting.provenance import at_least, bounded_cards, caveats, repeats_bounded
+from lostmotion.reporting.arm_sheet import bounded_cards
+from lostmotion.reporting.provenance import at_least, caveats, repeats_bounded
 from lostmotion.reporting.sheet import Card, Cell
 
 if TYPE_CHECKING:

@@ -10,8 +10,9 @@ from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.tables.labels import NO_SCATTER
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.reporting.arm_sheet import bounded_sections
 from lostmotion.reporting.first_order import checked, failure
-from lostmotion.reporting.provenance import bounded_sections, provenance_facts, provenance_sections
+from lostmotion.reporting.provenance import provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import Section, Sheet, several
 from lostmotion.reporting.warnings import arm_warnings
 

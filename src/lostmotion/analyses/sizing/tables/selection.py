@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any, Final
 from lostmotion.analyses.sizing.target_quantity import approach_for
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.reporting.arm_sheet import bounded_cards, bounded_sections
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
 from lostmotion.reporting.provenance import (
     at_least,
-    bounded_cards,
-    bounded_sections,
     by_what_is_described,
     caveats,
     provenance_facts,

@@ -14,15 +14,10 @@ from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.parts.family import section_text
 from lostmotion.printed import ARCMIN
+from lostmotion.reporting.arm_sheet import bounded_cards
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import (
-    at_least,
-    bounded_cards,
-    caveats,
-    provenance_facts,
-    provenance_sections,
-)
+from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections
 from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import arm_warnings
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.printed import stated_text
-from lostmotion.reporting.provenance import bounded_cards, sign_of
+from lostmotion.reporting.arm_sheet import bounded_cards, sign_of
 from lostmotion.reporting.sheet import Card, Cell, Row, Section, in_words, length, several
 from lostmotion.runs.design_names import design_name
 

@@ -21,6 +21,7 @@ from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
+from lostmotion.reporting.arm_sheet import sign_of
 from lostmotion.reporting.chance_levels import INTERVAL_OF_POSES, REMEDIES
 from lostmotion.reporting.first_order import failed, failure, judged, unsure
 from lostmotion.reporting.joint_values import joint_value
@@ -34,7 +35,6 @@ from lostmotion.reporting.provenance import (
     provenance_facts,
     provenance_sections,
     repeatability_sentence,
-    sign_of,
     upper_limit_sentences,
 )
 from lostmotion.reporting.sheet import Cell, Row, Section, Sheet, length, several

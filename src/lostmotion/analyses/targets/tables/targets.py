@@ -26,10 +26,9 @@ from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.arm_sheet import bounded_cards, bounded_sections
 from lostmotion.reporting.provenance import (
     at_least,
-    bounded_cards,
-    bounded_sections,
     by_what_is_described,
     caveats,
     provenance_facts,

@@ -32,10 +32,9 @@ from lostmotion.analyses.workspace_map.tables.placement import (
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.arm_sheet import bounded_cards, bounded_sections
 from lostmotion.reporting.provenance import (
     at_least,
-    bounded_cards,
-    bounded_sections,
     caveats,
     provenance_facts,
     provenance_sections,
