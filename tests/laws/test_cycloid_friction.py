@@ -124,6 +124,30 @@ def test_friction_is_the_work_of_sliding():
     )
 
 
+@pytest.mark.parametrize("turns", [0.0, -40.0 + 1.0])
+def test_output_pins_slide_less_where_the_crank_is_held(turns):
+    """Pins in holes larger by the eccentricity, moved by a small turn of the output: the material
+    points that touch part by e per radian on a crank at rest, and by N times that on one that turns.
+    """
+    circle, pin, step = 0.05, 0.006, 1e-7
+    e = RV_LIKE.eccentricity
+    centre = e * np.exp(0.3j)
+    pins = circle * np.exp(2j * np.pi * np.arange(9) / 9)
+    touch = pins - pin * centre / e
+    assert np.allclose(np.abs(touch - (pins + centre)), pin + e)  # on the holes as well
+    on_carrier = touch * np.exp(1j * step)
+    on_disc = centre * np.exp(1j * turns * step) + (touch - centre) * np.exp(1j * step)
+    slide = np.abs(on_carrier - on_disc) / step
+    ours = load_sharing(RV_LIKE, HERTZ, [200.0], [0.4])
+    rubs = friction_torques(
+        RV_LIKE, [0.4], ours, FrictionCoefficients(0.0, output=0.1, pin_circle=circle)
+    )
+    # many pins that carry F |sin| each: the sum of F over the torque is 4/(pi circle)
+    expected = 0.1 * slide * 4 / math.pi * 200 / circle
+    found = rubs.pins if turns else rubs.pins_held
+    np.testing.assert_allclose(found[0, 0, 0], expected, rtol=1e-6)
+
+
 @pytest.mark.parametrize("stage", [*STAGES, PLANET_PINS])
 @pytest.mark.parametrize("mu", [0.03, 0.1, 0.2])
 def test_efficiency_of_flanks_is_that_of_the_forces_on_the_disc(stage, mu):

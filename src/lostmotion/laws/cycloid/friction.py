@@ -4,7 +4,9 @@ directions, and self-locking.
 Three places rub, and each loses a share of the torque that passes through it, in series from the
 load to the input:
 
-* output pins in their holes, loaded by the torque at the output;
+* output pins in their holes, loaded by the torque at the output. Per radian of the output they
+  slide by the eccentricity e against a crank at rest, and by e more per radian of the crank
+  against the disc; the first part acts on the disc, the second on the crank;
 * flanks. The forces on a disc with friction at each contact balance about its centre and about the
   pitch point: T_disc = T_n -+ mu sum(F h) and T_crank = T_disc +- mu sum(F d), for an input that
   drives and one that is driven back. T_n is the moment of the normal forces F about the centre, d
@@ -65,12 +67,13 @@ class FrictionCoefficients:
 @dataclass(frozen=True, slots=True)
 class FrictionTorques:
     """Friction torques of one disc at the output (torque, crank, draw), N m: on the `disc` about
-    its centre, on the `crank`, and of output `pins`.
+    its centre, on the `crank`, and of output `pins` while the crank turns and while it is held.
     """
 
     disc: Floats
     crank: Floats
     pins: Floats
+    pins_held: Floats
 
 
 def friction_torques(
@@ -84,8 +87,8 @@ def friction_torques(
     angles (crank,), rad.
 
     Per radian of the output each flank slides by its distance from the pitch point, R D - Rr
-    (planet pins: + Rr), and the output pins by e N (planet pins: e z). The crank turns by `turns`;
-    default: those with the ring held.
+    (planet pins: + Rr), and the output pins by e N (planet pins: e z): by e with the crank held.
+    The crank turns by `turns`; default: those with the ring held.
     """
     theta = pin_angles(stage, np.atleast_1d(np.asarray(crank, dtype=float)))
     away = pitch_distance(stage, theta)
@@ -97,11 +100,13 @@ def friction_torques(
     )
     bearing = friction.bearing * friction.bearing_radius * answer.bearing_force
     moment = np.abs((answer.forces * arms(stage, theta)[None, :, None, :]).sum(axis=-1))
+    held = friction.output * stage.eccentricity * 4 / math.pi * moment / friction.pin_circle
     return FrictionTorques(
         disc=slide + offset + bearing,
         crank=bearing * (stage.planet_pitch_radius / stage.eccentricity if turns is None else turns)
         - offset,
-        pins=friction.output * stage.ring_pitch_radius * 4 / math.pi * moment / friction.pin_circle,
+        pins=held * stage.ring_pitch_radius / stage.eccentricity,
+        pins_held=held,
     )
 
 
@@ -110,9 +115,10 @@ class DriveFriction:
     """Friction of a whole drive at its output.
 
     levels    (level,) N m, from zero on: the moment of the normal forces on the flanks
-    discs     (level,) N m, on the discs; with the carrier held, output pins included
-    crank     (level,) N m, between the discs and the input
-    pins      friction of the output pins over the torque at the output
+    discs     (level,) N m, on the discs
+    crank     (level,) N m, between the discs and the input, with what output pins rub as it turns
+    pins      friction of the output pins with the input held, over the torque at the output; with
+              the carrier held there is none
     constant  N m, without load
     """
 

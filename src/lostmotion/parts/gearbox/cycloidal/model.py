@@ -313,8 +313,8 @@ def friction(gearbox: CycloidalDrawing, torque: Floats) -> DriveFriction:
     before it reaches the output divided by the ratio.
     """
     stated, discs = gearbox.friction, gearbox.discs
-    # on the discs, on the crank, of the output pins
-    lost = np.zeros((3, len(torque) + 1))
+    # on the discs, on the crank, of the output pins while it turns, and while it is held
+    lost = np.zeros((4, len(torque) + 1))
     if stated is not None:
         circle = gearbox.output_pins.circle_radius if gearbox.output_pins else math.inf
         coefficients = FrictionCoefficients(
@@ -326,12 +326,17 @@ def friction(gearbox: CycloidalDrawing, torque: Floats) -> DriveFriction:
             answer = drive.loaded_disc(gearbox.drive, float(load), crank, gap)
             found = friction_torques(gearbox.stage, crank, answer, coefficients, abs(gearbox.steps))
             lost[:, k] = [
-                discs * float(each.mean()) for each in (found.disc, found.crank, found.pins)
+                discs * float(each.mean())
+                for each in (found.disc, found.crank, found.pins, found.pins_held)
             ]
-    levels, (on_discs, on_crank, pins) = np.concatenate([np.zeros(1), torque]), lost
-    # with the ring as output the pins carry the torque behind the flanks
+    levels, (on_discs, on_crank, pins, held) = np.concatenate([np.zeros(1), torque]), lost
+    # a disc that turns by nothing against its pins slides on them only as the crank turns
     if gearbox.fixed == "carrier":
-        return DriveFriction(levels, on_discs + pins, on_crank, constant=gearbox.friction_in_loop)
+        held = np.zeros_like(held)
     return DriveFriction(
-        levels, on_discs, on_crank, float(pins[-1] / torque[-1]), gearbox.friction_in_loop
+        levels,
+        on_discs,
+        on_crank + pins - held,
+        float(held[-1] / torque[-1]),
+        gearbox.friction_in_loop,
     )
