@@ -13,37 +13,42 @@ so that `import lostmotion` takes no time.
 from __future__ import annotations
 
 import importlib
-import pkgutil
-import re
+import importlib.util
 from typing import Any
 
 import lostmotion.source_hash  # noqa: F401 - notes first how the source is, whatever is imported later
+from lostmotion.public_names import HOMES
+from lostmotion.public_names import QUESTIONS as QUESTIONS
 from lostmotion.version import __version__ as __version__
 
-# Home of every public name, in reading order; those whose home is a `command` are questions, which
-# the command line asks as well.
-HOMES = {
-    name: match[1]
-    for match in re.finditer(
-        r"^from (lostmotion\.\S+) import (.+)$",
-        (pkgutil.get_data(__name__, "__init__.pyi") or b"").decode(),
-        re.MULTILINE,
-    )
-    for name in re.findall(r"as (\w+)", match[2])
-}
-QUESTIONS = {name: home for name, home in HOMES.items() if home.endswith(".command")}
 __all__ = [*HOMES]  # noqa: PLE0604 - names of the stub
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever stands behind the name
     """Load a public name from its home when it is first asked for."""
-    if name not in HOMES:
+    value = (
+        getattr(importlib.import_module(HOMES[name]), name)
+        if name in HOMES
+        else _of_extension(name)
+    )
+    if value is None:
         raise AttributeError(f"module 'lostmotion' has no attribute '{name}'")
-    value = getattr(importlib.import_module(HOMES[name]), name)
     globals()[name] = value
     return value
 
 
+def _of_extension(name: str) -> Any:  # noqa: ANN401 - a question
+    """Return a question of another installed package; None where there is none of this name."""
+    # Python asks for a module's name, too, before it imports it
+    if name.startswith("_") or importlib.util.find_spec(f"{__name__}.{name}") is not None:
+        return None
+    from lostmotion.extensions import question_named
+
+    return question_named(name)
+
+
 def __dir__() -> list[str]:
-    """List the public names."""
-    return __all__
+    """List the public names, with the questions of other installed packages."""
+    from lostmotion.extensions import extensions
+
+    return [*__all__, *extensions("questions")]

@@ -13,6 +13,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,9 +41,13 @@ class Change(NamedTuple):
         return self.after.count("\n") - self.before.count("\n")
 
 
-def _change(block: Snippet) -> Change:
+def _heading(block: Snippet) -> str:
     above = "\n".join(PAGE.read_text("utf-8").splitlines()[: block.line])
-    heading = re.findall(r"^## (.+)$", above, re.MULTILINE)[-1]
+    return re.findall(r"^## (.+)$", above, re.MULTILINE)[-1]
+
+
+def _change(block: Snippet) -> Change:
+    heading = _heading(block)
     first, _, rest = block.text.partition("\n")
     if block.language in FRESH:
         return Change(heading, first.removeprefix("# "), "", block.text)
@@ -54,9 +59,12 @@ def _change(block: Snippet) -> Change:
     return Change(heading, first.removeprefix("+++ "), before, after)
 
 
-CHANGES = [
+EVERY = [
     _change(block) for language in ("python", "toml", "diff") for block in snippets(PAGE, language)
 ]
+# The last part of the page is a package of its own.
+OUTSIDE = "From another package"
+CHANGES = [change for change in EVERY if change.heading != OUTSIDE]
 
 
 class Copy(NamedTuple):
@@ -67,7 +75,8 @@ class Copy(NamedTuple):
 
     def run(self, *words, check=0):
         """Run Python on the changed package; return what it prints, or what it complains of."""
-        environment = {**os.environ, "PYTHONPATH": str(self.folder), "COLUMNS": "200"}
+        path = os.pathsep.join([str(self.folder), os.environ.get("PYTHONPATH", "")])
+        environment = {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
         done = subprocess.run(
             [sys.executable, *words],
             cwd=self.work,
@@ -96,10 +105,53 @@ def copy(tmp_path_factory):
         path.write_text(
             text.replace(change.before, change.after) if change.before else change.after, "utf-8"
         )
-    for block in snippets(PAGE, "sh"):
-        for line in block.text.splitlines():
-            made.run("-m", *shlex.split(line))
+    for line in _commands(outside=False):
+        made.run("-m", *line)
     return made
+
+
+def _commands(*, outside: bool) -> list[list[str]]:
+    """Return the commands of the page, those of the package of its own or the others."""
+    return [
+        shlex.split(line)
+        for block in snippets(PAGE, "sh")
+        if (_heading(block) == OUTSIDE) is outside
+        for line in block.text.splitlines()
+    ]
+
+
+def installed(folder: Path, entries: str, **files: str) -> Path:
+    """Put a package into a folder as an installer would: its modules, and its metadata with the
+    entry points.
+    """
+    metadata = folder / "acme_robots-1.2.dist-info"
+    metadata.mkdir(parents=True)
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: acme-robots\nVersion: 1.2\n")
+    (metadata / "entry_points.txt").write_text(entries)
+    (folder / "acme_robots").mkdir()
+    for name, text in {"__init__": "", **files}.items():
+        (folder / "acme_robots" / f"{name}.py").write_text(text, "utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def outside(tmp_path_factory):
+    """Install the page's package beside the source as it is."""
+    every = {change.file: change.after for change in EVERY}
+    project = tomllib.loads(every["pyproject.toml"])["project"]
+    entries = "".join(
+        f"[{group}]\n" + "".join(f"{name} = {target}\n" for name, target in named.items())
+        for group, named in project["entry-points"].items()
+    )
+    folder = installed(
+        tmp_path_factory.mktemp("site"),
+        entries,
+        spur=every["parts/gearbox/spur.py"],
+        joints=every["acme_robots/joints.py"],
+    )
+    work = tmp_path_factory.mktemp("asked")
+    (work / "one-joint.toml").write_text(every["one-joint.toml"], "utf-8")
+    return Copy(folder, work)
 
 
 def _figures(copy, folder):
@@ -235,3 +287,53 @@ def test_the_new_question_is_asked_from_python_and_from_the_command_line(copy):
     )
     assert "--increment" in message
     assert "1 arcmin" in message
+
+
+def test_a_package_brings_a_gearbox_kind_and_a_question(outside):
+    """The commands of the page run; help and Python have the question; another arm is as before."""
+    names, checked = (outside.run("-m", *line) for line in _commands(outside=True))
+    assert names == "A\n"
+    assert "one joint" in checked
+    assert "  joints      List the joints" in outside.run("-m", "lostmotion", "--help")
+    code = """
+import lostmotion
+arm = lostmotion.read("one-joint.toml")
+print(lostmotion.joints(arm), "joints" in dir(lostmotion), type(arm.joints[0].gearbox).__name__)
+from lostmotion.runs.job import made_with
+print(made_with()["acme-robots"])
+"""
+    assert outside.run("-c", code) == "['A'] True SpurGearbox\n1.2\n"
+
+
+BROKEN = {
+    "missing": "[lostmotion.parts]\nx = acme_robots.nothing:X\n",
+    "raises": "[lostmotion.parts]\nx = acme_robots.raises:X\n",
+    "no kind": "[lostmotion.parts]\nx = acme_robots:__name__\n",
+    "a kind twice": "[lostmotion.parts]\nx = lostmotion.parts.gearbox:WormGearbox\n",
+    "a question twice": "[lostmotion.questions]\nstudy = acme_robots:study\n",
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_package_that_cannot_be_used_is_one_message_that_names_it(case, tmp_path):
+    """Refused with exit code 2 and no traceback: package, version, entry point, and what to do."""
+    folder = installed(tmp_path / "site", BROKEN[case], raises="1 / 0")
+    arm = ROOT / "examples" / "z-arm.toml"
+    message = Copy(folder, tmp_path).run("-m", "lostmotion", "check", str(arm), check=2)
+    assert "package acme-robots 1.2: lostmotion." in message
+    assert "pip uninstall acme-robots" in message
+    assert "Traceback" not in message
+    assert message.count("found ") == 1
+
+
+def test_a_broken_question_leaves_the_others_alone(tmp_path):
+    """`--help` lists it with the reason; asked, it is refused; other commands run."""
+    entries = "[lostmotion.questions]\nx = acme_robots.nothing:x\n"
+    copy = Copy(installed(tmp_path / "site", entries), tmp_path)
+    assert "  x           Cannot be loaded: package acme-robots" in copy.run(
+        "-m", "lostmotion", "--help"
+    )
+    message = copy.run("-m", "lostmotion", "x", "arm.toml", check=2)
+    assert 'lostmotion.questions, x = "acme_robots.nothing:x"' in message
+    assert "Traceback" not in message
+    assert copy.run("-m", "lostmotion", "catalog", "RV-40E-121")

@@ -60,25 +60,33 @@ def path_of(name: str, value: object, _given: object = None, *, example: str = "
     return Path(value)
 
 
+def path_or_mapping(name: str, value: object, _given: object = None) -> Path | Mapping[str, Any]:
+    """Return the path of a file with a request, or its dictionary. Raises InputError as
+    `path_of`.
+    """
+    return value if isinstance(value, Mapping) else path_of(name, value)
+
+
 def paths_of(name: str, value: Any, _given: object = None) -> list[Path]:  # noqa: ANN401 - whatever a user passes
     """Return the paths of one file or several. Raises InputError as `path_of`."""
     return [path_of(name, each) for each in (value if isinstance(value, list | tuple) else [value])]
 
 
 def arm_of(name: str, value: object, given: Mapping[str, Any]) -> Arm:
-    """Return an arm, read from its file where a path is given, and calibrated where the question
-    has a `calibration`. Raises InputError with every mistake in the files.
+    """Return an arm, read from its file where a path is given or from a dictionary, and calibrated
+    where the question has a `calibration`. Raises InputError with every mistake in the files.
     """
-    if isinstance(value, str | os.PathLike):
+    if isinstance(value, str | os.PathLike | Mapping):
         from lostmotion.io import read
 
         sidecar = given.get("sidecar")
-        arm = read(Path(value), Path(sidecar) if isinstance(sidecar, str | os.PathLike) else None)
+        beside = Path(sidecar) if isinstance(sidecar, str | os.PathLike) else None
+        arm = read(value if isinstance(value, Mapping) else Path(value), beside)
     else:
         from lostmotion.mechanism.arm import Arm
 
         if not isinstance(value, Arm):
-            expected = "an arm, or the path of its file"
+            expected = "an arm, the path of its file, or a dictionary"
             raise refuse_argument(name, value, expected, **{name: "arm.toml"})
         arm = value
     return _calibrated(arm, given.get("calibration"))
@@ -280,9 +288,12 @@ def reducers_of(name: str, value: Any, _given: object = None) -> tuple[GearboxRo
 
 
 def reducers_beside(arm: object, rows: Sequence[GearboxRow]) -> tuple[GearboxRow, ...]:
-    """Return these rows, and those in the arm's file where it was given as a path and may hold
-    some.
-    """
+    """Return these rows, and those in the arm's file or dictionary where it may hold some."""
+    if isinstance(arm, Mapping):
+        from lostmotion.io.own_reducers import take_reducers
+        from lostmotion.io.toml import content
+
+        return (*rows, *take_reducers("arm", content("arm", arm))[0])
     file = Path(arm) if isinstance(arm, str | os.PathLike) else None
     return (
         *rows,
@@ -291,9 +302,12 @@ def reducers_beside(arm: object, rows: Sequence[GearboxRow]) -> tuple[GearboxRow
 
 
 ArmArgument: TypeAlias = Annotated[
-    "Arm | str | Path",
+    "Arm | str | Path | Mapping[str, Any]",
     Argument(
-        "Arm: native TOML; or URDF, xacro or MJCF with its sidecar TOML.", arm_of, metavar="FILE"
+        "Arm: native TOML; or URDF, xacro or MJCF with its sidecar TOML. In Python also a "
+        "dictionary with what the TOML would hold.",
+        arm_of,
+        metavar="FILE",
     ),
 ]
 SidecarArgument: TypeAlias = Annotated[

@@ -14,13 +14,14 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from lostmotion import QUESTIONS
 from lostmotion.cli.generator import command_name, command_of, stopped, swallowed
 from lostmotion.cli.loading import is_of_loading, is_of_memory, not_loaded
 from lostmotion.cli.terminal import LOST, begin_printing, flush, give_up, is_of_output, open_up, say
 from lostmotion.errors import InputError, LostmotionError, Problem, nearest, shown
+from lostmotion.extensions import extensions, question_named
 from lostmotion.version import __version__
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ class _Questions(TyperGroup):
 
     def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override] # Click's own signature
         """Return the names of the questions, in the order of the help."""
-        names = [command_name(name) for name in QUESTIONS]
+        names = [command_name(name) for name in (*QUESTIONS, *extensions("questions"))]
         return (
             [*dict.fromkeys(name.partition(" ")[0] for name in names)] if _completes(ctx) else names
         )
@@ -53,6 +54,8 @@ class _Questions(TyperGroup):
     def get_command(self, ctx: typer.Context, cmd_name: str) -> Any:  # type: ignore[override]  # noqa: ANN401 - Click's own class
         """Return the command of this name, None where there is none."""
         name = _ALIASES.get(cmd_name, cmd_name).replace(" ", "_")
+        if name not in QUESTIONS and name in extensions("questions"):
+            return _command_of_extension(name)
         if name not in QUESTIONS:
             behind = {
                 each.removeprefix(f"{name}_"): self.get_command(ctx, each)
@@ -78,13 +81,15 @@ class _Questions(TyperGroup):
         if " ".join(args[:2]) in map(command_name, QUESTIONS):  # `export c`
             args = [" ".join(args[:2]), *args[2:]]
         word = args[0]
+        if word in QUESTIONS:
+            return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
         # `export --help`
         if args[1:] == ["--help"] and any(
             command_name(name).startswith(f"{word} ") for name in QUESTIONS
         ):
             return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
-        if word not in {*map(command_name, QUESTIONS), *_ALIASES}:
-            names = [command_name(name) for name in QUESTIONS]
+        names = [command_name(name) for name in (*QUESTIONS, *extensions("questions"))]
+        if word not in {*names, *_ALIASES}:
             raise InputError(
                 [
                     Problem(
@@ -98,6 +103,26 @@ class _Questions(TyperGroup):
                 ]
             )
         return super().resolve_command(ctx, args)  # type: ignore[arg-type, unused-ignore]
+
+
+class _Broken(TyperCommand):
+    """The command of a question that cannot be loaded: the help of all commands states why."""
+
+    reason: InputError
+
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:  # type: ignore[override]  # noqa: ARG002 - as declared
+        """Raise the reason."""
+        raise self.reason
+
+
+def _command_of_extension(name: str) -> Any:  # noqa: ANN401 - Click's own class
+    try:
+        return command_of(question_named(name))  # type: ignore[arg-type] # there is one
+    except InputError as error:
+        (problem,) = error.problems
+        broken = _Broken(name, help=f"Cannot be loaded: {problem.file}: {problem.found}")
+        broken.reason = error
+        return broken
 
 
 app = typer.Typer(

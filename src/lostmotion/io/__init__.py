@@ -8,12 +8,13 @@ or MJCF, whatever its ending; other formats are refused by their names.
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.errors import nearest
 from lostmotion.io.text import begins_as_xml, read_text, refuse
-from lostmotion.io.toml import read_toml
+from lostmotion.io.toml import content, read_toml
 from lostmotion.io.toml_lines import names_lines
 
 if TYPE_CHECKING:
@@ -29,14 +30,21 @@ READERS: Final = {
 
 
 @names_lines
-def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
-    """Return the arm that a file describes. The ending says which format it is in, and XML by its
-    first letters.
+def read(path: str | Path | Mapping[str, Any], sidecar: str | Path | None = None) -> Arm:
+    """Return the arm that a file describes, or a dictionary with what the TOML would hold. The
+    ending says which format it is in, and XML by its first letters.
 
     `sidecar` is the TOML with what a URDF cannot state; unless given, NAME.toml beside NAME.urdf is
     used if it exists. Raises InputError with every mistake found: in the file, its sidecar, or the
     path itself.
     """
+    beside = None if sidecar is None else Path(sidecar)
+    if isinstance(path, Mapping):
+        tree = content("arm", path)
+        from lostmotion.io import native
+
+        native.refuse_sidecar("a dictionary", beside)
+        return native.arm_of("arm", tree)
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in READERS and begins_as_xml(path):
@@ -63,7 +71,5 @@ def read(path: str | Path, sidecar: str | Path | None = None) -> Arm:
         read_toml(path)  # before what checks its keys is loaded, which takes most of a second
     elif not path.exists():
         read_text(path, 1)
-    arm: Arm = importlib.import_module(f"lostmotion.io.{READERS[ending]}").read_arm(
-        path, None if sidecar is None else Path(sidecar)
-    )
+    arm: Arm = importlib.import_module(f"lostmotion.io.{READERS[ending]}").read_arm(path, beside)
     return arm

@@ -39,15 +39,20 @@ def read_arm(path: Path, sidecar: Path | None = None) -> Arm:
     A joint may carry a row of Denavit-Hartenberg values (`dh`, `mdh`) in place of origin and axis.
     Raises InputError with every mistake found, each under the key as the user wrote it.
     """
+    refuse_sidecar(path.name, sidecar)
+    return arm_of(str(path), read_toml(path))
+
+
+def refuse_sidecar(arm: str, sidecar: Path | None) -> None:
+    """Raise InputError for a sidecar: a TOML arm, or a dictionary, states everything itself."""
     if sidecar is not None:
         refuse(
             str(sidecar),
             "",
-            f"a sidecar for {path.name}",
+            f"a sidecar for {arm}",
             "a sidecar beside a URDF only; a TOML arm says everything itself",
             "arm.urdf",
         )
-    return arm_of(str(path), read_toml(path))
 
 
 def arm_of(file: str, tree: dict[str, Any]) -> Arm:

@@ -15,6 +15,7 @@ young = "1.4 GPa"
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeVar
@@ -28,7 +29,7 @@ from lostmotion.io.limits import cut, listed, nearest
 from lostmotion.io.own_reducers import OWN_EXAMPLES
 from lostmotion.io.reducers import KEY as CATALOGUE
 from lostmotion.io.text import begins_as_xml, refuse
-from lostmotion.io.toml import read_toml
+from lostmotion.io.toml import source_of
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.mechanism.arm import LONGEST_NAME
 from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
@@ -71,26 +72,30 @@ class OnePart(Generic[P]):
 
 
 @names_lines
-def read_gearbox(path: str | Path, joint: str | None = None) -> OnePart[ErrorSource]:
+def read_gearbox(
+    path: str | Path | Mapping[str, Any], joint: str | None = None
+) -> OnePart[ErrorSource]:
     """Return the gearbox that a file describes. A TOML with `gearbox`, or an arm file and the joint
     whose gearbox is meant.
 
     Names of the catalogue work as in an arm. Raises InputError with every mistake in the file, and
     for an arm without `joint` with its joints' names.
     """
-    return _read(Path(path), joint, "gearbox")
+    return _read(path if isinstance(path, Mapping) else Path(path), joint, "gearbox")
 
 
 @names_lines
-def read_bearing(path: str | Path, joint: str | None = None) -> OnePart[Bearing]:
+def read_bearing(
+    path: str | Path | Mapping[str, Any], joint: str | None = None
+) -> OnePart[Bearing]:
     """Return the bearing that a file describes. A TOML with `[bearing]`, or an arm file and the
     joint that has it. Errors as `read_gearbox`.
     """
-    return _read(Path(path), joint, "bearing")
+    return _read(path if isinstance(path, Mapping) else Path(path), joint, "bearing")
 
 
-def _read(path: Path, joint: str | None, kind: Kind) -> OnePart[Any]:
-    if path.suffix.lower() != ".toml":
+def _read(path: Path | Mapping[str, Any], joint: str | None, kind: Kind) -> OnePart[Any]:
+    if isinstance(path, Path) and path.suffix.lower() != ".toml":
         if READERS.get(path.suffix.lower()) is None and not begins_as_xml(path):
             refuse(
                 str(path),
@@ -100,16 +105,16 @@ def _read(path: Path, joint: str | None, kind: Kind) -> OnePart[Any]:
                 f"{path.stem or 'part'}.toml",
             )
         return _of_joint(read(path), str(path), joint, kind)
-    tree = read_toml(path)
+    file, tree = source_of("part", path)
     if "joints" in tree:
-        return _of_joint(read(path), str(path), joint, kind)
+        return _of_joint(read(path), file, joint, kind)
     if joint is not None:
         expected = (
             "an arm file where a joint is named; this one has no "
             f"joints{', but one ' + kind + ' for itself' if kind in tree else ''}"
         )
-        raise refuse_argument("joint", joint, f"{expected}: {path.name}")
-    return _alone(str(path), path.stem, tree, kind)
+        raise refuse_argument("joint", joint, f"{expected}: {Path(file).name}")
+    return _alone(file, Path(file).stem, tree, kind)
 
 
 def _of_joint(arm: Arm, file: str, joint: str | None, kind: Kind) -> OnePart[Any]:

@@ -25,9 +25,10 @@ from pydantic import BaseModel, ConfigDict, Field
 from lostmotion.errors import Problem, shown
 from lostmotion.io.arm_builder import SWEEP as TABLE
 from lostmotion.io.limits import MOST_MISTAKES, nearest
-from lostmotion.io.toml import key_step, key_steps, read_toml
+from lostmotion.io.toml import key_step, key_steps, request_of, source_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 EXAMPLE: Final = '"gearboxes.cycloidal.backlash" = ["0.5 arcmin", "1 arcmin"]'
@@ -91,19 +92,19 @@ class Axis(BaseModel):
         )
 
 
-def read_axes(path: Path | None, by: Path | None = None) -> tuple[tuple[Axis, ...], list[Problem]]:
-    """Return the keys that are swept, with their values. Of the table in `by`, or else in the file
-    `path`; none where it has no such table.
+def read_axes(
+    arm: Path | Mapping[str, Any] | None, by: Path | Mapping[str, Any] | None = None
+) -> tuple[tuple[Axis, ...], list[Problem], str]:
+    """Return the keys that are swept, with their values. Of the table in `by`, or else in `arm`,
+    files or dictionaries; none where it has no such table.
 
-    Gives the axes that can be read, and every mistake in the table, each under its key; whether the
-    arm accepts the values is checked by `designs.read_sweep`. Raises InputError for a file that is
-    no TOML.
+    Returns the axes that can be read, every mistake in the table, each under its key, and what
+    messages call the file; whether the arm accepts the values is checked by
+    `sweep_designs.read_sweep`. Raises InputError for a file that is no TOML.
     """
-    source = by or path
-    if source is None:
-        return (), []
-    file = str(source)
-    tree = read_toml(source)
+    if by is None and arm is None:
+        return (), [], ""
+    file, tree = source_of("arm", arm) if by is None else request_of(by, TABLE)  # type: ignore[arg-type] # one of both
     mistakes = []
     if by is not None:
         mistakes = [
@@ -129,8 +130,8 @@ def read_axes(path: Path | None, by: Path | None = None) -> tuple[tuple[Axis, ..
                     f"[{TABLE}] with {EXAMPLE}",
                 )
             )
-        return (), mistakes
-    return _axes(file, tree[TABLE], mistakes), mistakes
+        return (), mistakes, file
+    return _axes(file, tree[TABLE], mistakes), mistakes, file
 
 
 def designs(axes: tuple[Axis, ...]) -> int:

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import copy
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import tomlkit
 
@@ -24,17 +25,21 @@ from lostmotion.io.sidecar import find_sidecar, sidecar_place
 from lostmotion.io.srdf import find_srdf
 from lostmotion.io.sweep import EXAMPLE, Axis, changes, designs, key_text, read_axes
 from lostmotion.io.text import beside, read_old_text, read_text
-from lostmotion.io.toml import key_step, key_steps, quoted, read_toml
+from lostmotion.io.toml import key_step, key_steps, quoted, source_of
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.urdf_xml import parse_robot
 from lostmotion.io.xacro_file import TABLE as XACRO
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from lostmotion.mechanism.arm import Arm
 
 _DEEPEST: Final = 12
+# An arm's file, or a dictionary with what the TOML would hold.
+Stated: TypeAlias = "Path | Mapping[str, Any]"
+# What the text of a dictionary is called where it is stored.
+OF_DICTIONARY: Final = "arm.toml"
 _URDF: Final = ".urdf"
 # What a file may name beside itself: tables of reducers, matrices.
 _NAMED_ENDINGS: Final = (".toml", ".csv")
@@ -51,32 +56,37 @@ def read_design(path: Path, sidecar: Path | None, stated: Mapping[str, Any]) -> 
     return _arm(path, sidecar, _tree(path, sidecar), stated)
 
 
-def find_tree(path: Path, sidecar: Path | None) -> Path | None:
+def find_tree(path: Stated, sidecar: Path | None) -> Stated | None:
     """Return the TOML whose keys can be swept: the arm file itself, or a URDF's sidecar. None for a
     URDF without one.
     """
+    if isinstance(path, Mapping):
+        return path
     return path if path.suffix.lower() == ".toml" else sidecar or find_sidecar(path)
 
 
-def _tree(path: Path, sidecar: Path | None) -> dict[str, Any]:
+def _tree(path: Stated, sidecar: Path | None) -> dict[str, Any]:
     source = find_tree(path, sidecar)
-    tree = {} if source is None else read_toml(source)
+    tree = {} if source is None else source_of("arm", source)[1]
     tree.pop(TABLE, None)
     return tree
 
 
-def _arm(path: Path, sidecar: Path | None, tree: dict[str, Any], stated: Mapping[str, Any]) -> Arm:
+def _arm(
+    path: Stated, sidecar: Path | None, tree: dict[str, Any], stated: Mapping[str, Any]
+) -> Arm:
     tree = copy.deepcopy(tree)
+    file = "arm" if isinstance(path, Mapping) else str(path)
     lost = [
         problem
         for key, value in stated.items()
-        if (problem := _place(str(path), tree, key, copy.deepcopy(value))) is not None
+        if (problem := _place(file, tree, key, copy.deepcopy(value))) is not None
     ]
     if lost:
         refuse_all(lost)
-    if path.suffix.lower() == ".toml":
-        return native.arm_of(str(path), tree)
-    return urdf.arm_of(path, find_tree(path, sidecar), tree)
+    if isinstance(path, Mapping) or path.suffix.lower() == ".toml":
+        return native.arm_of(file, tree)
+    return urdf.arm_of(path, sidecar or find_sidecar(path), tree)
 
 
 def _place(file: str, tree: dict[str, Any], key: str, value: Any) -> Problem | None:  # noqa: ANN401 - whatever a file holds
@@ -190,9 +200,9 @@ def _leads_nowhere(
 
 @names_lines
 def read_sweep(
-    path: Path,
+    path: Stated,
     sidecar: Path | None = None,
-    by: Path | None = None,
+    by: Stated | None = None,
     progress: Callable[[str, int, int], None] | None = None,
     look: Callable[[Arm], None] | None = None,
 ) -> tuple[Arm, tuple[Axis, ...]]:
@@ -205,9 +215,7 @@ def read_sweep(
     """
     arm = read(path, sidecar)
     tree = _tree(path, sidecar)
-    source = find_tree(path, sidecar)
-    axes, mistakes = read_axes(source, by)
-    file = str(by or source)
+    axes, mistakes, file = read_axes(find_tree(path, sidecar), by)
     for axis in axes:
         mistakes += (
             [_of_xacro(axis, file, path)]
@@ -255,18 +263,19 @@ def read_sweep(
     return arm, axes
 
 
-def _of_xacro(axis: Axis, file: str, path: Path) -> Problem:
+def _of_xacro(axis: Axis, file: str, path: Stated) -> Problem:
     """Refuse to sweep an argument of xacro: what is stored of a run is one expanded file."""
     found, expected = (
         "an argument of xacro, which a sweep cannot change",
         "a key of another table, or a sidecar for each value and a comparison",
     )
-    example = f"lostmotion compare {path.name} {path.name} --sidecar one.toml --sidecar two.toml"
+    name = "arm.urdf" if isinstance(path, Mapping) else path.name
+    example = f"lostmotion compare {name} {name} --sidecar one.toml --sidecar two.toml"
     return Problem(file, f"{TABLE}.{key_text(axis.key)}", found, expected, example)
 
 
 def _of_axis(
-    path: Path, sidecar: Path | None, tree: dict[str, Any], axis: Axis, file: str
+    path: Stated, sidecar: Path | None, tree: dict[str, Any], axis: Axis, file: str
 ) -> list[Problem]:
     """Return the values of a key that the arm does not accept. What is wrong with the key itself is
     reported once.
@@ -304,17 +313,20 @@ def _of_axis(
     return out
 
 
-def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, str]:
+def texts(path: Stated, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, str]:
     """Return the texts of all files from which this arm, and every design of it, is read. Text by
     name, first the arm; its folder is the root.
 
     A sidecar is put beside its URDF under its own name; xacro is expanded, and MJCF includes what
     it names. Files that the arm names beside itself, or that the sweep puts there, come along.
     """
-    source = find_tree(path, sidecar)
+    tree = _tree(path, sidecar)
+    if isinstance(path, Mapping):
+        return {OF_DICTIONARY: tomlkit.dumps(tree), **_named_in("arm", tree, axes)}
+    source = path if path.suffix.lower() == ".toml" else sidecar or find_sidecar(path)
     name, text = path.name, _text(path)
-    if path.suffix.lower() != ".toml":
-        kind, text = urdf.self_contained(path, text, _tree(path, sidecar), source)
+    if source != path:
+        kind, text = urdf.self_contained(path, text, dict(tree), source)
         name = sidecar_place(path).with_suffix(kind).name
     out = {name: text}
     if (
@@ -324,13 +336,16 @@ def texts(path: Path, sidecar: Path | None, axes: Sequence[Axis]) -> dict[str, s
         out[Path(name).with_suffix(srdf.suffix.lower()).name] = _text(srdf)
     if source is not None and source != path:
         out[sidecar_place(path).name] = _without_root(_text(source))
-    if source is not None:
-        for text in _texts_in([_tree(path, sidecar), *(list(axis.values) for axis in axes)]):
-            named = (
-                beside(str(source), text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None
-            )
-            if named is not None and named.is_file():
-                out.setdefault(Path(text).as_posix(), _text(named))
+    return out if source is None else {**out, **_named_in(str(source), tree, axes), **out}
+
+
+def _named_in(file: str, tree: dict[str, Any], axes: Sequence[Axis]) -> dict[str, str]:
+    """Return the texts of the files that an arm and its sweep name beside it, by name."""
+    out = {}
+    for text in _texts_in([tree, *(list(axis.values) for axis in axes)]):
+        named = beside(file, text) if Path(text).suffix.lower() in _NAMED_ENDINGS else None
+        if named is not None and named.is_file():
+            out[Path(text).as_posix()] = _text(named)
     return out
 
 

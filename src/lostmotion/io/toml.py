@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import tomllib
-from typing import TYPE_CHECKING, Any, Final, NoReturn
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, NoReturn
 
-from lostmotion.errors import shown
+from lostmotion.errors import Problem, shown
+from lostmotion.io.limits import refuse_all
 from lostmotion.io.text import read_text, refuse
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 MEGABYTES: Final = 1
 # No arm needs either; without these bounds dotted keys of a hostile file take minutes, and deep
@@ -79,6 +79,62 @@ def read_toml(path: Path) -> dict[str, Any]:
     if not _is_shallow(tree):
         _refuse_depth(file)
     return tree
+
+
+def content(name: str, stated: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return what a dictionary of Python states as `read_toml` returns a file's content: lists for
+    tuples and arrays, Python's numbers for NumPy's, text for paths.
+
+    Raises InputError with every key and value that a file could not hold; `name` stands in the
+    place of the file.
+    """
+    mistakes: list[Problem] = []
+
+    def plain(value: Any, key: str, depth: int) -> Any:  # noqa: ANN401 - whatever a user passes
+        value = value.tolist() if hasattr(value, "tolist") else value
+        if depth > _DEEPEST:
+            _refuse_depth(name)
+        if isinstance(value, Mapping):
+            return {
+                each: plain(inner, f"{key}.{key_step(each)}".strip("."), depth + 1)
+                for each, inner in value.items()
+                if is_text(each, key)
+            }
+        if isinstance(value, list | tuple):
+            return [plain(inner, f"{key}[{k}]", depth + 1) for k, inner in enumerate(value)]
+        if isinstance(value, Path):
+            return str(value)
+        if not isinstance(value, str | bool | int | float):
+            expected = "text, a number, true or false, a list or a dictionary"
+            mistakes.append(Problem(name, key, shown(value), expected, '"400 mm"'))
+        return value
+
+    def is_text(each: object, key: str) -> bool:
+        if not isinstance(each, str):
+            mistakes.append(Problem(name, key, f"the key {shown(each)}", "text", '"A"'))
+        return isinstance(each, str)
+
+    tree: dict[str, Any] = plain(stated, "", 0)
+    if mistakes:
+        refuse_all(mistakes)
+    return tree
+
+
+def source_of(name: str, source: Path | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return what messages call a file or a dictionary, the latter by `name`, and its content.
+    Raises InputError as `read_toml` and `content`.
+    """
+    if isinstance(source, Mapping):
+        return name, content(name, source)
+    return str(source), read_toml(source)
+
+
+def request_of(source: Path | Mapping[str, Any], table: str) -> tuple[str, dict[str, Any]]:
+    """Return the same of a request, whose dictionary may be that of the file or of its table
+    alone.
+    """
+    file, tree = source_of("by", source)
+    return file, {table: tree} if isinstance(source, Mapping) and table not in tree else tree
 
 
 def quoted(text: str) -> str:

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import functools
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Generic, Self, TypeVar
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    ClassVar,
+    Final,
+    Generic,
+    Self,
+    TypeAlias,
+    TypeVar,
+    Union,
+)
 
 from pydantic import (
     AfterValidator,
@@ -15,6 +25,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import shown
+from lostmotion.parts.bearing.bearing import BearingFigures
 from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.crossed_rollers import CrossedRollerBearing
 from lostmotion.parts.bearing.pair import BallPair, RollerPair
@@ -32,6 +43,7 @@ from lostmotion.parts.error_source import (
 from lostmotion.parts.gearbox.gearbox import AmountT
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox, is_drawn
 from lostmotion.parts.gearbox.play_in_loop import play_left_open
+from lostmotion.parts.kinds import kinds_of_extensions
 from lostmotion.parts.link import Direction, Frame, Link, Vector
 from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.mounting import Mounting
@@ -43,8 +55,22 @@ if TYPE_CHECKING:
     from lostmotion.units import Toleranced
 
 GearboxT = TypeVar("GearboxT", bound=TurningGearbox | SlidingDrive)
+if TYPE_CHECKING:
+    _AnyBearing: TypeAlias = (
+        RollingPair | CrossedRoller | BallPair | RollerPair | CrossedRollerBearing | RigidBearing
+    )
+else:
+    _OWN = (
+        RollingPair,
+        CrossedRoller,
+        BallPair,
+        RollerPair,
+        CrossedRollerBearing,
+        RigidBearing,
+    )
+    _AnyBearing = Union[(*_OWN, *kinds_of_extensions(_OWN, BearingFigures))]
 Bearing = Annotated[
-    RollingPair | CrossedRoller | BallPair | RollerPair | CrossedRollerBearing | RigidBearing,
+    _AnyBearing,
     Field(discriminator="kind"),
     BeforeValidator(of_rigid_kind),
 ]

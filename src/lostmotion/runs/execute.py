@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from lostmotion.io.sweep_designs import Stated
     from lostmotion.mechanism.arm import Arm
     from lostmotion.runs.job import Law
     from lostmotion.runs.store import Store
@@ -43,9 +44,9 @@ _CALIBRATION: Final = "calibration"
 
 
 def order(  # noqa: PLR0913 - a run is these numbers
-    path: Path,
+    path: Stated,
     sidecar: Path | None = None,
-    by: Path | None = None,
+    by: Stated | None = None,
     calibration: Path | None = None,
     *,
     poses: int | Path,
@@ -57,8 +58,8 @@ def order(  # noqa: PLR0913 - a run is these numbers
     block: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Order:
-    """Return the job of this run. Reads the arm, and every design that its `[sweep]`, or that of
-    the file `by`, asks for.
+    """Return the job of this run. Reads the arm from its file or dictionary, and every design that
+    its `[sweep]`, or that of `by`, asks for.
 
     `calibration` has estimates of the robot that every design is. `poses` are so many by
     `pose_law`, or those of a CSV, which all designs must be able to take. Raises InputError with

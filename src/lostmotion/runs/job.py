@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from lostmotion.error_model.poses import REPLICATES
 from lostmotion.errors import LostmotionError, refuse_argument, shown
+from lostmotion.extensions import extensions
 from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.poses import read_poses
 from lostmotion.io.sweep import MOST_DESIGNS, MOST_KEYS, Axis, changes, designs
@@ -256,7 +257,12 @@ def order_of(text: bytes) -> Order:
 @functools.cache
 def made_with() -> dict[str, str]:
     """Return the versions that compute here. Those that decide the bytes."""
-    return {"lostmotion": __version__, **{name: version(name) for name in _MADE_WITH}}
+    others = (each.package for each in extensions("parts").values())
+    return {
+        "lostmotion": __version__,
+        **{name: version(name) for name in _MADE_WITH},
+        **dict(sorted(others)),
+    }
 
 
 def usual_block(robots: int) -> int:

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
-from lostmotion.analyses.arguments import JointArgument, ReadyArgument, SeedArgument, path_of
+from lostmotion.analyses.arguments import (
+    JointArgument,
+    ReadyArgument,
+    SeedArgument,
+    path_or_mapping,
+)
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.units import Quantity
@@ -27,14 +32,18 @@ def _bearing_of(name: str, value: Any, given: Mapping[str, Any]) -> OnePart[Bear
 
     if isinstance(value, ErrorSource):
         return OnePart("bearing", value, ())  # type: ignore[arg-type]
-    return read_bearing(path_of(name, value), given["joint"])
+    return read_bearing(path_or_mapping(name, value), given["joint"])
 
 
 @question(folder="bearing")
 def bearing(
     part: Annotated[
-        "Bearing | str | Path",
-        Argument("TOML with [bearing], or an arm file with `joint`.", _bearing_of, metavar="FILE"),
+        "Bearing | str | Path | Mapping[str, Any]",
+        Argument(
+            "TOML with [bearing], or an arm file with `joint`. In Python also a dictionary.",
+            _bearing_of,
+            metavar="FILE",
+        ),
     ],
     joint: JointArgument = None,
     *,

@@ -125,7 +125,7 @@ def _poses_of(name: str, value: Any, given: Mapping[str, Any]) -> list[int | Pos
 @question(folder="compare")
 def compare(
     *arms: Annotated[
-        "Arm | str | Path",
+        "Arm | str | Path | Mapping[str, Any]",
         Argument(
             (
                 "Two arms or more, each native TOML or URDF with its sidecar TOML; all are "

@@ -10,6 +10,7 @@ from lostmotion.analyses.arguments import (
     ReadyArgument,
     SeedArgument,
     path_of,
+    path_or_mapping,
 )
 from lostmotion.analyses.quantities import Amount, amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
@@ -35,7 +36,7 @@ def _gearbox_of(name: str, value: Any, given: Mapping[str, Any]) -> OnePart[Erro
 
     if isinstance(value, ErrorSource):
         return OnePart(getattr(value, "model", "") or "gearbox", value, ())
-    return read_gearbox(path_of(name, value), given["joint"])
+    return read_gearbox(path_or_mapping(name, value), given["joint"])
 
 
 def _torque(name: str, value: Any, given: Mapping[str, Any]) -> Any:  # noqa: ANN401 - whatever a user passes
@@ -105,8 +106,12 @@ def torque_of(gearbox: ErrorSource, *, from_zero: bool = False) -> Quantity:
 @question(folder="gearbox")
 def gear(
     part: Annotated[
-        "ErrorSource | str | Path",
-        Argument("TOML with [gearbox], or an arm file with `joint`.", _gearbox_of, metavar="FILE"),
+        "ErrorSource | str | Path | Mapping[str, Any]",
+        Argument(
+            "TOML with [gearbox], or an arm file with `joint`. In Python also a dictionary.",
+            _gearbox_of,
+            metavar="FILE",
+        ),
     ],
     joint: JointArgument = None,
     *,

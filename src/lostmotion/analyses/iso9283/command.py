@@ -23,7 +23,7 @@ from lostmotion.errors import Mistakes, refuse_argument
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from lostmotion.analyses.iso9283.result import Iso9283
@@ -97,7 +97,7 @@ def _refuse_together(
 @question(folder="iso9283")
 def iso9283(
     arm: Annotated[
-        "Arm | str | Path | None",
+        "Arm | str | Path | Mapping[str, Any] | None",
         Argument(
             (
                 "Arm: native TOML, or URDF with its sidecar TOML. Default: none, the measured "

@@ -5,7 +5,6 @@ tool.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -20,7 +19,7 @@ from lostmotion.analyses.arguments import (
     SeedArgument,
     SidecarArgument,
     ThreadsArgument,
-    path_of,
+    path_or_mapping,
     poses_of,
     reducers_beside,
 )
@@ -29,17 +28,14 @@ from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import refuse_argument
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from lostmotion.analyses.sizing.result import Selection, Size
     from lostmotion.spatial import Floats
 
 # Poses that limits are checked at; of a search for a target, which a full study follows.
 _LIMIT_POSES = 1024
 _SEARCH_POSES = 128
-
-
-def _request_of(name: str, value: object, _given: object) -> Path | Mapping[str, Any]:
-    """Return the path of a file with [sizing], or the keys of that table."""
-    return value if isinstance(value, Mapping) else path_of(name, value)
 
 
 @question(folder="sized")
@@ -52,7 +48,7 @@ def size(
                 "TOML with [sizing]: limits, and what each link may be made of; in Python also "
                 "the keys of that table. Default: sections like its own."
             ),
-            _request_of,
+            path_or_mapping,
             metavar="SIZING",
         ),
     ] = None,

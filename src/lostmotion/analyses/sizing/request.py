@@ -56,7 +56,7 @@ from lostmotion.errors import Problem, shown
 from lostmotion.io.draft import plain
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.own_reducers import take_reducers
-from lostmotion.io.toml import key_step, read_toml
+from lostmotion.io.toml import key_step, request_of
 from lostmotion.io.toml_lines import names_lines
 from lostmotion.io.validation_errors import problems
 from lostmotion.parts.error_source import Part
@@ -161,21 +161,13 @@ def read_request(
     arm: Arm,
     own: Sequence[GearboxRow] = (),
 ) -> SizingRequest:
-    """Return the request of a file with `[sizing]`, or of the keys of that table, and of `options`,
-    which are such keys as well.
+    """Return the request of a file or dictionary with `[sizing]`, and of `options`, keys of it.
 
     `own` are the arm file's rows of reducers. Raises InputError with every mistake in file and
     options, also unknown links,
     gearboxes and bearings, and those that cannot be selected.
     """
-    file = "by" if isinstance(by, Mapping) else str(by or "")
-    tree = (
-        {TABLE: {key: _worded(key, value) for key, value in by.items()}}
-        if isinstance(by, Mapping)
-        else {}
-        if by is None
-        else read_toml(by)
-    )
+    file, tree = _content(by)
     options = {key: _worded(key, value) for key, value in options.items()}
     is_empty = by is not None and TABLE not in tree
     stated = tree.pop(TABLE, {})
@@ -260,6 +252,14 @@ def read_request(
         if plan.target is None
         else _with_target(plan, link_options, tables_, parts)
     )
+
+
+def _content(by: Path | Mapping[str, Any] | None) -> tuple[str, dict[str, Any]]:
+    """Return what messages call the request, and its content; numbers of a dictionary are in SI."""
+    file, tree = ("", {}) if by is None else request_of(by, TABLE)
+    if isinstance(by, Mapping) and isinstance(tree[TABLE], dict):
+        tree[TABLE] = {key: _worded(key, value) for key, value in tree[TABLE].items()}
+    return file, tree
 
 
 def _with_objective(

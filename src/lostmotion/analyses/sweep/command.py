@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,20 +21,21 @@ from lostmotion.analyses.arguments import (
     SidecarArgument,
     VisitsArgument,
     path_of,
+    path_or_mapping,
 )
-from lostmotion.analyses.signature import Argument, question, read_arguments
+from lostmotion.analyses.signature import Argument, question, read_arguments, results_folder
 from lostmotion.errors import refuse_argument, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from lostmotion.analyses.sweep.result import Sweep
 
 
-def _file_of(name: str, value: object, _given: object) -> Path:
-    """Return the path of the arm's file: a sweep changes keys of the file, which an arm in memory
-    no longer has.
+def _file_of(name: str, value: object, _given: object) -> Path | Mapping[str, Any]:
+    """Return the path of the arm's file, or its dictionary: a sweep changes their keys, which an
+    arm in memory no longer has.
     """
+    if isinstance(value, Mapping):
+        return value
     if not isinstance(value, str | os.PathLike):
         found = (
             "nothing"
@@ -43,8 +45,8 @@ def _file_of(name: str, value: object, _given: object) -> Path:
             else shown(value)
         )
         expected = (
-            "the path of an arm file: a sweep changes keys of the file, which an arm in memory no "
-            "longer has"
+            "the path of an arm file, or a dictionary: a sweep changes their keys, which an arm in "
+            "memory no longer has"
         )
         raise refuse_argument(name, found, expected, **{name: "arm.toml"})
     return Path(value)
@@ -67,21 +69,22 @@ def _poses_of(name: str, value: Any, _given: Mapping[str, Any]) -> int | Path:  
 @question(folder="sweep")
 def sweep(
     arm: Annotated[
-        "str | Path",
+        "str | Path | Mapping[str, Any]",
         Argument(
             (
                 "Arm file: native TOML, or URDF with its sidecar TOML; its [sweep] states which "
-                "keys take which values."
+                "keys take which values. In Python also a dictionary."
             ),
             _file_of,
             metavar="FILE",
         ),
     ],
     by: Annotated[
-        "str | Path | None",
+        "str | Path | Mapping[str, Any] | None",
         Argument(
-            "TOML with [sweep], in place of the arm's own. Without either there is one design.",
-            path_of,
+            "TOML with [sweep], in place of the arm's own; in Python also the keys of that table. "
+            "Without either there is one design.",
+            path_or_mapping,
             metavar="SWEEP",
         ),
     ] = None,
@@ -182,7 +185,8 @@ def sweep(
         block=asked.block,
         progress=progress,
     )
-    folder = asked.out or Path(f"{asked.arm.stem}-sweep")
+    file = asked.arm if isinstance(asked.arm, Path) else job.arm
+    folder = asked.out or Path(results_folder(file, "sweep"))
     # before anything is written
     with nullcontext() if dask is None else cluster(dask) as connected:
         store = Store.begin(folder, job, force=asked.force)

@@ -8,10 +8,10 @@ from typing import Literal
 
 import numpy as np
 
+from lostmotion.parts.bearing.bearing import BearingFigures
 from lostmotion.parts.bearing.runout import runout_terms
 from lostmotion.parts.error_source import (
     AngularStiffness,
-    ErrorSource,
     LengthAmount,
     LengthPlus,
     LinearStiffness,
@@ -23,7 +23,7 @@ from lostmotion.parts.standard_terms import parameter
 from lostmotion.parts.term import Motion, Term
 
 
-class CrossedRoller(OfClass, ErrorSource):
+class CrossedRoller(OfClass, BearingFigures):
     """A preloaded bearing by catalogue stiffness; an omitted value is assumed rigid or exact.
 
     moment_stiffness  against tilting; default: k D^2/8 per radian of axial_stiffness k and

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
-from lostmotion.parts.error_source import ErrorSource, PartFigure
-from lostmotion.parts.provenance import Sourced
+from lostmotion.parts.bearing.bearing import BearingFigures
 
 if TYPE_CHECKING:
     from lostmotion.parts.term import Motion, Term
 
 
-class RigidBearing(Sourced, ErrorSource):
+class RigidBearing(BearingFigures):
     """A bearing or guide that is declared ideal: rigid, without clearance and runout. In a file
     `rigid = true` suffices.
 
@@ -20,11 +19,6 @@ class RigidBearing(Sourced, ErrorSource):
 
     kind: Literal["rigid"] = "rigid"
     rigid: Literal[True]
-
-    @property
-    def stated_figures(self) -> list[PartFigure]:
-        """Return no figures."""
-        return []
 
     def terms(self, motion: Motion) -> list[Term]:  # noqa: ARG002 - an ideal bearing has no error on any joint
         """Return no terms."""

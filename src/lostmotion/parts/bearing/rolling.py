@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from lostmotion.laws.distributions import TwoSided
+from lostmotion.parts.bearing.bearing import BearingFigures
 from lostmotion.parts.error_source import (
     HELD_SHARE,
     OF_HELD,
     ClearanceDim,
-    ErrorSource,
     Friction,
     FrictionForce,
     LengthPlus,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 SIDES: Final = (("inboard", -1.0), ("outboard", 1.0))
 
 
-class RollingPair(OfClass, ErrorSource):
+class RollingPair(OfClass, BearingFigures):
     """A spaced pair of rolling bearings, each with the same working clearance.
 
     clearance         diametral working clearance of each bearing; ± is its scatter over bearings

@@ -12,15 +12,14 @@ import numpy as np
 
 from lostmotion.laws.distributions import TwoSided, of_tolerance
 from lostmotion.laws.rolling.table import Pair, ShiftTable, shift_table
+from lostmotion.parts.bearing.bearing import BearingFigures
 from lostmotion.parts.bearing.fits import MountedBearing
 from lostmotion.parts.bearing.rolling import SIDES, closing_friction, per_shift
 from lostmotion.parts.bearing.runout import runout_terms
 from lostmotion.parts.error_source import (
-    ErrorSource,
     Friction,
     FrictionForce,
     LengthAmount,
-    PartFigure,
 )
 from lostmotion.parts.load_table import LoadTable, ShaftOnRows
 from lostmotion.parts.play import Seat
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
 _STEP: Final = 1e-6
 
 
-class DrawnBearing(MountedBearing, ErrorSource):
+class DrawnBearing(MountedBearing, BearingFigures):
     """Base class of bearings described by a drawing.
 
     closing_force  under a load below it on one bearing its clearance stays open; default: 2 % of
@@ -71,11 +70,6 @@ class DrawnBearing(MountedBearing, ErrorSource):
         friction.
         """
         return with_friction(super().assumptions, "closing_force", self.play_friction(Holding))
-
-    @property
-    def stated_figures(self) -> list[PartFigure]:
-        """Return no stated figures: the sheet of a drawn bearing shows computed ones."""
-        return []
 
     @property
     @abstractmethod

@@ -1,4 +1,6 @@
-"""Gearboxes that a joint may have: every kind of which the package `parts.gearbox` has a line."""
+"""Gearboxes that a joint may have: every kind of which the package `parts.gearbox` has a line, and
+those of other packages.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +25,7 @@ from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.gearbox import Gearbox, TurningFigures
 from lostmotion.parts.gearbox.slide import SlideFigures
+from lostmotion.parts.kinds import kinds_of_extensions
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
@@ -43,7 +46,8 @@ if TYPE_CHECKING:
     _StatedTurning: TypeAlias = TurningFigures
     _StatedSliding: TypeAlias = _Slide | SlideFigures
 else:
-    _ALL = [each for each in vars(package).values() if isinstance(each, type)]
+    _OWN = [each for each in vars(package).values() if isinstance(each, type)]
+    _ALL = [*_OWN, *kinds_of_extensions(_OWN, TurningFigures, SlideFigures)]
     _TURNING = [each for each in _ALL if issubclass(each, TurningFigures)]
     _StatedTurning = Union[
         (
