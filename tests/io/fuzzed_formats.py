@@ -24,11 +24,11 @@ import numpy as np
 
 import lostmotion
 from lostmotion import gear, read, screws, worst_case
-from lostmotion.analyses.iso9283.measured_file import read_measured
 from lostmotion.analyses.sizing.request import read_request
 from lostmotion.error_model.bounds import bounds
 from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.compliance_csv import read_compliance
+from lostmotion.io.measured.visit_file import read_measured
 from lostmotion.io.own_reducers import read_reducers
 from lostmotion.io.part_file import read_bearing, read_gearbox
 from lostmotion.io.pose_and_zone_text import read_pose, read_zone

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lostmotion
-from lostmotion.analyses.iso9283.measured_file import read_measured
+from lostmotion.io.measured.visit_file import read_measured
 from lostmotion.spatial import pose_of
 
 MEASURED = Path(__file__).parents[2] / "examples" / "measured"

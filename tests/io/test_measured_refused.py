@@ -19,8 +19,8 @@ LINE = "path,cycle,x [mm],y [mm],z [mm]\n" + "".join(
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("", "no visit"),
-        (HEAD, "no visit"),
+        ("", "no reading"),
+        (HEAD, "no reading"),
         (ROWS * 2, "numbers, 'P1,1,600,0,400,600,0,400'"),
         (HEAD.replace("x [mm]", "x", 1) + ROWS, "no unit"),
         (HEAD.replace("x [mm]", "x [deg]", 1) + ROWS, "'deg' is not a unit of length"),

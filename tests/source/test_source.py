@@ -26,7 +26,6 @@ ONE_PART = ("analyses/gearbox/", "analyses/bearing/")
 DRAWN = {"is_drawn", "is_drawn_bearing", "is_sliding", "is_gearbox"}
 # What users write, by patterns: no names of terms or causes.
 PATTERNS = {
-    "analyses/iso9283/measured_columns.py": "headings and numbers of measured files",
     "analyses/iso9283/measured_paths.py": "pairs of pose names",
     "analyses/quantities.py": "quantities with units",
     "analyses/signature.py": "sections of a docstring",
@@ -179,7 +178,6 @@ def test_a_file_is_short_enough_to_read():
 # Twins that are still to be named apart; no name may be added.
 STILL_TWICE = {
     "Candidate",
-    "Column",
     "Cost",
     "Curve",
     "Parameter",

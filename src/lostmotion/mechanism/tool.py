@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
 import numpy as np
 from pydantic import Field
@@ -15,6 +15,9 @@ from lostmotion.parts.provenance import Sourced
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
+
+# Largest share of a payload; more is a mistaken unit.
+MOST_LOAD: Final = 2.0
 
 FromTheToolPoint = Annotated[
     Vector, Field(description="x, y, z from the tool point, in the axes of the tool frame")

@@ -12,7 +12,7 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.iso9283.axis_positioning import axis_positionings
-from lostmotion.analyses.iso9283.measured_file import read_measured
+from lostmotion.io.measured.visit_file import read_measured
 from tests.analyses.iso9283.test_iso9283_measured import visits_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

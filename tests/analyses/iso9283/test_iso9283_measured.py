@@ -22,17 +22,17 @@ from lostmotion.analyses.iso9283.confidence import (
 from lostmotion.analyses.iso9283.cube import cube_from_arguments, five_points
 from lostmotion.analyses.iso9283.joint_motion import path_approach, path_poses
 from lostmotion.analyses.iso9283.measured import evaluate
-from lostmotion.analyses.iso9283.measured_file import combined, read_measured
 from lostmotion.analyses.iso9283.predicted import (
     DISTANCE,
     LOADS,
     predict_robots,
     with_payload_share,
 )
-from lostmotion.analyses.iso9283.visits import Visits
 from lostmotion.analyses.iso9283.warm_up import WarmUp, drift, growth
 from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.io.measured.visit_file import combined, read_measured
+from lostmotion.io.measured.visits import Visits
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
 

@@ -20,7 +20,6 @@ from lostmotion.analyses.iso9283.confidence import (
 )
 from lostmotion.analyses.iso9283.measured import evaluate
 from lostmotion.analyses.iso9283.paths import PATH_FIGURES, across_path, crossings, path_figures
-from lostmotion.analyses.iso9283.visits import Visits
 from lostmotion.analyses.iso9283.worst_plane import (
     covariance_root,
     largest_mean,
@@ -28,6 +27,7 @@ from lostmotion.analyses.iso9283.worst_plane import (
     simulated_tests,
 )
 from lostmotion.error_model.intervals import Estimate
+from lostmotion.io.measured.visits import Visits
 from lostmotion.spatial import pose_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

@@ -288,12 +288,12 @@ def other_path(text):
 
 def test_the_measured_file_is_read_once(monkeypatch):
     """The file is read once, also where its commands define the cube."""
-    from lostmotion.analyses.iso9283 import measured_file
+    from lostmotion.io.measured import visit_file
 
     seen = []
-    kept = measured_file.read_measured
+    kept = visit_file.read_measured
     monkeypatch.setattr(
-        measured_file, "read_measured", lambda *words: seen.append(words) or kept(*words)
+        visit_file, "read_measured", lambda *words: seen.append(words) or kept(*words)
     )
     lostmotion.iso9283(lostmotion.read(Z_ARM), VISITS, robots=2, visits=2)
     assert len(seen) == 1

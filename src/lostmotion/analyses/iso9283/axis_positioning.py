@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lostmotion.analyses.iso9283.visits import Visits
+    from lostmotion.io.measured.visits import Visits
     from lostmotion.spatial import Floats
 
 # Target positions and approaches that the standard asks for; fewest with which the figures are

@@ -46,7 +46,7 @@ def _floor_of(name: str, value: Any, _given: object) -> float | None:  # noqa: A
 
 
 def _loads_of(name: str, value: Any, _given: object) -> tuple[float, ...]:  # noqa: ANN401 - whatever a user passes
-    from lostmotion.analyses.iso9283.predicted import MOST_LOAD
+    from lostmotion.mechanism.tool import MOST_LOAD
 
     wanted = Quantity("", "10 %", low=0.0, high=MOST_LOAD)
     with Mistakes() as mistakes:
@@ -255,10 +255,10 @@ def iso9283(
         mistakes.of(_refuse_together, arm, measured, load, cube, centre)
         asked = mistakes.of(read_arguments, iso9283, locals())
     from lostmotion.analyses.iso9283.measured import evaluate
-    from lostmotion.analyses.iso9283.measured_file import read_measured
     from lostmotion.analyses.iso9283.sheet import commanded, cube_of, ends_of, sheet_of
     from lostmotion.analyses.iso9283.warm_up import WarmUp
     from lostmotion.error_model.provenance import refuse_undescribed
+    from lostmotion.io.measured.visit_file import read_measured
 
     if arm is not None:
         refuse_undescribed(asked.arm)

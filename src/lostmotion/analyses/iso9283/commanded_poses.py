@@ -23,7 +23,7 @@ from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.mechanism.state import state_of, tool_points
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.iso9283.visits import Visits
+    from lostmotion.io.measured.visits import Visits
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.cube import Cube
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredRobot
     from lostmotion.analyses.iso9283.predicted import LoadSheet, PredictedRobots
-    from lostmotion.analyses.iso9283.visits import Visits
+    from lostmotion.io.measured.visits import Visits
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

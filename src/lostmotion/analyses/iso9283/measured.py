@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.analyses.iso9283.axis_positioning import AxisPositioning
-    from lostmotion.analyses.iso9283.visits import Visits
+    from lostmotion.io.measured.visits import Visits
     from lostmotion.spatial import Floats
 
 _RESAMPLES: Final = 400

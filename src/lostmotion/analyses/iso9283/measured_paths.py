@@ -31,8 +31,8 @@ from lostmotion.errors import InputError, Problem, shown
 if TYPE_CHECKING:
     from collections.abc import Container
 
-    from lostmotion.analyses.iso9283.visits import Visits
     from lostmotion.error_model.intervals import Estimate
+    from lostmotion.io.measured.visits import Visits
     from lostmotion.spatial import Floats
 
 # Planes, as many as along a predicted path; at most as many as a cycle has readings.

@@ -28,6 +28,7 @@ from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.state import state_of
+from lostmotion.mechanism.tool import MOST_LOAD
 from lostmotion.propagation import exact
 
 if TYPE_CHECKING:
@@ -48,8 +49,6 @@ MOST_ROBOTS: Final = 20_000
 MOST_CYCLES: Final = 1000
 MOST_PATH_POINTS: Final = 200
 MOST_LOADS: Final = 8
-# Largest share of the payload; more is a mistaken unit.
-MOST_LOAD: Final = 2.0
 PATH_POINTS: Final = 20
 # Poses at which the standard evaluates vAP; ends of the distance and of the default path.
 FROM_THREE_SIDES: Final = (0, 1, 3)

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.cube import Cube
     from lostmotion.analyses.iso9283.measured import MeasuredRobot
-    from lostmotion.analyses.iso9283.visits import Visits
     from lostmotion.analyses.iso9283.warm_up import WarmUp
+    from lostmotion.io.measured.visits import Visits
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 

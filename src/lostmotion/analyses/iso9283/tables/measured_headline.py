@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
     from lostmotion.analyses.iso9283.predicted import PredictedRobots
-    from lostmotion.analyses.iso9283.visits import Visits
     from lostmotion.error_model.intervals import Estimate
+    from lostmotion.io.measured.visits import Visits
 
 _MOST_NAMED: Final = 5
 _LONGEST_NAME: Final = 40

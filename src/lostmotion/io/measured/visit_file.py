@@ -13,7 +13,7 @@ approached, for vAP; it is empty in the standard's cycle. `load` is a share of t
 that of the whole file, else the full payload. Only positions are required. Without `pose`, rows
 with the same commanded position are one pose. A cycle visits a pose once. Lines that begin with #
 are comments. Cells are separated by commas or semicolons; numbers have decimal points throughout,
-or decimal commas throughout. Columns with other names are mapped: "xc = x_t [mm]", or "dx = -x_dif
+or decimal commas throughout. Header with other names are mapped: "xc = x_t [mm]", or "dx = -x_dif
 [mm]" where the file has commanded less attained.
 
 A row with `path`, the names of the poses that a straight line joins, is a reading along it, in the
@@ -29,35 +29,37 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.measured_columns import (
+from lostmotion.errors import InputError, Problem, refuse_argument
+from lostmotion.io.limits import refuse_all
+from lostmotion.io.measured.table import (
+    MOST_MISTAKES,
+    find_columns,
+    read_columns,
+    read_table,
+    role_values,
+    without_repeats,
+)
+from lostmotion.io.measured.visit_rows import (
     ATTAINED,
     COMMANDED,
     COMMANDED_ORIENTATION,
     DEVIATION,
     HEADER,
-    MOST_MISTAKES,
-    ORIENTATION,
-    column_names,
-    find_columns,
-    read_table,
-)
-from lostmotion.analyses.iso9283.measured_rows import (
     LOAD_DECIMALS,
+    ORIENTATION,
+    VISITS,
     payload_shares,
-    role_values,
     without_lost,
-    without_repeats,
 )
-from lostmotion.analyses.iso9283.predicted import MOST_LOAD
-from lostmotion.analyses.iso9283.visits import ARRAYS, TUPLES, Visits
-from lostmotion.errors import InputError, Problem, refuse_argument
-from lostmotion.io.limits import refuse_all
+from lostmotion.io.measured.visits import ARRAYS, TUPLES, Visits
 from lostmotion.io.text import refuse
+from lostmotion.mechanism.tool import MOST_LOAD
 from lostmotion.spatial import pose_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from lostmotion.io.measured.table import TextTable
     from lostmotion.spatial import Floats
 
 # Most loads for one robot.
@@ -100,18 +102,14 @@ def read_measured(
         raise refuse_argument(
             "load", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", load="10 %"
         )
-    tables = [read_table(each) for each in files]
-    names = (
-        {name for header, _, _ in tables for name in column_names(header)}
-        if len(files) > 1
-        else set()
-    )
+    tables = [read_table(each, VISITS) for each in files]
+    names = {name for table in tables for name in table.names} if len(files) > 1 else set()
     named: Sequence[float | None] = loads or [None] * len(files)
     parts: list[Visits] = []
     mistakes: list[Problem] = []
-    for each, table, load in zip(files, tables, named, strict=True):
+    for table, load in zip(tables, named, strict=True):
         try:
-            parts.append(_rows_of(str(each), table, mapping, names, load))
+            parts.append(_rows_of(table, mapping, names, load))
         except InputError as error:
             mistakes += error.problems
     if mistakes:
@@ -140,17 +138,13 @@ def read_measured(
 
 
 def _rows_of(
-    file: str,
-    table: tuple[list[str], list[list[str]], list[int]],
-    mapping: Sequence[str],
-    elsewhere: set[str],
-    load: float | None,
+    table: TextTable, mapping: Sequence[str], elsewhere: set[str], load: float | None
 ) -> Visits:
     """Return the rows of one file."""
-    header, rows, lines = table
-    columns = find_columns(file, header, mapping, elsewhere)
-    rows, lines, lost = without_lost(header, rows, lines, columns[0])
-    if not rows:
+    columns = find_columns(table, mapping, VISITS, elsewhere)
+    file, names = table.file, table.names
+    table, lost = without_lost(table, columns.of)
+    if not table.rows:
         refuse(
             file,
             f"line {lost[0]}",
@@ -158,10 +152,10 @@ def _rows_of(
             "attained positions, at least two visits to a pose",
             HEADER,
         )
-    cells, duplicates, lines, unread = without_repeats(header, rows, lines, columns[0])
-    used = {column.index for column in columns[0].values()}
-    words, values = role_values(file, header, cells, lines, columns)
-    count = len(cells)
+    table, duplicates, unread = without_repeats(table, columns.of)
+    used = {column.index for column in columns.of.values()}
+    words, values = role_values(table, columns, VISITS)
+    lines, count = table.lines, len(table.rows)
     nothing = np.full((count, 3), math.nan)
     path = words.get("path", [""] * count)
     command = _stacked(values, COMMANDED, nothing)
@@ -170,9 +164,7 @@ def _rows_of(
     return Visits(
         pose=tuple(pose),
         path=tuple(path),
-        cycle=np.array([float(word) for word in words["cycle"]])
-        if "cycle" in words
-        else np.full(count, math.nan),
+        cycle=values.get("cycle", np.full(count, math.nan)),
         side=tuple(words.get("side", [""] * count)),
         load=np.round(shares, LOAD_DECIMALS),
         attained=command + _stacked(values, DEVIATION, nothing)
@@ -188,9 +180,7 @@ def _rows_of(
         source=Path(file).name,
         known={},
         load_stated=load is not None or "load" in values,
-        unused=tuple(
-            name for at, name in enumerate(column_names(header)) if at not in used and name
-        ),
+        unused=tuple(name for at, name in enumerate(names) if at not in used and name),
         lost=tuple((file, line) for line in lost),
     )
 
@@ -295,10 +285,9 @@ _ROUNDING: Final = 1e-6
 
 def _commands(path: Path) -> dict[str, Floats]:
     """Return the commanded pose (4, 4) of every name in a file."""
-    header, rows, lines = read_table(path)
-    found = find_columns(str(path), header, ())
+    words, values, lines = read_columns(path, VISITS)
     for role in ("pose", "x"):
-        if role not in found[0]:
+        if role not in {*words, *values}:
             refuse(
                 str(path),
                 "line 1",
@@ -306,8 +295,7 @@ def _commands(path: Path) -> dict[str, Floats]:
                 "the commanded poses: pose, x [mm], y [mm], z [mm]",
                 "pose, x [mm], y [mm], z [mm]",
             )
-    words, values = role_values(str(path), header, rows, lines, found)
-    nothing = np.full((len(rows), 3), math.nan)
+    nothing = np.full((len(lines), 3), math.nan)
     at, rotation = (
         _stacked(values, ATTAINED, nothing),
         _rotations(_stacked(values, ORIENTATION, nothing)),
