@@ -8,6 +8,7 @@ from lostmotion.analyses.iso9283.command import iso9283 as iso9283
 from lostmotion.analyses.targets.command import target as target
 from lostmotion.analyses.sizing.command import size as size
 from lostmotion.analyses.statics.command import statics as statics
+from lostmotion.analyses.task.command import task as task
 from lostmotion.analyses.gearbox.command import gear as gear
 from lostmotion.analyses.bearing.command import bearing as bearing
 from lostmotion.analyses.view.command import view as view
@@ -29,6 +30,7 @@ from lostmotion.analyses.targets.result import Target as Target
 from lostmotion.analyses.targets.production import production_yield as production_yield
 from lostmotion.analyses.sizing.result import Selection as Selection, Size as Size
 from lostmotion.analyses.statics.result import Statics as Statics
+from lostmotion.analyses.task.result import TaskResult as TaskResult
 from lostmotion.analyses.gearbox.result import Gear as Gear
 from lostmotion.analyses.bearing.result import BearingStudy as BearingStudy
 from lostmotion.analyses.catalog.result import Catalog as Catalog

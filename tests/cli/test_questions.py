@@ -35,6 +35,7 @@ def test_the_command_line_asks_what_python_asks():
         "target",
         "size",
         "statics",
+        "task",
         "gear",
         "bearing",
         "view",

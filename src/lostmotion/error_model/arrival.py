@@ -7,10 +7,19 @@ that no load closes and hysteresis count as well.
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.spatial import Floats
 
 ISO_CYCLE: Final = "ISO cycle"
 ANY_APPROACH: Final = "any approach"
+# A joint that moves by less than this (rad, m) between two poses is at rest.
+STILL: Final = 1e-7
 
 
 def arrival(approach: float) -> str:
@@ -32,3 +41,29 @@ def rp_key(approach: float) -> str:
     `approach` as in `arrival`.
     """
     return "rp_iso" if approach else "rp_any"
+
+
+def last_motion(
+    q: Floats, stated: Floats | None = None, before: Floats | None = None
+) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the sign of each joint's last motion on arrival at the rows of a path (row, joint),
+    and the row at which each joint took the side on which it rests there (row, joint).
+
+    q       (row, joint) joint values in the order of the visits, rad or m; joints move
+            monotonically from row to row
+    stated  (row, joint) signs that replace those of the path, 0 for a side drawn at random; NaN
+            where the path decides. None: the path decides everywhere
+    before  (joint,) sign before the first row; None: 0, drawn at random
+
+    A joint that does not move between two rows keeps its side: the sign is 0 until its first
+    motion. Motions are assumed to traverse the play.
+    """
+    steps = np.diff(q, axis=0)
+    signs = np.where(np.abs(steps) < STILL, np.nan, np.sign(steps))
+    first = np.zeros(q.shape[1]) if before is None else before
+    signs = np.vstack([first, signs])
+    if stated is not None:
+        signs = np.where(np.isnan(stated), signs, stated)
+    rows = np.where(np.isnan(signs), 0, np.arange(len(q))[:, None])
+    since = np.maximum.accumulate(rows, axis=0)
+    return np.take_along_axis(signs, since, axis=0), since

@@ -4,6 +4,7 @@ freedom, and a floor by counting.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -79,3 +80,29 @@ def counting_floor(of_poses: Floats, sets: int, confidence: float = 0.95) -> flo
         return 0.0
     unseen = 1 - ((1 - confidence) / 2) ** (1 / sets)
     return float(unseen * sets / len(of_poses) * np.linalg.norm(np.diff(np.sort(of_poses))))
+
+
+def clustered_share(shares: Floats, runs: int, confidence: float = 0.95) -> tuple[float, float]:
+    """Return the ends of the interval of a mean share, from the share of each robot (robot,) over
+    so many runs.
+
+    It is the exact binomial interval of as many independent samples as have the same variance (E.
+    Korn, B. Graubard, Survey Methodology 24 (1998) 193; C. Clopper, E. Pearson, Biometrika 26
+    (1934) 404). Where all robots have the same share of zero or one, each robot counts once. NaN
+    for a single robot.
+    """
+    from scipy.special import betaincinv, stdtrit
+
+    count, mean = len(shares), float(shares.mean())
+    if count < 2:  # noqa: PLR2004 - a single one shows no differences
+        return math.nan, math.nan
+    variance = float(shares.var(ddof=1)) / count
+    tail = (1 - confidence) / 2
+    samples = float(count)
+    if variance > 0:
+        ratio = float(stdtrit(1e9, 1 - tail) / stdtrit(count - 1, 1 - tail))
+        samples = min(mean * (1 - mean) / variance * ratio**2, float(count * runs))
+    found = mean * samples
+    low = 0.0 if mean == 0 else float(betaincinv(found, samples - found + 1, tail))
+    high = 1.0 if mean == 1 else float(betaincinv(found + 1, samples - found, 1 - tail))
+    return low, high

@@ -1,0 +1,1 @@
+"""Does a task succeed: the probability that an arm meets all of its tolerances."""

@@ -1,0 +1,393 @@
+"""Sheet and plots of a task: the probability of success, each tolerance, the worst place and the
+largest contributor.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.error_model.provenance import states
+from lostmotion.error_model.upper_limits import in_error, with_limits
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.arm_sheet import with_arm
+from lostmotion.reporting.chart import label_axes, legend, one, swatch
+from lostmotion.reporting.first_order import checked, judged
+from lostmotion.reporting.joint_values import joint_values, tool_place
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.provenance import caveats
+from lostmotion.reporting.sheet import Card, Cell, Row, Sheet, in_words, length, several, table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from lostmotion.analyses.task.success import TaskSuccess, ToleranceOutcome
+    from lostmotion.error_model.drawing_tolerances import DrawingTolerance
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.error_model.provenance import States
+    from lostmotion.reporting.sheet import Section
+
+_PARTS: Final = 12
+_PLACES: Final = 40
+_LEAST: Final = 0.005
+# Colours of the path by the share of the tolerance that 95 % stay within.
+_CLASSES: Final = (
+    (0.5, "c1", "below half of the tolerance"),
+    (1.0, "c3", "half to all of it"),
+    (math.inf, "warn", "beyond it"),
+)
+_WORDS: Final = (
+    ("probability", "share of simulated robots and runs; each robot carries out every run."),
+    (
+        "tolerance",
+        (
+            "cylinder, sphere, box: full width of the zone about the commanded point; orientation "
+            "and distance: largest deviation; straightness, roundness, flatness: width of the "
+            "zone about the least-squares line, circle or plane (ISO 12780, 12181, 12781)."
+        ),
+    ),
+    ("used, 95 %", "share of the tolerance that 95 % of robots and runs stay within."),
+    (
+        "side",
+        (
+            "the side on which a joint rests within its play follows its last motion; it is drawn "
+            "at random until the joint first moves. Motions are assumed to traverse the play."
+        ),
+    ),
+    (
+        "reversal error",
+        "displacement of the mean tool point between the path and the same path backwards.",
+    ),
+    ("fitted", "relative to a frame fitted to all places of a run by least squares."),
+    ("interval", "95 % confidence interval; it counts robots, not runs."),
+)
+
+
+def task_sheet(found: TaskSuccess) -> Sheet:
+    """Return the sheet of a task."""
+    arm, task = found.arm, found.task
+    known = with_limits(states(arm), arm, found.program.visited, found.program.sides)
+    counted = f"{several(found.robots, 'robot')} x {several(found.runs, 'run')}"
+    places = several(len(found.place_held), "place")
+    sheet = Sheet(
+        subject=f"task '{task.name}'",
+        verdict=_verdict(found, known),
+        cards=_cards(found, known),
+        sections=(
+            _success(found, counted),
+            _tolerances(found, counted),
+            _features(found, counted),
+            _shares("parts", "Contributors to the decisive tolerance", found, found.parts),
+            _shares("causes", "Kinds of error in the decisive tolerance", found, found.causes),
+            _places(found, counted),
+            _sides(found),
+        ),
+        counts=f"{counted}, {places}, seed {found.seed}",
+        notes=(_first_order(found),),
+        words=_WORDS,
+        source=f"{counted}, {places}, seed {found.seed}. The same files, version and seed give the "
+        "same bytes.",
+        seed=found.seed,
+        facts=_facts(found),
+    )
+    sheet = with_arm(sheet, arm, known, sections=("reversal",))
+    return checked(sheet, found.check, found.check.length, arm)
+
+
+def _bounded(text: object, known: States) -> str:
+    """Return a probability as an upper bound where kinds of error are missing, a lower one where
+    makers' upper limits count.
+    """
+    if known.lower_bound:
+        return str(text) if in_error(known) else f"at most {text}"
+    return f"at least {text}" if in_error(known) and not known.ideal_kinds else str(text)
+
+
+def _share(found: Estimate, samples: str = "") -> Cell:
+    return Cell(found.value, "%", found.low, found.high, samples)
+
+
+def _verdict(found: TaskSuccess, known: States) -> str:
+    success = _share(found.success)
+    interval = f" ({success.interval})" if success.interval else ""
+    worst = found.outcomes[found.decisive]
+    part, share = next(iter(found.parts.items()), ("", 0.0))
+    text = [
+        (
+            f"All tolerances hold in {_bounded(success, known)}{interval} of robots and runs; "
+            f"{Cell(found.task.required, '%', stated=True)} are required."
+        )
+    ]
+    if len(found.outcomes) > 1 or worst.held.value < 1:
+        text.append(
+            f"The decisive tolerance is '{worst.tolerance.name}' at {_where(found, worst.worst)}: "
+            f"95 % stay within {_used(worst)} of it."
+        )
+    if share:
+        text.append(f"Largest contributor: {short_name(part)}, {Cell(share, '%')}.")
+    return " ".join([*text, *caveats(known)])
+
+
+def _cards(found: TaskSuccess, known: States) -> tuple[Card, ...]:
+    worst = found.outcomes[found.decisive]
+    bounded = _bounded("", known).strip()
+    sign = {"at most": "≤ ", "at least": "≥ "}.get(bounded, "")
+    part, share = next(iter(found.parts.items()), ("", 0.0))
+    cards = [
+        Card("all tolerances hold", f"{sign}{_share(found.success)}", "of robots and runs"),
+        Card("decisive tolerance, used", _used(worst), "95 % stay within"),
+        Card("held there", f"{sign}{_share(worst.held)}", worst.tolerance.name),
+    ]
+    if share:
+        cards.append(Card("largest contributor", short_name(part), f"{Cell(share, '%')}"))
+    reversal = float(found.reversal.max(initial=0.0))
+    if reversal:
+        cards.append(Card("reversal error", str(length(reversal)), "largest along the path"))
+    return tuple(cards)
+
+
+def _used(outcome: ToleranceOutcome) -> str:
+    return f"{100 * outcome.used.value:.3g} %"
+
+
+def _where(found: TaskSuccess, place: int) -> str:
+    """Return the place by its feature and its number there."""
+    for each in found.program.features:
+        if place in each.places:
+            number = int(np.flatnonzero(each.places == place)[0]) + 1
+            return f"'{each.name}'" + (f", place {number}" if len(each.places) > 1 else "")
+    return f"place {place + 1}"
+
+
+def _limit(stated: DrawingTolerance) -> Cell:
+    """Return the size of a tolerance as printed."""
+    if stated.kind == "orientation":
+        return Cell(stated.size[0], "°", stated=True)
+    if stated.kind == "box":
+        sizes = " x ".join(f"{1e3 * each:.4g}" for each in stated.size)
+        return in_words(f"{sizes} mm")
+    return Cell(stated.size[0], "mm", stated=True)
+
+
+def _success(found: TaskSuccess, counted: str) -> Section:
+    return table(
+        "task",
+        "Success of the task",
+        {"value": "%"},
+        [
+            Row("all tolerances hold", (_share(found.success, counted),), key="success"),
+            Row("required", (Cell(found.task.required, "%", stated=True),), key="required"),
+            Row(
+                "reversal error, largest",
+                (length(float(found.reversal.max(initial=0.0)), samples="exact"),),
+                key="reversal",
+            ),
+        ],
+    )
+
+
+def _tolerances(found: TaskSuccess, counted: str) -> Section:
+    rows = []
+    for each in found.outcomes:
+        stated = each.tolerance
+        datum = (
+            stated.datum
+            if isinstance(stated.datum, str)
+            else ", ".join(found.program.features[k].name for k in stated.datum)
+        )
+        used = Cell(each.used.value, "%", each.used.low, each.used.high, counted)
+        cells = (_limit(stated), _share(each.held, counted), used)
+        note = f"relative to {datum}; worst at {_where(found, each.worst)}"
+        rows.append(Row(stated.name, cells, note))
+    return table(
+        "tolerances",
+        "Tolerances",
+        ("limit", "probability", "used, 95 %"),
+        rows,
+        "share of robots and runs in which the tolerance holds at all of its places",
+    )
+
+
+def _features(found: TaskSuccess, counted: str) -> Section:
+    return table(
+        "features",
+        "Features",
+        {"probability": "%"},
+        [Row(name, (_share(held, counted),)) for name, held in found.features.items()],
+        "share of robots and runs in which all tolerances of the feature hold",
+    )
+
+
+def _shares(key: str, title: str, found: TaskSuccess, shares: dict[str, float]) -> Section:
+    worst = found.outcomes[found.decisive]
+    shown = [(name, value) for name, value in shares.items() if abs(value) >= _LEAST][:_PARTS]
+    return table(
+        key,
+        title,
+        {"share of mean square": "%"},
+        [(short_name(name), Cell(value, "%", samples="exact")) for name, value in shown],
+        f"of '{worst.tolerance.name}' at {_where(found, worst.worst)}; exact sums over terms",
+    )
+
+
+def _places(found: TaskSuccess, counted: str) -> Section:
+    """Return the places with the smallest probability, in the order of the path."""
+    held, used = found.place_held, found.place_used
+    order = np.lexsort((-np.nan_to_num(used), np.where(np.isnan(held), 2.0, held)))
+    kept = np.sort(order[:_PLACES])
+    points = found.program.places.points
+    rows = [
+        Row(
+            _where(found, k),
+            (
+                Cell(float(held[k]), "%", samples=counted),
+                Cell(float(used[k]), "%", samples=counted),
+                length(float(found.reversal[k]), samples="exact"),
+            ),
+            f"{tool_place(points[k])}; {joint_values(found.arm, found.program.visited[k])}",
+            key=f"place_{k + 1}",
+        )
+        for k in kept
+    ]
+    left = len(held) - len(kept)
+    return table(
+        "places",
+        "Places",
+        ("probability", "used, 95 %", "reversal"),
+        rows,
+        "share of robots and runs in which all zones hold at the place"
+        + (f"; {several(left, 'place')} with a larger share are not listed" if left else ""),
+    )
+
+
+def _sides(found: TaskSuccess) -> Section:
+    """Return at how many places each joint rests on either side."""
+    sides = found.program.sides
+    changes = np.abs(np.diff(np.sign(sides), axis=0)) > 0
+    return table(
+        "sides",
+        "Sides of the joints along the path",
+        ("after a motion up", "after a motion down", "drawn at random", "changes"),
+        [
+            (
+                joint.name,
+                *(int((sides[:, j] * sign > 0).sum()) for sign in (1, -1)),
+                int((sides[:, j] == 0).sum()),
+                int(changes[:, j].sum()),
+            )
+            for j, joint in enumerate(found.arm.driven)
+        ],
+        "number of places, by the last motion of each joint",
+        samples=several(len(sides), "place"),
+    )
+
+
+def _first_order(found: TaskSuccess) -> str:
+    check = found.check
+    return (
+        f"first order differs from exact composition by at most {length(check.largest)} in "
+        f"{several(check.samples, 'sample')}: {judged(check, check.length)}"
+    )
+
+
+def _facts(found: TaskSuccess) -> dict[str, Any]:
+    task, program = found.task, found.program
+    return {
+        "task": {
+            "name": task.name,
+            "robots": found.robots,
+            "runs": found.runs,
+            "seed": found.seed,
+            "required": task.required,
+            "succeeds": bool(found.success.value >= task.required),
+            "placement": task.placement.tolist(),
+            "decisive": found.outcomes[found.decisive].tolerance.name,
+            "worst_place": found.outcomes[found.decisive].worst + 1,
+        },
+        "places": [
+            {
+                "feature": _where(found, k),
+                "row": " ".join(task.where[row]),
+                "point_m": point.tolist(),
+                "q": q.tolist(),
+                "sides": side.tolist(),
+                "probability": None if math.isnan(held) else float(held),
+                "used_p95": None if math.isnan(used) else float(used),
+                "reversal_m": float(back),
+            }
+            for k, (row, point, q, side, held, used, back) in enumerate(
+                zip(
+                    task.places,
+                    program.places.points,
+                    program.visited,
+                    program.sides,
+                    found.place_held,
+                    found.place_used,
+                    found.reversal,
+                    strict=True,
+                )
+            )
+        ],
+    }
+
+
+def task_plots(found: TaskSuccess) -> list[Plot]:
+    """Return the path in the colours of its tolerances, and the contributors."""
+    out = [
+        Plot(
+            "path",
+            "places",
+            _path(found),
+            "Places of the task in the plane in which they extend most, coloured by the share of "
+            "the tolerance that 95 % of robots and runs use.",
+        )
+    ]
+    if any(found.parts.values()):
+        out.append(
+            Plot(
+                "contributors",
+                "parts",
+                _contributors(found),
+                "Bars of each part's share of the mean square in the decisive tolerance.",
+            )
+        )
+    return out
+
+
+def _path(found: TaskSuccess) -> Figure:
+    points = 1e3 * found.program.places.points
+    extent = np.ptp(points, axis=0)
+    across, up = sorted(np.argsort(-extent, kind="stable")[:2])
+    tall = float(np.clip(40 + 90 * (extent[up] + 1) / (extent[across] + 1), 60, 130))
+    made, on = one(f"Task '{found.task.name}'", tall)
+    for each in found.program.features:
+        if each.kind in {"line", "circle", "path"}:
+            on.plot(*points[each.places][:, [across, up]].T, color=LIGHT["line"], linewidth=0.8)
+    _dots(on, points[:, [across, up]], found.place_used)
+    on.set_aspect("equal", adjustable="datalim")
+    label_axes(on, f"{'xyz'[across]} [mm]", f"{'xyz'[up]} [mm]")
+    legend(made, extra=[swatch(name, LIGHT[colour]) for _, colour, name in _CLASSES])
+    return made
+
+
+def _dots(on: Axes, points: np.ndarray, used: np.ndarray) -> None:
+    low = 0.0
+    for high, colour, _ in _CLASSES:
+        inside = (used > low) & (used <= high) if low else used <= high
+        on.plot(*points[inside].T, linestyle="none", marker="o", markersize=4, color=LIGHT[colour])
+        low = high
+
+
+def _contributors(found: TaskSuccess) -> Figure:
+    from lostmotion.reporting.chart import named_rows
+
+    shown = [(name, value) for name, value in found.parts.items() if value >= _LEAST][:_PARTS]
+    made, on = one("Share of the mean square in the decisive tolerance", 30 + 8 * len(shown))
+    on.barh(range(len(shown)), [100 * value for _, value in shown], color=LIGHT["robot"])
+    named_rows(on, [short_name(name) for name, _ in shown])
+    label_axes(on, "share [%]")
+    return made

@@ -1,0 +1,382 @@
+"""Tolerances as drawings state them, checked on the errors of the tool at the places of a task.
+
+Every tolerance is a linear map of the errors of all places, followed by a norm: across the axis of
+a cylinder, along the axes of a box, after a frame or a reference line was fitted. So its mean
+square follows without sampling, and samples need one matrix product. Errors are small: rotation
+vector and displacement of the tool point, base axes. Lines, circles and planes are least-squares
+references (ISO 12780-1, 12181-1, 12781-1), whose deviation is never below that of the minimum zone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from lostmotion.spatial import skew
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lostmotion.spatial import Floats
+
+Kind: TypeAlias = Literal[
+    "box",
+    "cylinder",
+    "sphere",
+    "orientation",
+    "distance",
+    "straightness",
+    "roundness",
+    "flatness",
+]
+KINDS: Final[tuple[str, ...]] = get_args(Kind)
+# Fewest places of a form: one more than its reference has parameters per place.
+FEWEST: Final = {"straightness": 3, "roundness": 4, "flatness": 4}
+# Nominal places may be off their line, circle or plane by this share of their extent.
+_OFF: Final = 1e-6
+# Relative singular value below which places do not determine a motion of their frame.
+_SINGULAR: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class Feature:
+    """TaskPlaces of a task that belong together.
+
+    places   numbers of its places, in the order of the visits
+    kind     "point", "holes", "line", "circle", "plane" or "path"
+    axis     (3,) normal of a plane, circle or hole pattern, direction of a line, base axes; None
+             where it has none
+    """
+
+    name: str
+    kind: str
+    places: NDArray[np.int64]
+    axis: Floats | None
+
+
+@dataclass(frozen=True)
+class DrawingTolerance:
+    """A tolerance as stated.
+
+    kind         what must lie within
+    size         full widths of a box along the axes of the task, diameter of a cylinder or sphere,
+                 width of a zone of form, largest deviation (±) of a distance, m; largest angle, rad
+    features     numbers of the features that it applies to
+    datum        "base"; "fitted": a frame fitted over all places; or numbers of datum features, in
+                 their order of precedence
+    axis         "tool", "path", "x", "y" or "z" (of the task): axis of a cylinder, or axis whose
+                 tilt counts; "": that of the feature, or any tilt
+    length       length of the axis that lies within a cylinder, from the tool point back along the
+                 tool's z, m: that of a peg in its hole
+    where        file and key, for messages
+    """
+
+    name: str
+    kind: Kind
+    size: tuple[float, ...]
+    features: tuple[int, ...]
+    datum: Literal["base", "fitted"] | tuple[int, ...] = "base"
+    axis: str = ""
+    length: float = 0.0
+    where: tuple[str, str] = ("", "")
+
+
+class TaskGeometryError(ValueError):
+    """A tolerance that the places of the task cannot have: what was found, what is expected."""
+
+    def __init__(self, tolerance: DrawingTolerance, found: str, expected: str) -> None:
+        """Keep the parts of the message."""
+        super().__init__(f"{found}; expected {expected}")
+        self.tolerance, self.found, self.expected = tolerance, found, expected
+
+
+@dataclass(frozen=True)
+class TaskPlaces:
+    """The places of a task where tolerances apply, in the base's frame.
+
+    frames    (place, 4, 4) commanded poses of the tool, m
+    along     (place, 3) unit direction of travel, zero where unknown
+    axes      (3, 3) axes of the task, columns, in the base's axes
+    """
+
+    frames: Floats
+    along: Floats
+    axes: Floats
+
+    @property
+    def points(self) -> Floats:
+        """Return the commanded points (place, 3), m."""
+        return np.asarray(self.frames[:, :3, 3])
+
+
+@dataclass(frozen=True, eq=False)
+class ToleranceCheck:
+    """How a tolerance is checked on errors of all places (place, 6, sample).
+
+    places   (p,) the places that it reads
+    rows     (p, c, 6) components of an error, as shares of the limit
+    combine  (o, p) residuals or differences over the places; None: each place by itself
+    motion   (6, place, 6) motion of the fitted or datum frame per error; None: the base
+    rigid    (p, 6, 6) error of a place that moves with that frame
+    norm     "largest" component, "length" of all, "spread" between places, or "distance"
+    span     (3,) nominal distance vector, as a share of the limit
+    """
+
+    tolerance: DrawingTolerance
+    places: NDArray[np.int64]
+    rows: Floats
+    combine: Floats | None
+    motion: Floats | None
+    rigid: Floats
+    norm: Literal["largest", "length", "spread", "distance"]
+    span: Floats
+
+    @property
+    def outputs(self) -> NDArray[np.int64]:
+        """Return the place of each output (o,); of a distance, the first of its places."""
+        return self.places[:1] if self.norm == "distance" else self.places
+
+    def components(self, errors: Floats) -> Floats:
+        """Return the components (o, c, sample), as shares of the limit."""
+        found = self.rows @ errors[self.places]
+        if self.motion is not None:
+            moved = np.tensordot(self.motion, errors, axes=2)
+            found = found - (self.rows @ self.rigid) @ moved
+        return found if self.combine is None else np.tensordot(self.combine, found, axes=1)
+
+    def used(self, errors: Floats) -> tuple[Floats, Floats]:
+        """Return the share of the tolerance that is used: (sample,) as a whole, and (o, sample) by
+        place. The tolerance holds where it is at most one.
+        """
+        found = self.components(errors)
+        if self.norm == "distance":
+            span = self.span[:, None]
+            by = np.abs(np.linalg.norm(span + found[0], axis=0) - np.linalg.norm(span))[None]
+        elif self.norm == "largest":
+            by = np.abs(found).max(axis=1)
+        elif self.norm == "spread":
+            one = found[:, 0]
+            return one.max(axis=0) - one.min(axis=0), 2 * np.abs(one)
+        else:
+            by = np.sqrt((found**2).sum(axis=1))
+        return by.max(axis=0), by
+
+    def operator(self, output: int, count: int) -> Floats:
+        """Return the components of one output as a linear map (c, place, 6) of the errors of all
+        `count` places. A distance has one component, along its nominal direction.
+        """
+        weight = np.zeros(len(self.places))
+        if self.combine is None:
+            weight[output] = 1.0
+        else:
+            weight[:] = self.combine[output]
+        out = np.zeros((self.rows.shape[1], count, 6))
+        for place, own, by in zip(self.places, self.rows, weight, strict=True):
+            out[:, place] += by * own
+        if self.motion is not None:
+            turned = np.tensordot(weight, self.rows @ self.rigid, axes=1)
+            out -= np.tensordot(turned, self.motion, axes=1)
+        if self.norm == "distance":
+            along = self.span / max(float(np.linalg.norm(self.span)), 1e-300)
+            out = np.tensordot(along, out, axes=1)[None]
+        return out
+
+
+def measure(
+    stated: DrawingTolerance, features: Sequence[Feature], places: TaskPlaces
+) -> ToleranceCheck:
+    """Return how a tolerance of these features is checked.
+
+    Raises TaskGeometryError for a form whose nominal places lie on no common line, circle or plane,
+    a distance that does not join two features, and datum features that do not fix their frame.
+    """
+    chosen = [features[k] for k in stated.features]
+    at = np.concatenate([each.places for each in chosen])
+    combine, span, norm = None, np.zeros(3), "length"
+    if stated.kind == "box":
+        rows = _displaced(2 / np.array(stated.size)[:, None] * places.axes.T, len(at))
+        norm = "largest"
+    elif stated.kind == "sphere":
+        rows = _displaced(2 / stated.size[0] * np.eye(3), len(at))
+    elif stated.kind == "cylinder":
+        across = 2 / stated.size[0] * _across(_axes(stated, chosen, places))
+        rows = _displaced(across)
+        if stated.length:
+            lever = -stated.length * places.frames[at, :3, 2]
+            far = rows.copy()
+            far[..., :3] = -across @ skew(lever)
+            at, rows = np.concatenate([at, at]), np.concatenate([rows, far])
+    elif stated.kind == "orientation":
+        turned = _across(_axes(stated, chosen, places)) if stated.axis else np.eye(3)
+        rows = np.zeros((len(at), 3, 6))
+        rows[..., :3] = turned / stated.size[0]
+    elif stated.kind == "distance":
+        if len(chosen) != 2:  # noqa: PLR2004 - from one to another
+            raise TaskGeometryError(stated, f"{len(chosen)} features", "two, from one to the other")
+        rows = _displaced(np.eye(3) / stated.size[0], len(at))
+        first, last = chosen
+        counts = len(first.places), len(last.places)
+        combine = np.repeat([-1 / counts[0], 1 / counts[1]], counts)[None]
+        span, norm = (combine @ places.points[at])[0] / stated.size[0], "distance"
+    else:
+        rows, combine = _form(stated, places.points[at])
+        norm = "length" if stated.kind == "straightness" else "spread"
+    motion = None if stated.datum == "base" else _motion(stated, features, places)
+    about = places.points.mean(axis=0)
+    rigid = np.zeros((len(at), 6, 6))
+    rigid[:] = np.eye(6)
+    rigid[:, 3:, :3] = -skew(places.points[at] - about)
+    found = ToleranceCheck(stated, at, rows, combine, motion, rigid, norm, span)  # type: ignore[arg-type]
+    if isinstance(stated.datum, tuple):
+        _refuse_loose(found, features, places)
+    return found
+
+
+def _displaced(rows: Floats, count: int = 0) -> Floats:
+    """Return rows that read displacements (p, c, 6), from (c, 3) for all or (p, c, 3) for each."""
+    out = np.zeros((count or len(rows), rows.shape[-2], 6))
+    out[..., 3:] = rows
+    return out
+
+
+def _across(axes: Floats) -> Floats:
+    """Return the projections (p, 3, 3) across unit axes (p, 3)."""
+    return np.asarray(np.eye(3) - axes[:, :, None] * axes[:, None, :])
+
+
+def _axes(stated: DrawingTolerance, chosen: Sequence[Feature], places: TaskPlaces) -> Floats:
+    """Return the axis (p, 3) of the tolerance at each of its places."""
+    out = []
+    for each in chosen:
+        name = stated.axis or {"line": "path", "path": "path", "circle": "path"}.get(each.kind, "")
+        if name == "path":
+            along = places.along[each.places]
+            if not along.any(axis=1).all():
+                raise TaskGeometryError(
+                    stated, f"no direction of travel at '{each.name}'", "an axis: tool, x, y or z"
+                )
+            out.append(along)
+        elif name in {"x", "y", "z"}:
+            out.append(np.tile(places.axes[:, "xyz".index(name)], (len(each.places), 1)))
+        elif name == "" and each.axis is not None:
+            out.append(np.tile(each.axis, (len(each.places), 1)))
+        else:
+            out.append(places.frames[each.places, :3, 2])
+    return np.concatenate(out)
+
+
+def _form(stated: DrawingTolerance, points: Floats) -> tuple[Floats, Floats]:
+    """Return the rows (p, c, 6) and residuals (p, p) of a zone of form, from the nominal points."""
+    count = len(points)
+    if count < FEWEST[stated.kind]:
+        raise TaskGeometryError(
+            stated,
+            f"{count} places",
+            f"at least {FEWEST[stated.kind]}, more than fix the reference",
+        )
+    off = points - points.mean(axis=0)
+    size = float(np.abs(off).max())
+    _, values, (first, second, normal) = np.linalg.svd(off, full_matrices=False)
+    if stated.kind == "straightness":
+        if values[1] > _OFF * values[0] or not size:
+            raise TaskGeometryError(stated, "places that lie on no line", "a straight feature")
+        rows = 2 / stated.size[0] * np.stack([second, normal])
+        return _displaced(rows, count), _residual(
+            np.column_stack([np.ones(count), off @ first / size])
+        )
+    if values[2] > _OFF * values[0] or values[1] <= _OFF * values[0]:
+        raise TaskGeometryError(stated, "places that span no plane", "a plane feature or a circle")
+    x, y = off @ first, off @ second
+    if stated.kind == "flatness":
+        rows = normal[None] / stated.size[0]
+        return _displaced(rows, count), _residual(
+            np.column_stack([np.ones(count), x / size, y / size])
+        )
+    # Circle through the points: x^2 + y^2 = 2 a x + 2 b y + c
+    a, b, _ = np.linalg.lstsq(np.column_stack([2 * x, 2 * y, np.ones(count)]), x**2 + y**2)[0]
+    radii = np.hypot(x - a, y - b)
+    if np.ptp(radii) > _OFF * size:
+        raise TaskGeometryError(stated, "places that lie on no circle", "a circle")
+    cos, sin = (x - a) / radii, (y - b) / radii
+    outward = cos[:, None] * first + sin[:, None] * second
+    return (
+        _displaced(outward[:, None] / stated.size[0]),
+        _residual(np.column_stack([np.ones(count), cos, sin])),
+    )
+
+
+def _residual(shapes: Floats) -> Floats:
+    """Return the residuals (p, p) of a least-squares fit of these shapes (p, parameter)."""
+    q, _ = np.linalg.qr(shapes)
+    return np.asarray(np.eye(len(shapes)) - q @ q.T)
+
+
+def _datum_rows(feature: Feature, places: TaskPlaces) -> Floats:
+    """Return what fixes a datum feature (n, place, 3): displacements along the normal of a plane,
+    across a line, and all of other features.
+    """
+    if feature.kind == "plane" and feature.axis is not None:
+        ways = feature.axis[None]
+    elif feature.kind == "line" and feature.axis is not None:
+        ways = np.linalg.svd(feature.axis[None])[2][1:]
+    else:
+        ways = np.eye(3)
+    out = np.zeros((len(feature.places), len(ways), len(places.frames), 3))
+    for k, place in enumerate(feature.places):
+        out[k, :, place] = ways
+    return out.reshape(-1, len(places.frames), 3)
+
+
+def _motion(stated: DrawingTolerance, features: Sequence[Feature], places: TaskPlaces) -> Floats:
+    """Return the motion (6, place, 6) of the frame that is fitted over all places, or fixed by the
+    datum features one after the other: each fixes what those before it leave free.
+    """
+    count, points = len(places.frames), places.points
+    off = points - points.mean(axis=0)
+    size = max(float(np.abs(off).max()), 1e-9)
+    shape = np.concatenate([-skew(off) / size, np.broadcast_to(np.eye(3), (count, 3, 3))], axis=2)
+    if stated.datum == "fitted":
+        steps = [np.eye(3 * count).reshape(-1, count, 3)]
+    else:
+        steps = [_datum_rows(features[k], places) for k in stated.datum if isinstance(k, int)]
+    found, free = np.zeros((6, 3 * count)), np.eye(6)
+    for rows in steps:
+        reads = rows.reshape(len(rows), -1)
+        moved = np.tensordot(rows, shape, axes=2)
+        left, values, right = np.linalg.svd(moved @ free)
+        fixed = values > _SINGULAR * max(float(np.linalg.norm(moved)), 1e-300)
+        rank = int(fixed.sum())
+        inverse = right[:rank].T @ ((left[:, :rank] / values[:rank]).T)
+        found = found + free @ inverse @ (reads - moved @ found)
+        free = free @ right[rank:].T
+    found[:3] /= size
+    out = np.zeros((6, count, 6))
+    out[..., 3:] = found.reshape(6, count, 3)
+    return out
+
+
+def _refuse_loose(found: ToleranceCheck, features: Sequence[Feature], places: TaskPlaces) -> None:
+    """Raise TaskGeometryError where the datum features leave a motion free that the tolerance
+    reads.
+    """
+    count = len(places.frames)
+    about = places.points - places.points.mean(axis=0)
+    size = max(float(np.abs(about).max()), 1e-9)
+    moved = np.zeros((count, 6, 6))
+    moved[:] = np.eye(6)
+    moved[:, 3:, :3] = -skew(about)
+    moved[:, :, :3] /= size  # of unit displacement at the size of the task
+    before = np.abs(found.rows @ moved[found.places]).max()
+    if np.abs(found.components(moved)).max(initial=0.0) > 1e-6 * before:
+        names = ", ".join(
+            f"'{features[k].name}'" for k in found.tolerance.datum if isinstance(k, int)
+        )
+        raise TaskGeometryError(
+            found.tolerance,
+            f"datum features {names} that leave a motion of their frame free",
+            "datum features that fix it: a plane, a line in it and a point, or three places",
+        )

@@ -1,0 +1,303 @@
+"""A task in TOML: what the tool does, and the tolerances that it must meet.
+
+name = "drill six holes"
+required = "95 %"              # share of robots and runs in which all tolerances must hold
+tool_rpy = ["180 deg", "0 deg", "0 deg"]    # orientation of the tool in the axes of the task
+
+[placement]                    # the frame of the task in the base's
+xyz = ["600 mm", "0 mm", "400 mm"]
+
+[[features]]                   # point, line, circle, holes, plane; or poses = "path.csv"
+name = "flange"
+kind = "holes"
+centre = ["0 mm", "0 mm", "0 mm"]
+diameter = "120 mm"
+count = 6
+retract = "20 mm"              # the tool arrives along its axis from there
+
+[[tolerances]]                 # one of cylinder, sphere, box, orientation, distance, ...
+of = "flange"
+cylinder = "0.4 mm"            # diameter, as on a drawing
+relative_to = "fitted"         # the base, a fitted frame, or features: a datum
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from pydantic import ValidationError
+
+from lostmotion.error_model.drawing_tolerances import KINDS, DrawingTolerance, Feature
+from lostmotion.error_model.task import ForceAlong, Task
+from lostmotion.errors import InputError, Problem, shown
+from lostmotion.io.draft import Draft
+from lostmotion.io.limits import listed, nearest, refuse_all
+from lostmotion.io.task_tables import TaskFile
+from lostmotion.io.text import beside
+from lostmotion.io.toml import read_toml
+from lostmotion.io.toml_lines import names_lines
+from lostmotion.io.tool_path import read_tool_path
+from lostmotion.io.validation_errors import problems
+from lostmotion.spatial import pose_of
+
+if TYPE_CHECKING:
+    from lostmotion.io.task_tables import ForceTable, ToleranceTable
+    from lostmotion.io.tool_path import PathRows
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+MOST_PLACES: Final = 2000
+_DOWN: Final = (math.pi, 0.0, 0.0)
+_EXAMPLE: Final = '{ of = "holes", cylinder = "0.4 mm" }'
+_SIGNS: Final = {"up": 1.0, "down": -1.0, "random": 0.0}
+
+
+@names_lines
+def read_task(by: Path | Mapping[str, Any], arm: Arm) -> Task:
+    """Return the task of a file, or of the keys of such a file, for this arm. Raises InputError
+    with every mistake in it and in the file of poses that it names.
+    """
+    file = "by" if isinstance(by, Mapping) else str(by)
+    tree = dict(by) if isinstance(by, Mapping) else read_toml(by)
+    try:
+        stated = TaskFile.model_validate(tree, context={"text": not isinstance(by, Mapping)})
+    except ValidationError as error:
+        refuse_all(problems(error, TaskFile, file, Draft(file, {}, {}).key))
+    if (stated.poses is None) == (not stated.features):
+        found = "neither" if stated.poses is None else "both"
+        expected = "a CSV of poses, or [[features]]: one of the two"
+        raise InputError([Problem(file, "poses, features", found, expected, 'poses = "path.csv"')])
+    if stated.poses is None:
+        return _of_features(stated, arm, file)
+    folder = Path.cwd() / "task.toml" if isinstance(by, Mapping) else by
+    path = beside(str(folder), stated.poses)
+    if path is None:
+        expected = "the name of a file in the folder of this one, or below"
+        raise InputError(
+            [Problem(file, "poses", shown(stated.poses), expected, 'poses = "path.csv"')]
+        )
+    return _of_rows(stated, read_tool_path(path, arm), arm, file)
+
+
+def _of_features(stated: TaskFile, arm: Arm, file: str) -> Task:
+    """Return the task that visits these features in their order."""
+    poses: list[Floats] = []
+    visited: list[bool] = []
+    where: list[tuple[str, str]] = []
+    approach: list[float] = []
+    features: list[Feature] = []
+    mistakes: list[Problem] = []
+    for number, each in enumerate(stated.features):
+        key = f"features[{number}]"
+        try:
+            points, axis = each.layout(stated.step)
+        except ValueError as error:
+            example = 'diameter = "120 mm", count = 6'
+            expected = "a bolt circle (diameter, count) or a grid (pitch, grid)"
+            mistakes.append(Problem(file, key, str(error), expected, example))
+            continue
+        if len(points) > MOST_PLACES:
+            mistakes.append(
+                Problem(
+                    file, key, f"{len(points)} places", f"at most {MOST_PLACES}", 'step = "5 mm"'
+                )
+            )
+            continue
+        pose = pose_of(rpy=each.tool_rpy or stated.tool_rpy or _DOWN)
+        first = sum(visited)
+        for k, point in enumerate(points):
+            here = pose.copy()
+            here[:3, 3] = point
+            if each.retract and (k == 0 or each.kind in {"holes", "point"}):
+                before = here.copy()
+                before[:3, 3] -= each.retract * here[:3, 2]
+                poses.append(before)
+                visited.append(False)
+                where.append((file, f"{key}, approach of place {k + 1}"))
+                approach.append(math.nan)
+            poses.append(here)
+            visited.append(True)
+            where.append((file, f"{key}, place {k + 1}"))
+            approach.append(
+                _SIGNS[each.approach] if each.approach is not None and k == 0 else math.nan
+            )
+        features.append(Feature(each.name, each.kind, np.arange(first, first + len(points)), axis))
+        if each.kind == "holes":
+            features += [
+                Feature(f"{each.name} {k + 1}", "point", np.array([first + k]), axis)
+                for k in range(len(points))
+            ]
+    names = [each.name for each in features]
+    mistakes += [
+        Problem(file, "features", f"'{name}' twice", "a name of its own for each feature")
+        for name in sorted({name for name in names if names.count(name) > 1})
+    ]
+    if sum(visited) > MOST_PLACES:
+        found, expected = f"{sum(visited)} places", f"at most {MOST_PLACES} in all"
+        mistakes.append(Problem(file, "features", found, expected, 'step = "5 mm"'))
+    count = len(arm.driven)
+    signs = np.repeat(np.array(approach).reshape(-1, 1), count, axis=1)
+    return _task(
+        stated,
+        file,
+        mistakes,
+        features,
+        poses=np.array(poses).reshape(-1, 4, 4),
+        q=None,
+        turned=True,
+        visited=np.array(visited, bool),
+        where=tuple(where),
+        approach=signs,
+        force=_force(stated.force, sum(visited)),
+    )
+
+
+def _of_rows(stated: TaskFile, rows: PathRows, arm: Arm, file: str) -> Task:
+    """Return the task that visits the rows of a CSV in their order."""
+    count = len(rows.where)
+    mistakes: list[Problem] = []
+    if count > MOST_PLACES:
+        mistakes.append(Problem(rows.where[0][0], "", f"{count} rows", f"at most {MOST_PLACES}"))
+    if rows.q is not None and (stated.placement is not None or stated.search is not None):
+        mistakes.append(
+            Problem(
+                file,
+                "placement",
+                "a placement beside joint values",
+                "none: joint values fix where the tool is; or poses of the tool",
+                "x [mm],y [mm],z [mm]",
+            )
+        )
+    poses = None
+    if rows.xyz is not None:
+        default = stated.tool_rpy or _DOWN
+        angles = np.tile(default, (count, 1)) if rows.rpy is None else rows.rpy
+        poses = np.array([pose_of(*each) for each in zip(rows.xyz, angles, strict=True)])
+    names = list(dict.fromkeys(rows.feature))
+    features = [
+        Feature(
+            name or "path",
+            "point" if rows.feature.count(name) == 1 else "path",
+            np.flatnonzero([each == name for each in rows.feature]),
+            None,
+        )
+        for name in names
+    ]
+    force = _force(stated.force, count)
+    if rows.force is not None:
+        scatter = 0.0 if force is None else force.scatter
+        force = ForceAlong(rows.force[:, :3], rows.force[:, 3], scatter)
+    del arm
+    return _task(
+        stated,
+        file,
+        mistakes,
+        features,
+        poses=poses,
+        q=rows.q,
+        turned=rows.q is None,
+        visited=np.ones(count, bool),
+        where=rows.where,
+        approach=rows.approach,
+        force=force,
+    )
+
+
+def _task(
+    stated: TaskFile,
+    file: str,
+    mistakes: list[Problem],
+    features: list[Feature],
+    **rows: Any,  # noqa: ANN401 - fields of Task
+) -> Task:
+    """Return the task with its tolerances. Raises InputError with these mistakes, and those in the
+    tolerances.
+    """
+    known = [each.name for each in features]
+    tolerances = [
+        _tolerance(each, f"tolerances[{k}]", file, known, features, mistakes)
+        for k, each in enumerate(stated.tolerances)
+    ]
+    if mistakes:
+        refuse_all(mistakes)
+    search = stated.search
+    limits = None
+    if search is not None:
+        reach = np.array([search.x, search.y, search.z, search.yaw])
+        limits = np.column_stack([-reach, reach])
+    return Task(
+        name=stated.name or Path(file).stem,
+        features=tuple(features),
+        tolerances=tuple(each for each in tolerances if each is not None),
+        placement=np.eye(4) if stated.placement is None else np.array(stated.placement.pose),
+        search=limits,
+        repeated=stated.repeated,
+        required=stated.required,
+        **rows,
+    )
+
+
+def _tolerance(
+    stated: ToleranceTable,
+    key: str,
+    file: str,
+    known: list[str],
+    features: list[Feature],
+    mistakes: list[Problem],
+) -> DrawingTolerance | None:
+    """Return a tolerance; None where it is wrong, which is noted."""
+    kinds = [kind for kind in KINDS if getattr(stated, kind) is not None]
+    if len(kinds) != 1:
+        found = "none of the kinds" if not kinds else " and ".join(kinds)
+        expected = "exactly one of " + ", ".join(KINDS)
+        mistakes.append(Problem(file, key, found, expected, _EXAMPLE))
+        return None
+    kind, size = kinds[0], getattr(stated, kinds[0])
+
+    def numbers(names: str | list[str] | None, at: str) -> tuple[int, ...]:
+        wanted = [] if names is None else [names] if isinstance(names, str) else names
+        for name in wanted:
+            if name not in known:
+                expected = f"a feature of the task, one of {listed(known)}"
+                near = nearest(name, known)
+                mistakes.append(Problem(file, f"{key}.{at}", shown(name), expected, nearest=near))
+        return tuple(known.index(name) for name in wanted if name in known)
+
+    datum: Any = stated.relative_to
+    if datum not in {"base", "fitted"} if isinstance(datum, str) else True:
+        datum = numbers(datum, "relative_to")
+    whole = tuple(
+        k
+        for k, each in enumerate(features)
+        if each.kind != "point" or not _in_pattern(each, features)
+    )
+    chosen = whole if stated.of is None else numbers(stated.of, "of")
+    named = ", ".join(known[k] for k in chosen) if stated.of is not None else "all"
+    return DrawingTolerance(
+        stated.name or f"{named}: {kind}",
+        kind,  # type: ignore[arg-type]
+        size if isinstance(size, tuple) else (size,),
+        chosen,
+        datum,
+        stated.axis or "",
+        stated.length,
+        (file, key),
+    )
+
+
+def _in_pattern(point: Feature, features: list[Feature]) -> bool:
+    """Return whether a point is one hole of a pattern, which is a feature itself."""
+    return any(each.kind == "holes" and point.places[0] in each.places for each in features)
+
+
+def _force(stated: ForceTable | None, count: int) -> ForceAlong | None:
+    """Return a constant force at all places; None without one."""
+    if stated is None:
+        return None
+    return ForceAlong(
+        np.tile(np.array(stated.vector), (count, 1)), np.full(count, stated.along), stated.scatter
+    )

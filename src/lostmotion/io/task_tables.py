@@ -1,0 +1,216 @@
+"""The tables of a task in TOML, and where the places of its features are."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from lostmotion.parts.error_source import Angle, Force, Line
+from lostmotion.parts.frame import Direction, Frame, Vector, unit
+from lostmotion.units import Quantity
+
+if TYPE_CHECKING:
+    from lostmotion.spatial import Floats
+
+_MOST_FEATURES: Final = 200
+_SEGMENTS: Final = 20
+_LIMIT: Final = Quantity("m", "0.4 mm", above=0, high=100)
+_Size = Annotated[float, Quantity("m", "100 mm", above=0)]
+_Limit = Annotated[float, _LIMIT]
+_Angles = tuple[Angle, Angle, Angle]
+_Approach = Literal["up", "down", "random"]
+
+
+class TaskTable(BaseModel):
+    """A table of the file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class FeatureTable(TaskTable):
+    """What the features have in common.
+
+    retract   distance from which the tool arrives along its axis at the first place, and at every
+              hole
+    approach  side from which all joints arrive at its first place; by default as they move
+    """
+
+    name: Annotated[Line, Field(min_length=1, max_length=60)]
+    tool_rpy: _Angles | None = None
+    retract: Annotated[float, Quantity("m", "20 mm", low=0)] = 0.0
+    approach: _Approach | None = None
+
+    def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
+        """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
+        raise NotImplementedError
+
+
+class PointTable(FeatureTable):
+    """A place."""
+
+    kind: Literal["point"]
+    at: Vector
+
+    def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
+        """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
+        del step
+        return np.array([self.at]), None
+
+
+class LineTable(FeatureTable):
+    """Places along a straight line, `step` apart."""
+
+    kind: Literal["line"]
+    start: Vector
+    end: Vector
+
+    def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
+        """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
+        start, end = np.array(self.start), np.array(self.end)
+        far = float(np.linalg.norm(end - start))
+        share = np.linspace(0, 1, _count(far, step) + 1)[:, None]
+        return start + share * (end - start), (end - start) / far if far else None
+
+
+class CircleTable(FeatureTable):
+    """Places along a circle, or an arc of it, from its x."""
+
+    kind: Literal["circle"]
+    centre: Vector
+    diameter: _Size
+    normal: Direction = "z"
+    sweep: Angle = 2 * math.pi
+
+    def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
+        """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
+        count = _count(abs(self.sweep) * self.diameter / 2, step)
+        return self._ring(np.linspace(0, self.sweep, count + 1)), unit(self.normal)
+
+    def _ring(self, turn: Floats) -> Floats:
+        across = _across(unit(self.normal))
+        ring = np.column_stack([np.cos(turn), np.sin(turn)]) @ across
+        return np.array(self.centre) + self.diameter / 2 * ring
+
+
+class HolesTable(FeatureTable):
+    """Places on a bolt circle, or on a grid about its centre."""
+
+    kind: Literal["holes"]
+    centre: Vector
+    normal: Direction = "z"
+    diameter: _Size | None = None
+    count: Annotated[int, Field(ge=2, le=200)] | None = None
+    pitch: tuple[_Size, _Size] | None = None
+    grid: tuple[Annotated[int, Field(ge=1, le=50)], Annotated[int, Field(ge=1, le=50)]] | None = (
+        None
+    )
+
+    def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
+        """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
+        del step
+        normal = unit(self.normal)
+        across = _across(normal)
+        if self.diameter is not None and self.count is not None:
+            turn = 2 * np.pi * np.arange(self.count) / self.count
+            off = self.diameter / 2 * np.column_stack([np.cos(turn), np.sin(turn)])
+        elif self.pitch is not None and self.grid is not None:
+            steps = (np.arange(n) - (n - 1) / 2 for n in self.grid)
+            off = np.stack(np.meshgrid(*steps, indexing="ij"), -1).reshape(-1, 2) * self.pitch
+        else:
+            raise ValueError("neither diameter with count nor pitch with grid")
+        return np.array(self.centre) + off @ across, normal
+
+
+class PlaneTable(FeatureTable):
+    """A grid of places in a plane."""
+
+    kind: Literal["plane"]
+    centre: Vector
+    size: tuple[_Size, _Size]
+    normal: Direction = "z"
+    points: tuple[Annotated[int, Field(ge=2, le=30)], Annotated[int, Field(ge=2, le=30)]] = (3, 3)
+
+    def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
+        """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
+        del step
+        steps = (np.linspace(-0.5, 0.5, n) for n in self.points)
+        off = np.stack(np.meshgrid(*steps, indexing="ij"), -1).reshape(-1, 2) * self.size
+        normal = unit(self.normal)
+        return np.array(self.centre) + off @ _across(normal), normal
+
+
+class ToleranceTable(TaskTable):
+    """One tolerance: exactly one of the kinds, with its size."""
+
+    name: Line | None = None
+    of: Line | list[Line] | None = None
+    cylinder: _Limit | None = None
+    sphere: _Limit | None = None
+    box: tuple[_Limit, _Limit, _Limit] | None = None
+    orientation: Annotated[float, Quantity("rad", "0.5 deg", above=0, high=math.pi)] | None = None
+    distance: _Limit | None = None
+    straightness: _Limit | None = None
+    roundness: _Limit | None = None
+    flatness: _Limit | None = None
+    length: Annotated[float, Quantity("m", "30 mm", low=0)] = 0.0
+    axis: Literal["tool", "path", "x", "y", "z"] | None = None
+    relative_to: Line | list[Line] = "base"
+
+
+class SearchTable(TaskTable):
+    """By how much the placement may be moved from where it is stated, either way."""
+
+    x: Annotated[float, Quantity("m", "100 mm", low=0)] = 0.0
+    y: Annotated[float, Quantity("m", "100 mm", low=0)] = 0.0
+    z: Annotated[float, Quantity("m", "100 mm", low=0)] = 0.0
+    yaw: Annotated[float, Quantity("rad", "30 deg", low=0, high=math.pi)] = 0.0
+
+
+class ForceTable(TaskTable):
+    """Force on the tool: along the axes of the task, along the path, or both."""
+
+    vector: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    along: Force = 0.0
+    scatter: Annotated[float, Quantity("", "10 %", low=0, high=1)] = 0.0
+
+
+class TaskFile(TaskTable):
+    """The whole file."""
+
+    name: Annotated[Line, Field(max_length=100)] = ""
+    required: Annotated[float, Quantity("", "95 %", above=0, high=1)] = 0.95
+    repeated: bool = False
+    step: _Size | None = None
+    tool_rpy: _Angles | None = None
+    poses: Line | None = None
+    placement: Frame | None = None
+    search: SearchTable | None = None
+    force: ForceTable | None = None
+    features: Annotated[
+        list[
+            Annotated[
+                PointTable | LineTable | CircleTable | HolesTable | PlaneTable,
+                Field(discriminator="kind"),
+            ]
+        ],
+        Field(max_length=_MOST_FEATURES),
+    ] = []
+    tolerances: Annotated[list[ToleranceTable], Field(min_length=1, max_length=_MOST_FEATURES)]
+
+
+def _count(length: float, step: float | None) -> int:
+    """Return the number of segments of a line or arc."""
+    if step is None:
+        return _SEGMENTS
+    return max(math.ceil(min(length / step, 1e6) - 1e-9), 1)
+
+
+def _across(normal: Floats) -> Floats:
+    """Return two unit vectors (2, 3) across a normal: for z, x and y."""
+    helper = np.eye(3)[0] if abs(normal[0]) < 0.9 else np.eye(3)[1]  # noqa: PLR2004 - not along it
+    first = helper - (helper @ normal) * normal
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])

@@ -1,0 +1,169 @@
+"""Files of tasks: what they state, and one message for each mistake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import lostmotion
+from lostmotion.cli.app import app
+from lostmotion.io.task_file import read_task
+from tests.analyses.task.test_brute_force import ARM, inverse
+
+TASKS = Path(__file__).parents[3] / "examples" / "tasks"
+POINT = '[[features]]\nname = "hole"\nkind = "point"\nat = ["450 mm", "150 mm", "0 mm"]\n'
+HOLE = '[[tolerances]]\nsphere = "1 mm"\n'
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Return a function that writes a task and the files that it names, and returns its path."""
+
+    def written(text, **files):
+        for name, content in files.items():
+            (tmp_path / f"{name}.csv").write_text(content, encoding="utf-8")
+        path = tmp_path / "task.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
+
+
+MISTAKES = {
+    "unreachable place": (
+        POINT.replace("450 mm", "900 mm") + HOLE,
+        "",
+        ["features[0], place 1", "(900, 150, 0) mm", "does not reach"],
+    ),
+    "tolerance of zero": (POINT + HOLE.replace("1 mm", "0 mm"), "", ["tolerances[0].sphere"]),
+    "no tolerance": (POINT, "", ["tolerances", "nothing"]),
+    "two kinds": (
+        POINT + HOLE + 'roundness = "1 mm"\n',
+        "",
+        ["tolerances[0]", "sphere and roundness", "exactly one of"],
+    ),
+    "unknown feature": (POINT + HOLE + 'of = "hol"\n', "", ["did you mean 'hole'?"]),
+    "datum not fixed": (
+        POINT
+        + POINT.replace('"hole"', '"other"').replace("450", "400")
+        + HOLE
+        + 'of = "hole"\nrelative_to = ["other"]\n',
+        "",
+        ["tolerances[0]", "leave a motion of their frame free"],
+    ),
+    "round point": (
+        POINT + '[[tolerances]]\nroundness = "1 mm"\n',
+        "",
+        ["tolerances[0]", "1 places", "at least 4"],
+    ),
+    "neither": (HOLE, "", ["poses, features", "neither"]),
+    "wrong column": ('poses = "path.csv"\n' + HOLE, "x [mm],y [mm],h [mm]\n1,2,3\n", ["column 3"]),
+    "wrong unit": ('poses = "path.csv"\n' + HOLE, "x [deg],y [mm],z [mm]\n1,2,3\n", ["column 1"]),
+    "missing column": ('poses = "path.csv"\n' + HOLE, "x [mm],y [mm]\n1,2\n", ["no column for z"]),
+    "not a number": (
+        'poses = "path.csv"\n' + HOLE,
+        "x [mm],y [mm],z [mm]\n450,150,0\n450,nan,0\n",
+        ["path.csv: line 3, y", "'nan'"],
+    ),
+    "outside the limits": (
+        'poses = "path.csv"\n' + HOLE,
+        "A [deg],B [deg],Z [mm]\n0,90,0\n0,90,400\n",
+        ["path.csv: line 3, joint Z", "400 mm", "-300 mm to 300 mm"],
+    ),
+    "unreachable row": (
+        'poses = "path.csv"\n' + HOLE,
+        "x [mm],y [mm],z [mm]\n450,150,0\n850,150,0\n",
+        ["path.csv: line 3", "does not reach"],
+    ),
+    "unknown side": (
+        'poses = "path.csv"\n' + HOLE,
+        "x [mm],y [mm],z [mm],approach\n450,150,0,left\n",
+        ["path.csv: line 2, approach", "up, down or random"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_has_one_message_with_its_place(write, name):
+    """File and key, or file and line, and exit code 2."""
+    text, rows, words = MISTAKES[name]
+    path = write(text, **({"path": rows} if rows else {}))
+    with pytest.raises(lostmotion.InputError) as caught:
+        lostmotion.task(ARM, path, robots=4, runs=2)
+    assert len(caught.value.problems) == 1
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_rows_state_joints_or_the_tool(write):
+    """The same path by joint values and by points of the tool has the same answer."""
+    points = np.array([[0.45, 0.15, 0.0], [0.40, 0.20, 0.02], [0.45, 0.10, 0.0]])
+    q = inverse(points)
+    by_tool = "x [mm],y [mm],z [mm],feature\n" + "".join(
+        f"{x * 1e3:.9f},{y * 1e3:.9f},{z * 1e3:.9f},f{k}\n" for k, (x, y, z) in enumerate(points)
+    )
+    by_joint = "Z [mm],A [rad],B [rad],feature\n" + "".join(
+        f"{z * 1e3:.12f},{a:.12f},{b:.12f},f{k}\n" for k, (a, b, z) in enumerate(q)
+    )
+    found = [
+        lostmotion.task(ARM, write('poses = "path.csv"\n' + HOLE, path=rows), robots=50, runs=2)
+        for rows in (by_tool, by_joint)
+    ]
+    assert [len(each.features) for each in found] == [3, 3]
+    np.testing.assert_allclose(found[0].program.q, found[1].program.q, atol=1e-9)
+    np.testing.assert_array_equal(found[0].program.sides, found[1].program.sides)
+    np.testing.assert_allclose(found[0].place_used, found[1].place_used, rtol=1e-5)
+
+
+def test_a_row_may_state_its_side(write):
+    """A stated side replaces that of the path, for all joints or for one, and stays until the joint
+    moves.
+    """
+    rows = (
+        "A [deg],B [deg],Z [mm],approach,approach B\n0,90,0,up,\n1,91,0,,down\n"
+        "1,91,5,,\n2,91,5,random,\n2,92,5,,\n"
+    )
+    stated = read_task(write('poses = "path.csv"\n' + HOLE, path=rows), ARM)
+    from lostmotion.error_model.arrival import last_motion
+
+    sides, since = last_motion(stated.q, stated.approach)
+    np.testing.assert_array_equal(sides, [[1, 1, 1], [1, -1, 1], [1, -1, 1], [0, 0, 0], [0, 1, 0]])
+    np.testing.assert_array_equal(since, [[0, 0, 0], [1, 1, 0], [1, 1, 2], [3, 3, 3], [3, 4, 3]])
+
+
+@pytest.mark.parametrize("name", ["hole-pattern", "seam", "circle", "peg-in-hole"])
+def test_the_examples_answer(name):
+    """Every example runs on the six-axis arm, and its decisive tolerance has contributors that add
+    to one.
+    """
+    found = lostmotion.task(
+        TASKS.parent / "six-axis.toml", TASKS / f"{name}.toml", robots=100, runs=3
+    )
+    assert 0 <= found.success.low <= found.success.value <= found.success.high <= 1
+    assert sum(found.parts.values()) == pytest.approx(1)
+    assert found.figures["success"] == found.success
+    assert found.result()["figures"]["task"]["success"]["value"] == found.success.value
+    assert found.plots[0].figure is not None
+
+
+def test_a_task_that_fails_exits_with_one(write):
+    """The requirement is missed: exit code 1 and the reason."""
+    path = write(POINT + HOLE.replace("1 mm", "1 µm"))
+    arm = path.parent / "arm.toml"
+    arm.write_text(
+        'name = "x"\n'
+        + "".join(
+            f'[[joints]]\nname = "{name}"\ntype = "revolute"\naxis = "z"\n'
+            'limits = ["-170 deg", "170 deg"]\ngearbox = { backlash = "2 arcmin" }\n'
+            f'link = {{ length = "{length} mm", rigid = true }}\n'
+            for name, length in (("A", 400), ("B", 300))
+        ),
+        encoding="utf-8",
+    )
+    asked = ["task", str(arm), "--by", str(path), "--robots", "20", "--runs", "2", "--json"]
+    done = CliRunner().invoke(app, asked)
+    assert done.exit_code == 1
+    assert '"succeeds": false' in done.stdout
