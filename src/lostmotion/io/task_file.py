@@ -7,7 +7,7 @@ tool_rpy = ["180 deg", "0 deg", "0 deg"]    # orientation of the tool in the axe
 [placement]                    # the frame of the task in the base's
 xyz = ["600 mm", "0 mm", "400 mm"]
 
-[[features]]                   # point, line, circle, holes, plane; or poses = "path.csv"
+[[features]]                   # or poses = "path.csv", or program = "part.gcode"
 name = "flange"
 kind = "holes"
 centre = ["0 mm", "0 mm", "0 mm"]
@@ -35,6 +35,7 @@ from lostmotion.error_model.drawing_tolerances import KINDS, DrawingTolerance, F
 from lostmotion.error_model.task import ForceAlong, Task
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.draft import Draft
+from lostmotion.io.gcode import read_gcode
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.task_tables import TaskFile
 from lostmotion.io.text import beside
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 MOST_PLACES: Final = 2000
+_STEP: Final = 0.005
 _DOWN: Final = (math.pi, 0.0, 0.0)
 _EXAMPLE: Final = '{ of = "holes", cylinder = "0.4 mm" }'
 _SIGNS: Final = {"up": 1.0, "down": -1.0, "random": 0.0}
@@ -67,20 +69,48 @@ def read_task(by: Path | Mapping[str, Any], arm: Arm) -> Task:
         stated = TaskFile.model_validate(tree, context={"text": not isinstance(by, Mapping)})
     except ValidationError as error:
         refuse_all(problems(error, TaskFile, file, Draft(file, {}, {}).key))
-    if (stated.poses is None) == (not stated.features):
-        found = "neither" if stated.poses is None else "both"
-        expected = "a CSV of poses, or [[features]]: one of the two"
-        raise InputError([Problem(file, "poses, features", found, expected, 'poses = "path.csv"')])
-    if stated.poses is None:
+    sources = {"poses": stated.poses, "program": stated.program, "features": stated.features}
+    given = [name for name, value in sources.items() if value]
+    if len(given) != 1:
+        found, expected = " and ".join(given) or "none of them", "one of " + ", ".join(sources)
+        raise InputError([Problem(file, ", ".join(sources), found, expected, 'poses = "path.csv"')])
+    if stated.features:
         return _of_features(stated, arm, file)
+    key, named = given[0], stated.poses or stated.program
     folder = Path.cwd() / "task.toml" if isinstance(by, Mapping) else by
-    path = beside(str(folder), stated.poses)
+    path = beside(str(folder), named)
     if path is None:
         expected = "the name of a file in the folder of this one, or below"
-        raise InputError(
-            [Problem(file, "poses", shown(stated.poses), expected, 'poses = "path.csv"')]
-        )
-    return _of_rows(stated, read_tool_path(path, arm), arm, file)
+        raise InputError([Problem(file, key, shown(named), expected, f'{key} = "path.csv"')])
+    if stated.program is not None:
+        return _of_program(stated, path, arm, file)
+    return _of_rows(stated, read_tool_path(path, arm), file)
+
+
+def _of_program(stated: TaskFile, path: Path, arm: Arm, file: str) -> Task:
+    """Return the task of a program in G-code: cutting moves between rapid ones are its features."""
+    moves = read_gcode(path, stated.step or _STEP, MOST_PLACES)
+    pose = pose_of(rpy=stated.tool_rpy or _DOWN)
+    poses = np.tile(pose, (len(moves.points), 1, 1))
+    poses[:, :3, 3] = moves.points
+    numbers = np.array(moves.path)[moves.visited]
+    features = [
+        Feature(f"path {k}", "path", np.flatnonzero(numbers == k), None)
+        for k in range(1, max(moves.path) + 1)
+    ]
+    return _task(
+        stated,
+        file,
+        [],
+        features,
+        poses=poses,
+        q=None,
+        turned=True,
+        visited=moves.visited,
+        where=tuple((str(path), f"line {line}") for line in moves.lines),
+        approach=np.full((len(poses), len(arm.driven)), math.nan),
+        force=_force(stated.force, int(moves.visited.sum())),
+    )
 
 
 def _of_features(stated: TaskFile, arm: Arm, file: str) -> Task:
@@ -156,7 +186,7 @@ def _of_features(stated: TaskFile, arm: Arm, file: str) -> Task:
     )
 
 
-def _of_rows(stated: TaskFile, rows: PathRows, arm: Arm, file: str) -> Task:
+def _of_rows(stated: TaskFile, rows: PathRows, file: str) -> Task:
     """Return the task that visits the rows of a CSV in their order."""
     count = len(rows.where)
     mistakes: list[Problem] = []
@@ -191,7 +221,6 @@ def _of_rows(stated: TaskFile, rows: PathRows, arm: Arm, file: str) -> Task:
     if rows.force is not None:
         scatter = 0.0 if force is None else force.scatter
         force = ForceAlong(rows.force[:, :3], rows.force[:, 3], scatter)
-    del arm
     return _task(
         stated,
         file,

@@ -186,6 +186,7 @@ class TaskFile(TaskTable):
     step: _Size | None = None
     tool_rpy: _Angles | None = None
     poses: Line | None = None
+    program: Line | None = None
     placement: Frame | None = None
     search: SearchTable | None = None
     force: ForceTable | None = None

@@ -46,7 +46,8 @@ def tool_errors(
     summed, drawn = matrix.summed, _robot_draws(matrix, seed, robots)
     numbers = _numbers(matrix, since)
     by_visit: dict[Stream | None, list[int]] = {}
-    for k, info in enumerate(summed.infos):
+    for k in np.flatnonzero(summed.tool.any(axis=(0, 1))).tolist():
+        info = summed.infos[k]
         by_visit.setdefault(info.visit, []).append(k)
     for first in range(0, robots, together):
         here = slice(first, min(first + together, robots))

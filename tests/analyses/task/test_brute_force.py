@@ -21,7 +21,7 @@ VALIDATES = (
             "closed form, exact fits of frames, lines and circles, sides by hand"
         ),
         "within the intervals of both",
-        ("analyses/task/success.py", "error_model/drawing_tolerances.py"),
+        ("propagation/task_success.py", "error_model/drawing_tolerances.py"),
     ),
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -59,7 +60,7 @@ MISTAKES = {
         "",
         ["tolerances[0]", "1 places", "at least 4"],
     ),
-    "neither": (HOLE, "", ["poses, features", "neither"]),
+    "neither": (HOLE, "", ["poses, program, features", "none of them"]),
     "wrong column": ('poses = "path.csv"\n' + HOLE, "x [mm],y [mm],h [mm]\n1,2,3\n", ["column 3"]),
     "wrong unit": ('poses = "path.csv"\n' + HOLE, "x [deg],y [mm],z [mm]\n1,2,3\n", ["column 1"]),
     "missing column": ('poses = "path.csv"\n' + HOLE, "x [mm],y [mm]\n1,2\n", ["no column for z"]),
@@ -132,6 +133,63 @@ def test_a_row_may_state_its_side(write):
     sides, since = last_motion(stated.q, stated.approach)
     np.testing.assert_array_equal(sides, [[1, 1, 1], [1, -1, 1], [1, -1, 1], [0, 0, 0], [0, 1, 0]])
     np.testing.assert_array_equal(since, [[0, 0, 0], [1, 1, 0], [1, 1, 2], [3, 3, 3], [3, 4, 3]])
+
+
+PROGRAM = """%
+G21 G90 G17 (mm, absolute)
+N10 G0 X450 Y150 Z20 ; above
+G0 Z0
+G1 X470 F500 M3
+G91 Y10
+G90 G3 X450 Y180 I-20 J0
+G0 Z20
+G20 G2 X17.7165354 Y5.9055118 R0.75
+"""
+
+
+def test_a_program_is_sampled(write):
+    """Lines and arcs, absolute and relative, mm and inch, against points by hand; the arm passes
+    through rapid moves.
+    """
+    path = write('program = "part.csv"\nstep = "5 mm"\n' + HOLE, part=PROGRAM)
+    stated = read_task(path, ARM)
+    points = 1e3 * stated.poses[:, :3, 3]
+    assert [each.name for each in stated.features] == ["path 1", "path 2"]
+    assert stated.where[0][1] == "line 3"
+    assert not stated.visited[:2].any()
+    first = points[stated.visited][stated.features[0].places]
+    np.testing.assert_allclose(first[:5], [[450 + 5 * k, 150, 0] for k in range(5)], atol=1e-9)
+    np.testing.assert_allclose(first[5:7], [[470, 155, 0], [470, 160, 0]], atol=1e-9)
+    arc = first[6:]
+    np.testing.assert_allclose(np.hypot(arc[:, 0] - 450, arc[:, 1] - 160), 20.0, atol=1e-9)
+    np.testing.assert_allclose(arc[-1], [450, 180, 0], atol=1e-9)
+    assert (np.diff(arc[:, 1]) > 0).all()  # a quarter of a turn, anticlockwise
+    second = points[stated.visited][stated.features[1].places]
+    np.testing.assert_allclose(second[[0, -1]], [[450, 180, 20], [450, 150, 20]], atol=1e-5)
+    assert (second[1:-1, 0] > 450).all()  # clockwise, from the upper end
+    away = np.linalg.norm(second[:, :2] - (450 - math.sqrt(19.05**2 - 225), 165), axis=1)
+    np.testing.assert_allclose(away, 19.05, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("G81 X10 Z-5", ["line 2", "G81", "G0 to G3"]),
+        ("G2 X460 Y150", ["line 2", "an arc without a centre"]),
+        ("G2 X460 Y150 I1 J20", ["line 2", "not at one distance"]),
+        ("G1 X1e3", ["line 2", "letters, each with a number"]),
+        ("G1 A90", ["line 2", "no other axis"]),
+        ("G0 X450 Y150", ["no cutting move"]),
+    ],
+)
+def test_a_program_that_cannot_be_followed(write, line, words):
+    """One message with file and line."""
+    path = write('program = "part.csv"\n' + HOLE, part=f"G0 X450 Y150\n{line}\n")
+    with pytest.raises(lostmotion.InputError) as caught:
+        read_task(path, ARM)
+    assert len(caught.value.problems) == 1
+    for word in words:
+        assert word in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["hole-pattern", "seam", "circle", "peg-in-hole"])

@@ -63,13 +63,11 @@ def task(
 
     """
     asked = read_arguments(task, locals())
-    from lostmotion.analyses.task.result import TaskResult
-    from lostmotion.analyses.task.success import carry_out
+    from lostmotion.analyses.task.result import carry_out
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.io.task_file import read_task
 
     refuse_undescribed(asked.arm)
     stated = read_task(asked.by, asked.arm)
     asked.ready()
-    found = carry_out(asked.arm, stated, asked.robots, asked.runs, asked.seed, progress)
-    return TaskResult(**vars(found))
+    return carry_out(asked.arm, stated, asked.robots, asked.runs, asked.seed, progress)

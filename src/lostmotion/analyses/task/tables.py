@@ -1,4 +1,4 @@
-"""Sheet and plots of a task: the probability of success, each tolerance, the worst place and the
+"""Sheet of a task: the probability of success, each tolerance, the worst place and the
 largest contributor.
 """
 
@@ -13,33 +13,24 @@ from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import in_error, with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.arm_sheet import with_arm
-from lostmotion.reporting.chart import label_axes, legend, one, swatch
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.joint_values import joint_values, tool_place
-from lostmotion.reporting.palette import LIGHT
-from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.provenance import caveats
 from lostmotion.reporting.sheet import Card, Cell, Row, Sheet, in_words, length, several, table
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from collections.abc import Sequence
 
-    from lostmotion.analyses.task.success import TaskSuccess, ToleranceOutcome
+    from lostmotion.analyses.task.result import TaskResult, ToleranceOutcome
     from lostmotion.error_model.drawing_tolerances import DrawingTolerance
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.provenance import States
+    from lostmotion.propagation.task_remedies import Margin, Remedied
     from lostmotion.reporting.sheet import Section
 
 _PARTS: Final = 12
 _PLACES: Final = 40
 _LEAST: Final = 0.005
-# Colours of the path by the share of the tolerance that 95 % stay within.
-_CLASSES: Final = (
-    (0.5, "c1", "below half of the tolerance"),
-    (1.0, "c3", "half to all of it"),
-    (math.inf, "warn", "beyond it"),
-)
 _WORDS: Final = (
     ("probability", "share of simulated robots and runs; each robot carries out every run."),
     (
@@ -67,7 +58,7 @@ _WORDS: Final = (
 )
 
 
-def task_sheet(found: TaskSuccess) -> Sheet:
+def task_sheet(found: TaskResult) -> Sheet:
     """Return the sheet of a task."""
     arm, task = found.arm, found.task
     known = with_limits(states(arm), arm, found.program.visited, found.program.sides)
@@ -83,6 +74,7 @@ def task_sheet(found: TaskSuccess) -> Sheet:
             _features(found, counted),
             _shares("parts", "Contributors to the decisive tolerance", found, found.parts),
             _shares("causes", "Kinds of error in the decisive tolerance", found, found.causes),
+            *_helps(found),
             _places(found, counted),
             _sides(found),
         ),
@@ -111,7 +103,7 @@ def _share(found: Estimate, samples: str = "") -> Cell:
     return Cell(found.value, "%", found.low, found.high, samples)
 
 
-def _verdict(found: TaskSuccess, known: States) -> str:
+def _verdict(found: TaskResult, known: States) -> str:
     success = _share(found.success)
     interval = f" ({success.interval})" if success.interval else ""
     worst = found.outcomes[found.decisive]
@@ -129,10 +121,27 @@ def _verdict(found: TaskSuccess, known: States) -> str:
         )
     if share:
         text.append(f"Largest contributor: {short_name(part)}, {Cell(share, '%')}.")
+    if found.success.value < found.task.required:
+        text.append(_remedy(found))
     return " ".join([*text, *caveats(known)])
 
 
-def _cards(found: TaskSuccess, known: States) -> tuple[Card, ...]:
+def _remedy(found: TaskResult) -> str:
+    """Return the sentence on the first remedy that meets the requirement, or else the best one."""
+    stages = found.helps.stages
+    best = max(stages, key=lambda each: each.success.value)
+    meets = [each for each in stages if each.success.value >= found.task.required]
+    if meets:
+        return f"Ideal {meets[0].name} would raise it to {Cell(meets[0].success.value, '%')}."
+    if best.success.value <= found.helps.before.success.value:
+        return "No remedy of a controller raises it: only other parts or tolerances do."
+    return (
+        f"No remedy of a controller suffices; {best.name} would raise it to "
+        f"{Cell(best.success.value, '%')}."
+    )
+
+
+def _cards(found: TaskResult, known: States) -> tuple[Card, ...]:
     worst = found.outcomes[found.decisive]
     bounded = _bounded("", known).strip()
     sign = {"at most": "≤ ", "at least": "≥ "}.get(bounded, "")
@@ -154,7 +163,7 @@ def _used(outcome: ToleranceOutcome) -> str:
     return f"{100 * outcome.used.value:.3g} %"
 
 
-def _where(found: TaskSuccess, place: int) -> str:
+def _where(found: TaskResult, place: int) -> str:
     """Return the place by its feature and its number there."""
     for each in found.program.features:
         if place in each.places:
@@ -173,7 +182,7 @@ def _limit(stated: DrawingTolerance) -> Cell:
     return Cell(stated.size[0], "mm", stated=True)
 
 
-def _success(found: TaskSuccess, counted: str) -> Section:
+def _success(found: TaskResult, counted: str) -> Section:
     return table(
         "task",
         "Success of the task",
@@ -190,7 +199,7 @@ def _success(found: TaskSuccess, counted: str) -> Section:
     )
 
 
-def _tolerances(found: TaskSuccess, counted: str) -> Section:
+def _tolerances(found: TaskResult, counted: str) -> Section:
     rows = []
     for each in found.outcomes:
         stated = each.tolerance
@@ -212,7 +221,7 @@ def _tolerances(found: TaskSuccess, counted: str) -> Section:
     )
 
 
-def _features(found: TaskSuccess, counted: str) -> Section:
+def _features(found: TaskResult, counted: str) -> Section:
     return table(
         "features",
         "Features",
@@ -222,7 +231,7 @@ def _features(found: TaskSuccess, counted: str) -> Section:
     )
 
 
-def _shares(key: str, title: str, found: TaskSuccess, shares: dict[str, float]) -> Section:
+def _shares(key: str, title: str, found: TaskResult, shares: dict[str, float]) -> Section:
     worst = found.outcomes[found.decisive]
     shown = [(name, value) for name, value in shares.items() if abs(value) >= _LEAST][:_PARTS]
     return table(
@@ -234,7 +243,56 @@ def _shares(key: str, title: str, found: TaskSuccess, shares: dict[str, float]) 
     )
 
 
-def _places(found: TaskSuccess, counted: str) -> Section:
+def _helps(found: TaskResult) -> tuple[Section, ...]:
+    """Return what remedies leave, what is left without each part, and how much the task would
+    bear.
+    """
+    helps = found.helps
+    counted = f"{several(helps.robots, 'robot')} x {several(helps.runs, 'run')}"
+    name = found.outcomes[found.decisive].tolerance.name
+
+    def of(key: str, title: str, lines: Sequence[Remedied], note: str) -> Section:
+        rows = [
+            Row(
+                short_name(each.name),
+                (_share(each.success, counted), Cell(each.used, "%", samples=counted)),
+            )
+            for each in (helps.before, *lines)
+        ]
+        return table(key, title, ("probability", f"used of '{name}', 95 %"), rows, note)
+
+    same = "the same robots and runs each time"
+    margins = [
+        Row(each.name, (_factor(each.factor, counted),), _bears(each)) for each in helps.margins
+    ]
+    return (
+        of("remedies", "What would help", helps.stages, f"ideal remedies; {same}"),
+        of("without", "Success without the error of a part", helps.parts, same),
+        table(
+            "margins",
+            "How much the task would bear",
+            {"factor": "1"},
+            margins,
+            f"largest factor with which {Cell(found.task.required, '%', stated=True)} are met, "
+            "everything else as it is; by bisection with the same robots and runs",
+        ),
+    )
+
+
+def _factor(factor: float, samples: str) -> Cell:
+    words = "none" if math.isnan(factor) else "any" if math.isinf(factor) else ""
+    return Cell(factor, "1", samples=samples, words=words)
+
+
+def _bears(margin: Margin) -> str:
+    if math.isnan(margin.factor):
+        return f"no reduction of {margin.name} alone meets the requirement"
+    if math.isinf(margin.factor):
+        return f"64 times the {margin.name} still meets it"
+    return ""
+
+
+def _places(found: TaskResult, counted: str) -> Section:
     """Return the places with the smallest probability, in the order of the path."""
     held, used = found.place_held, found.place_used
     order = np.lexsort((-np.nan_to_num(used), np.where(np.isnan(held), 2.0, held)))
@@ -264,7 +322,7 @@ def _places(found: TaskSuccess, counted: str) -> Section:
     )
 
 
-def _sides(found: TaskSuccess) -> Section:
+def _sides(found: TaskResult) -> Section:
     """Return at how many places each joint rests on either side."""
     sides = found.program.sides
     changes = np.abs(np.diff(np.sign(sides), axis=0)) > 0
@@ -286,7 +344,7 @@ def _sides(found: TaskSuccess) -> Section:
     )
 
 
-def _first_order(found: TaskSuccess) -> str:
+def _first_order(found: TaskResult) -> str:
     check = found.check
     return (
         f"first order differs from exact composition by at most {length(check.largest)} in "
@@ -294,7 +352,7 @@ def _first_order(found: TaskSuccess) -> str:
     )
 
 
-def _facts(found: TaskSuccess) -> dict[str, Any]:
+def _facts(found: TaskResult) -> dict[str, Any]:
     task, program = found.task, found.program
     return {
         "task": {
@@ -333,61 +391,3 @@ def _facts(found: TaskSuccess) -> dict[str, Any]:
             )
         ],
     }
-
-
-def task_plots(found: TaskSuccess) -> list[Plot]:
-    """Return the path in the colours of its tolerances, and the contributors."""
-    out = [
-        Plot(
-            "path",
-            "places",
-            _path(found),
-            "Places of the task in the plane in which they extend most, coloured by the share of "
-            "the tolerance that 95 % of robots and runs use.",
-        )
-    ]
-    if any(found.parts.values()):
-        out.append(
-            Plot(
-                "contributors",
-                "parts",
-                _contributors(found),
-                "Bars of each part's share of the mean square in the decisive tolerance.",
-            )
-        )
-    return out
-
-
-def _path(found: TaskSuccess) -> Figure:
-    points = 1e3 * found.program.places.points
-    extent = np.ptp(points, axis=0)
-    across, up = sorted(np.argsort(-extent, kind="stable")[:2])
-    tall = float(np.clip(40 + 90 * (extent[up] + 1) / (extent[across] + 1), 60, 130))
-    made, on = one(f"Task '{found.task.name}'", tall)
-    for each in found.program.features:
-        if each.kind in {"line", "circle", "path"}:
-            on.plot(*points[each.places][:, [across, up]].T, color=LIGHT["line"], linewidth=0.8)
-    _dots(on, points[:, [across, up]], found.place_used)
-    on.set_aspect("equal", adjustable="datalim")
-    label_axes(on, f"{'xyz'[across]} [mm]", f"{'xyz'[up]} [mm]")
-    legend(made, extra=[swatch(name, LIGHT[colour]) for _, colour, name in _CLASSES])
-    return made
-
-
-def _dots(on: Axes, points: np.ndarray, used: np.ndarray) -> None:
-    low = 0.0
-    for high, colour, _ in _CLASSES:
-        inside = (used > low) & (used <= high) if low else used <= high
-        on.plot(*points[inside].T, linestyle="none", marker="o", markersize=4, color=LIGHT[colour])
-        low = high
-
-
-def _contributors(found: TaskSuccess) -> Figure:
-    from lostmotion.reporting.chart import named_rows
-
-    shown = [(name, value) for name, value in found.parts.items() if value >= _LEAST][:_PARTS]
-    made, on = one("Share of the mean square in the decisive tolerance", 30 + 8 * len(shown))
-    on.barh(range(len(shown)), [100 * value for _, value in shown], color=LIGHT["robot"])
-    named_rows(on, [short_name(name) for name, _ in shown])
-    label_axes(on, "share [%]")
-    return made
