@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 from lostmotion.errors import nearest, shown
 from lostmotion.mechanism.calibration import Calibration
 from lostmotion.mechanism.holding import holding_loads
+from lostmotion.mechanism.load_gradient import soft_freedoms
 from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
 from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
 from lostmotion.mechanism.remarks import remarks_on, remarks_on_ranges, temperature_remarks
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lostmotion.mechanism.calibration import Correlations
+    from lostmotion.mechanism.load_gradient import Freedom
     from lostmotion.mechanism.places import Tree
     from lostmotion.parts.error_source import Friction
     from lostmotion.spatial import Floats
@@ -221,6 +223,18 @@ class Arm(Part):
     def correlations(self) -> Correlations | None:
         """Return the correlations of the draws of its terms; None where all are independent."""
         return None if self._calibration is None else self._calibration.correlations
+
+    @functools.cached_property
+    def soft_freedoms(self) -> tuple[Freedom, ...]:
+        """Return the freedoms that the tangent of its equilibrium needs; none for a stiff arm."""
+        springs = [each for each in self.terms if each.term.form.elastic]
+        return soft_freedoms(
+            self.tree,
+            self.limits,
+            self.payload,
+            self.gravity,
+            [each for each in springs if each.term.level == "design"],
+        )
 
     @property
     def has_temperatures(self) -> bool:

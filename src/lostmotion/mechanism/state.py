@@ -14,7 +14,9 @@ import numpy as np
 
 from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.elastostatics import Compliances, elastic_terms
+from lostmotion.mechanism.equilibrium import settle
 from lostmotion.mechanism.frames import place_frames, steps_between, tool_point
+from lostmotion.mechanism.load_gradient import load_gradient
 from lostmotion.mechanism.wrenches import place_wrenches, wrenches_by_axis
 from lostmotion.parts.term import Condition
 from lostmotion.spatial import exp, into, mapped
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.equilibrium import Equilibrium
     from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
     from lostmotion.spatial import Floats
 
@@ -45,6 +48,7 @@ class State:
     frames   (place, pose, 4, 4) frames of the places in the base's frame, m, in the order of
              `arm.places`
     gravity  (3,) acceleration of free fall in the base's axes, m/s^2
+    equilibrium  how a settled state was found; None for one that does not deflect
 
     Wrenches, torques and compliances are those of a mechanism that stands in these frames.
     """
@@ -53,6 +57,7 @@ class State:
     q: Floats
     frames: Floats
     gravity: Floats
+    equilibrium: Equilibrium | None = None
 
     def __post_init__(self) -> None:
         """Protect the arrays from changes, which what was computed from them would not follow."""
@@ -67,7 +72,25 @@ class State:
 
     def rows(self, rows: slice | NDArray[np.int64]) -> State:
         """Return the state at the poses in these rows."""
-        return replace(self, q=self.q[rows], frames=self.frames[:, rows])
+        return replace(
+            self,
+            q=self.q[rows],
+            frames=self.frames[:, rows],
+            equilibrium=None if self.equilibrium is None else self.equilibrium.rows(rows),
+        )
+
+    def settled(self) -> State:
+        """Return the state in which the arm stands under its loads when it is commanded to this
+        one: its frames are those of the deflected arm, q is still the command.
+
+        Every design term moves its place by its screw at the load and the frame of the deflected
+        arm. Where there is no stable equilibrium, the frames are NaN and `equilibrium.falls_at` is
+        the place that cannot hold. A settled state is returned as it is.
+        """
+        if self.equilibrium is not None:
+            return self
+        found = settle(self.arm.tree, self.frames, _Deflection(self))
+        return replace(self, frames=found.frames, equilibrium=found)
 
     @functools.cached_property
     def wrenches(self) -> Floats:
@@ -156,6 +179,16 @@ class State:
             here = here @ (step[:, None] @ exp(twists[k]))
         return np.asarray(here @ last[:, None])
 
+    @property
+    def place_compliances(self) -> Floats:
+        """Return the twist of each place per wrench on it (place, pose, 6, 6) in its own axes, rad
+        and m per N m and N: tangents as in `compliances`.
+        """
+        out, conditions = np.zeros((*self.frames.shape[:2], 6, 6)), self.conditions()
+        for placed in elastic_terms(self.arm):
+            out[placed.place] += placed.term.scale * placed.term.form.compliance(conditions(placed))
+        return out
+
     @functools.cached_property
     def compliances(self) -> Compliances:
         """Return the compliance contribution of each part.
@@ -226,6 +259,47 @@ class State:
             carried = self.carry(place)
             for placed in group:
                 yield placed, carried, conditions(placed)
+
+
+class _Deflection:
+    """How the parts of an arm deflect in other frames than those of its state."""
+
+    def __init__(self, state: State) -> None:
+        self._state, self.freedoms = state, state.arm.soft_freedoms
+
+    def _in(self, frames: Floats, rows: NDArray[np.int64]) -> State:
+        return replace(self._state, q=self._state.q[rows], frames=frames)
+
+    def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Return the twists of design terms (place, pose, 6), rad and m: without those within
+        plays, and of those.
+        """
+        smooth, in_play = np.zeros((2, *frames.shape[:2], 6))
+        conditions = self._in(frames, rows).conditions()
+        for placed in self._state.arm.terms:
+            if placed.term.level != "design":
+                continue
+            form, at = placed.term.form, conditions(placed)
+            screw = placed.term.scale * form.screw(at)
+            if form.threshold is not None:
+                share = form.threshold.share(at)
+                screw *= share if form.above else 1 - share
+            jumps = not form.elastic and "wrench" in form.reads
+            (in_play if jumps else smooth)[placed.place] += screw.T
+        return smooth, in_play
+
+    def tangent(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Return C dw/de (pose, freedom, freedom) and the compliances (pose, freedom)."""
+        state = self._in(frames, rows)
+        compliance = state.place_compliances
+        arm, freedoms = state.arm, self.freedoms
+        changes = load_gradient(arm.tree, frames, arm.payload, state.gravity, freedoms)
+        places, components = (list(each) for each in zip(*freedoms, strict=True))
+        rows_of = compliance[places, :, components]  # (freedom, pose, 6)
+        return (
+            np.einsum("ipj,ipjk->pik", rows_of, changes[places]),
+            np.diagonal(compliance, axis1=2, axis2=3)[places, :, components].T,
+        )
 
 
 class Conditions:

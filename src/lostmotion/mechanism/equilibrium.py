@@ -1,0 +1,296 @@
+"""Where an arm stands under its loads: the twists of its parts under the wrenches that act in the
+deflected arm.
+
+Every place k stands at its parent's frame times its own step times exp(e_k), and e_k is the
+deflection of the parts there under the wrench on the place, both in the axes of the deflected
+place. The loads depend on the frames, so the twists solve e = d(e).
+
+Rounds e <- d(e) from the loads at the command settle stiff arms: their error shrinks each time by
+the share that the load takes away from the stiffness, the contraction. Where that is slow or
+diverges, Newton's method with the tangent 1 - C dw/de follows the equilibrium from the unloaded arm
+to the loaded one. Where the tangent is not positive the arm does not stay there: a finding, with
+the place that cannot hold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Protocol
+
+import numpy as np
+
+from lostmotion.spatial import exp, inverse
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lostmotion.mechanism.load_gradient import Freedom
+    from lostmotion.mechanism.places import Tree
+    from lostmotion.spatial import Floats
+
+# Change of the deflection that remains, as a share of it.
+_PRECISION: Final = 1e-9
+# The same on the way from the unloaded to the loaded arm.
+_ROUGH: Final = 1e-4
+# Deflections that are rounding, as a share of the arm's length.
+_ROUNDING: Final = 1e-14
+# Rounds of the fixed point, and the contraction above which Newton's method follows.
+_ROUNDS: Final = 16
+_SLOW: Final = 0.3
+# Rounds after which parts within plays keep their sides: a load that a play reverses would else
+# change them for ever.
+_PLAY_ROUNDS: Final = 4
+# Steps from the unloaded to the loaded arm, more where the first fail, and Newton's steps in
+# each.
+_LOAD_STEPS: Final = (1, 8, 64)
+_NEWTON_STEPS: Final = 24
+# Largest step of Newton's method, as a share of the arm's length.
+_LONGEST: Final = 0.5
+
+
+class Deflection(Protocol):
+    """How an arm deflects in given frames."""
+
+    @property
+    def freedoms(self) -> Sequence[Freedom]:
+        """Return the freedoms of the tangent; none for an arm so stiff that it needs none."""
+        ...
+
+    def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Return the twists (place, pose, 6) of all parts without those of plays that a load
+        closes, and the latter, at the poses in these rows, for frames (place, pose, 4, 4).
+        """
+        ...
+
+    def tangent(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Return the change of the deflections per deflection (pose, freedom, freedom), and the
+        compliance of each freedom (pose, freedom).
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium:
+    """The frames in which an arm stands under its loads, and how they were found.
+
+    command      (place, pose, 4, 4) frames that the command asks for, m
+    frames       (place, pose, 4, 4) frames in equilibrium, m; NaN where there is none
+    twists       (place, pose, 6) deflections in the places' own axes, rad and m
+    contraction  (pose,) factor by which a round shrank the error; NaN where none was left
+    rounds       (pose,) number of evaluations of the deflections
+    falls_at     (pose,) index of the place whose springs cannot hold the load; -1 where the arm
+                 stands
+    """
+
+    command: Floats
+    frames: Floats
+    twists: Floats
+    contraction: Floats
+    rounds: NDArray[np.int64]
+    falls_at: NDArray[np.int64]
+
+    def rows(self, rows: slice | NDArray[np.int64]) -> Equilibrium:
+        """Return the equilibrium at the poses in these rows."""
+        return replace(
+            self,
+            command=self.command[:, rows],
+            frames=self.frames[:, rows],
+            twists=self.twists[:, rows],
+            contraction=self.contraction[rows],
+            rounds=self.rounds[rows],
+            falls_at=self.falls_at[rows],
+        )
+
+
+class ElasticChain:
+    """The places of an arm at some poses, which twists displace."""
+
+    def __init__(self, tree: Tree, frames: Floats) -> None:
+        """Compute the pose of each place relative to its parent, from frames (place, pose, 4,
+        4).
+        """
+        self._parents = [place.parent for place in tree.places]
+        self._base = frames[0]
+        self._steps = inverse(frames[self._parents[1:]]) @ frames[1:]
+        self.length = np.linalg.norm(self._steps[..., :3, 3], axis=-1).sum(axis=0)
+
+    def displaced(self, twists: Floats, rows: NDArray[np.int64] | slice) -> Floats:
+        """Return the frames (place, pose, 4, 4) at the poses in these rows, with every place
+        displaced by its twist (place, pose, 6) in its own axes.
+        """
+        out = np.empty((len(self._parents), *self._base[rows].shape))
+        moved = np.asarray(twists.any(axis=(1, 2)))
+        out[0] = self._base[rows] @ exp(twists[0]) if moved[0] else self._base[rows]
+        for k, parent in enumerate(self._parents[1:], start=1):
+            out[k] = out[parent] @ self._steps[k - 1, rows]
+            if moved[k]:
+                out[k] = out[k] @ exp(twists[k])
+        return out
+
+
+def settle(tree: Tree, frames: Floats, deflection: Deflection) -> Equilibrium:
+    """Return where an arm stands that is commanded to these frames (place, pose, 4, 4).
+
+    What remains of the twists is below 1e-9 of their sum. Where the arm would leave its
+    equilibrium, or has none, the frames are NaN, and `falls_at` is the place that cannot hold.
+    """
+    found = _Settling(ElasticChain(tree, frames), deflection, frames)
+    slow = found.by_rounds()
+    if deflection.freedoms:
+        stood = np.setdiff1d(np.arange(frames.shape[1]), slow)
+        fell = stood[found.falling(stood, 1.0) >= 0]
+        left = np.concatenate([slow, fell])
+        for steps in _LOAD_STEPS:
+            left = found.by_newton(left, steps)
+    else:
+        found.falls_at[slow] = 0
+    stands = found.frames(np.arange(frames.shape[1])).copy()
+    stands[:, found.falls_at >= 0] = np.nan
+    return Equilibrium(
+        frames, stands, found.twists, found.contraction, found.rounds, found.falls_at
+    )
+
+
+class _Settling:
+    """The twists of an arm on the way to its equilibrium; arrays as those of `Equilibrium`."""
+
+    def __init__(self, chain: ElasticChain, deflection: Deflection, command: Floats) -> None:
+        """Start at the command."""
+        self.chain, self._deflection, self._command = chain, deflection, command
+        places, poses = command.shape[:2]
+        self.twists = np.zeros((places, poses, 6))
+        self._in_play = np.zeros((places, poses, 6))
+        self.contraction = np.zeros(poses)
+        self.rounds = np.zeros(poses, dtype=np.int64)
+        self.falls_at = np.full(poses, -1)
+
+    def by_rounds(self) -> NDArray[np.int64]:
+        """Repeat e <- d(e) until little remains. Return the poses where that is slow."""
+        here = np.arange(len(self.rounds))
+        slow, before = [], np.full(len(here), np.nan)
+        for number in range(_ROUNDS):
+            new = self._deflected(here, play=number < _PLAY_ROUNDS)
+            step = self._size(new - self.twists[:, here], here)
+            self.twists[:, here] = new
+            counts = step > _ROUNDING * self.chain.length[here]
+            ratio = np.where(counts, step / np.where(counts, before, 1.0), 0.0)
+            if number:
+                self.contraction[here] = np.where(counts, ratio, self.contraction[here])
+                shrinks = ratio < 1
+                remains = step * ratio / np.where(shrinks, 1 - ratio, 1.0)
+                done = ~counts | (shrinks & (remains <= _PRECISION * self._size(new, here)))
+            else:
+                done = ~counts
+            stuck = ~done & (ratio > _SLOW) & (number > _PLAY_ROUNDS)
+            slow.append(here[stuck])
+            kept = ~(done | stuck)
+            here, before = here[kept], step[kept]
+            if not len(here):
+                break
+        return np.sort(np.concatenate([*slow, here]))
+
+    def by_newton(self, rows: NDArray[np.int64], steps: int) -> NDArray[np.int64]:
+        """Follow the equilibrium of these poses from the unloaded to the loaded arm by Newton's
+        method, and mark those that fall on the way. Return the rows of those.
+        """
+        self.twists[:, rows] = 0.0
+        self.falls_at[rows] = -1
+        fallen, here = [], rows
+        for number in range(1, steps + 1):
+            if not len(here):
+                break
+            share = number / steps
+            self.twists[:, here] *= number / max(number - 1, 1)
+            open_ = self._solve(here, share)
+            falls = self.falling(here, share)
+            falls[open_] = np.where(falls[open_] < 0, self._weakest(here[open_]), falls[open_])
+            self.falls_at[here] = falls
+            fallen.append(here[falls >= 0])
+            here = here[falls < 0]
+        return np.sort(np.concatenate(fallen)) if fallen else rows
+
+    def _solve(self, rows: NDArray[np.int64], share: float) -> NDArray[np.bool_]:
+        """Solve e = share d(e) at these poses by Newton's method. Return whether it did not
+        converge.
+        """
+        places = [each.place for each in self._deflection.freedoms]
+        components = [each.component for each in self._deflection.freedoms]
+        open_ = np.ones(len(rows), dtype=bool)
+        before = np.full(len(rows), np.inf)
+        for number in range(_NEWTON_STEPS):
+            on = np.flatnonzero(open_)
+            here = rows[on]
+            rest = share * self._deflected(here, play=number < _PLAY_ROUNDS)
+            rest -= self.twists[:, here]
+            tangent, _ = self._deflection.tangent(self.frames(here), here)
+            matrix = (1 + _ROUNDING) * np.eye(len(places)) - share * tangent  # never quite singular
+            step = rest.copy()
+            step[places, :, components] = np.linalg.solve(
+                matrix, rest[places, :, components].T[..., None]
+            )[..., 0].T
+            size, whole = self._size(step, here), self._size(self.twists[:, here], here)
+            step *= np.minimum(1.0, _LONGEST * self.chain.length[here] / np.maximum(size, 1e-300))[
+                :, None
+            ]
+            self.twists[:, here] += step
+            self.contraction[here] = np.where(np.isfinite(before[on]), size / before[on], 0.0)
+            before[on] = size
+            limit = np.maximum(
+                (_PRECISION if share == 1 else _ROUGH) * whole, _ROUNDING * self.chain.length[here]
+            )
+            open_[on] = ~(size <= limit)
+            if not open_.any():
+                break
+        return open_
+
+    def falling(self, rows: NDArray[np.int64], share: float) -> NDArray[np.int64]:
+        """Return the place that cannot hold at each of these poses under a share of the load; -1
+        where the tangent is positive.
+        """
+        out = np.full(len(rows), -1)
+        if not len(rows):
+            return out
+        tangent, compliance = self._deflection.tangent(self.frames(rows), rows)
+        broken = ~np.isfinite(tangent).all(axis=(1, 2))
+        tangent[broken] = 0.0
+        values, modes = np.linalg.eig(share * tangent)
+        worst = values.real.argmax(axis=1)
+        pose = np.arange(len(rows))
+        falls = values.real[pose, worst] >= 1
+        # strain energy of the mode in each freedom
+        energy = np.abs(modes[pose, :, worst]) ** 2 / np.where(compliance > 0, compliance, np.inf)
+        places = np.array([each.place for each in self._deflection.freedoms])
+        weakest = places[energy.argmax(axis=1)]
+        out[falls] = weakest[falls]
+        out[broken] = places[0]
+        return out
+
+    def _weakest(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the place that turns most at each of these poses."""
+        return np.asarray(np.abs(self.twists[:, rows, :3]).sum(axis=2).argmax(axis=0))
+
+    def _deflected(self, rows: NDArray[np.int64], *, play: bool) -> Floats:
+        smooth, in_play = self._deflection.twists(self.frames(rows), rows)
+        self.rounds[rows] += 1
+        if play:
+            self._in_play[:, rows] = in_play
+        return smooth + self._in_play[:, rows]
+
+    def frames(self, rows: NDArray[np.int64]) -> Floats:
+        """Return the frames at these poses; those of the command where nothing deflects."""
+        twists, command = self.twists[:, rows], self._command[:, rows]
+        still = np.asarray(~twists.any(axis=(0, 2)))
+        if still.all():
+            return command
+        return np.where(still[:, None, None], command, self.chain.displaced(twists, rows))
+
+    def _size(self, twists: Floats, rows: NDArray[np.int64]) -> Floats:
+        """Return the sum of the sizes of twists (place, pose, 6), m: turns times the arm's
+        length.
+        """
+        turns, shifts = (
+            np.sqrt((each**2).sum(axis=2)).sum(axis=0) for each in np.split(twists, 2, axis=2)
+        )
+        return np.asarray(turns * self.chain.length[rows] + shifts)
