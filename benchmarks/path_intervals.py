@@ -21,7 +21,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from lostmotion.analyses.iso9283.worst_plane import largest_mean, largest_scatter
+from lostmotion.error_model.worst_plane import largest_mean, largest_scatter
 
 PLANES = np.linspace(0, 1, 20)
 BUMP = np.exp(-(((PLANES - 0.3) / 0.2) ** 2))

@@ -18,17 +18,17 @@ from pathlib import Path
 import numpy as np
 
 import lostmotion
-from lostmotion.analyses.iso9283.cube import NAMES, Cube, cube_from_arguments
-from lostmotion.analyses.iso9283.joint_motion import (
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.mechanism.state import state_of
+from lostmotion.propagation.exact import draws_of
+from lostmotion.propagation.iso9283.cube import NAMES, Cube, cube_from_arguments
+from lostmotion.propagation.iso9283.joint_motion import (
     cycle_approach,
     path_approach,
     path_poses,
     side_approach,
 )
-from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES, with_payload_share
-from lostmotion.error_model.pose_matrix import screws
-from lostmotion.mechanism.state import state_of
-from lostmotion.propagation.exact import draws_of
+from lostmotion.propagation.iso9283.robots import DISTANCE, FROM_THREE_SIDES, with_payload_share
 from lostmotion.spatial import pose_of
 
 SEED, ROBOT, VISITS, CYCLES, READING = 2026, 4, 30, 10, 5e-6

@@ -7,8 +7,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lostmotion.analyses.iso9283.largest_cube import _column
-from lostmotion.analyses.iso9283.warm_up import WarmUp, growth
 from lostmotion.analyses.sizing.link_deflection import LinkLoads
 from lostmotion.analyses.sizing.sizing import rms_error
 from lostmotion.analyses.workspace_map.radial import full_turn_axis
@@ -16,6 +14,8 @@ from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import static_loads
 from lostmotion.mechanism.load_causes import bending
 from lostmotion.mechanism.state import state_of
+from lostmotion.mechanism.warm_up import WarmUp, growth
+from lostmotion.propagation.iso9283.largest_cube import _column
 
 TUBE = {
     "section": {"kind": "tube", "outer": 0.08, "wall": 0.004},

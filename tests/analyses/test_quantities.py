@@ -11,8 +11,8 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.arguments import pose_of, poses_of, zone_of
-from lostmotion.analyses.iso9283.warm_up import WarmUp
 from lostmotion.analyses.quantities import Three, amount, read_quantities, three
+from lostmotion.mechanism.warm_up import WarmUp
 from lostmotion.units import Quantity
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -174,11 +174,11 @@ def test_a_map_takes_every_amount_either_way(arm, monkeypatch):
 
 def test_an_iso_sheet_takes_every_amount_either_way(arm, monkeypatch):
     """The cube, how the tool is held, the floor and the warming reach the study in SI."""
-    from lostmotion.analyses.iso9283 import sheet as room
+    from lostmotion.analyses.iso9283 import commanded, result
 
     seen = []
-    monkeypatch.setattr(room, "cube_of", lambda _arm, *place: seen.append(place[:4]))
-    monkeypatch.setattr(room, "sheet_of", lambda *said: seen.append(said[-2]))
+    monkeypatch.setattr(commanded, "cube_of", lambda _arm, *place: seen.append(place[:3]))
+    monkeypatch.setattr(result, "answer", lambda *_, warm_up, **__: seen.append(warm_up))
     said = {
         "cube": "40 cm",
         "centre": "600, 0, 400 mm",
@@ -196,8 +196,10 @@ def test_an_iso_sheet_takes_every_amount_either_way(arm, monkeypatch):
     for each in (said, in_si):
         lostmotion.iso9283(arm, **each)
     assert seen[1] == seen[3] == WarmUp(25.0)
-    for one, other in zip(seen[0], seen[2], strict=True):
-        assert one == pytest.approx(other)
+    (centre, side), rotation, floor = seen[0]
+    assert (*centre, side, floor) == pytest.approx((0.6, 0.0, 0.4, 0.4, -0.01))
+    assert rotation == pytest.approx(seen[2][1])
+    assert seen[2][0][0] == pytest.approx(centre)
 
 
 WRONG = [

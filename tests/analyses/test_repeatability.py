@@ -13,8 +13,6 @@ import pytest
 from rich.console import Console
 
 import lostmotion
-from lostmotion.analyses.iso9283.cube import Cube
-from lostmotion.analyses.iso9283.predicted import predict_robots
 from lostmotion.analyses.sizing.candidates import Candidate, Objective, Slot
 from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.analyses.sizing.target_study import StudySize, select_parts
@@ -27,6 +25,8 @@ from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import analytic
+from lostmotion.propagation.iso9283.cube import Cube
+from lostmotion.propagation.iso9283.robots import predict_robots
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.screen import print_sheet

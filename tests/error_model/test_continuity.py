@@ -15,7 +15,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lostmotion import study
-from lostmotion.analyses.iso9283.predicted import with_payload_share
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io import read
@@ -25,6 +24,7 @@ from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.tool import Payload
 from lostmotion.parts.base import Base
 from lostmotion.parts.joint import FixedJoint, PrismaticJoint, RevoluteJoint
+from lostmotion.propagation.iso9283.robots import with_payload_share
 from tests.parts.conditions import ARCMIN, local_screws
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lostmotion
-from lostmotion.analyses.iso9283.warm_up import WarmUp, drift, growth
 from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
@@ -18,6 +17,7 @@ from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.mechanism.tool import Tool
+from lostmotion.mechanism.warm_up import WarmUp, drift, growth
 from lostmotion.parts.environment import Environment
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.expected_repeatability import visit_covariance
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.laws.iso9283 import pose_repeatability
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint

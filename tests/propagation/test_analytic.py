@@ -9,7 +9,6 @@ from scipy import stats
 
 import lostmotion
 from lostmotion import sample_poses, screws
-from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.columns import Draws, grouped
 from lostmotion.error_model.cumulants import cumulants
@@ -18,6 +17,7 @@ from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.pose_matrix import PoseMatrix
 from lostmotion.errors import InputError
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
+from lostmotion.laws.iso9283 import pose_repeatability
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import DrawnColumns, analytic, of_screws
 from lostmotion.propagation.pooled import pooled

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from lostmotion import Arm, Poses, read, sample_poses, screws
-from lostmotion.analyses.iso9283.characteristics import pose_accuracy, pose_repeatability
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import student
+from lostmotion.laws.iso9283 import pose_accuracy, pose_repeatability
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel, montecarlo

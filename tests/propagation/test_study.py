@@ -6,11 +6,11 @@ import pytest
 import lostmotion
 from lostmotion import sample_poses, screws, worst_case
 from lostmotion.analyses.accuracy.workspace import workspace
-from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, quantile, robots_quantile
 from lostmotion.laws.distributions import Normal
+from lostmotion.laws.iso9283 import pose_repeatability
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.forms import Constant
 from lostmotion.parts.standard_terms import limit_terms

@@ -147,7 +147,7 @@ STILL_LONG = {
     "analyses/compare/tables/sheet.py": 494,
     "analyses/gearbox/tables/cycloidal.py": 536,
     "analyses/iso9283/measured.py": 471,
-    "analyses/iso9283/predicted.py": 416,
+    "propagation/iso9283/robots.py": 416,
     "analyses/iso9283/tables/measured.py": 415,
     "analyses/sizing/request.py": 505,
     "analyses/sizing/sizing.py": 445,

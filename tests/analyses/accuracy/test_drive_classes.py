@@ -12,10 +12,10 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.drive_classes import class_figures
 from lostmotion.analyses.accuracy.tables.drive_classes import rounded_length
-from lostmotion.analyses.iso9283.predicted import predict_robots
-from lostmotion.analyses.iso9283.sheet import cube_of
 from lostmotion.catalogue.drive_classes import drive_classes
 from lostmotion.io.drive_classes import class_of_arm, with_class
+from lostmotion.propagation.iso9283.cube import cube_from_arguments
+from lostmotion.propagation.iso9283.robots import predict_robots
 from tests.io.conftest import EXAMPLES
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -147,7 +147,7 @@ def test_the_repeatability_of_a_class_is_that_of_simulated_robots_in_the_iso_cyc
     sum over terms agrees within a factor of 1.5.
     """
     arm = lostmotion.read(ur5e)
-    cube = cube_of(arm, 0.3, np.array([0.4, 0.0, 0.4]), None, 0.0, None, None)
+    cube = cube_from_arguments(arm, np.array([0.4, 0.0, 0.4]), 0.3)
     simulated = predict_robots(arm, cube, robots=100, seed=1).loads[0].repeatability.mean()
     own = next(each for each in class_figures(arm) if each.default)
     assert own.repeatability / simulated == pytest.approx(1.0, rel=0.5)

@@ -11,13 +11,13 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.route import Route
 from lostmotion.analyses.accuracy.tables.zone import stopped_in
-from lostmotion.analyses.iso9283.characteristics import pose_accuracy, pose_repeatability
 from lostmotion.error_model import pose_selection
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.pose_selection import among, in_zone, poses_in_zone
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.errors import InputError
+from lostmotion.laws.iso9283 import pose_accuracy, pose_repeatability
 from lostmotion.mechanism.state import state_of, tool_points
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel

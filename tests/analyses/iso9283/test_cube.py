@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.iso9283.cube import CORNERS, cube_from_arguments, five_points
-from lostmotion.analyses.iso9283.largest_cube import largest_cube
 from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.mechanism.state import state_of
+from lostmotion.propagation.iso9283.cube import CORNERS, cube_from_arguments, five_points
+from lostmotion.propagation.iso9283.largest_cube import largest_cube
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

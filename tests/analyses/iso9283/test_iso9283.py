@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.cube import cube_from_arguments
-from lostmotion.analyses.iso9283.frame_fit import best_fit, residual_after_fit
-from lostmotion.analyses.iso9283.joint_motion import cycle_approach, side_approach
-from lostmotion.analyses.iso9283.predicted import predict_robots
-from lostmotion.analyses.iso9283.warm_up import WarmUp
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.laws import iso9283 as iso
+from lostmotion.laws.frame_fit import best_fit, residual_after_fit
 from lostmotion.mechanism.inverse import tool_and_jacobian
 from lostmotion.mechanism.state import state_of
+from lostmotion.propagation.iso9283.cube import cube_from_arguments
+from lostmotion.propagation.iso9283.joint_motion import cycle_approach, side_approach
+from lostmotion.propagation.iso9283.robots import predict_robots
 from lostmotion.spatial import exp, pose_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -256,31 +255,17 @@ def test_a_lighter_load_sags_less():
     "asked",
     [
         {"robots": 1},
-        {"cycles": 1},
-        {"path": (1, 1)},
-        {"path": (0, 7)},
-        {"path_points": 1},
-        {"path_cycles": 1},
-        {"loads": ()},
-        {"loads": (-0.1,)},
+        {"robots": 20_001},
+        {"visits": 1},
+        {"path": "P2 P2"},
+        {"path": "P1 P7"},
+        {"warm_up": "10 K", "warm_up_time": "0 s"},
+        {"warm_up": float("nan")},
     ],
 )
 def test_numbers_out_of_range_are_refused(asked):
-    """Numbers outside the range of the test are refused."""
-    arm = elbow()
+    """Numbers outside the range of the test, a line from a point to itself, and links that warm at
+    once are refused.
+    """
     with pytest.raises(lostmotion.InputError):
-        predict_robots(
-            arm,
-            cube_from_arguments(arm, np.array([0.5, 0.0, 0.4]), 0.2),
-            **{"robots": 2, "path_points": 2, **asked},
-        )
-
-
-@pytest.mark.parametrize(
-    ("asked", "said"),
-    [({"rise": 10.0, "time_constant": 0.0}, "above zero"), ({"rise": float("nan")}, "finite")],
-)
-def test_links_that_warm_at_once_are_refused(asked, said):
-    """A time constant of zero and a temperature rise that is not finite are refused."""
-    with pytest.raises(lostmotion.InputError, match=said):
-        WarmUp(**asked)
+        lostmotion.iso9283(elbow(), cube=0.2, centre=(0.5, 0.0, 0.4), **asked)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import gamma
 
-from lostmotion.analyses.iso9283.characteristics import pose_repeatability
 from lostmotion.error_model.expected_repeatability import expected_repeatability, length_moments
+from lostmotion.laws.iso9283 import pose_repeatability
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

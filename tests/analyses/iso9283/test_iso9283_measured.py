@@ -11,30 +11,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lostmotion
-from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.comparison import commanded_cube, compare
-from lostmotion.analyses.iso9283.confidence import (
+from lostmotion.analyses.iso9283.commanded import commanded_cube
+from lostmotion.analyses.iso9283.comparison import compare
+from lostmotion.analyses.iso9283.measured import evaluate
+from lostmotion.error_model.expected_repeatability import expected_repeatability
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.visit_intervals import (
     accuracy_interval,
     repeatability_interval,
     scatter_interval,
     student_interval,
 )
-from lostmotion.analyses.iso9283.cube import cube_from_arguments, five_points
-from lostmotion.analyses.iso9283.joint_motion import path_approach, path_poses
-from lostmotion.analyses.iso9283.measured import evaluate
-from lostmotion.analyses.iso9283.predicted import (
+from lostmotion.io.measured.visit_file import combined, read_measured
+from lostmotion.io.measured.visits import Visits
+from lostmotion.laws import iso9283 as iso
+from lostmotion.mechanism.state import state_of
+from lostmotion.mechanism.warm_up import WarmUp, drift, growth
+from lostmotion.propagation.exact import draws_of
+from lostmotion.propagation.iso9283.cube import cube_from_arguments, five_points
+from lostmotion.propagation.iso9283.joint_motion import path_approach, path_poses
+from lostmotion.propagation.iso9283.robots import (
     DISTANCE,
     LOADS,
     predict_robots,
     with_payload_share,
 )
-from lostmotion.analyses.iso9283.warm_up import WarmUp, drift, growth
-from lostmotion.error_model.expected_repeatability import expected_repeatability
-from lostmotion.error_model.pose_matrix import screws
-from lostmotion.io.measured.visit_file import combined, read_measured
-from lostmotion.io.measured.visits import Visits
-from lostmotion.mechanism.state import state_of
-from lostmotion.propagation.exact import draws_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

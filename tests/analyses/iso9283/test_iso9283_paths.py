@@ -13,21 +13,21 @@ from scipy.spatial.transform import Rotation
 from scipy.special import polygamma
 
 import lostmotion
-from lostmotion.analyses.iso9283.confidence import (
+from lostmotion.analyses.iso9283.measured import evaluate
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.visit_intervals import (
     scatter_interval,
     shrunk_covariance,
     student_interval,
 )
-from lostmotion.analyses.iso9283.measured import evaluate
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES, across_path, crossings, path_figures
-from lostmotion.analyses.iso9283.worst_plane import (
+from lostmotion.error_model.worst_plane import (
     covariance_root,
     largest_mean,
     largest_scatter,
     simulated_tests,
 )
-from lostmotion.error_model.intervals import Estimate
 from lostmotion.io.measured.visits import Visits
+from lostmotion.laws.iso9283 import PATH_FIGURES, across_path, crossings, path_figures
 from lostmotion.spatial import pose_of
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

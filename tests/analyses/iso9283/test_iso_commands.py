@@ -50,7 +50,7 @@ def test_a_cube_found_by_search_commands_nothing(tmp_path, monkeypatch, kinds, s
     """Readings without commands are refused once, by file and rows, before a search for a cube,
     which need not be where the robot was sent.
     """
-    from lostmotion.analyses.iso9283 import largest_cube as search
+    from lostmotion.propagation.iso9283 import largest_cube as search
 
     monkeypatch.setattr(search, "largest_cube", lambda *_, **__: pytest.fail("looked for a cube"))
     with pytest.raises(

@@ -11,9 +11,13 @@ from rich.console import Console
 from scipy.spatial.transform import Rotation
 
 import lostmotion
-from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
-from lostmotion.analyses.iso9283.cube import NAMES, cube_from_arguments, orientation_clause
-from lostmotion.analyses.iso9283.predicted import predict_at, predict_robots
+from lostmotion.propagation.iso9283.cube import (
+    NAMES,
+    CommandedPoses,
+    cube_from_arguments,
+    orientation_clause,
+)
+from lostmotion.propagation.iso9283.robots import predict_at, predict_robots
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import Cell, Row, Section, Sheet, find_row
 

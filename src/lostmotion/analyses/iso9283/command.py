@@ -157,11 +157,14 @@ def iso9283(
     visits: Annotated[
         int,
         Argument(
-            "How often each robot visits each of the five poses.", least=2, aliases=("--cycles",)
+            "How often each robot visits each of the five poses.",
+            least=2,
+            most=1000,
+            aliases=("--cycles",),
         ),
     ] = DEFAULT_VISITS,
     robots: Annotated[
-        int, Argument("How many manufactured robots are simulated.", least=2)
+        int, Argument("How many manufactured robots are simulated.", least=2, most=20_000)
     ] = DEFAULT_ROBOTS,
     cube: Annotated[
         Amount | None,
@@ -254,47 +257,49 @@ def iso9283(
     with Mistakes() as mistakes:
         mistakes.of(_refuse_together, arm, measured, load, cube, centre)
         asked = mistakes.of(read_arguments, iso9283, locals())
+    import numpy as np
+
+    from lostmotion.analyses.iso9283.commanded import (
+        cube_of,
+        poses_of_cube,
+        refuse_missing_commands,
+    )
     from lostmotion.analyses.iso9283.measured import evaluate
-    from lostmotion.analyses.iso9283.sheet import commanded, cube_of, ends_of, sheet_of
-    from lostmotion.analyses.iso9283.warm_up import WarmUp
+    from lostmotion.analyses.iso9283.result import Iso9283, answer
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.io.measured.visit_file import read_measured
+    from lostmotion.mechanism.warm_up import WarmUp
+    from lostmotion.spatial import pose_of
 
+    rotation = None if asked.tool_rpy is None else pose_of(rpy=tuple(asked.tool_rpy))[:3, :3]
+    stated = None if asked.cube is None else (np.asarray(asked.centre, dtype=float), asked.cube)
     if arm is not None:
         refuse_undescribed(asked.arm)
-    visited = (
-        None
-        if measured is None
-        else read_measured(
+    visited = evaluated = None
+    if measured is not None:
+        visited = read_measured(
             asked.measured, asked.mapping, asked.commands, asked.instrument, asked.load
         )
-    )
-    if visited is not None:
-        visited = commanded(
-            visited, asked.cube, asked.centre, asked.tool_rpy, predicted=arm is not None
-        )
-    evaluated = None if visited is None else evaluate(visited)
+        if stated is not None:
+            visited = visited.commanded(poses_of_cube(*stated, rotation))
+        if arm is not None:
+            refuse_missing_commands(visited)
+        evaluated = evaluate(visited)
     asked.ready()
-    rise = (
-        None
-        if asked.warm_up is None
-        else WarmUp(asked.warm_up, asked.warm_up_time, asked.expansion)
-    )
-    chosen = (
-        None
-        if arm is None
-        else cube_of(
-            asked.arm, asked.cube, asked.centre, asked.tool_rpy, asked.floor, visited, progress
-        )
-    )
-    return sheet_of(
+    if arm is None:
+        return Iso9283(None, None, evaluated, ())
+    return answer(
         asked.arm,
-        chosen,
+        cube_of(asked.arm, stated, rotation, asked.floor, visited, progress),
         evaluated,
-        asked.visits,
-        asked.robots,
-        asked.seed,
-        ends_of(asked.path, evaluated),
-        rise,
-        progress,
+        cycles=asked.visits,
+        robots=asked.robots,
+        seed=asked.seed,
+        path=asked.path,
+        warm_up=(
+            None
+            if asked.warm_up is None
+            else WarmUp(asked.warm_up, asked.warm_up_time, asked.expansion)
+        ),
+        progress=progress,
     )

@@ -8,34 +8,23 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.confidence import student_interval
-from lostmotion.analyses.iso9283.cube import (
-    INWARD,
-    NAMES,
-    five_points,
-    orientation_clause,
-    out_of_reach,
-)
+from lostmotion.analyses.iso9283.commanded import SAME
 from lostmotion.analyses.iso9283.measured import natural_order
-from lostmotion.analyses.iso9283.measured_paths import MIN_COMMANDS, path_ends
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES
-from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 from lostmotion.error_model.intervals import Estimate, of_length, robots_quantile
-from lostmotion.errors import InputError, Problem, shown
+from lostmotion.error_model.visit_intervals import student_interval
+from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.propagation.iso9283.cube import NAMES
+from lostmotion.propagation.iso9283.robots import DISTANCE, FROM_THREE_SIDES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
-    from lostmotion.analyses.iso9283.cube import Cube
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredRobot
-    from lostmotion.analyses.iso9283.predicted import LoadSheet, PredictedRobots
-    from lostmotion.io.measured.visits import Visits
-    from lostmotion.mechanism.arm import Arm
+    from lostmotion.propagation.iso9283.cube import CommandedPoses, Cube
+    from lostmotion.propagation.iso9283.robots import LoadSheet, PredictedRobots
     from lostmotion.spatial import Floats
 
-# Commanded positions (m) and tool orientations (rad) that differ by less are equal.
-SAME: Final = 1e-3
+# Orientations of the tool that differ by less are equal, rad.
 _SAME_ORIENTATION: Final = 0.01
 _LOW: Final = 0.05
 _HIGH: Final = 0.95
@@ -235,111 +224,3 @@ def _along_path(
         for word, values, value in zip(PATH_FIGURES, sheet.path, path.figures, strict=True)
         if predicted.cube.rotation is not None or word[-1] not in "abc"
     ]
-
-
-def commanded_cube(visits: Visits) -> tuple[Floats, float, Floats | None] | None:
-    """Return centre, side (m) and tool rotation (None if unknown) of the cube of the commanded P1
-    to P5; None where they are not poses of a cube.
-    """
-    at = {name: k for k, name in reversed(list(enumerate(visits.pose)))}
-    known = {**visits.known} | {
-        name: visits.commanded_pose(at[name]) for name in NAMES if name in at
-    }
-    if not set(NAMES) <= set(known):
-        return None
-    points = np.stack([known[name][:3, 3] for name in NAMES])
-    if not np.isfinite(points).all():
-        return None
-    side = float(np.linalg.norm(points[3] - points[1])) / (INWARD * math.sqrt(3))
-    if np.linalg.norm(points - five_points(points[0], side), axis=1).max() > SAME:
-        return None
-    rotation = known[NAMES[0]][:3, :3]
-    return points[0], side, rotation if np.isfinite(rotation).all() else None
-
-
-def unreachable_command(
-    arm: Arm, visits: Visits, centre: Floats, side: float, rotation: Floats | None
-) -> InputError:
-    """Return the error for commanded P1 to P5, of a cube with this centre and side (m), that the
-    arm cannot reach.
-    """
-    at = next((k for k, name in enumerate(visits.pose) if name in NAMES), 0)
-    points = five_points(centre, side)
-    beyond = np.flatnonzero(out_of_reach(arm, points, rotation))
-    named = [f"{NAMES[k]} at ({', '.join(f'{x * 1e3:.0f}' for x in points[k])}) mm" for k in beyond]
-    place = (
-        f"a cube of {side * 1e3:.0f} mm about ({', '.join(f'{x * 1e3:.0f}' for x in centre)}) mm"
-    )
-    found = (
-        f"{', '.join(named)}, out of reach of {arm.name}"
-        if named
-        else f"on {place}, part of which {arm.name} cannot reach"
-    )
-    expected = (
-        "commands in the arm's base frame, on a cube that it reaches "
-        f"entirely{orientation_clause(arm)}"
-    )
-    alone = (
-        f"lostmotion iso9283 --measured {visits.where[at][0]}, to evaluate the measured robot alone"
-    )
-    return InputError(
-        [Problem(visits.where[at][0], "commanded positions of P1 to P5", found, expected, alone)]
-    )
-
-
-def poses_of_cube(centre: Floats, side: float, rotation: Floats | None) -> dict[str, Floats]:
-    """Return P1 to P5 (4, 4) by name for a cube with this centre (3,) and side in m; rotation NaN
-    where none is stated.
-    """
-    out = {}
-    for name, point in zip(NAMES, five_points(np.asarray(centre, dtype=float), side), strict=True):
-        out[name] = np.eye(4)
-        out[name][:3, 3], out[name][:3, :3] = point, math.nan if rotation is None else rotation
-    return out
-
-
-def refuse_missing_commands(visits: Visits) -> None:
-    """Raise InputError where commands of P1 to P5 or of a path are missing: the cube found by a
-    search need not be where the robot was sent.
-    """
-    commanded = np.asarray(np.isfinite(visits.command).all(axis=1))
-    lines = {
-        path for path in dict.fromkeys(visits.path) if path and _no_line(visits, path, commanded)
-    }
-    missing: dict[str, list[int]] = {}
-    for k, (pose, path) in enumerate(zip(visits.pose, visits.path, strict=True)):
-        if path in lines or (pose in NAMES and not commanded[k]):
-            missing.setdefault(visits.where[k][0], []).append(k)
-    mistakes = []
-    for file, rows in missing.items():
-        poses = ", ".join(sorted({visits.pose[k] for k in rows} - {""}))
-        paths = ", ".join(
-            shown(path) for path in dict.fromkeys(visits.path[k] for k in rows) if path
-        )
-        named = " and ".join(
-            ([f"poses {poses}"] if poses else [])
-            + ([f"readings along path {paths}"] if paths else [])
-        )
-        mistakes.append(
-            Problem(
-                file,
-                f"{len(rows)} row{'s' * (len(rows) > 1)}, from line {visits.where[rows[0]][1]}",
-                f"{named} without commanded positions",
-                (
-                    "xc, yc, zc in the rows, a file of commands, or the cube that was commanded "
-                    "(the cube found by a search may be another one)"
-                ),
-                '--cube "400 mm" --centre "600 mm, 0 mm, 400 mm"',
-            )
-        )
-    if mistakes:
-        raise InputError(mistakes)
-
-
-def _no_line(visits: Visits, path: str, commanded: np.ndarray) -> bool:
-    """Return whether neither a path's name nor its rows define the commanded line."""
-    rows = np.array([each == path for each in visits.path])
-    return (
-        path_ends(path, visits.known) is None
-        and int(np.count_nonzero(rows & commanded)) < MIN_COMMANDS
-    )

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.axis_positioning import axis_positionings
-from lostmotion.analyses.iso9283.confidence import (
+from lostmotion.analyses.iso9283.measured_paths import MeasuredPath, evaluate_paths
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.visit_intervals import (
     LEVEL,
     MIN_VISITS,
     UNKNOWN,
@@ -22,10 +24,8 @@ from lostmotion.analyses.iso9283.confidence import (
     scatter_interval,
     student_interval,
 )
-from lostmotion.analyses.iso9283.frame_fit import Fit, best_fit, residual_after_fit
-from lostmotion.analyses.iso9283.measured_paths import MeasuredPath, evaluate_paths
-from lostmotion.error_model.intervals import Estimate
 from lostmotion.errors import InputError, Problem, shown
+from lostmotion.laws.frame_fit import Fit, best_fit, residual_after_fit
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.confidence import MIN_VISITS, UNKNOWN, generator
-from lostmotion.analyses.iso9283.paths import (
+from lostmotion.error_model.visit_intervals import MIN_VISITS, UNKNOWN, generator
+from lostmotion.error_model.worst_plane import largest_mean, largest_scatter
+from lostmotion.errors import InputError, Problem, shown
+from lostmotion.laws import iso9283 as iso
+from lostmotion.laws.iso9283 import (
     MIN_READINGS,
     across_path,
     moved_to_planes,
     path_figures,
     shared_places,
 )
-from lostmotion.analyses.iso9283.worst_plane import largest_mean, largest_scatter
-from lostmotion.errors import InputError, Problem, shown
 
 if TYPE_CHECKING:
     from collections.abc import Container

@@ -1,21 +1,25 @@
-"""An ISO 9283 sheet, with its tables and plots."""
+"""An ISO 9283 sheet: predicted robots, the measured robot, and their comparison, with tables and
+plots.
+"""
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lostmotion.analyses.result import Result
-from lostmotion.error_model.provenance import States, states
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredRobot
-    from lostmotion.analyses.iso9283.predicted import PredictedRobots
-    from lostmotion.analyses.iso9283.warm_up import Drift
+    from lostmotion.error_model.provenance import States
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.warm_up import Drift, WarmUp
+    from lostmotion.propagation.iso9283.cube import CommandedPoses, Cube
+    from lostmotion.propagation.iso9283.robots import PredictedRobots
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
 
@@ -40,6 +44,8 @@ class Iso9283(Result):
         """Return what is known of each joint: stated, assumed, or ideal, and the assumed values;
         None without a prediction.
         """
+        from lostmotion.error_model.provenance import states
+
         return None if self.predicted is None else states(self.predicted.arm)
 
     @property
@@ -47,17 +53,7 @@ class Iso9283(Result):
         """Return every figure, as printed, reported and written."""
         from lostmotion.analyses.iso9283.tables.sheet import iso_sheet
 
-        notes: tuple[str, ...] = ()
-        if self.predicted is not None and self.measured is not None and not self.compared:
-            notes = (
-                (
-                    "not compared: no pose of the measured file has a commanded position under a "
-                    "load that was predicted"
-                ),
-            )
-        return iso_sheet(
-            self.predicted, self.drift, self.measured, list(self.compared), notes, self.commanded
-        )
+        return iso_sheet(self.predicted, self.drift, self.measured, self.compared, self.commanded)
 
     @property
     def plots(self) -> Sequence[Plot]:
@@ -65,3 +61,98 @@ class Iso9283(Result):
         from lostmotion.analyses.iso9283.plots.sheet import iso_plots
 
         return iso_plots(self.predicted, self.drift, self.measured, list(self.compared))
+
+
+def answer(  # noqa: PLR0913 - an ISO sheet is these numbers
+    arm: Arm,
+    cube: Cube,
+    measured: MeasuredRobot | None,
+    *,
+    cycles: int,
+    robots: int,
+    seed: int,
+    path: tuple[str, str] | None,
+    warm_up: WarmUp | None,
+    progress: Callable[[str, int, int], None] | None,
+) -> Iso9283:
+    """Return the sheet of an arm in a test cube, beside a measured robot where there is one.
+
+    `path`: two of P1 to P5; by default those of the first measured line, else P2 and P4. Simulated
+    robots that are compared have the measured number of visits, instrument and loads.
+    """
+    from lostmotion.analyses.iso9283.commanded import commanded_poses
+    from lostmotion.analyses.iso9283.comparison import compare, compare_at
+    from lostmotion.mechanism.warm_up import drift
+    from lostmotion.propagation.iso9283.robots import MOST_CYCLES, predict_at, predict_robots
+
+    ends = _ends(path, measured)
+    predict = functools.partial(
+        predict_robots, arm, cube, robots=robots, seed=seed, path=ends, progress=progress
+    )
+    predicted = predict(cycles=cycles)
+    drifted = (
+        None
+        if warm_up is None
+        else drift(arm, cube.q[0], predicted.loads[0].barycentre[0], warm_up)
+    )
+    if measured is None:
+        return Iso9283(predicted, drifted, None, ())
+    changed = _as_measured(measured, cycles, ends)
+    both = compare(predict(**{"cycles": cycles, **changed}) if changed else predicted, measured)
+    if both or (at := commanded_poses(arm, measured.visits)) is None:
+        return Iso9283(predicted, drifted, measured, tuple(both))
+    visited = [
+        pose.visits for load in measured.loads for pose in load.poses if pose.name in at.names
+    ]
+    sheets = predict_at(
+        arm,
+        at,
+        cycles=min(max(min(visited), 2), MOST_CYCLES),
+        robots=robots,
+        seed=seed,
+        loads=tuple(dict.fromkeys(load.load for load in measured.loads)),
+        instrument=measured.visits.instrument,
+    )
+    return Iso9283(predicted, drifted, measured, tuple(compare_at(at, sheets, measured)), at)
+
+
+def _ends(path: tuple[str, str] | None, measured: MeasuredRobot | None) -> tuple[int, int]:
+    """Return the two of P1 to P5 that the line joins."""
+    from lostmotion.analyses.iso9283.measured_paths import path_ends
+    from lostmotion.propagation.iso9283.cube import NAMES
+    from lostmotion.propagation.iso9283.robots import DISTANCE
+
+    lines = [] if measured is None else [each for load in measured.loads for each in load.paths]
+    named = (path, *(path_ends(line.name, NAMES) for line in lines))
+    first = next((each for each in named if each is not None), None)
+    return DISTANCE if first is None else (NAMES.index(first[0]), NAMES.index(first[1]))
+
+
+def _as_measured(measured: MeasuredRobot, cycles: int, ends: tuple[int, int]) -> dict[str, Any]:
+    """Return the arguments that predict robots as the measured one was measured, where they differ
+    from those of the standard: fewest visits and cycles, its loads and its instrument.
+    """
+    from lostmotion.analyses.iso9283.measured_paths import MOST_PLANES
+    from lostmotion.propagation.iso9283.cube import NAMES
+    from lostmotion.propagation.iso9283.robots import LOADS, MOST_CYCLES, PATH_CYCLES, PATH_POINTS
+
+    visited = [pose.visits for load in measured.loads for pose in load.poses if pose.name in NAMES]
+    name = "-".join(NAMES[k] for k in ends)
+    paths = [path for load in measured.loads for path in load.paths if path.name == name]
+    planes = [min(len(path.places), MOST_PLANES) for path in paths]
+    loads = (*LOADS, *(load.load for load in measured.loads if load.load not in LOADS))
+    of_measured = {
+        "cycles": min(max(min(visited, default=cycles), 2), MOST_CYCLES),
+        "path_cycles": min((path.cycles for path in paths), default=PATH_CYCLES),
+        "path_points": min(planes, default=PATH_POINTS),
+        "loads": loads,
+        "instrument": measured.visits.instrument,
+    }
+    standard = {
+        "cycles": cycles,
+        "path_cycles": PATH_CYCLES,
+        "path_points": PATH_POINTS,
+        "loads": LOADS,
+        "instrument": 0.0,
+    }
+    return {name: value for name, value in of_measured.items() if value != standard[name]}

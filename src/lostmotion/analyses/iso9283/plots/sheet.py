@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.comparison import over_robots
-from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.plots.measured import (
     measured_accuracy,
     measured_path,
@@ -19,6 +18,7 @@ from lostmotion.analyses.iso9283.tables.labels import accuracy_key, load_label, 
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.state import tool_points
 from lostmotion.printed import factor_of, unit_of_length
+from lostmotion.propagation.iso9283.cube import NAMES
 from lostmotion.reporting.chart import (
     axes,
     cells,
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredRobot
-    from lostmotion.analyses.iso9283.predicted import PredictedRobots
-    from lostmotion.analyses.iso9283.warm_up import Drift
+    from lostmotion.mechanism.warm_up import Drift
+    from lostmotion.propagation.iso9283.robots import PredictedRobots
 
 _POINTS: Final = 16384
 # Cells along each side of the reachable area.

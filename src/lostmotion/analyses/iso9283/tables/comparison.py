@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.tables.labels import estimate_figure, load_label
+from lostmotion.laws.iso9283 import PATH_FIGURES
 from lostmotion.reporting.sheet import Row, Section
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
 
 # Figures in the tables, in reading order; result.json has all.
@@ -27,7 +29,7 @@ SHOWN: Final = (
 )
 
 
-def comparison_sections(compared: list[ComparedFigure]) -> list[Section]:
+def comparison_sections(compared: Sequence[ComparedFigure]) -> list[Section]:
     """Return predicted and measured figures side by side for each load: characteristics, and the
     components of AP along and about the axes.
     """
@@ -78,7 +80,7 @@ def _within(rows: tuple[Row, ...]) -> str:
     return f"{sum(not row.note for row in rows)} of {len(rows)}"
 
 
-def _side_by_side(compared: list[ComparedFigure], names: tuple[str, ...]) -> tuple[Row, ...]:
+def _side_by_side(compared: Sequence[ComparedFigure], names: tuple[str, ...]) -> tuple[Row, ...]:
     """Return a row for each of these figures, marked where the measured robot lies outside the
     predicted range.
     """

@@ -13,8 +13,8 @@ from lostmotion.reporting.provenance import at_least, caveats, repeats_bounded
 from lostmotion.reporting.sheet import Card, Cell
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.error_model.provenance import States
+    from lostmotion.propagation.iso9283.robots import PredictedRobots
     from lostmotion.spatial import Floats
 
 # Scatter from one side that is a smaller share of that from either side is little.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.tables.axis_positioning import (
     positioning_facts,
     positioning_sections,
@@ -17,9 +16,12 @@ from lostmotion.analyses.iso9283.tables.labels import (
     measured_label,
 )
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.reporting.sheet import Cell, Row, Section, length, several
+from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.reporting.sheet import Cell, Row, Section, length, several, table
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
     from lostmotion.analyses.iso9283.measured_paths import MeasuredPath
@@ -37,18 +39,16 @@ def measured_sections(found: MeasuredRobot) -> list[Section]:
     if any(math.isfinite(pose.repeatability.value) for load in found.loads for pose in load.poses):
         out += [*_poses(found), _axes(found)]
     rows = [
-        Row(
+        (
             measured_label(f"{name}, P2-P4", load, found.loads),
-            (estimate_figure(load.distance[k], "cycles with both"),),
+            estimate_figure(load.distance[k], "cycles with both"),
         )
         for k, name in enumerate(("AD_p", "RD"))
         for load in found.loads
         if load.distance is not None and _known(load.distance[k])
     ]
     if rows:
-        out.append(
-            Section("measured-distance", "Measured: distance P2-P4", ("value",), tuple(rows))
-        )
+        out.append(table("measured-distance", "Measured: distance P2-P4", ("value",), rows))
     return [*out, *_paths(found), _data(found)]
 
 
@@ -333,7 +333,7 @@ def _data(found: MeasuredRobot) -> Section:
     return Section("measured-data", "Measured: the data", ("value",), tuple(rows), note)
 
 
-def measured_facts(found: MeasuredRobot, compared: list[ComparedFigure]) -> dict[str, Any]:
+def measured_facts(found: MeasuredRobot, compared: Sequence[ComparedFigure]) -> dict[str, Any]:
     """Return the data of the measurement for result.json."""
     visits = found.visits
     return {

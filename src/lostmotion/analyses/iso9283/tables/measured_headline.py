@@ -12,8 +12,6 @@ from lostmotion.analyses.iso9283.comparison import (
     different_orientations,
     over_robots,
 )
-from lostmotion.analyses.iso9283.cube import FULL
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES
 from lostmotion.analyses.iso9283.tables.axis_positioning import (
     positioning_cards,
     positioning_sentence,
@@ -22,15 +20,19 @@ from lostmotion.analyses.iso9283.tables.comparison import SHOWN
 from lostmotion.analyses.iso9283.tables.labels import estimate_figure, measured_label
 from lostmotion.errors import shown
 from lostmotion.io.limits import cut
+from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.propagation.iso9283.cube import FULL
 from lostmotion.reporting.sheet import Card, length, several
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
+    from collections.abc import Sequence
+
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
-    from lostmotion.analyses.iso9283.predicted import PredictedRobots
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.io.measured.visits import Visits
+    from lostmotion.propagation.iso9283.cube import CommandedPoses
+    from lostmotion.propagation.iso9283.robots import PredictedRobots
 
 _MOST_NAMED: Final = 5
 _LONGEST_NAME: Final = 40
@@ -51,7 +53,7 @@ def measured_counts(found: MeasuredRobot) -> str:
 
 
 def measured_verdict(
-    found: MeasuredRobot, compared: list[ComparedFigure], commanded: CommandedPoses | None
+    found: MeasuredRobot, compared: Sequence[ComparedFigure], commanded: CommandedPoses | None
 ) -> str:
     """Return the headline of the measured robot: its characteristics, and how many lie within the
     range of the robots predicted at the same poses.
@@ -305,7 +307,7 @@ def not_compared_notes(
     return tuple(out)
 
 
-def measured_cards(found: MeasuredRobot, compared: list[ComparedFigure]) -> list[Card]:
+def measured_cards(found: MeasuredRobot, compared: Sequence[ComparedFigure]) -> list[Card]:
     """Return the cards of the measured robot under its heaviest load."""
     out = positioning_cards(found)
     load = found.loads[0]

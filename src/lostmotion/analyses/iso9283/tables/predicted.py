@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.comparison import over_robots
-from lostmotion.analyses.iso9283.cube import NAMES
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES
-from lostmotion.analyses.iso9283.predicted import DISTANCE, FROM_THREE_SIDES
 from lostmotion.analyses.iso9283.tables.labels import (
     NO_SCATTER,
     estimate_figure,
@@ -18,6 +15,9 @@ from lostmotion.analyses.iso9283.tables.labels import (
     scatter_figure,
 )
 from lostmotion.error_model.arrival import ANY_APPROACH, ISO_CYCLE
+from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.propagation.iso9283.cube import NAMES
+from lostmotion.propagation.iso9283.robots import DISTANCE, FROM_THREE_SIDES
 from lostmotion.reporting.first_order import judged
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import Cell, Row, Section, length, several
@@ -25,8 +25,8 @@ from lostmotion.reporting.sheet import Cell, Row, Section, length, several
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.iso9283.predicted import LoadSheet, PredictedRobots
-    from lostmotion.analyses.iso9283.warm_up import Drift
+    from lostmotion.mechanism.warm_up import Drift
+    from lostmotion.propagation.iso9283.robots import LoadSheet, PredictedRobots
     from lostmotion.spatial import Floats
 
 _AXES: Final = ("x", "y", "z", "a", "b", "c")

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.iso9283.cube import NAMES
 from lostmotion.analyses.iso9283.tables.labels import NO_SCATTER
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
+from lostmotion.propagation.iso9283.cube import NAMES
 from lostmotion.reporting.arm_sheet import bounded_sections
 from lostmotion.reporting.first_order import checked, failure
 from lostmotion.reporting.provenance import provenance_facts, provenance_sections
@@ -17,11 +17,13 @@ from lostmotion.reporting.sheet import Section, Sheet, several
 from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
+    from collections.abc import Sequence
+
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredRobot
-    from lostmotion.analyses.iso9283.predicted import PredictedRobots
-    from lostmotion.analyses.iso9283.warm_up import Drift
+    from lostmotion.mechanism.warm_up import Drift
+    from lostmotion.propagation.iso9283.cube import CommandedPoses
+    from lostmotion.propagation.iso9283.robots import PredictedRobots
     from lostmotion.reporting.sheet import Card
 
 # Sections of which every length is an error of the predicted robots.
@@ -118,12 +120,11 @@ def iso_sheet(
     predicted: PredictedRobots | None,
     drifted: Drift | None,
     measured: MeasuredRobot | None,
-    compared: list[ComparedFigure],
-    notes: tuple[str, ...] = (),
-    commanded: CommandedPoses | None = None,
+    compared: Sequence[ComparedFigure],
+    commanded: CommandedPoses | None,
 ) -> Sheet:
-    """Return the sheet of predicted robots, of a measured one, or of both side by side; `commanded`
-    as in `Iso9283`.
+    """Return the sheet of predicted robots, of a measured one, or of both side by side; arguments
+    as the members of `Iso9283`.
     """
     from lostmotion.analyses.iso9283.tables.comparison import comparison_sections
     from lostmotion.analyses.iso9283.tables.headline import predicted_cards, predicted_verdict
@@ -141,6 +142,14 @@ def iso_sheet(
     )
     from lostmotion.analyses.iso9283.tables.predicted import predicted_sections
 
+    notes: tuple[str, ...] = ()
+    if predicted is not None and measured is not None and not compared:
+        notes = (
+            (
+                "not compared: no pose of the measured file has a commanded position under a "
+                "load that was predicted"
+            ),
+        )
     sections: list[Section] = []
     cards: list[Card] = []
     verdict: list[str] = []

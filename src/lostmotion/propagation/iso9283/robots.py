@@ -7,48 +7,42 @@ last motion decides the side of its backlash.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283 import characteristics as iso
-from lostmotion.analyses.iso9283.commanded_poses import MOST_POSES
-from lostmotion.analyses.iso9283.cube import NAMES
-from lostmotion.analyses.iso9283.frame_fit import residual_after_fit
-from lostmotion.analyses.iso9283.joint_motion import (
+from lostmotion.error_model.draws import key
+from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.laws import iso9283 as iso
+from lostmotion.laws.frame_fit import residual_after_fit
+from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.mechanism.state import state_of
+from lostmotion.propagation import exact
+from lostmotion.propagation.iso9283.cube import MOST_POSES, NAMES
+from lostmotion.propagation.iso9283.joint_motion import (
     cycle_approach,
     path_approach,
     path_poses,
     side_approach,
 )
-from lostmotion.analyses.iso9283.paths import PATH_FIGURES, path_figures
-from lostmotion.error_model.draws import key
-from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
-from lostmotion.error_model.pose_matrix import screws
-from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.state import state_of
-from lostmotion.mechanism.tool import MOST_LOAD
-from lostmotion.propagation import exact
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from lostmotion.analyses.iso9283.commanded_poses import CommandedPoses
-    from lostmotion.analyses.iso9283.cube import Cube
     from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.exact import ExactCheck
+    from lostmotion.propagation.iso9283.cube import CommandedPoses, Cube
     from lostmotion.spatial import Floats
 
 CYCLES: Final = 30
 PATH_CYCLES: Final = 10
 LOADS: Final = (1.0, 0.1)
 ROBOTS: Final = 1000
-MOST_ROBOTS: Final = 20_000
 MOST_CYCLES: Final = 1000
 MOST_PATH_POINTS: Final = 200
-MOST_LOADS: Final = 8
 PATH_POINTS: Final = 20
 # Poses at which the standard evaluates vAP; ends of the distance and of the default path.
 FROM_THREE_SIDES: Final = (0, 1, 3)
@@ -131,6 +125,46 @@ class PredictedRobots:
     check: ExactCheck
 
 
+@dataclass(frozen=True)
+class _Experiment:
+    """How many robots are drawn from a seed, how often each visits a pose, and the standard
+    deviation of the readings, m.
+    """
+
+    seed: int
+    robots: int
+    visits: int
+    instrument: float
+
+    def errors(self, matrix: PoseMatrix, row: int, number: int) -> Floats:
+        """Return the tool's error (robot, visit, 6) at one pose, rad and m, with the study's draws
+        for pose `number` and the noise of the readings.
+        """
+        out = np.empty((self.robots, self.visits, 6))
+        for first in range(0, self.robots, _AT_ONCE):
+            last = min(first + _AT_ONCE, self.robots)
+            robot, visit = (
+                axis.ravel()
+                for axis in np.meshgrid(
+                    np.arange(first, last), np.arange(self.visits), indexing="ij"
+                )
+            )
+            draws = exact.draws_of(matrix, row, self.seed, number, robot, visit)
+            out[first:last] = (matrix.tool[row] @ draws).T.reshape(last - first, self.visits, 6)
+        if self.instrument:
+            readings = np.random.Generator(
+                np.random.Philox(key=key(self.seed, f"iso9283.readings.{number}"))
+            )
+            noise = readings.standard_normal((self.robots, self.visits, 3))
+            out[..., 3:] += self.instrument * noise
+        return out
+
+    def at_all(self, matrix: PoseMatrix, first: int) -> Floats:
+        """Return the errors (pose, robot, visit, 6) at every pose, numbered from `first`."""
+        rows = range(len(matrix.tool))
+        return np.stack([self.errors(matrix, row, first + row) for row in rows])
+
+
 def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     arm: Arm,
     cube: Cube,
@@ -150,48 +184,33 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
     cycles      visits to each pose (the standard's 30), in the order P5, P4, P3, P2, P1
     robots      number of simulated robots
     path        the poses that the line for AT and RT joins, 0 for P1; followed `path_cycles` times
-                (the standard's 10), evaluated at `path_points`
+                (the standard's 10), evaluated at `path_points`, at most `MOST_PATH_POINTS`
     loads       shares of the payload
     instrument  standard deviation of the readings of positions that is added, m
-    Raises InputError for numbers out of range, and for a path that the arm cannot follow.
+    Raises InputError for a path that the arm cannot follow.
     """
-    for name, value, least, most in (
-        ("robots", robots, 2, MOST_ROBOTS),
-        ("cycles", cycles, 2, MOST_CYCLES),
-        ("path_points", path_points, 2, MOST_PATH_POINTS),
-        ("path_cycles", path_cycles, 2, MOST_CYCLES),
-        ("loads", len(loads), 1, MOST_LOADS),
-    ):
-        if not least <= value <= most:
-            raise refuse_argument(name, value, f"from {least} to {most}", **{name: 30})
-    if not all(0 <= load <= MOST_LOAD for load in loads):
-        raise refuse_argument(
-            "loads", tuple(loads), f"shares of the payload, from 0 to {MOST_LOAD:g}", loads=LOADS
-        )
     report = progress or (lambda _stage, _done, _total: None)
     steps = 3 * len(loads)
     approach, still = cycle_approach(cube.q)
+    visiting = _Experiment(seed, robots, cycles, instrument)
     sheets = []
     for number, load in enumerate(loads):
         loaded = with_payload_share(arm, load)
         report("visiting the five poses", 3 * number, steps)
-        at_poses = _at_poses(
-            loaded,
-            cube,
-            approach,
-            seed,
-            _NUMBERS["cycle"] + len(NAMES) * number,
-            robots,
-            cycles,
-            instrument,
-        )
+        first = _NUMBERS["cycle"] + len(NAMES) * number
+        at_poses = _at_poses(loaded, cube, approach, visiting, first)
         report("arriving from three sides", 3 * number + 1, steps)
         first = _NUMBERS["sides"] + 3 * len(FROM_THREE_SIDES) * number
-        sides = _from_sides(loaded, cube, approach, seed, first, robots, cycles, instrument)
+        sides = _from_sides(loaded, cube, approach, visiting, first)
         report("following the path", 3 * number + 2, steps)
         first = _NUMBERS["path"] + MOST_PATH_POINTS * number
         profile, along = _along_path(
-            loaded, cube, approach, path, path_points, seed, first, robots, path_cycles, instrument
+            loaded,
+            cube,
+            approach,
+            (*path, path_points),
+            replace(visiting, visits=path_cycles),
+            first,
         )
         sheets.append(
             LoadSheet(
@@ -231,30 +250,31 @@ def predict_at(
     loads: Sequence[float],
     instrument: float = 0.0,
 ) -> tuple[LoadSheet, ...]:
-    """Return the characteristics of simulated robots at commanded poses, visited in their order
-    cycle by cycle, under each load.
+    """Return the characteristics of simulated robots at commanded poses, at most `MOST_POSES`,
+    visited in their order cycle by cycle, under each load.
 
     Arguments as for `predict_robots`. What needs a cube (vAP over three sides, paths) is NaN; AD_p
     and RD need poses of the names P2 and P4.
     """
     approach = cycle_approach(at.q[::-1])[0][::-1]
-    sheets = []
-    for number, load in enumerate(loads):
-        first = _NUMBERS["commanded"] + MOST_POSES * number
-        found = _at_poses(
-            with_payload_share(arm, load), at, approach, seed, first, robots, cycles, instrument
+    visiting = _Experiment(seed, robots, cycles, instrument)
+    unknown = np.full((len(PATH_FIGURES), robots), np.nan)
+    return tuple(
+        LoadSheet(
+            load=load,
+            multi_directional=unknown[:3],
+            path=unknown,
+            path_profile=unknown[:, :0, None],
+            **_at_poses(
+                with_payload_share(arm, load),
+                at,
+                approach,
+                visiting,
+                _NUMBERS["commanded"] + MOST_POSES * number,
+            ),
         )
-        unknown = np.full((len(PATH_FIGURES), robots), np.nan)
-        sheets.append(
-            LoadSheet(
-                load=load,
-                multi_directional=unknown[:3],
-                path=unknown,
-                path_profile=unknown[:, :0, None],
-                **found,
-            )
-        )
-    return tuple(sheets)
+        for number, load in enumerate(loads)
+    )
 
 
 def with_payload_share(arm: Arm, share: float) -> Arm:
@@ -272,65 +292,18 @@ def with_payload_share(arm: Arm, share: float) -> Arm:
     return arm if share == 1 else arm.with_payload(lighter)
 
 
-def _errors(
-    matrix: PoseMatrix,
-    row: int,
-    number: int,
-    seed: int,
-    robots: int,
-    visits: int,
-    instrument: float,
-) -> Floats:
-    """Return the tool's error (robot, visit, 6) at one pose, rad and m, with the study's draws for
-    pose `number` and the noise of the readings.
-    """
-    out = np.empty((robots, visits, 6))
-    for first in range(0, robots, _AT_ONCE):
-        last = min(first + _AT_ONCE, robots)
-        robot, visit = (
-            axis.ravel()
-            for axis in np.meshgrid(np.arange(first, last), np.arange(visits), indexing="ij")
-        )
-        draws = exact.draws_of(matrix, row, seed, number, robot, visit)
-        out[first:last] = (matrix.tool[row] @ draws).T.reshape(last - first, visits, 6)
-    if instrument:
-        readings = np.random.Generator(
-            np.random.Philox(key=key(seed, f"iso9283.readings.{number}"))
-        )
-        out[..., 3:] += instrument * readings.standard_normal((robots, visits, 3))
-    return out
-
-
-def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm,
-    cube: Cube | CommandedPoses,
-    approach: Floats,
-    seed: int,
-    first: int,
-    robots: int,
-    cycles: int,
-    instrument: float,
+def _at_poses(
+    arm: Arm, at: Cube | CommandedPoses, approach: Floats, visiting: _Experiment, first: int
 ) -> dict[str, Floats]:
-    """Return the fields of a `LoadSheet` that belong to the poses."""
-    state = state_of(arm, cube.q)
-    matrix, loose = screws(state, approach=approach), screws(state)
-    errors = np.stack(
-        [
-            _errors(matrix, k, first + k, seed, robots, cycles, instrument)
-            for k in range(len(cube.names))
-        ]
-    )
+    """Return the fields of a `LoadSheet` that belong to the poses, numbered from `first`."""
+    state = state_of(arm, at.q)
+    matrix = screws(state, approach=approach)
+    errors = visiting.at_all(matrix, first)
     shift, turn = errors[..., 3:], errors[..., :3]
     barycentre = iso.axis_accuracy(shift)
-    command = cube.poses[:, :3, 3]
-    covariance = visit_covariance(matrix) + instrument**2 * np.eye(3)
-    expected, deviation = expected_repeatability(covariance, cycles)
-    either = np.stack(
-        [
-            _errors(loose, k, first + k, seed, robots, cycles, instrument)[..., 3:]
-            for k in range(len(cube.names))
-        ]
-    )
+    command = at.poses[:, :3, 3]
+    covariance = visit_covariance(matrix) + visiting.instrument**2 * np.eye(3)
+    expected, deviation = expected_repeatability(covariance, visiting.visits)
     return {
         "barycentre": barycentre,
         "turn": iso.axis_accuracy(turn),
@@ -340,76 +313,52 @@ def _at_poses(  # noqa: PLR0913, PLR0917 - one experiment's numbers
         "expected": expected,
         "deviation": deviation,
         "limit": expected_repeatability(covariance)[0],
-        "random_approach": iso.pose_repeatability(either),
-        "shown": shift[:, : min(robots, SHOWN_ROBOTS)].swapaxes(0, 1).copy(),
-        "distance": _distance(cube, command, shift),
+        "random_approach": iso.pose_repeatability(visiting.at_all(screws(state), first)[..., 3:]),
+        "shown": shift[:, :SHOWN_ROBOTS].swapaxes(0, 1).copy(),
+        "distance": _distance(at, command, shift),
     }
 
 
-def _distance(cube: Cube | CommandedPoses, command: Floats, shift: Floats) -> Floats:
+def _distance(at: Cube | CommandedPoses, command: Floats, shift: Floats) -> Floats:
     """Return AD_p and RD (2, robot) between P2 and P4; NaN where these are not among the poses."""
-    a, b = (
-        cube.names.index(name) if name in cube.names else -1
-        for name in (NAMES[k] for k in DISTANCE)
-    )
-    if min(a, b) < 0:
+    if not {NAMES[k] for k in DISTANCE} <= set(at.names):
         return np.full((2, shift.shape[1]), np.nan)
-    ends, far = (
-        (command[a] + shift[a], command[b] + shift[b]),
-        float(np.linalg.norm(command[b] - command[a])),
-    )
+    a, b = (at.names.index(NAMES[k]) for k in DISTANCE)
+    ends = command[a] + shift[a], command[b] + shift[b]
+    far = float(np.linalg.norm(command[b] - command[a]))
     return np.stack([iso.distance_accuracy(*ends, far), iso.distance_repeatability(*ends)])
 
 
-def _from_sides(  # noqa: PLR0913, PLR0917 - one experiment's numbers
-    arm: Arm,
-    cube: Cube,
-    approach: Floats,
-    seed: int,
-    first: int,
-    robots: int,
-    cycles: int,
-    instrument: float,
+def _from_sides(
+    arm: Arm, cube: Cube, approach: Floats, visiting: _Experiment, first: int
 ) -> Floats:
     """Return vAP (pose, robot), with each pose approached along the base's x, y and z."""
-    out = np.empty((len(FROM_THREE_SIDES), robots))
+    out = np.empty((len(FROM_THREE_SIDES), visiting.robots))
     for row, pose in enumerate(FROM_THREE_SIDES):
-        q = np.tile(cube.q[pose], (3, 1))
-        matrix = screws(state_of(arm, q), approach=side_approach(arm, cube, pose, approach[pose]))
-        number = first + 3 * row
-        shift = np.stack(
-            [
-                _errors(matrix, k, number + k, seed, robots, cycles, instrument)[..., 3:]
-                for k in range(3)
-            ],
-            axis=1,
-        )
-        out[row] = iso.multi_directional_accuracy(shift)
+        state = state_of(arm, np.tile(cube.q[pose], (3, 1)))
+        matrix = screws(state, approach=side_approach(arm, cube, pose, approach[pose]))
+        shift = visiting.at_all(matrix, first + 3 * row)[..., 3:]
+        out[row] = iso.multi_directional_accuracy(np.moveaxis(shift, 0, 1))
     return out
 
 
-def _along_path(  # noqa: PLR0913, PLR0917 - one experiment's numbers
+def _along_path(
     arm: Arm,
     cube: Cube,
     approach: Floats,
-    ends: tuple[int, int],
-    points: int,
-    seed: int,
+    line: tuple[int, int, int],
+    visiting: _Experiment,
     first: int,
-    robots: int,
-    cycles: int,
-    instrument: float,
 ) -> tuple[Floats, Floats]:
     """Return `PATH_FIGURES` at each point (8, point, 2), mean and 95th percentile over robots, and
-    of the whole path (8, robot).
+    of the whole path (8, robot); `line` is its first and last pose and its number of points.
     """
-    q = path_poses(arm, cube, ends, points)
-    matrix = screws(state_of(arm, q), approach=path_approach(q, approach[ends[0]]))
-    along = cube.poses[ends[1], :3, 3] - cube.poses[ends[0], :3, 3]
-    found = np.empty((len(PATH_FIGURES), points, robots))
+    a, b, points = line
+    q = path_poses(arm, cube, (a, b), points)
+    matrix = screws(state_of(arm, q), approach=path_approach(q, approach[a]))
+    along = cube.poses[b, :3, 3] - cube.poses[a, :3, 3]
+    found = np.empty((len(PATH_FIGURES), points, visiting.robots))
     for k in range(points):
-        found[:, k] = path_figures(
-            _errors(matrix, k, first + k, seed, robots, cycles, instrument), along
-        )
+        found[:, k] = iso.path_figures(visiting.errors(matrix, k, first + k), along)
     profile = np.stack([found.mean(axis=-1), np.quantile(found, 0.95, axis=-1)], axis=-1)
     return profile, found.max(axis=1)

@@ -8,13 +8,11 @@ compensation by the controller. The standard observes for eight hours, or until 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.environment import DRAWING, Environment
 from lostmotion.units import Toleranced
@@ -35,24 +33,11 @@ _READINGS: Final = 49
 class WarmUp:
     """Temperature rise of the links (K), its time constant (s), and their coefficient of thermal
     expansion (1/K).
-
-    Raises InputError for values that are not finite, and a time constant that is not above zero.
     """
 
     rise: float
     time_constant: float = HOUR
     expansion: float = ALUMINIUM
-
-    def __post_init__(self) -> None:
-        """Refuse values that are not finite, and a time constant that is not above zero."""
-        for name, value in (
-            ("rise", self.rise),
-            ("time_constant", self.time_constant),
-            ("expansion", self.expansion),
-        ):
-            if not math.isfinite(value) or (name == "time_constant" and value <= 0):
-                expected = "seconds, above zero" if name == "time_constant" else "a finite number"
-                raise refuse_argument(f"warm_up.{name}", value, expected, warm_up="25 K")
 
 
 @dataclass(frozen=True)

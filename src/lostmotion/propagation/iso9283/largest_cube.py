@@ -9,7 +9,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.cube import (
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.inverse import inverse_kinematics
+from lostmotion.mechanism.state import state_of
+from lostmotion.propagation.iso9283.cube import (
     SAME_CONFIGURATION,
     SAMPLES,
     SPACE,
@@ -24,16 +28,12 @@ from lostmotion.analyses.iso9283.cube import (
     solve_outward,
     verified_cube,
 )
-from lostmotion.error_model.poses import sample_poses
-from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.inverse import inverse_kinematics
-from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from lostmotion.analyses.iso9283.cube import Cube
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.propagation.iso9283.cube import Cube
     from lostmotion.spatial import Floats
 
 # Grid cells along the longest side of the workspace.

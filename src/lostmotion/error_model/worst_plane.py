@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.confidence import (
+from lostmotion.error_model.expected_repeatability import expected_repeatability
+from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.visit_intervals import (
     LEVEL,
     MIN_VISITS,
     UNKNOWN,
@@ -22,8 +24,6 @@ from lostmotion.analyses.iso9283.confidence import (
     shrunk_covariance,
     unbiased_square,
 )
-from lostmotion.error_model.expected_repeatability import expected_repeatability
-from lostmotion.error_model.intervals import Estimate
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
+# Most commanded poses at which robots are predicted.
+MOST_POSES: Final = 50
 # C1 to C8 in half sides from the centre.
 CORNERS: Final = np.array(
     [
@@ -93,6 +95,25 @@ class Cube:
     def corners(self) -> Floats:
         """Return C1 to C8 (8, 3), m."""
         return self.centre + self.side / 2 * CORNERS
+
+
+@dataclass(frozen=True)
+class CommandedPoses:
+    """Poses of a measured file, as `Cube` holds those of the standard.
+
+    names               in the order in which a cycle visits them
+    q (pose, joint)     joint values, rad or m
+    poses (pose, 4, 4)  the arm's tool there
+    rotation            orientation of the tool (3, 3) where it is the same at all poses; None where
+                        each has its own
+    left                number of commanded poses of the file that are not among them
+    """
+
+    names: tuple[str, ...]
+    q: Floats
+    poses: Floats
+    rotation: Floats | None
+    left: int
 
 
 def five_points(centre: Floats, side: float) -> Floats:

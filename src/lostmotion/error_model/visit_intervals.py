@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283 import characteristics as iso
 from lostmotion.error_model.draws import key
 from lostmotion.error_model.expected_repeatability import expected_repeatability
 from lostmotion.error_model.intervals import Estimate, student
+from lostmotion.laws import iso9283 as iso
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
