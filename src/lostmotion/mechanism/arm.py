@@ -197,7 +197,8 @@ class Arm(Part):
         the arm is calibrated.
         """
         terms = tuple(term for part in self.parts for term in part.terms())
-        return terms if self._calibration is None else tuple(self._calibration.of(terms))
+        known = self._calibration
+        return terms if known is None else tuple(known.of((*terms, *known.added)))
 
     def calibrated(self, calibration: Calibration | None) -> Self:
         """Return the arm of one robot of which some draws were estimated; without a calibration,
@@ -209,7 +210,7 @@ class Arm(Part):
         out = self.model_copy()
         out._calibration = None  # noqa: SLF001 - of the same class
         if calibration is not None:
-            calibration.refuse_unknown(out.terms)
+            calibration.refuse_unknown((*out.terms, *calibration.added))
             del out.__dict__["terms"]
             out._calibration = calibration  # noqa: SLF001 - of the same class
         return out

@@ -65,6 +65,7 @@ class Calibration:
                harmonic has two, of its sine and of its cosine
     mean       (stream,) estimated draws, in standard deviations of what the arm file states
     covariance (stream, stream) of the estimates; zeros for exact ones
+    added      terms that the arm has besides those of its file, such as an unknown base frame
 
     The names of the streams are those of `known_streams`. Raises InputError for arrays of another
     shape, numbers that are not finite, a stream that is named twice, and a covariance that is not
@@ -74,6 +75,7 @@ class Calibration:
     streams: tuple[tuple[str, Law], ...]
     mean: Floats
     covariance: Floats
+    added: tuple[PlacedTerm, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse estimates that no robot can have."""

@@ -1,0 +1,1 @@
+"""Calibration: which of the robots that an arm's file describes was measured."""

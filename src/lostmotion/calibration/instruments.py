@@ -1,0 +1,120 @@
+"""What an instrument sees of the tool: rows of a measurement, with their derivatives.
+
+Every instrument is a function of the frame of the tool and of unknowns of its own. Derivatives are
+by the twist of the tool about the tool point in the base's axes, and by the unknowns.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.spatial import Floats
+
+# A full pose is measured by targets about so far from the tool point, m: rotations are as much less
+# precise than positions.
+TARGET_RADIUS: Final = 0.1
+
+
+class Rows(NamedTuple):
+    """What an instrument reads at each pose, less what it would read.
+
+    residual    (pose, row) measured less predicted
+    by_twist    (pose, row, 6) derivative of the prediction by the tool's twist
+    by_unknown  (pose, row, unknown) derivative by the instrument's unknowns, in their deviations
+    """
+
+    residual: Floats
+    by_twist: Floats
+    by_unknown: Floats
+
+
+class Instrument(ABC):
+    """A measurement at some poses.
+
+    unknowns  names of its unknowns
+    noise     (row,) standard deviation of a row for a noise of one metre
+    """
+
+    unknowns: tuple[str, ...]
+
+    @property
+    @abstractmethod
+    def noise(self) -> Floats:
+        """Return the standard deviations of the rows (row,), per unit of the stated noise."""
+
+    @abstractmethod
+    def rows(self, frames: Floats, unknowns: Floats) -> Rows:
+        """Return the rows for frames of the tool (pose, 4, 4) and the instrument's unknowns
+        (unknown,), in their standard deviations.
+        """
+
+    @abstractmethod
+    def part(self, rows: NDArray[np.int64]) -> Instrument:
+        """Return the measurement at the poses in these rows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Points(Instrument):
+    """Positions of the tool point: measured (pose, 3), m, in the base's axes."""
+
+    measured: Floats
+    unknowns: tuple[str, ...] = ()
+
+    @property
+    def noise(self) -> Floats:
+        """Return one for each coordinate."""
+        return np.ones(3)
+
+    def rows(self, frames: Floats, unknowns: Floats) -> Rows:  # noqa: ARG002 - it has none
+        """Return the rows: x, y and z."""
+        count = len(frames)
+        by_twist = np.broadcast_to(np.eye(6)[3:], (count, 3, 6))
+        return Rows(self.measured - frames[:, :3, 3], by_twist, np.zeros((count, 3, 0)))
+
+    def part(self, rows: NDArray[np.int64]) -> Points:
+        """Return the measurement at the poses in these rows."""
+        return Points(self.measured[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class FullPoses(Instrument):
+    """Frames of the tool: measured (pose, 4, 4), m, in the base's axes."""
+
+    measured: Floats
+    unknowns: tuple[str, ...] = ()
+
+    @property
+    def noise(self) -> Floats:
+        """Return one for each coordinate, and for rotations what a target at `TARGET_RADIUS`
+        resolves.
+        """
+        return np.repeat([1 / TARGET_RADIUS, 1.0], 3)
+
+    def rows(self, frames: Floats, unknowns: Floats) -> Rows:  # noqa: ARG002 - it has none
+        """Return the rows: the rotation vector from predicted to measured, then x, y and z."""
+        turned = self.measured[:, :3, :3] @ frames[:, :3, :3].transpose(0, 2, 1)
+        residual = np.concatenate(
+            [rotation_vector(turned), self.measured[:, :3, 3] - frames[:, :3, 3]], axis=1
+        )
+        count = len(frames)
+        return Rows(residual, np.broadcast_to(np.eye(6), (count, 6, 6)), np.zeros((count, 6, 0)))
+
+    def part(self, rows: NDArray[np.int64]) -> FullPoses:
+        """Return the measurement at the poses in these rows."""
+        return FullPoses(self.measured[rows])
+
+
+def rotation_vector(turned: Floats) -> Floats:
+    """Return the rotation vectors (pose, 3), rad, of rotations (pose, 3, 3) by less than a half
+    turn.
+    """
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(turned).as_rotvec())

@@ -1,0 +1,206 @@
+"""The complete set of constant errors of a serial chain, and periodic errors of its joints.
+
+A file states the errors that its author expects. A robot may have others: a fit that lacks the tilt
+of an axis attributes it to encoders that are right. So every seat is completed to six directions.
+Sources: K. Okamura, F. Park, Robotica 14 (1996) 415 (local product of exponentials); L. Everett, M.
+Driels, B. Mooring, ICRA 1987.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from lostmotion.laws.distributions import Normal
+from lostmotion.mechanism.placed_terms import PlacedTerm
+from lostmotion.mechanism.state import state_of
+from lostmotion.parts.forms import Constant, Harmonic
+from lostmotion.parts.term import Draw, Term
+from lostmotion.spatial import across
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+# Law of an added error: normal, without limits.
+_LAW: Final = Normal(np.inf)
+# A file states a direction where one of its errors is within 25 degrees of it.
+_STATED: Final = 0.9
+# Owners of the frames that are not the robot's fault.
+BASE: Final = "base frame"
+TOOL: Final = "tool frame"
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations of errors that the arm's file does not state, rad and m.
+
+    zero                   of a turning joint's zero
+    turn, shift            of a joint's axis in its seat
+    base_turn, base_shift  of the base frame in the frame of the instrument
+    tool_turn, tool_shift  of the tool frame; a turn of zero: a tool point without orientation
+    harmonic               amplitude of a periodic error of a joint, rad, of which order n has the
+                           share 1 / sqrt(1 + (n/16)^2)
+    orders                 highest order of these, cycles per turn; 0: none
+    """
+
+    zero: float = 1e-3
+    turn: float = 0.5e-3
+    shift: float = 0.3e-3
+    base_turn: float = 10e-3
+    base_shift: float = 10e-3
+    tool_turn: float = 0.0
+    tool_shift: float = 3e-3
+    harmonic: float = 0.04e-3
+    orders: int = 0
+
+
+def is_frame(owner: str) -> bool:
+    """Return whether the part is the base or tool frame, which a user may set."""
+    return owner in {BASE, TOOL}
+
+
+def is_harmonic(owner: str) -> bool:
+    """Return whether the part is the periodic error that a calibration adds to a joint."""
+    return owner.endswith(".harmonics")
+
+
+def added_terms(arm: Arm, sizes: Deviations) -> tuple[PlacedTerm, ...]:
+    """Return the errors that complete those of the arm's file: the base frame, the directions of
+    each seat between base and tool that the file does not state, periodic errors, and the tool
+    frame.
+
+    A seat that is fixed to the base has none: they are those of the base frame.
+    """
+    tree, at = arm.tree, state_of(arm, arm.limits.mean(axis=1)).frames[:, 0]
+    out = _frame(BASE, "base", 0, sizes.base_turn, sizes.base_shift)
+    carrier = None  # the last moving place inboard
+    for place in tree.tool_path:
+        joint = tree.places[place].joint
+        if joint is None:
+            continue
+        owner = f"joints.{arm.driven[joint].name}"
+        seat = tree.places[place].parent
+        if carrier is not None:
+            stated = _stated(arm, at, carrier, seat, place)
+            twist = tree.places[place].twist[:, 0]
+            out += _seat(f"{owner}.seat", joint, seat, twist, stated, sizes)
+        out += _harmonics(f"{owner}.harmonics", joint, place, tree.places[place].twist[:, 0], sizes)
+        carrier = place
+    return (*out, *_frame(TOOL, "link", len(tree.places) - 1, sizes.tool_turn, sizes.tool_shift))
+
+
+def _frame(owner: str, kind: str, place: int, turn: float, shift: float) -> list[PlacedTerm]:
+    named = [(f"turn {axis}", turn) for axis in "xyz"] + [(f"shift {a}", shift) for a in "xyz"]
+    return [
+        PlacedTerm(owner, kind, None, place, _constant(name, owner, row, size))
+        for row, (name, size) in zip(np.eye(6), named, strict=True)
+        if size
+    ]
+
+
+def _seat(
+    owner: str, joint: int, seat: int, twist: Floats, stated: Sequence[Floats], sizes: Deviations
+) -> list[PlacedTerm]:
+    axis = twist[:3] if twist[:3].any() else twist[3:]
+    first, second = across(axis)
+    none = np.zeros(3)
+    directions = {
+        "tilt 1": (first, none),
+        "tilt 2": (second, none),
+        "turn": (axis, none),
+        "offset 1": (none, first),
+        "offset 2": (none, second),
+        "shift": (none, axis),
+    }
+    return [
+        PlacedTerm(
+            owner,
+            "mounting",
+            joint,
+            seat,
+            _constant(
+                name,
+                f"axis {name.split()[0]}",
+                np.concatenate(way),
+                _size(name, way, turning=bool(twist[:3].any()), sizes=sizes),
+            ),
+        )
+        for name, way in directions.items()
+        if not any(_along(each, *way) for each in stated)
+    ]
+
+
+def _size(name: str, way: tuple[Floats, Floats], *, turning: bool, sizes: Deviations) -> float:
+    if turning and name == "turn":
+        return sizes.zero
+    return sizes.turn if way[0].any() else sizes.shift
+
+
+def _along(screw: Floats, turn: Floats, shift: Floats) -> bool:
+    """Return whether a screw states this direction; one that turns states its turn alone."""
+    if turn.any():
+        return bool(abs(screw[:3] @ turn) > _STATED * np.linalg.norm(screw[:3]))
+    if screw[:3].any():
+        return False
+    return bool(abs(screw[3:] @ shift) > _STATED * np.linalg.norm(screw[3:]))
+
+
+def _stated(arm: Arm, at: Floats, carrier: int, seat: int, moved: int) -> list[Floats]:
+    """Return the directions (6,) in the axes of a seat, turn and shift, that the file states: of
+    constant errors on the body that carries the seat, and of those along the joint's own motion.
+    """
+    places, out = arm.tree.places, []
+    between, twist = [seat], places[moved].twist[:, 0]
+    while between[-1] != carrier:
+        between.append(places[between[-1]].parent)
+    for of in arm.calibrated(None).terms:
+        if of.term.level != "robot" or of.term.form.reads or not isinstance(of.term.form, Constant):
+            continue
+        screw = of.term.form.direction
+        own = of.place == moved and _same(screw, twist)
+        carried = of.place in between and not (
+            of.place == carrier and _same(screw, places[carrier].twist[:, 0])
+        )
+        if own or carried:
+            axes = at[seat, :3, :3].T @ at[of.place, :3, :3]
+            out.append(np.concatenate([axes @ screw[:3], axes @ screw[3:]]))
+    return out
+
+
+def _same(screw: Floats, twist: Floats) -> bool:
+    return bool(np.linalg.matrix_rank(np.stack([screw, twist])) == 1)
+
+
+def _harmonics(
+    owner: str, joint: int, place: int, twist: Floats, sizes: Deviations
+) -> list[PlacedTerm]:
+    phases: tuple[Literal["sine", "cosine"], ...] = ("sine", "cosine")
+    if not twist[:3].any():
+        return []
+    return [
+        PlacedTerm(
+            owner,
+            "encoder",
+            joint,
+            place,
+            Term(
+                f"{phase} {order}",
+                "periodic error",
+                Harmonic(twist, order, phase),
+                sizes.harmonic / np.sqrt(1 + (order / 16) ** 2),
+                robot=Draw(f"{phase} {order}", _LAW),
+                effect=f"order {order}",
+            ),
+        )
+        for order in range(1, sizes.orders + 1)
+        for phase in phases
+    ]
+
+
+def _constant(name: str, cause: str, direction: Floats, size: float) -> Term:
+    return Term(name, cause, Constant(direction), size, robot=Draw(name, _LAW))

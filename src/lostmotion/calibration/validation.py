@@ -1,0 +1,136 @@
+"""Accuracy at poses that were not measured: cross-validation with random and with blocked folds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.calibration.fit import fit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.calibration.fit import Asked, Estimates
+    from lostmotion.calibration.instruments import Instrument
+    from lostmotion.calibration.model import RobotModel
+    from lostmotion.spatial import Floats
+
+FOLDS: Final = 5
+_LLOYD_STEPS: Final = 50
+# Number of measurements from which their 95th percentile is used.
+_MANY: Final = 40
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Measurements against predictions of fits that did not use them.
+
+    error      (pose,) length of the residual: of the position where one is measured, m
+    distances  (pose,) squared length of the residual in deviations of its prediction
+    rows       number of rows of a measurement: the expectation of `distances`
+    """
+
+    error: Floats
+    distances: Floats
+    rows: int
+
+    @property
+    def mean(self) -> float:
+        """Return the mean error, m."""
+        return float(self.error.mean())
+
+    @property
+    def standard_error(self) -> float:
+        """Return the standard error of the mean error, m."""
+        return float(self.error.std(ddof=1) / math.sqrt(len(self.error)))
+
+    def coverage(self, inflation: float = 1.0) -> float:
+        """Return the share of measurements within their 95 % region, whose covariance is inflated
+        by this factor.
+        """
+        from scipy.stats import chi2
+
+        return float((self.distances <= chi2.ppf(0.95, self.rows) * inflation).mean())
+
+    @property
+    def inflation(self) -> float:
+        """Return the factor, at least 1, by which covariances are too small, such that 95 % of the
+        measurements are within their 95 % regions.
+
+        From few measurements the mean squared distance is used, without what one in a thousand
+        exceeds: a few wrong measurements are no property of the arm.
+        """
+        from scipy.stats import chi2
+
+        if len(self.distances) >= _MANY:
+            found = np.quantile(self.distances, 0.95) / chi2.ppf(0.95, self.rows)
+        else:
+            far = chi2.ppf(0.999, self.rows)
+            found = np.minimum(self.distances, far).mean() / self.rows
+        return max(1.0, float(found))
+
+
+def random_folds(count: int, seed: int) -> NDArray[np.int64]:
+    """Return the number of the fold of each of `count` poses, at random."""
+    labels = np.arange(count) % min(FOLDS, count)
+    return np.random.default_rng(seed).permutation(labels)
+
+
+def blocked_folds(points: Floats) -> NDArray[np.int64]:
+    """Return the number of the fold of each point (pose, 3): regions of the workspace by k-means,
+    from points that are far apart.
+    """
+    count = min(FOLDS, len(points))
+    centres = [points[int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]]
+    while len(centres) < count:
+        nearest = np.min([np.linalg.norm(points - c, axis=1) for c in centres], axis=0)
+        centres.append(points[int(np.argmax(nearest))])
+    labels = np.zeros(len(points), dtype=np.int64)
+    for _ in range(_LLOYD_STEPS):
+        away = np.linalg.norm(points[:, None] - np.array(centres), axis=2)
+        found = np.argmin(away, axis=1)
+        if np.array_equal(found, labels):
+            break
+        labels = found
+        centres = [
+            points[labels == k].mean(axis=0) if (labels == k).any() else centres[k]
+            for k in range(count)
+        ]
+    return labels
+
+
+def cross_validate(
+    model: RobotModel, instrument: Instrument, asked: Asked, folds: NDArray[np.int64]
+) -> HeldOut:
+    """Return the measurements of each fold against the fit of all others. Whatever is chosen by
+    evidence is chosen again without the fold.
+    """
+    error, distances = np.zeros(len(model)), np.zeros(len(model))
+    rows = 0
+    for fold in np.unique(folds):
+        here, rest = np.flatnonzero(folds == fold), np.flatnonzero(folds != fold)
+        found = fit(model.rows(rest), instrument.part(rest), asked)
+        held = held_out(model.rows(here), instrument.part(here), found)
+        error[here], distances[here], rows = held.error, held.distances, held.rows
+    return HeldOut(error, distances, rows)
+
+
+def held_out(model: RobotModel, instrument: Instrument, found: Estimates) -> HeldOut:
+    """Return measurements at these poses against the predictions of a fit."""
+    draws, unknowns = np.split(found.mean, [len(model.streams)])
+    rows = instrument.rows(model.frames(draws), unknowns)
+    columns = np.concatenate([rows.by_twist @ model.columns, rows.by_unknown], axis=2)
+    scatter = rows.by_twist @ model.scatter @ rows.by_twist.transpose(0, 2, 1)
+    noise = found.noise**2 * np.diag(instrument.noise**2)
+    covariance = columns @ found.covariance @ columns.transpose(0, 2, 1) + scatter + noise
+    lower = np.linalg.cholesky(covariance)
+    white = np.linalg.solve(lower, rows.residual[:, :, None])[:, :, 0]
+    lengths = instrument.noise == 1.0
+    return HeldOut(
+        np.linalg.norm(rows.residual[:, lengths], axis=1),
+        (white**2).sum(axis=1),
+        rows.residual.shape[1],
+    )
