@@ -41,7 +41,9 @@ AVOID = {
     r"\bpart by part\b.{0,30}\btogether\b": "each part by itself",
 }
 # Senses of these words that the trade uses.
-ALLOWED = (r"strain[ -]wave|wave[ _]generator|wavelength|wavy rim|waves or thinner rings|\"waves\"|--terms waves",)
+ALLOWED = (
+    r"strain[ -]wave|wave[ _]generator|wavelength|wavy rim|waves or thinner rings|\"waves\"|--terms waves",
+)
 FOLDERS = ("examples", "src/lostmotion")
 SUFFIXES = {".py", ".toml", ".md", ".urdf"}
 SOURCES = sorted(

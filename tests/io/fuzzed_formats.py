@@ -313,7 +313,7 @@ def formats(folder: Path) -> tuple[Format, ...]:
         Format(
             "made.calibration.toml",
             (),
-            lambda path: read_calibration(path, arm.terms),
+            lambda path: read_calibration(path, arm),
             lambda path: _calibrated(plain, path),
         ),
         Format(

@@ -103,7 +103,7 @@ def _calibrated(arm: Arm, calibration: object) -> Arm:
     if isinstance(calibration, str | os.PathLike):
         from lostmotion.io.calibration_file import read_calibration
 
-        calibration = read_calibration(Path(calibration), arm.calibrated(None).terms)
+        calibration = read_calibration(Path(calibration), arm)
     if not isinstance(calibration, Calibration):
         expected = "a calibration, or the path of its file"
         raise refuse_argument("calibration", calibration, expected, calibration="robot-17.toml")

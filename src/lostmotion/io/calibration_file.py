@@ -13,6 +13,12 @@ draw = "joints.A.gearbox.transmission error 1"
 phase = "sine"                           # a harmonic has two draws, "sine" and "cosine"
 mean = -0.3
 deviation = 0.14
+
+factor = [[0.1, 0.0], [0.0, 0.14]]       # or: the covariance is factor times its transpose
+
+[added]                                  # deviations, rad and m, assumed for errors that the arm's
+turn = 0.0005                            # file does not state, as `lostmotion calibrate` adds them
+orders = 32
 """
 
 from __future__ import annotations
@@ -23,6 +29,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from lostmotion.calibration.terms import Deviations, added_terms
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.draft import Draft
 from lostmotion.io.limits import listed, nearest, refuse_all
@@ -32,11 +39,11 @@ from lostmotion.io.validation_errors import problems
 from lostmotion.mechanism.calibration import Calibration, known_streams
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from lostmotion.laws.distributions import Law
-    from lostmotion.mechanism.placed_terms import PlacedTerm
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
 
 _MOST_ESTIMATES: Final = 500
 _EXAMPLE: Final = 'draw = "joints.A.encoder.zero"'
@@ -44,6 +51,7 @@ _COVARIANCE: Final = "covariance = [[0.01]]"
 # No robot is as many standard deviations from what its arm file states.
 _FARTHEST: Final = 1000.0
 _Number = Annotated[float, Field(strict=True)]
+_Size = Annotated[float, Field(strict=True, ge=0, le=10)]
 
 
 class _Estimate(BaseModel):
@@ -57,6 +65,22 @@ class _Estimate(BaseModel):
     phase: Literal["sine", "cosine"] | None = None
 
 
+class _Added(BaseModel):
+    """Prior deviations of the errors that are added to those of the arm's file, rad and m."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    zero: _Size = Deviations.zero
+    turn: _Size = Deviations.turn
+    shift: _Size = Deviations.shift
+    base_turn: _Size = Deviations.base_turn
+    base_shift: _Size = Deviations.base_shift
+    tool_turn: _Size = Deviations.tool_turn
+    tool_shift: _Size = Deviations.tool_shift
+    harmonic: _Size = Deviations.harmonic
+    orders: Annotated[int, Field(strict=True, ge=0, le=64)] = 0
+
+
 class _File(BaseModel):
     """The whole file."""
 
@@ -64,20 +88,24 @@ class _File(BaseModel):
 
     estimates: Annotated[list[_Estimate], Field(min_length=1, max_length=_MOST_ESTIMATES)]
     covariance: list[list[_Number]] | None = None
+    factor: list[list[_Number]] | None = None
+    added: _Added | None = None
+    data: dict[str, str | int] | None = None
 
 
 @names_lines
-def read_calibration(path: Path, terms: Sequence[PlacedTerm]) -> Calibration:
-    """Return the calibration that a file states for an arm with these terms. Raises InputError with
-    every mistake in the file.
+def read_calibration(path: Path, arm: Arm) -> Calibration:
+    """Return the calibration that a file states for an arm. Raises InputError with every mistake in
+    the file.
     """
     file, tree = str(path), read_toml(path)
     try:
         stated = _File.model_validate(tree)
     except ValidationError as error:
         refuse_all(problems(error, _File, file, Draft(file, {}, {}).key))
+    added = () if stated.added is None else added_terms(arm, Deviations(**stated.added.__dict__))
     known: dict[str, list[Law]] = {}
-    for name, law in known_streams(terms):
+    for name, law in known_streams((*arm.calibrated(None).terms, *added)):
         known.setdefault(name, []).append(law)
     mistakes: list[Problem] = []
     streams = [_stream(file, k, each, known, mistakes) for k, each in enumerate(stated.estimates)]
@@ -111,6 +139,8 @@ def read_calibration(path: Path, terms: Sequence[PlacedTerm]) -> Calibration:
                 _COVARIANCE,
             )
         )
+    if stated.factor is not None:
+        mistakes += _mistakes_in_factor(file, stated)
     if rows is not None and not all(abs(each) <= _FARTHEST**2 for row in rows for each in row):
         mistakes.append(
             Problem(
@@ -120,14 +150,13 @@ def read_calibration(path: Path, terms: Sequence[PlacedTerm]) -> Calibration:
     if mistakes:
         refuse_all(mistakes)
     mean = np.array([each.mean for each in stated.estimates])
-    covariance = (
-        np.diag(np.square([each.deviation or 0.0 for each in stated.estimates]))
-        if rows is None
-        else np.array(rows)
-    )
+    names = {name for name, _ in streams}
     try:
         return Calibration(
-            tuple((name, law) for name, law in streams if law is not None), mean, covariance
+            tuple((name, law) for name, law in streams if law is not None),
+            mean,
+            _covariance(stated),
+            tuple(of for of in added if of.name in names),
         )
     except InputError as error:
         raise InputError(
@@ -136,6 +165,33 @@ def read_calibration(path: Path, terms: Sequence[PlacedTerm]) -> Calibration:
                 for each in error.problems
             ]
         ) from None
+
+
+def _covariance(stated: _File) -> Floats:
+    """Return the covariance of the estimates by whichever of its three forms is stated."""
+    if stated.factor is not None:
+        factor = np.array(stated.factor)
+        whole = factor @ factor.T
+        return np.asarray((whole + whole.T) / 2)
+    if stated.covariance is not None:
+        return np.array(stated.covariance)
+    return np.diag(np.square([each.deviation or 0.0 for each in stated.estimates]))
+
+
+def _mistakes_in_factor(file: str, stated: _File) -> list[Problem]:
+    """Return what is wrong with the shape or the numbers of the factor of the covariance."""
+    rows, out, example = stated.factor or [], [], "factor = [[0.1]]"
+    if stated.covariance is not None:
+        expected = "covariance or factor, not both"
+        out.append(Problem(file, "factor", "beside covariance", expected, example))
+    if len(rows) != len(stated.estimates) or len(set(map(len, rows))) != 1 or not rows[0]:
+        found = f"{len(rows)} rows of {listed(sorted({str(len(row)) for row in rows}))} numbers"
+        expected = f"{len(stated.estimates)} equally long rows, one per estimate"
+        out.append(Problem(file, "factor", found, expected, example))
+    if not all(abs(each) <= _FARTHEST for row in rows for each in row):
+        expected = f"numbers of at most {_FARTHEST:g}"
+        out.append(Problem(file, "factor", shown(rows), expected, example))
+    return out
 
 
 def _stream(
@@ -205,10 +261,11 @@ def _mistakes_in(file: str, k: int, stated: _Estimate, whole: _File) -> list[Pro
         for name, (value, low) in ranges.items()
         if value is not None and not low <= value <= _FARTHEST
     ]
-    if whole.covariance is None and stated.deviation is None:
+    together = whole.covariance is not None or whole.factor is not None
+    if not together and stated.deviation is None:
         expected = "the standard deviation of the estimate, or covariance above all estimates"
         out.append(Problem(file, f"{key}.deviation", "nothing", expected, "deviation = 0.1"))
-    if whole.covariance is not None and stated.deviation is not None:
+    if together and stated.deviation is not None:
         expected = "no deviation beside covariance, whose diagonal has its square"
         out.append(
             Problem(file, f"{key}.deviation", shown(stated.deviation), expected, _COVARIANCE)

@@ -78,7 +78,7 @@ def order(  # noqa: PLR0913 - a run is these numbers
 
     arm, axes = read_sweep(path, sidecar, by, progress, look)
     if calibration is not None:
-        arm.calibrated(read_calibration(calibration, arm.terms))  # refused here, before any work
+        arm.calibrated(read_calibration(calibration, arm))  # refused here, before any work
     # checks the counts
     BlockPlan.of(
         arm, Poses(np.zeros((1, len(arm.driven))), "given"), robots, visits, seed, approach

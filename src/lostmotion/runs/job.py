@@ -188,7 +188,7 @@ class Order(BaseModel):
             arm = read_design(folder / self.arm, None, self.stated(design))
             if self.calibration is None:
                 return arm
-            return arm.calibrated(read_calibration(folder / self.calibration, arm.terms))
+            return arm.calibrated(read_calibration(folder / self.calibration, arm))
 
     def listed(self, arm: Arm) -> Floats | None:
         """Return the poses that the job lists for this arm. None where they follow from a law."""

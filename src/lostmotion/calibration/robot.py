@@ -1,0 +1,297 @@
+"""One robot: its estimated errors as a calibration of the arm, and each of them for a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.calibration.alignment import align, in_base
+from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.instruments import FullPoses, Points
+from lostmotion.calibration.ladder import climb
+from lostmotion.calibration.model import model_of
+from lostmotion.calibration.reduction import reduced
+from lostmotion.calibration.terms import Deviations, added_terms, is_frame, is_harmonic
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.mechanism.calibration import Calibration
+from lostmotion.mechanism.state import state_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lostmotion.calibration.alignment import Alignment
+    from lostmotion.calibration.instruments import Instrument
+    from lostmotion.calibration.ladder import Climb, Terms
+    from lostmotion.calibration.model import RobotModel
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+# Highest order of periodic errors that is tried.
+_ORDERS: Final = 32
+# Number of poses over the workspace at which the covariance is compared with its factor.
+_POSES: Final = 256
+# A frame farther from the base than so many prior deviations is that of the instrument.
+_FAR: Final = 3.0
+# Largest share of the reach that base and tool may leave, and offset of the tool, in prior
+# deviations.
+_WRONG_ARM: Final = 0.05
+_WRONG_TOOL: Final = 5.0
+
+
+class WrongArmError(ValueError):
+    """A measurement that does not belong to this arm or this tool."""
+
+
+@dataclass(frozen=True)
+class EstimatedError:
+    """One error of the robot.
+
+    name       of its draw
+    unit       "rad" or "m"; "1" where the draw has no single size
+    prior      standard deviation that was assumed
+    value      estimate, and its standard deviation, in the unit
+    deviation
+    resolved   share of the prior variance that the measurement removed
+    effect     r.m.s. motion of the tool by the estimate at the measured poses, m
+    tied       name of the error with which it is correlated most, and that correlation
+    correlation
+    in_file    whether the arm's file states it
+    released   factor by which its prior was widened; 1 for most
+    frame      whether it is of the base or tool frame, or of the instrument
+    """
+
+    name: str
+    unit: str
+    prior: float
+    value: float
+    deviation: float
+    resolved: float
+    effect: float
+    tied: str
+    correlation: float
+    in_file: bool
+    released: float
+    frame: bool
+    periodic: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """What is known of one robot.
+
+    arm          the arm as its file states it
+    calibration  estimates of its draws, with inflated covariance
+    climb        families of errors, with their errors at held-out poses
+    instrument   what was measured, in the base frame
+    frames       (pose, 4, 4) nominal frames of the tool
+    sizes        prior deviations of what the file does not state
+    inflation    factor on the covariance, by held-out measurements
+    alignment    frame of the instrument that was removed; None: the base frame
+    sign         -1 where measured differences are commanded less attained
+    errors       of the robot, largest effect first
+    """
+
+    arm: Arm
+    calibration: Calibration
+    climb: Climb
+    instrument: Instrument
+    frames: Floats
+    sizes: Deviations
+    inflation: float
+    alignment: Alignment | None
+    sign: int
+    errors: tuple[EstimatedError, ...]
+
+    @property
+    def calibrated(self) -> Arm:
+        """Return the arm of this robot."""
+        return self.arm.calibrated(self.calibration)
+
+
+def robot_of(
+    arm: Arm,
+    q: Floats,
+    *,
+    point: Floats | None = None,
+    difference: Floats | None = None,
+    rotation: Floats | None = None,
+    approach: float | Floats = 0.0,
+    sizes: Deviations | None = None,
+    terms: Terms = "waves",
+    noise: float | None = None,
+    seed: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Robot:
+    """Return the robot that was measured at poses q (pose, joint), rad and m.
+
+    point       (pose, 3) attained tool points, m, in any fixed frame
+    difference  (pose, 3) attained less commanded, or the reverse, m, in place of points
+    rotation    (pose, 3, 3) attained orientations of the tool
+    approach    sign of the last motion of the joints, 0 unknown: one, or (pose, joint)
+    sizes       prior deviations of errors that the file does not state
+    other arguments as for `climb`
+
+    Raises WrongArmError where base and tool frame leave more than 5 % of the reach.
+    """
+    chosen = sizes or Deviations()
+    orders = _ORDERS if terms == "waves" else 0
+    chosen = replace(chosen, orders=orders, tool_turn=0.0 if rotation is None else 10e-3)
+    frames = state_of(arm, q).frames[-1]
+    sign = 1
+    if point is None:
+        if difference is None:
+            raise ValueError("neither points nor differences are given")
+        sign = _sign(arm, q, frames, difference, noise)
+        point = frames[:, :3, 3] + sign * difference
+    point, rotation, alignment = _in_base(frames, point, rotation, chosen)
+    model = model_of(arm, q, added_terms(arm, chosen), approach=approach)
+    instrument: Instrument = Points(point)
+    if rotation is not None:
+        measured = np.tile(np.eye(4), (len(q), 1, 1))
+        measured[:, :3, :3], measured[:, :3, 3] = rotation, point
+        instrument = FullPoses(measured)
+    found = climb(model, instrument, terms=terms, noise=noise, seed=seed, progress=progress)
+    inflation = found.kept.blocked.inflation
+    return Robot(
+        arm,
+        _calibration(arm, found, chosen, inflation),
+        found,
+        instrument,
+        frames,
+        chosen,
+        inflation,
+        alignment,
+        sign,
+        _errors(found, instrument),
+    )
+
+
+def _sign(arm: Arm, q: Floats, frames: Floats, difference: Floats, noise: float | None) -> int:
+    """Return 1 where differences are attained less commanded, -1 where they are the reverse: by the
+    evidence of base and tool frame.
+    """
+    model = model_of(arm, q, added_terms(arm, Deviations()))
+    outer = model.keeping(np.flatnonzero([is_frame(owner) for owner in model.owners]))
+    asked = Asked(np.ones(len(outer.streams)), noise, release=False, robust=False)
+    found = {
+        sign: fit(outer, Points(frames[:, :3, 3] + sign * difference), asked).evidence
+        for sign in (1, -1)
+    }
+    return max(found, key=lambda sign: found[sign])
+
+
+def _in_base(
+    frames: Floats, point: Floats, rotation: Floats | None, sizes: Deviations
+) -> tuple[Floats, Floats | None, Alignment | None]:
+    """Return measured positions and orientations in the base frame, and the frame that was removed.
+
+    Raises WrongArmError.
+    """
+    found, rigid = align(frames, point), align(frames, point, with_tool=False)
+    reach = float(np.linalg.norm(frames[:, :3, 3], axis=1).max())
+    if found.left > _WRONG_ARM * reach:
+        raise WrongArmError(
+            f"{1e3 * found.left:.3g} mm remain on average with the best base and tool frame, "
+            f"{100 * found.left / reach:.2g} % of the reach: the rows belong to another arm, or "
+            "the joints to other columns"
+        )
+    tool = float(np.linalg.norm(found.offset))
+    if tool > _WRONG_TOOL * sizes.tool_shift and found.left < rigid.left / 2:
+        x, y, z = 1e3 * found.offset
+        raise WrongArmError(
+            f"the measured tool point is at x {x:.4g}, y {y:.4g}, z {z:.4g} mm from that of the "
+            "arm's file, in the axes of the tool: state the tool that was measured"
+        )
+    if rigid.shift <= _FAR * sizes.base_shift and rigid.turn <= _FAR * sizes.base_turn:
+        return point, rotation, None
+    turned = None if rotation is None else rigid.frame[:3, :3].T @ rotation
+    return in_base(rigid.frame, point), turned, rigid
+
+
+def _calibration(arm: Arm, found: Climb, sizes: Deviations, inflation: float) -> Calibration:
+    """Return the estimates of all draws that the measurement is about."""
+    kept = np.flatnonzero(found.kept.fit.variances[: len(found.model.streams)])
+    streams = tuple((found.model.streams[k].name, found.model.streams[k].law) for k in kept)
+    names = {name for name, _ in streams}
+    added = tuple(
+        term
+        for term in added_terms(arm, sizes)
+        if term.term.robot is not None and term.term.robot.name(term.owner) in names
+    )
+    covariance = inflation * found.kept.fit.covariance[np.ix_(kept, kept)]
+    everywhere = model_of(arm, sample_poses(arm, _POSES, "sobol", 1).q, added)
+    at = {stream.name: k for k, stream in enumerate(everywhere.streams)}
+    columns = np.concatenate(
+        [
+            found.model.columns[:, 3:, kept],
+            everywhere.columns[:, 3:, [at[name] for name, _ in streams]],
+        ]
+    )
+    factor = reduced(columns, covariance)
+    return Calibration(streams, found.kept.fit.mean[kept], _symmetric(factor @ factor.T), added)
+
+
+def _symmetric(matrix: Floats) -> Floats:
+    return np.asarray((matrix + matrix.T) / 2)
+
+
+def _errors(found: Climb, instrument: Instrument) -> tuple[EstimatedError, ...]:
+    """Return the errors of the robot, the largest effect on the tool first."""
+    model, best = found.model, found.kept.fit
+    count = len(model.streams)
+    deviation = np.sqrt(np.diag(best.covariance))
+    free = np.flatnonzero(best.variances)
+    scale = np.where(deviation > 0, deviation, 1.0)
+    correlation = best.covariance / np.outer(scale, scale)
+    np.fill_diagonal(correlation, 0.0)
+    factors = {each.draw: each.factor for each in best.released}
+    resolved = best.resolved
+    names = [stream.name for stream in model.streams]
+    names += [f"instrument.{name}" for name in instrument.unknowns]
+    out = []
+    for k in free:
+        tied = int(np.argmax(np.abs(correlation[k])))
+        size, unit = (1.0, "1") if k >= count else _size(model, int(k))
+        effect = np.sqrt((model.columns[:, 3:, k] ** 2).sum(axis=1).mean()) if k < count else 0.0
+        owner = model.owners[k] if k < count else ""
+        out.append(
+            EstimatedError(
+                names[k],
+                unit,
+                size * float(np.sqrt(best.variances[k])) / factors.get(int(k), 1.0),
+                size * float(best.mean[k]),
+                size * float(deviation[k]),
+                float(resolved[k]),
+                float(effect * abs(best.mean[k])),
+                names[tied],
+                float(correlation[k, tied]),
+                k < count and _in_file(model, int(k)),
+                factors.get(int(k), 1.0),
+                k >= count or is_frame(owner),
+                is_harmonic(owner),
+            )
+        )
+    return tuple(sorted(out, key=lambda each: -each.effect))
+
+
+def _first(model: RobotModel, draw: int) -> int:
+    return int(np.flatnonzero(model.of == draw)[0])
+
+
+def _size(model: RobotModel, draw: int) -> tuple[float, str]:
+    """Return the size of an error per unit draw, with its unit; 1 without one where its screw
+    depends on the pose or several terms share the draw.
+    """
+    columns = np.flatnonzero(model.of == draw)
+    term = model.matrix.infos[columns[0]].of.term
+    direction = getattr(term.form, "direction", None)
+    if len(columns) > 1 or direction is None or "wrench" in term.form.reads:
+        return 1.0, "1"
+    return float(term.scale), "rad" if direction[:3].any() else "m"
+
+
+def _in_file(model: RobotModel, draw: int) -> bool:
+    owner = model.matrix.infos[_first(model, draw)].owner
+    return not (is_frame(owner) or is_harmonic(owner) or owner.endswith(".seat"))

@@ -1,0 +1,337 @@
+"""CSV files of visits by which an arm is calibrated: joint values, and what an instrument read.
+
+    A [deg], B [deg], ..., x [mm], y [mm], z [mm], qw, qx, qy, qz
+
+One row per visit. Joints are named as in the arm's file; joint_1, joint_2, ... are read in order. x,
+y and z are the attained tool point; qw to qz, or rx, ry and rz (rotations about the fixed axes, in
+that order), its orientation. dx, dy and dz are differences to the commanded point, whose sign is
+found by the fit. `A approach` is the sign of the last motion of joint A.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import Problem, shown
+from lostmotion.io.limits import listed, refuse_all
+from lostmotion.io.measured.table import Layout, read_columns, read_table
+from lostmotion.io.text import numbers
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+POINT: Final = ("x", "y", "z")
+DIFFERENCE: Final = ("dx", "dy", "dz")
+TURNS: Final = ("rx", "ry", "rz")
+QUATERNION: Final = ("qw", "qx", "qy", "qz")
+FEWEST: Final = 3
+_MOST_MISTAKES: Final = 20
+# Joint values beyond 1.05 turns are degrees, coordinates beyond 20 are millimetres.
+_LARGEST_ANGLE: Final = 6.6
+_LARGEST_LENGTH: Final = 20.0
+_UNIT_LENGTH: Final = 0.02
+# A value outside the joint limits by less is rounding, rad or m.
+_BESIDE: Final = 1e-6
+# A coordinate that is a thousand times its neighbours has another unit.
+_OTHER_UNIT: Final = 300.0
+_SAME_JOINTS: Final = 1e-9
+_ALIASES: Final = {f"{axis}_dif": f"d{axis}" for axis in "xyz"}
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationVisits:
+    """Visits of one robot to poses, in SI.
+
+    q          (visit, joint) commanded values of the driven joints, rad or m
+    point      (visit, 3) attained tool point, m; None where a difference is measured
+    difference (visit, 3) between attained and commanded tool point, m; None where a point is
+    rotation   (visit, 3, 3) attained orientation of the tool; None where it is not measured
+    approach   (visit, joint) sign of the last motion; zero where it is not stated
+    lines      line of each visit in its file
+    duplicates number of rows that repeat another and were dropped
+    remarks    what was assumed
+    digest     hash of the files
+    """
+
+    q: Floats
+    point: Floats | None
+    difference: Floats | None
+    rotation: Floats | None
+    approach: Floats
+    lines: tuple[int, ...]
+    duplicates: int
+    remarks: tuple[str, ...]
+    digest: str
+
+    def __len__(self) -> int:
+        """Return the number of visits."""
+        return len(self.q)
+
+
+def read_calibration_visits(
+    path: Path | Sequence[Path], arm: Arm, mapping: Sequence[str] = ()
+) -> CalibrationVisits:
+    """Return the visits of these files to poses of an arm, without rows that repeat another one.
+
+    Raises InputError with every mistake, its file and line.
+    """
+    files = [path] if isinstance(path, str | Path) else list(path)
+    found = [_read(Path(each), arm, mapping) for each in files]
+    kinds = [(each.point is None, each.rotation is None) for each in found]
+    if len(set(kinds)) > 1:
+        expected = "files that measure the same: points, differences, or poses"
+        refuse_all(
+            [Problem(str(files[kinds.index(kinds[-1])]), "line 1", "another kind", expected)]
+        )
+    digest = hashlib.blake2b(digest_size=16)
+    for each in files:
+        digest.update(Path(each).read_bytes())
+    joined = replace(
+        found[0],
+        q=np.concatenate([each.q for each in found]),
+        point=_joined([each.point for each in found]),
+        difference=_joined([each.difference for each in found]),
+        rotation=_joined([each.rotation for each in found]),
+        approach=np.concatenate([each.approach for each in found]),
+        lines=tuple(line for each in found for line in each.lines),
+        remarks=tuple(dict.fromkeys(text for each in found for text in each.remarks)),
+        digest=digest.hexdigest(),
+    )
+    kept = _without_duplicates(joined)
+    if len(kept) < FEWEST:
+        expected = f"at least {FEWEST} different rows; 10 to 50 calibrate an arm"
+        refuse_all([Problem(str(files[0]), "", f"{len(kept)} different rows", expected)])
+    return kept
+
+
+def _joined(parts: list[Floats | None]) -> Floats | None:
+    present = [part for part in parts if part is not None]
+    return np.concatenate(present) if present else None
+
+
+def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
+    """Return visits without those that repeat joints and measurement of another one."""
+    measured = visits.point if visits.point is not None else visits.difference
+    if measured is None:
+        return visits
+    first: dict[bytes, int] = {}
+    for k, (q, read) in enumerate(zip(visits.q, measured, strict=True)):
+        first.setdefault(np.round(q / _SAME_JOINTS).tobytes() + read.tobytes(), k)
+    kept = list(first.values())
+    return replace(
+        visits,
+        q=visits.q[kept],
+        point=None if visits.point is None else visits.point[kept],
+        difference=None if visits.difference is None else visits.difference[kept],
+        rotation=None if visits.rotation is None else visits.rotation[kept],
+        approach=visits.approach[kept],
+        lines=tuple(visits.lines[k] for k in kept),
+        duplicates=len(visits) - len(kept),
+    )
+
+
+def _layout(arm: Arm, names: Collection[str]) -> tuple[Layout, dict[str, str]]:
+    """Return what a file with these headings may hold, and the role of each joint."""
+    own = [joint.name for joint in arm.driven]
+    numbered = [f"joint_{k + 1}" for k in range(len(own))]
+    of = dict(zip(own, numbered if not set(own) & set(names) else own, strict=True))
+    kinds = {
+        role: ("m", "mm") if joint.type == "prismatic" else ("rad", "deg")
+        for joint, role in zip(arm.driven, of.values(), strict=True)
+    }
+    lengths = dict.fromkeys((*POINT, *DIFFERENCE), ("m", "mm"))
+    example = ", ".join(f"{role} [{unit}]" for role, (_, unit) in kinds.items())
+    layout = Layout(
+        words=(),
+        units={**kinds, **lengths, **dict.fromkeys(TURNS, ("rad", "deg"))},
+        header=f"{example}, x [mm], y [mm], z [mm]",
+        example="examples/measured/ur5-grid.csv",
+        mapping="dx = x_dif [mm]",
+        counts=(*QUATERNION, *(f"{name} approach" for name in own)),
+        aliases=_ALIASES,
+        missing=lambda file, roles: _missing(file, roles, of, example),
+    )
+    return layout, of
+
+
+def _missing(
+    file: str, roles: Collection[str], joints: dict[str, str], example: str
+) -> list[Problem]:
+    out = []
+    absent = [role for role in joints.values() if role not in roles]
+    if absent:
+        found = f"no column for {listed(absent)}"
+        out.append(Problem(file, "line 1", found, "one column per driven joint", example))
+    for group, unit in (
+        (POINT, " [mm]"),
+        (DIFFERENCE, " [mm]"),
+        (TURNS, " [deg]"),
+        (QUATERNION, ""),
+    ):
+        there = [role for role in group if role in roles]
+        if there and len(there) < len(group):
+            lacking = [role for role in group if role not in roles]
+            columns = ", ".join(f"{role}{unit}" for role in group)
+            found = f"{listed(there)} without {listed(lacking)}"
+            out.append(Problem(file, "line 1", found, "all of them, or none", columns))
+    measured = [group for group in (POINT, DIFFERENCE) if set(group) & set(roles)]
+    if len(measured) != 1:
+        found = "both x, y, z and dx, dy, dz" if measured else "no measured tool point"
+        expected = "columns x, y, z, or dx, dy, dz; name others by --map"
+        out.append(Problem(file, "line 1", found, expected, "x [mm], y [mm], z [mm]"))
+    return out
+
+
+def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
+    file = str(path)
+    names = read_table(path, _layout(arm, ())[0]).names
+    layout, of = _layout(arm, [*names, *(text.partition("=")[0].strip() for text in mapping)])
+    by_size, remarks = _units_by_size(path, layout, mapping)
+    _, values, lines = read_columns(path, layout, [*by_size, *mapping])
+    q = np.column_stack([values[role] for role in of.values()])
+    mistakes = _outside(file, q, lines, arm) + _other_units(file, values, lines)
+    point = difference = rotation = None
+    if "x" in values:
+        point = np.column_stack([values[role] for role in POINT])
+        if len(point) >= FEWEST and not np.ptp(point, axis=0).any():
+            found = "the same point in every row"
+            mistakes.append(Problem(file, "", found, "a measurement of each pose"))
+    else:
+        difference = np.column_stack([values[role] for role in DIFFERENCE])
+        if len(difference) >= FEWEST and not np.ptp(difference, axis=0).any():
+            found = "the same difference in every row"
+            mistakes.append(Problem(file, "", found, "a measurement of each pose"))
+    if len(q) >= FEWEST and not np.ptp(q, axis=0).any():
+        mistakes.append(Problem(file, "", "the same joint values in every row", "different poses"))
+    if "qw" in values:
+        quaternions = np.column_stack([values[role] for role in QUATERNION])
+        mistakes += _not_unit(file, quaternions, lines)
+        if not mistakes:
+            rotation = _of_quaternions(quaternions)
+    elif "rx" in values:
+        rotation = _of_turns(np.column_stack([values[role] for role in TURNS]))
+    if mistakes:
+        refuse_all(mistakes, _MOST_MISTAKES)
+    approach = np.zeros_like(q)
+    for k, joint in enumerate(arm.driven):
+        if f"{joint.name} approach" in values:
+            approach[:, k] = np.sign(values[f"{joint.name} approach"])
+    return CalibrationVisits(
+        q, point, difference, rotation, approach, tuple(lines), 0, tuple(remarks), ""
+    )
+
+
+def _units_by_size(
+    path: Path, layout: Layout, mapping: Sequence[str]
+) -> tuple[list[str], list[str]]:
+    """Return a mapping with the units of columns that state none, by the size of their numbers, and
+    a remark for each kind.
+    """
+    table = read_table(path, layout)
+    mapped = {text.partition("=")[0].strip() for entry in mapping for text in entry.split(",")}
+    largest: dict[str, tuple[str, float]] = {}
+    for k, (heading, name) in enumerate(zip(table.header, table.names, strict=True)):
+        role = layout.aliases.get(name, name)
+        if role in layout.units and "[" not in heading and role not in mapped:
+            sizes = [_size(row[k]) for row in table.rows if k < len(row)]
+            largest[role] = name, max(sizes, default=0.0)
+    chosen, remarks = [], []
+    for si, units, limit in (
+        ("rad", ("rad", "deg"), _LARGEST_ANGLE),
+        ("m", ("m", "mm"), _LARGEST_LENGTH),
+    ):
+        of = {role: pair for role, pair in largest.items() if layout.units[role][0] == si}
+        small = set(of) <= set(DIFFERENCE)
+        most = max((size for _, size in of.values()), default=0.0)
+        unit = units[most > (_UNIT_LENGTH * _LARGEST_LENGTH / 20 if small and of else limit)]
+        chosen += [f"{role} = {name} [{unit}]" for role, (name, _) in of.items()]
+        if of:
+            listing = listed([name for name, _ in of.values()])
+            remarks.append(f"the file states no unit for {listing}: read as {unit} by their size")
+    return chosen, remarks
+
+
+def _size(cell: str) -> float:
+    try:
+        return abs(numbers([cell.replace(",", ".")])[0])
+    except ValueError:
+        return 0.0
+
+
+def _outside(file: str, q: Floats, lines: Sequence[int], arm: Arm) -> list[Problem]:
+    """Return joint values outside the joint limits."""
+    low, high = arm.limits.T
+    wrong = np.argwhere((q < low - _BESIDE) | (q > high + _BESIDE))
+    out = []
+    for row, k in wrong[: _MOST_MISTAKES + 1]:
+        joint = arm.driven[k]
+        factor, unit = (1e3, "mm") if joint.type == "prismatic" else (180 / np.pi, "deg")
+        found = f"{factor * q[row, k]:.4g} {unit}"
+        expected = (
+            f"from {factor * low[k]:.4g} to {factor * high[k]:.4g} {unit}, the joint's limits"
+        )
+        out.append(Problem(file, f"line {lines[row]}, {joint.name}", found, expected))
+    return out
+
+
+def _other_units(file: str, values: dict[str, Floats], lines: Sequence[int]) -> list[Problem]:
+    """Return columns and rows of coordinates that are about a thousand times the others."""
+    out = []
+    for group in (POINT, DIFFERENCE):
+        if group[0] not in values:
+            continue
+        sizes = np.abs(np.column_stack([values[role] for role in group]))
+        typical = np.median(sizes, axis=0)
+        for role, size in zip(group, typical, strict=True):
+            rest = np.median(np.delete(typical, group.index(role)))
+            if size > _OTHER_UNIT * rest > 0 and size > 10 * _UNIT_LENGTH:
+                found = f"{role}, about {size / rest:.0f} times the other coordinates"
+                out.append(Problem(file, f"line 1, {role}", found, "one unit for all three"))
+        whole, usual = sizes.max(axis=1), float(np.median(sizes.max(axis=1)))
+        for row in np.flatnonzero(whole > _OTHER_UNIT * max(usual, 1e-9)):
+            if usual > _UNIT_LENGTH or whole[row] > 1.0:
+                found = f"{whole[row]:.4g} m, {whole[row] / usual:.0f} times the usual size"
+                out.append(Problem(file, f"line {lines[row]}", found, "one unit for all rows"))
+    return out
+
+
+def _not_unit(file: str, quaternions: Floats, lines: Sequence[int]) -> list[Problem]:
+    lengths = np.linalg.norm(quaternions, axis=1)
+    return [
+        Problem(
+            file,
+            f"line {lines[row]}, qw to qz",
+            f"a length of {lengths[row]:.4g}",
+            "a quaternion of length 1",
+            "1, 0, 0, 0",
+        )
+        for row in np.flatnonzero(np.abs(lengths - 1) > 1e-3)[: _MOST_MISTAKES + 1]  # noqa: PLR2004
+    ]
+
+
+def _of_quaternions(quaternions: Floats) -> Floats:
+    """Return rotations (visit, 3, 3) of unit quaternions (visit, 4), real part first."""
+    w, v = quaternions[:, :1], quaternions[:, 1:]
+    length = np.linalg.norm(quaternions, axis=1)[:, None]
+    w, v = w / length, v / length
+    x, y, z = v.T
+    none = np.zeros(len(w))
+    skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
+    return np.eye(3) + 2 * w[:, :, None] * skew + 2 * skew @ skew
+
+
+def _of_turns(turns: Floats) -> Floats:
+    """Return rotations (visit, 3, 3) about the fixed x, then y, then z by these angles (visit, 3),
+    rad.
+    """
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_euler("xyz", turns).as_matrix())
