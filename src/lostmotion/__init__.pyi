@@ -9,6 +9,7 @@ from lostmotion.analyses.targets.command import target as target
 from lostmotion.analyses.sizing.command import size as size
 from lostmotion.analyses.statics.command import statics as statics
 from lostmotion.analyses.task.command import task as task
+from lostmotion.analyses.calibrate.command import calibrate as calibrate
 from lostmotion.analyses.gearbox.command import gear as gear
 from lostmotion.analyses.bearing.command import bearing as bearing
 from lostmotion.analyses.view.command import view as view
@@ -31,6 +32,7 @@ from lostmotion.analyses.targets.production import production_yield as productio
 from lostmotion.analyses.sizing.result import Selection as Selection, Size as Size
 from lostmotion.analyses.statics.result import Statics as Statics
 from lostmotion.analyses.task.result import TaskResult as TaskResult
+from lostmotion.analyses.calibrate.result import Calibrated as Calibrated
 from lostmotion.analyses.gearbox.result import Gear as Gear
 from lostmotion.analyses.bearing.result import BearingStudy as BearingStudy
 from lostmotion.analyses.catalog.result import Catalog as Catalog

@@ -96,7 +96,7 @@ lostmotion run
             """lostmotion: 1 mistake
 command
   found     'mapp'
-  expected  one of study, map, iso9283, target, size, statics, task, gear, bearing, view, new, check, catalog, compare, sweep, replay, export c, export fmu, schema
+  expected  one of study, map, iso9283, target, size, statics, task, calibrate, gear, bearing, view, new, check, catalog, compare, sweep, replay, export c, export fmu, schema
   example   lostmotion study arm.toml
   did you mean 'map'?
 """,

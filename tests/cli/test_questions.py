@@ -36,6 +36,7 @@ def test_the_command_line_asks_what_python_asks():
         "size",
         "statics",
         "task",
+        "calibrate",
         "gear",
         "bearing",
         "view",

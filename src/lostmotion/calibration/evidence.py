@@ -81,15 +81,15 @@ def log_evidence(data: NormalEquations, variances: Floats) -> float:
 
 def _factor(
     data: NormalEquations, variances: Floats
-) -> tuple[NDArray[np.intp], Floats, Floats, Floats]:
+) -> tuple[NDArray[np.int64], Floats, Floats, Floats]:
     """Return the unknowns that are free, their prior deviations, the Cholesky factor of I + S B'B S
     and its inverse times S B'z.
     """
-    free = np.flatnonzero(variances)
-    scale = np.sqrt(variances[free])
+    free: NDArray[np.int64] = np.flatnonzero(variances).astype(np.int64)
+    scale: Floats = np.sqrt(variances[free])
     inner = scale[:, None] * data.information[np.ix_(free, free)] * scale
-    lower = np.linalg.cholesky(inner + np.eye(len(free)))
-    half = solve_triangular(lower, scale * data.projected[free], lower=True)
+    lower = np.asarray(np.linalg.cholesky(inner + np.eye(len(free))), dtype=float)
+    half = np.asarray(solve_triangular(lower, scale * data.projected[free], lower=True))
     return free, scale, lower, half
 
 

@@ -22,6 +22,28 @@ if TYPE_CHECKING:
 TARGET_RADIUS: Final = 0.1
 
 
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Visits of one robot to poses, in SI.
+
+    q           (visit, joint) commanded values of the driven joints, rad or m
+    point       (visit, 3) attained tool point in any fixed frame, m; None: a difference is measured
+    difference  (visit, 3) attained less commanded tool point, m, or the reverse; None: a point is
+    rotation    (visit, 3, 3) attained orientation of the tool; None: not measured
+    approach    (visit, joint) sign of the last motion; zero where it is not stated
+    """
+
+    q: Floats
+    point: Floats | None = None
+    difference: Floats | None = None
+    rotation: Floats | None = None
+    approach: Floats | float = 0.0
+
+    def __len__(self) -> int:
+        """Return the number of visits."""
+        return len(self.q)
+
+
 class Rows(NamedTuple):
     """What an instrument reads at each pose, less what it would read.
 

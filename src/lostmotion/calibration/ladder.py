@@ -56,14 +56,14 @@ class Climb:
 
     model    errors that the last rung kept estimates
     rungs    in the order tried
-    random   held-out measurements of the last rung kept, with random folds
-    asked    what the fit of the last rung kept estimates
+    before   held-out measurements of the first rung, with random folds
+    random   the same of the last rung kept
     """
 
     model: RobotModel
     rungs: tuple[Rung, ...]
+    before: HeldOut
     random: HeldOut
-    asked: Asked
 
     @property
     def kept(self) -> Rung:
@@ -95,7 +95,7 @@ def climb(
     if terms == "waves" and harmonic.any():
         families.append((HARMONICS, np.ones(len(harmonic), dtype=bool)))
     rungs: list[Rung] = []
-    chosen: tuple[RobotModel, Asked] | None = None
+    tried: list[tuple[RobotModel, Asked]] = []
     for number, (name, members) in enumerate(families):
         if progress is not None:
             progress(f"estimating {name}", number, len(families) + 1)
@@ -112,14 +112,14 @@ def climb(
         reason = _refusal(rungs[-1], found, held) if name == HARMONICS else ""
         rungs.append(Rung(name, count, found, held, not reason, reason))
         if not reason:
-            chosen = part, asked
-    if chosen is None:  # the first rung is always kept
-        raise AssertionError
+            tried.append((part, asked))
     if progress is not None:
         progress("validating at random poses", len(families), len(families) + 1)
-    part, asked = chosen
-    random = cross_validate(part, instrument, asked, random_folds(len(part), seed))
-    return Climb(part, tuple(rungs), random, asked)
+    folds = random_folds(len(model), seed)
+    before, after = (
+        cross_validate(part, instrument, asked, folds) for part, asked in (tried[0], tried[-1])
+    )
+    return Climb(tried[-1][0], tuple(rungs), before, after)
 
 
 def _refusal(before: Rung, found: Estimates, held: HeldOut) -> str:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.calibration.alignment import Alignment
-    from lostmotion.calibration.instruments import Instrument
+    from lostmotion.calibration.instruments import Instrument, Measured
     from lostmotion.calibration.ladder import Climb, Terms
     from lostmotion.calibration.model import RobotModel
     from lostmotion.mechanism.arm import Arm
@@ -112,46 +112,40 @@ class Robot:
 
 def robot_of(
     arm: Arm,
-    q: Floats,
+    measured: Measured,
     *,
-    point: Floats | None = None,
-    difference: Floats | None = None,
-    rotation: Floats | None = None,
-    approach: float | Floats = 0.0,
     sizes: Deviations | None = None,
     terms: Terms = "waves",
     noise: float | None = None,
     seed: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Robot:
-    """Return the robot that was measured at poses q (pose, joint), rad and m.
+    """Return the robot that was measured.
 
-    point       (pose, 3) attained tool points, m, in any fixed frame
-    difference  (pose, 3) attained less commanded, or the reverse, m, in place of points
-    rotation    (pose, 3, 3) attained orientations of the tool
-    approach    sign of the last motion of the joints, 0 unknown: one, or (pose, joint)
-    sizes       prior deviations of errors that the file does not state
+    sizes  prior deviations of errors that the file does not state
     other arguments as for `climb`
 
-    Raises WrongArmError where base and tool frame leave more than 5 % of the reach.
+    Raises WrongArmError where base and tool frame leave more than 5 % of the reach, and ValueError
+    where neither points nor differences are measured.
     """
     chosen = sizes or Deviations()
     orders = _ORDERS if terms == "waves" else 0
-    chosen = replace(chosen, orders=orders, tool_turn=0.0 if rotation is None else 10e-3)
-    frames = state_of(arm, q).frames[-1]
-    sign = 1
+    turn = 0.0 if measured.rotation is None else chosen.base_turn
+    chosen = replace(chosen, orders=orders, tool_turn=turn)
+    frames = state_of(arm, measured.q).frames[-1]
+    sign, point = 1, measured.point
     if point is None:
-        if difference is None:
-            raise ValueError("neither points nor differences are given")
-        sign = _sign(arm, q, frames, difference, noise)
-        point = frames[:, :3, 3] + sign * difference
-    point, rotation, alignment = _in_base(frames, point, rotation, chosen)
-    model = model_of(arm, q, added_terms(arm, chosen), approach=approach)
+        if measured.difference is None:
+            raise ValueError("neither points nor differences are measured")
+        sign = _sign(arm, measured.q, frames, measured.difference, noise)
+        point = frames[:, :3, 3] + sign * measured.difference
+    point, rotation, alignment = _in_base(frames, point, measured.rotation, chosen)
+    model = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
     instrument: Instrument = Points(point)
     if rotation is not None:
-        measured = np.tile(np.eye(4), (len(q), 1, 1))
-        measured[:, :3, :3], measured[:, :3, 3] = rotation, point
-        instrument = FullPoses(measured)
+        poses = np.tile(np.eye(4), (len(point), 1, 1))
+        poses[:, :3, :3], poses[:, :3, 3] = rotation, point
+        instrument = FullPoses(poses)
     found = climb(model, instrument, terms=terms, noise=noise, seed=seed, progress=progress)
     inflation = found.kept.blocked.inflation
     return Robot(
@@ -251,24 +245,24 @@ def _errors(found: Climb, instrument: Instrument) -> tuple[EstimatedError, ...]:
     names = [stream.name for stream in model.streams]
     names += [f"instrument.{name}" for name in instrument.unknowns]
     out = []
-    for k in free:
+    for k in map(int, free):
         tied = int(np.argmax(np.abs(correlation[k])))
-        size, unit = (1.0, "1") if k >= count else _size(model, int(k))
+        size, unit = (1.0, "1") if k >= count else _size(model, k)
         effect = np.sqrt((model.columns[:, 3:, k] ** 2).sum(axis=1).mean()) if k < count else 0.0
         owner = model.owners[k] if k < count else ""
         out.append(
             EstimatedError(
                 names[k],
                 unit,
-                size * float(np.sqrt(best.variances[k])) / factors.get(int(k), 1.0),
+                size * float(np.sqrt(best.variances[k])) / factors.get(k, 1.0),
                 size * float(best.mean[k]),
                 size * float(deviation[k]),
                 float(resolved[k]),
                 float(effect * abs(best.mean[k])),
                 names[tied],
                 float(correlation[k, tied]),
-                k < count and _in_file(model, int(k)),
-                factors.get(int(k), 1.0),
+                k < count and _in_file(model, k),
+                factors.get(k, 1.0),
                 k >= count or is_frame(owner),
                 is_harmonic(owner),
             )

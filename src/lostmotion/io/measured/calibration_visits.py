@@ -2,9 +2,9 @@
 
     A [deg], B [deg], ..., x [mm], y [mm], z [mm], qw, qx, qy, qz
 
-One row per visit. Joints are named as in the arm's file; joint_1, joint_2, ... are read in order. x,
-y and z are the attained tool point; qw to qz, or rx, ry and rz (rotations about the fixed axes, in
-that order), its orientation. dx, dy and dz are differences to the commanded point, whose sign is
+One row per visit. Joints are named as in the arm's file; joint_1, joint_2, ... are read in order.
+x, y and z are the attained tool point; qw to qz, or rx, ry and rz (rotations about the fixed axes,
+in that order), its orientation. dx, dy and dz are differences to the commanded point, whose sign is
 found by the fit. `A approach` is the sign of the last motion of joint A.
 """
 
@@ -17,13 +17,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.errors import Problem, shown
+from lostmotion.calibration.instruments import Measured
+from lostmotion.errors import Problem
 from lostmotion.io.limits import listed, refuse_all
 from lostmotion.io.measured.table import Layout, read_columns, read_table
 from lostmotion.io.text import numbers
+from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -40,40 +42,30 @@ _LARGEST_LENGTH: Final = 20.0
 _UNIT_LENGTH: Final = 0.02
 # A value outside the joint limits by less is rounding, rad or m.
 _BESIDE: Final = 1e-6
-# A coordinate that is a thousand times its neighbours has another unit.
-_OTHER_UNIT: Final = 300.0
+# A row that is so many times as far from the others as they are from each other has another unit,
+# and so has a column whose extent differs by so much more than that of the nominal points.
+_OTHER_UNIT: Final = 100.0
+_UNEQUAL: Final = 30.0
 _SAME_JOINTS: Final = 1e-9
 _ALIASES: Final = {f"{axis}_dif": f"d{axis}" for axis in "xyz"}
 
 
 @dataclass(frozen=True, eq=False)
-class CalibrationVisits:
-    """Visits of one robot to poses, in SI.
+class CalibrationVisits(Measured):
+    """Visits of one robot, as read from files.
 
-    q          (visit, joint) commanded values of the driven joints, rad or m
-    point      (visit, 3) attained tool point, m; None where a difference is measured
-    difference (visit, 3) between attained and commanded tool point, m; None where a point is
-    rotation   (visit, 3, 3) attained orientation of the tool; None where it is not measured
-    approach   (visit, joint) sign of the last motion; zero where it is not stated
-    lines      line of each visit in its file
-    duplicates number of rows that repeat another and were dropped
-    remarks    what was assumed
-    digest     hash of the files
+    file        first of the files
+    lines       line of each visit in its file
+    duplicates  number of rows that repeat another and were dropped
+    remarks     what was assumed
+    digest      hash of the files
     """
 
-    q: Floats
-    point: Floats | None
-    difference: Floats | None
-    rotation: Floats | None
-    approach: Floats
-    lines: tuple[int, ...]
-    duplicates: int
-    remarks: tuple[str, ...]
-    digest: str
-
-    def __len__(self) -> int:
-        """Return the number of visits."""
-        return len(self.q)
+    file: str = ""
+    lines: tuple[int, ...] = ()
+    duplicates: int = 0
+    remarks: tuple[str, ...] = ()
+    digest: str = ""
 
 
 def read_calibration_visits(
@@ -100,7 +92,7 @@ def read_calibration_visits(
         point=_joined([each.point for each in found]),
         difference=_joined([each.difference for each in found]),
         rotation=_joined([each.rotation for each in found]),
-        approach=np.concatenate([each.approach for each in found]),
+        approach=np.concatenate([np.asarray(each.approach) for each in found]),
         lines=tuple(line for each in found for line in each.lines),
         remarks=tuple(dict.fromkeys(text for each in found for text in each.remarks)),
         digest=digest.hexdigest(),
@@ -132,7 +124,7 @@ def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
         point=None if visits.point is None else visits.point[kept],
         difference=None if visits.difference is None else visits.difference[kept],
         rotation=None if visits.rotation is None else visits.rotation[kept],
-        approach=visits.approach[kept],
+        approach=np.asarray(visits.approach)[kept],
         lines=tuple(visits.lines[k] for k in kept),
         duplicates=len(visits) - len(kept),
     )
@@ -197,27 +189,22 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
     by_size, remarks = _units_by_size(path, layout, mapping)
     _, values, lines = read_columns(path, layout, [*by_size, *mapping])
     q = np.column_stack([values[role] for role in of.values()])
-    mistakes = _outside(file, q, lines, arm) + _other_units(file, values, lines)
-    point = difference = rotation = None
-    if "x" in values:
-        point = np.column_stack([values[role] for role in POINT])
-        if len(point) >= FEWEST and not np.ptp(point, axis=0).any():
-            found = "the same point in every row"
-            mistakes.append(Problem(file, "", found, "a measurement of each pose"))
-    else:
-        difference = np.column_stack([values[role] for role in DIFFERENCE])
-        if len(difference) >= FEWEST and not np.ptp(difference, axis=0).any():
-            found = "the same difference in every row"
-            mistakes.append(Problem(file, "", found, "a measurement of each pose"))
-    if len(q) >= FEWEST and not np.ptp(q, axis=0).any():
-        mistakes.append(Problem(file, "", "the same joint values in every row", "different poses"))
-    if "qw" in values:
-        quaternions = np.column_stack([values[role] for role in QUATERNION])
-        mistakes += _not_unit(file, quaternions, lines)
-        if not mistakes:
-            rotation = _of_quaternions(quaternions)
-    elif "rx" in values:
-        rotation = _of_turns(np.column_stack([values[role] for role in TURNS]))
+    mistakes = _outside(file, q, lines, arm) + _other_units(
+        file, values, lines, tool_points(arm, q)
+    )
+    groups: dict[tuple[str, ...], Floats] = {
+        group: np.column_stack([values[role] for role in group])
+        for group in (POINT, DIFFERENCE, TURNS, QUATERNION)
+        if group[0] in values
+    }
+    measured = next(groups[group] for group in (POINT, DIFFERENCE) if group in groups)
+    if len(q) >= FEWEST:
+        for what, array in (("measurement", measured), ("joint values", q)):
+            if not np.ptp(array, axis=0).any():
+                found = f"the same {what} in every row"
+                mistakes.append(Problem(file, "", found, "different poses, one per row"))
+    if QUATERNION in groups:
+        mistakes += _not_unit(file, groups[QUATERNION], lines)
     if mistakes:
         refuse_all(mistakes, _MOST_MISTAKES)
     approach = np.zeros_like(q)
@@ -225,8 +212,23 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
         if f"{joint.name} approach" in values:
             approach[:, k] = np.sign(values[f"{joint.name} approach"])
     return CalibrationVisits(
-        q, point, difference, rotation, approach, tuple(lines), 0, tuple(remarks), ""
+        q,
+        groups.get(POINT),
+        groups.get(DIFFERENCE),
+        _rotations(groups),
+        approach,
+        file,
+        tuple(lines),
+        0,
+        tuple(remarks),
+        "",
     )
+
+
+def _rotations(groups: Mapping[tuple[str, ...], Floats]) -> Floats | None:
+    if QUATERNION in groups:
+        return _of_quaternions(groups[QUATERNION])
+    return _of_turns(groups[TURNS]) if TURNS in groups else None
 
 
 def _units_by_size(
@@ -282,24 +284,29 @@ def _outside(file: str, q: Floats, lines: Sequence[int], arm: Arm) -> list[Probl
     return out
 
 
-def _other_units(file: str, values: dict[str, Floats], lines: Sequence[int]) -> list[Problem]:
-    """Return columns and rows of coordinates that are about a thousand times the others."""
-    out = []
-    for group in (POINT, DIFFERENCE):
-        if group[0] not in values:
-            continue
-        sizes = np.abs(np.column_stack([values[role] for role in group]))
-        typical = np.median(sizes, axis=0)
-        for role, size in zip(group, typical, strict=True):
-            rest = np.median(np.delete(typical, group.index(role)))
-            if size > _OTHER_UNIT * rest > 0 and size > 10 * _UNIT_LENGTH:
-                found = f"{role}, about {size / rest:.0f} times the other coordinates"
-                out.append(Problem(file, f"line 1, {role}", found, "one unit for all three"))
-        whole, usual = sizes.max(axis=1), float(np.median(sizes.max(axis=1)))
-        for row in np.flatnonzero(whole > _OTHER_UNIT * max(usual, 1e-9)):
-            if usual > _UNIT_LENGTH or whole[row] > 1.0:
-                found = f"{whole[row]:.4g} m, {whole[row] / usual:.0f} times the usual size"
-                out.append(Problem(file, f"line {lines[row]}", found, "one unit for all rows"))
+def _other_units(
+    file: str, values: dict[str, Floats], lines: Sequence[int], nominal: Floats
+) -> list[Problem]:
+    """Return columns of coordinates that extend a thousand times as far as the others, or a
+    thousandth, where the nominal points (visit, 3) do not, and rows that are far from all others.
+    """
+    if "x" not in values or len(lines) < FEWEST:
+        return []
+    points, out = np.column_stack([values[role] for role in POINT]), []
+    extent = np.maximum(np.ptp(points, axis=0), 1e-12)
+    sizes = np.linalg.svd(nominal - nominal.mean(axis=0), compute_uv=False)
+    small, middle, large = np.argsort(extent)
+    if extent[large] / extent[small] > _UNEQUAL * sizes[0] / max(sizes[2], 1e-3 * sizes[0]):
+        above = extent[large] / extent[middle] > extent[middle] / extent[small]
+        role = POINT[large if above else small]
+        ratio = extent[large if above else small] / extent[middle]
+        found = f"{role}, about {ratio:.2g} times as large as the other coordinates"
+        out.append(Problem(file, f"line 1, {role}", found, "one unit for all three"))
+    beside = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    usual = float(np.median(beside))
+    for row in map(int, np.flatnonzero(beside > _OTHER_UNIT * usual)):
+        found = f"{beside[row]:.3g} m from the other rows"
+        out.append(Problem(file, f"line {lines[row]}", found, "one unit for all rows"))
     return out
 
 
@@ -325,7 +332,7 @@ def _of_quaternions(quaternions: Floats) -> Floats:
     x, y, z = v.T
     none = np.zeros(len(w))
     skew = np.array([[none, -z, y], [z, none, -x], [-y, x, none]]).transpose(2, 0, 1)
-    return np.eye(3) + 2 * w[:, :, None] * skew + 2 * skew @ skew
+    return np.asarray(np.eye(3) + 2 * w[:, :, None] * skew + 2 * skew @ skew)
 
 
 def _of_turns(turns: Floats) -> Floats:

@@ -1,0 +1,373 @@
+"""Sheet and plots of a calibration: accuracy before and after, families of errors, estimates, parts
+out of tolerance, and rows that were weighted down.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from lostmotion.analyses.calibrate.answer import PARTLY, UNRESOLVED, size
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.chart import label_axes, legend, one
+from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.palette import LIGHT
+from lostmotion.reporting.plot import Plot
+from lostmotion.reporting.sheet import Card, Cell, Row, Sheet, in_words, length, several, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from lostmotion.analyses.calibrate.answer import Answer
+    from lostmotion.calibration.robot import EstimatedError
+    from lostmotion.reporting.sheet import Section
+    from lostmotion.spatial import Floats
+
+_SHOWN: Final = 60
+_WORST: Final = 10
+_PERIODIC: Final = 12
+_QUANTILE: Final = 0.95
+_WORDS: Final = (
+    (
+        "held out",
+        (
+            "measurements that the estimates did not use: the poses are split in five, and each "
+            "fifth is predicted from the others. Random folds are for poses among the measured "
+            "ones, excluded regions for poses beside them."
+        ),
+    ),
+    (
+        "resolved",
+        (
+            "share of the prior variance of an error that the measurement removed. Below 10 % "
+            "these poses do not resolve it, below 75 % partly: it is then tied to another error."
+        ),
+    ),
+    (
+        "prior",
+        (
+            "standard deviation by the tolerance in the arm file, or assumed for an error that it "
+            "does not state; the distribution counts as normal."
+        ),
+    ),
+    (
+        "released",
+        (
+            "error whose prior was widened because the log evidence rises by more than 5 nats: the "
+            "part is out of its tolerance, or the tolerance is too narrow."
+        ),
+    ),
+    ("log evidence", "logarithm of the probability density of the measurement, nats."),
+)
+# What no measurement of this kind can resolve: what it is, why, and what to measure instead.
+_STIFFNESS: Final = (
+    "joint stiffness",
+    "one payload: deflection by the arm's own weight resembles tilts and first harmonics",
+    "the same poses with two payloads",
+)
+_SIDE: Final = (
+    "play",
+    "the direction of approach is not recorded: play counts as scatter between visits",
+    "both directions, with a column NAME approach",
+)
+_DRIFT: Final = ("thermal drift", "no time is recorded", "the time of each row")
+_ORIENTATION: Final = (
+    "orientation of the tool",
+    "a point has none",
+    "three points of the tool, or its full pose",
+)
+
+
+def calibrated_sheet(found: Answer) -> Sheet:
+    """Return the sheet of a calibration."""
+    robot = found.robot
+    counted = several(len(found.visits), "pose")
+    return Sheet(
+        name=robot.arm.name,
+        subject="calibration of one robot",
+        verdict=_verdict(found),
+        cards=_cards(found),
+        sections=(
+            _accuracy(found, counted),
+            _families(found, counted),
+            *_released(found),
+            _estimates(found),
+            *_periodic(found),
+            _refusals(found),
+            _rows(found),
+        ),
+        counts=f"{counted}, seed {found.seed}",
+        warnings=found.warnings,
+        notes=robot.arm.notes,
+        words=_WORDS,
+        source=f"{counted}, seed {found.seed}, data {found.visits.digest}. The same files, version "
+        "and seed give the same bytes.",
+        seed=found.seed,
+        facts={
+            "arm": robot.arm.name,
+            "findings": list(found.findings),
+            "data": {"poses": len(found.visits), "hash": found.visits.digest},
+            "noise_m": robot.climb.kept.fit.noise,
+            "inflation": robot.inflation,
+            "variance_elsewhere": found.elsewhere,
+        },
+    )
+
+
+def _verdict(found: Answer) -> str:
+    held = found.robot.climb.random
+    before, after, most = (
+        length(float(each))
+        for each in (found.before.mean(), held.mean, np.quantile(held.error, _QUANTILE))
+    )
+    text = (
+        f"Before {before}, after {after} at poses that were not measured (95 % {most}), each with "
+        "the best base and tool frame."
+    )
+    return " ".join([text, *(f"{each[0].upper()}{each[1:]}." for each in found.findings)])
+
+
+def _cards(found: Answer) -> tuple[Card, ...]:
+    climb = found.robot.climb
+    cards = [
+        Card("before", str(length(float(found.before.mean()))), "base and tool frame alone"),
+        Card("after", str(length(climb.random.mean)), "mean error, held out"),
+        Card("excluded regions", str(length(climb.kept.blocked.mean)), "mean error, held out"),
+        Card("noise", str(length(climb.kept.fit.noise)), "of a coordinate"),
+    ]
+    released = len(climb.kept.fit.released)
+    if released:
+        cards.append(Card("out of tolerance", str(released), several(released, "error")))
+    return tuple(cards)
+
+
+def _accuracy(found: Answer, counted: str) -> Section:
+    climb = found.robot.climb
+
+    def row(label: str, error: Floats, note: str, key: str) -> Row:
+        mean = float(error.mean())
+        wide = 1.96 * float(error.std(ddof=1)) / np.sqrt(len(error))
+        cells = (
+            length(mean, max(mean - wide, 0.0), mean + wide, counted),
+            length(float(np.quantile(error, _QUANTILE)), samples=counted),
+            length(float(error.max()), samples=counted),
+        )
+        return Row(label, cells, note, key)
+
+    covered = climb.kept.blocked.coverage(found.robot.inflation)
+    note = (
+        f"{100 * covered:.0f} % of the measurements in excluded regions are within their 95 % "
+        f"regions; covariances are multiplied by {found.robot.inflation:.3g}"
+    )
+    return table(
+        "accuracy",
+        "Accuracy before and after",
+        ("mean", "95th percentile", "largest"),
+        [
+            row("as measured", found.raw, "nominal arm, frame of the base as measured", "raw"),
+            row("base and tool frame", found.before, "held out, random folds", "before"),
+            row("calibrated, random folds", climb.random.error, "held out", "random"),
+            row("calibrated, excluded regions", climb.kept.blocked.error, "held out", "blocked"),
+            row("fitted poses", found.fitted, "residual; no accuracy", "fitted"),
+        ],
+        note,
+    )
+
+
+def _families(found: Answer, counted: str) -> Section:
+    rows = [
+        (
+            rung.name,
+            rung.count,
+            length(rung.blocked.mean, samples=counted),
+            length(rung.fit.noise, samples=counted),
+            Cell(rung.fit.evidence, "1", samples=counted),
+            (f"up to order {rung.fit.orders}" if rung.fit.orders else "")
+            if rung.kept
+            else f"not estimated: {rung.reason}",
+        )
+        for rung in found.robot.climb.rungs
+    ]
+    return table(
+        "families",
+        "Families of errors",
+        ("errors", "mean error, excluded regions", "noise", "log evidence"),
+        rows,
+        "each family includes those above it",
+    )
+
+
+def _released(found: Answer) -> list[Section]:
+    released = found.robot.climb.kept.fit.released
+    if not released:
+        return []
+    names = [stream.name for stream in found.robot.climb.model.streams]
+    of = {error.name: error for error in found.robot.errors}
+    rows = [
+        (
+            short_name(names[each.draw]),
+            size(of[names[each.draw]], of[names[each.draw]].value),
+            size(of[names[each.draw]], 2 * of[names[each.draw]].deviation),
+            size(of[names[each.draw]], of[names[each.draw]].prior),
+            Cell(each.factor, "1", stated=True),
+            Cell(each.gain, "1"),
+            "" if of[names[each.draw]].in_file else "not in the arm file",
+        )
+        for each in released
+    ]
+    return [
+        table(
+            "released",
+            "Errors out of tolerance",
+            ("estimate", "± 95 %", "prior", "widened", "gain of log evidence"),
+            rows,
+        )
+    ]
+
+
+def _estimates(found: Answer) -> Section:
+    shown = [each for each in found.robot.errors if not each.periodic][:_SHOWN]
+    return table(
+        "estimates",
+        "Estimated errors, largest effect first",
+        ("estimate", "± 95 %", "prior", "resolved", "effect at the tool"),
+        [_estimate(each) for each in shown],
+        "effect: r.m.s. motion of the tool point by the estimate at the measured poses",
+    )
+
+
+def _estimate(error: EstimatedError) -> tuple[Any, ...]:
+    notes = [] if error.in_file else ["frame" if error.frame else "not in the arm file"]
+    tied = f"tied to {short_name(error.tied)} ({error.correlation:+.2f})"
+    if error.resolved < UNRESOLVED:
+        value: Cell = in_words("not resolved")
+        notes.append(f"by these poses; {tied}")
+    else:
+        value = size(error, error.value)
+        if error.resolved < PARTLY:
+            notes.append(f"partly resolved; {tied}")
+    return (
+        short_name(error.name),
+        value,
+        size(error, 2 * error.deviation),
+        size(error, error.prior),
+        Cell(error.resolved, "%"),
+        length(error.effect),
+        "; ".join(notes),
+    )
+
+
+def _periodic(found: Answer) -> list[Section]:
+    """Return the largest periodic errors, both phases together."""
+    of: dict[tuple[str, str], list[EstimatedError]] = {}
+    for error in found.robot.errors:
+        if error.periodic:
+            owner, _, name = error.name.rpartition(".")
+            of.setdefault((owner, name.rpartition(" ")[2]), []).append(error)
+    if not of:
+        return []
+    amplitude = {key: float(np.linalg.norm([e.value for e in pair])) for key, pair in of.items()}
+    largest = sorted(amplitude, key=lambda key: -amplitude[key])[:_PERIODIC]
+    rows = [
+        (
+            f"{short_name(owner)} order {order}",
+            Cell(amplitude[owner, order], "arcsec"),
+            Cell(2 * of[owner, order][0].deviation, "arcsec"),
+            length(float(np.linalg.norm([each.effect for each in of[owner, order]]))),
+        )
+        for owner, order in largest
+    ]
+    return [
+        table(
+            "periodic",
+            "Largest periodic errors of the joints",
+            ("amplitude", "± 95 %", "effect at the tool"),
+            rows,
+            "cycles per turn of the joint; their cause is not known",
+        )
+    ]
+
+
+def _refusals(found: Answer) -> Section:
+    kinds = [_STIFFNESS, _DRIFT]
+    kinds += [] if np.any(found.visits.approach) else [_SIDE]
+    kinds += [_ORIENTATION] if found.visits.rotation is None else []
+    rows = [(what, in_words(instead), why) for what, why, instead in kinds]
+    return table("refused", "Not estimated", ("measure instead",), rows)
+
+
+def _rows(found: Answer) -> Section:
+    climb = found.robot.climb
+    order = np.argsort(-climb.random.error, kind="stable")[:_WORST]
+    rows = [
+        (
+            f"line {found.visits.lines[k]}",
+            length(float(climb.random.error[k])),
+            length(float(found.fitted[k])),
+            Cell(float(climb.kept.fit.weights[k]), "1"),
+            joint_values(found.robot.arm, found.visits.q[k]),
+        )
+        for k in order
+    ]
+    return table("rows", "Rows with the largest error", ("held out", "fitted", "weight"), rows)
+
+
+def calibrated_plots(found: Answer) -> list[Plot]:
+    """Return the distributions of the error before and after, and the held-out errors over the
+    workspace.
+    """
+    return [
+        Plot(
+            "errors",
+            "accuracy",
+            _distributions(found),
+            "Share of the measured poses with an error below a length, before and after.",
+        ),
+        Plot(
+            "places",
+            "rows",
+            _places(found),
+            "Held-out error of each measured pose by its place in the base's axes.",
+        ),
+    ]
+
+
+def _distributions(found: Answer) -> Figure:
+    made, on = one("Error at poses that were not used", 80)
+    climb = found.robot.climb
+    for name, error, colour in (
+        ("base and tool frame", found.before, "c3"),
+        ("calibrated, excluded regions", climb.kept.blocked.error, "c2"),
+        ("calibrated, random folds", climb.random.error, "c1"),
+    ):
+        share = 100 * np.arange(1, len(error) + 1) / len(error)
+        on.plot(1e3 * np.sort(error), share, color=LIGHT[colour], label=name)
+    on.set_xscale("log")
+    on.set_ylim(0, 100)
+    label_axes(on, "error [mm]", "poses below [%]")
+    legend(made)
+    return made
+
+
+def _places(found: Answer) -> Figure:
+    points = 1e3 * found.robot.frames[:, :3, 3]
+    error = found.robot.climb.random.error
+    made, on = one("Held-out error over the workspace, seen from above", 110)
+    limits = np.quantile(error, [0.5, 0.9])
+    for number, (colour, name) in enumerate(
+        (("c1", "lower half"), ("c3", "up to the 90th percentile"), ("warn", "largest tenth"))
+    ):
+        inside = np.searchsorted(limits, error) == number
+        on.plot(
+            *points[inside, :2].T,
+            linestyle="none",
+            marker="o",
+            markersize=3,
+            color=LIGHT[colour],
+            label=name,
+        )
+    on.set_aspect("equal", adjustable="datalim")
+    label_axes(on, "x [mm]", "y [mm]")
+    legend(made)
+    return made

@@ -1,0 +1,73 @@
+"""The robot that was measured, with its tables, plots and files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lostmotion.analyses.calibrate.answer import Answer
+from lostmotion.analyses.result import Result
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lostmotion.calibration.ladder import Rung
+    from lostmotion.calibration.robot import EstimatedError
+    from lostmotion.calibration.validation import HeldOut
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.calibration import Calibration
+    from lostmotion.reporting.plot import Plot
+    from lostmotion.reporting.sheet import Sheet
+
+
+@dataclass(frozen=True, repr=False)
+class Calibrated(Answer, Result):
+    """The robot that was measured: every attribute of `Answer`."""
+
+    @property
+    def calibration(self) -> Calibration:
+        """Return the estimates, as every question takes them."""
+        return self.robot.calibration
+
+    @property
+    def arm(self) -> Arm:
+        """Return the arm of this robot."""
+        return self.robot.calibrated
+
+    @property
+    def terms(self) -> tuple[EstimatedError, ...]:
+        """Return the estimated errors, the largest effect on the tool first."""
+        return self.robot.errors
+
+    @property
+    def rungs(self) -> tuple[Rung, ...]:
+        """Return the families of errors that were tried."""
+        return self.robot.climb.rungs
+
+    @property
+    def held_out(self) -> HeldOut:
+        """Return the measurements of excluded regions against predictions."""
+        return self.robot.climb.kept.blocked
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        from lostmotion.analyses.calibrate.page import calibrated_sheet
+
+        return calibrated_sheet(self)
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.calibrate.page import calibrated_plots
+
+        return calibrated_plots(self)
+
+    def files(self) -> dict[str, bytes]:
+        """Return robot.toml, which every command takes as `--calibration`."""
+        from lostmotion.io.calibration_writer import calibration_text
+
+        text = calibration_text(
+            self.calibration, self.robot.sizes, poses=len(self.visits), digest=self.visits.digest
+        )
+        return {"robot.toml": text.encode()}

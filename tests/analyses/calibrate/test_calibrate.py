@@ -1,0 +1,154 @@
+"""The command `calibrate`: files of measurements, the sentence, and the file that others take."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import lostmotion
+from lostmotion.errors import InputError
+from lostmotion.io.calibration_file import read_calibration
+from lostmotion.io.measured.calibration_visits import read_calibration_visits
+from lostmotion.mechanism.state import state_of
+from tests.calibration.ur5_grid import ARM, GRID
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+HEADER = "J1 [deg],J2 [deg],J3 [deg],J4 [deg],J5 [deg],J6 [deg],x [mm],y [mm],z [mm]"
+
+
+@functools.cache
+def twenty() -> tuple[np.ndarray, np.ndarray]:
+    """Return joint values (deg) and attained points (mm) of every 50th row of the grid."""
+    table = np.genfromtxt(GRID, delimiter=",", names=True)[::50]
+    joints = np.column_stack([table[f"joint_{k}"] for k in range(1, 7)])
+    beside = np.column_stack([table[f"{axis}_dif"] for axis in "xyz"])
+    nominal = state_of(lostmotion.read(ARM), np.radians(joints)).frames[-1, :, :3, 3]
+    return joints, 1000 * nominal - beside
+
+
+def written(path: Path, joints: np.ndarray, points: np.ndarray, header: str = HEADER) -> Path:
+    """Write a file of measurements and return its path."""
+    rows = [",".join(f"{each:.17g}" for each in row) for row in np.hstack([joints, points])]
+    path.write_text("\n".join([header, *rows]) + "\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> lostmotion.Calibrated:
+    """Calibrate the UR5 by twenty poses."""
+    path = written(tmp_path_factory.mktemp("ur5") / "visits.csv", *twenty())
+    return lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm")
+
+
+def test_the_sentence_names_accuracy_and_the_part(found):
+    """Accuracy before and after is that at held-out poses, and the axis that is out of tolerance is
+    named with its size.
+    """
+    assert found.sheet.verdict.startswith("Before 0.85")
+    (finding,) = found.findings
+    assert finding.startswith("J4.seat.tilt 2 is 12.2 mrad")
+    assert "24 times" in finding
+    assert "not in the arm file" in finding
+    tilt = next(each for each in found.terms if each.released > 1)
+    assert abs(tilt.value) == pytest.approx(11.8e-3, rel=0.05)
+    assert found.held_out.mean < 0.25e-3
+
+
+def test_every_command_takes_its_file(found, tmp_path):
+    """robot.toml holds the estimates and their covariance, and a study of that robot predicts the
+    tool where it was measured.
+    """
+    out = found.report(tmp_path / "out")
+    arm = lostmotion.read(ARM)
+    read = read_calibration(out / "robot.toml", arm)
+    assert read.streams == found.calibration.streams
+    np.testing.assert_array_equal(read.mean, found.calibration.mean)
+    np.testing.assert_allclose(read.covariance, found.calibration.covariance, atol=1e-7)
+    joints, points = twenty()
+    matrix = lostmotion.screws(state_of(arm.calibrated(read), np.radians(joints)))
+    nominal = state_of(arm, np.radians(joints)).frames[-1, :, :3, 3]
+    left = points / 1000 - nominal - matrix.summed.bias[:, 3:]
+    assert np.linalg.norm(left, axis=1).mean() < 0.15e-3
+
+
+def test_poses_in_a_slab_are_reported():
+    """Every 20th row of the grid lies at one height."""
+    visits = read_calibration_visits(GRID, lostmotion.read(ARM))
+    rows = np.arange(0, 1000, 20)
+    part = type(visits)(q=visits.q[rows], difference=visits.difference[rows], lines=tuple(rows))
+    answer = lostmotion.calibrate(ARM, part, terms="geometry", noise="70 µm")
+    assert any("slab" in text for text in answer.warnings)
+
+
+def spoiled(what: str) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return measurements with one mistake."""
+    joints, points = (each.copy() for each in twenty())
+    header = HEADER
+    if what == "not a number":
+        points[3, 1] = np.nan
+    elif what == "two rows":
+        joints, points = joints[:2], points[:2]
+    elif what == "equal rows":
+        joints[:], points[:] = joints[0], points[0]
+    elif what == "beyond the limits":
+        joints[4, 2] = 400
+    elif what == "metres in one column":
+        points[:, 0] /= 1000
+    elif what == "another arm":
+        joints = joints[:, ::-1]
+    elif what == "a longer tool":
+        arm = lostmotion.read(ARM)
+        frames = state_of(arm, np.radians(joints)).frames[-1]
+        points = points + 90 * frames[:, :3, 2]
+    elif what == "no column":
+        header = header.replace("J3 [deg]", "elbow [deg]")
+    return joints, points, header
+
+
+@pytest.mark.parametrize(
+    ("what", "text"),
+    [
+        ("not a number", "line 5"),
+        ("two rows", "2 different rows"),
+        ("equal rows", "in every row"),
+        ("beyond the limits", "line 6, J3"),
+        ("metres in one column", "x, about 0.0"),
+        ("another arm", "% of the reach"),
+        ("a longer tool", "z 8[5-9]"),
+        ("no column", "no column for J3"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_its_row(what, text, tmp_path):
+    """NaN, too few or equal rows, units that differ, values beyond the limits, another arm and
+    another tool are refused by name.
+    """
+    path = written(tmp_path / "visits.csv", *spoiled(what))
+    with pytest.raises(InputError, match=text):
+        lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm")
+
+
+def test_duplicates_and_wrong_rows_are_named(tmp_path):
+    """A row that is repeated is dropped, and one that is wrong by 5 mm is weighted down by its
+    line.
+    """
+    joints, points = (np.vstack([each, each[:1]]) for each in twenty())
+    points[7, 0] += 5
+    path = written(tmp_path / "visits.csv", joints, points)
+    answer = lostmotion.calibrate(ARM, path, terms="geometry")
+    assert any("1 duplicate row dropped" in text for text in answer.warnings)
+    assert any("weighted down: line 9" in text for text in answer.warnings)
+
+
+def test_another_frame_of_the_instrument_is_removed(tmp_path):
+    """Points in the frame of a tracker lead to the same estimates."""
+    joints, points = twenty()
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    path = written(tmp_path / "visits.csv", joints, points @ turn.T + [3000, -200, 700])
+    answer = lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm")
+    tilt = next(each for each in answer.terms if each.released > 1)
+    assert abs(tilt.value) == pytest.approx(11.8e-3, rel=0.05)
