@@ -23,7 +23,7 @@ TARGET_RADIUS: Final = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredVisits:
     """Visits of one robot to poses, in SI.
 
     q           (visit, joint) commanded values of the driven joints, rad or m

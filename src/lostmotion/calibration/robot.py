@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.calibration.alignment import Alignment
-    from lostmotion.calibration.instruments import Instrument, Measured
+    from lostmotion.calibration.instruments import Instrument, MeasuredVisits
     from lostmotion.calibration.ladder import Climb, Terms
     from lostmotion.calibration.model import RobotModel
     from lostmotion.mechanism.arm import Arm
@@ -112,7 +112,7 @@ class Robot:
 
 def robot_of(
     arm: Arm,
-    measured: Measured,
+    measured: MeasuredVisits,
     *,
     sizes: Deviations | None = None,
     terms: Terms = "waves",

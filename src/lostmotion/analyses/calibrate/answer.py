@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-# Variance beside the measured poses, over that at them, from which they are too much alike.
+# Variance beside the measured poses, over that at them, from which they are too close to a plane.
 _SLAB: Final = 4.0
 _FEW: Final = 8
 _COVERED: Final = (0.92, 0.98)
@@ -37,7 +37,7 @@ PARTLY: Final = 0.75
 
 
 @dataclass(frozen=True, repr=False)
-class Answer:
+class MeasuredRobot:
     """What the measurement of one robot shows.
 
     robot      estimates, held-out measurements and families of errors
@@ -68,7 +68,7 @@ def calibrated(
     noise: float | None,
     seed: int,
     progress: Callable[[str, int, int], None] | None = None,
-) -> Answer:
+) -> MeasuredRobot:
     """Return what the visits show of the robot; arguments as for `robot_of`, whose WrongArmError is
     raised.
     """
@@ -87,7 +87,7 @@ def calibrated(
     raw = robot.instrument.rows(robot.frames, np.zeros_like(unknowns)).residual[:, lengths]
     count = len(model.streams)
     elsewhere = variance_elsewhere(model, best.covariance[:count, :count])
-    return Answer(
+    return MeasuredRobot(
         robot,
         visits,
         np.linalg.norm(raw, axis=1),

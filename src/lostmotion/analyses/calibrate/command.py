@@ -56,7 +56,7 @@ def calibrate(
         Literal["geometry", "waves", "all"],
         Argument(
             "Errors that are estimated: constant ones of the chain; also periodic ones of the "
-            "joints ('waves'); all that the measurement supports."
+            'joints ("waves"); all that the measurement supports.'
         ),
     ] = "all",
     noise: Annotated[

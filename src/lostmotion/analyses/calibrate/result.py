@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.calibrate.answer import Answer
+from lostmotion.analyses.calibrate.answer import MeasuredRobot
 from lostmotion.analyses.result import Result
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Calibrated(Answer, Result):
-    """The robot that was measured: every attribute of `Answer`."""
+class Calibrated(MeasuredRobot, Result):
+    """The robot that was measured: every attribute of `MeasuredRobot`."""
 
     @property
     def calibration(self) -> Calibration:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.calibration.instruments import Measured
+from lostmotion.calibration.instruments import MeasuredVisits
 from lostmotion.errors import Problem
 from lostmotion.io.limits import listed, refuse_all
 from lostmotion.io.measured.table import Layout, read_columns, read_table
@@ -51,7 +51,7 @@ _ALIASES: Final = {f"{axis}_dif": f"d{axis}" for axis in "xyz"}
 
 
 @dataclass(frozen=True, eq=False)
-class CalibrationVisits(Measured):
+class CalibrationVisits(MeasuredVisits):
     """Visits of one robot, as read from files.
 
     file        first of the files
