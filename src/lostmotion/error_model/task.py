@@ -99,6 +99,7 @@ class Program:
     sides     (place, joint) sign of each joint's last motion, 0 where it is drawn
     since     (place, joint) row at which the joint took that side
     measures  how each tolerance is checked
+    placement (4, 4) frame of the task in the base's frame, m
     force     (place, 3) process force along the axes of the tool, N; None without one
     varying   (place, 6) twist of the tool by one standard deviation of the force, rad and m
     """
@@ -111,6 +112,7 @@ class Program:
     sides: Floats
     since: NDArray[np.int64]
     measures: tuple[ToleranceCheck, ...]
+    placement: Floats
     force: Floats | None = None
     varying: Floats | None = None
 
@@ -194,7 +196,9 @@ def program_of(arm: Arm, task: Task, shift: Floats | None = None) -> Program:
     at = TaskPlaces(frames, _along(frames[:, :3, 3], features), turned)
     force, varying = _forces(task, at, state)
     checks = _measures(task, features, at)
-    return Program(arm, task, q, at, features, sides[places], since[places], checks, force, varying)
+    return Program(
+        arm, task, q, at, features, sides[places], since[places], checks, placement, force, varying
+    )
 
 
 def _forces(task: Task, at: TaskPlaces, state: State) -> tuple[Floats | None, Floats | None]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.small_counts import clustered_share
 from lostmotion.error_model.task import Program, program_of
 from lostmotion.propagation import exact
+from lostmotion.propagation.task_placement import best_placement
 from lostmotion.propagation.task_remedies import remedies
 from lostmotion.propagation.task_success import (
     Judged,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.task import Task
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.exact import ExactCheck
+    from lostmotion.propagation.task_placement import FoundPlacement
     from lostmotion.propagation.task_remedies import Remedies
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
@@ -75,6 +77,7 @@ class TaskResult(Result):
     reversal    (place,) displacement of the tool when the path is followed backwards, m
     check       comparison with exact composition
     helps       what would help, and how much more the task would bear
+    placed      how the placement was found; None where it is fixed
     """
 
     program: Program
@@ -92,6 +95,7 @@ class TaskResult(Result):
     reversal: Floats
     check: ExactCheck
     helps: Remedies
+    placed: FoundPlacement | None
 
     @property
     def arm(self) -> Arm:
@@ -110,6 +114,56 @@ class TaskResult(Result):
             "success": self.success,
             **{each.tolerance.name: each.held for each in self.outcomes},
             **self.features,
+        }
+
+    def where(self, place: int) -> str:
+        """Return the place by its feature and its number there."""
+        for each in self.program.features:
+            if place in each.places:
+                number = int(np.flatnonzero(each.places == place)[0]) + 1
+                return f"'{each.name}'" + (f", place {number}" if len(each.places) > 1 else "")
+        return f"place {place + 1}"
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """Return what result.json holds besides the tables: the task and every place."""
+        task, program = self.task, self.program
+        return {
+            "task": {
+                "name": task.name,
+                "robots": self.robots,
+                "runs": self.runs,
+                "seed": self.seed,
+                "required": task.required,
+                "succeeds": bool(self.success.value >= task.required),
+                "placement": program.placement.tolist(),
+                "decisive": self.outcomes[self.decisive].tolerance.name,
+                "worst_place": self.outcomes[self.decisive].worst + 1,
+            },
+            "places": [
+                {
+                    "feature": self.where(k),
+                    "row": " ".join(task.where[row]),
+                    "point_m": point.tolist(),
+                    "q": q.tolist(),
+                    "sides": side.tolist(),
+                    "probability": None if math.isnan(held) else float(held),
+                    "used_p95": None if math.isnan(used) else float(used),
+                    "reversal_m": float(back),
+                }
+                for k, (row, point, q, side, held, used, back) in enumerate(
+                    zip(
+                        task.places,
+                        program.places.points,
+                        program.visited,
+                        program.sides,
+                        self.place_held,
+                        self.place_used,
+                        self.reversal,
+                        strict=True,
+                    )
+                )
+            ],
         }
 
     @property
@@ -148,7 +202,11 @@ def carry_out(
     """Return whether a task succeeds, over these robots and runs. Errors as `program_of`."""
     report = progress or (lambda _stage, _done, _total: None)
     report("finding the joint values", 0, 3)
-    program = program_of(arm, task)
+    placed = None
+    if task.search is None:
+        program = program_of(arm, task)
+    else:
+        program, placed = best_placement(arm, task, seed, progress)
     matrix = program.matrix()
     report("running the task", 1, 3)
     found = judged(program, matrix, robots, runs, seed)
@@ -182,6 +240,7 @@ def carry_out(
         reversal(program, matrix),
         exact.check(matrix, 0, rows, seed, many, often),
         helps,
+        placed,
     )
 
 

@@ -5,7 +5,7 @@ largest contributor.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -70,6 +70,7 @@ def task_sheet(found: TaskResult) -> Sheet:
         cards=_cards(found, known),
         sections=(
             _success(found, counted),
+            *_placement(found),
             _tolerances(found, counted),
             _features(found, counted),
             _shares("parts", "Contributors to the decisive tolerance", found, found.parts),
@@ -84,7 +85,7 @@ def task_sheet(found: TaskResult) -> Sheet:
         source=f"{counted}, {places}, seed {found.seed}. The same files, version and seed give the "
         "same bytes.",
         seed=found.seed,
-        facts=_facts(found),
+        facts=found.facts,
     )
     sheet = with_arm(sheet, arm, known, sections=("reversal",))
     return checked(sheet, found.check, found.check.length, arm)
@@ -116,7 +117,7 @@ def _verdict(found: TaskResult, known: States) -> str:
     ]
     if len(found.outcomes) > 1 or worst.held.value < 1:
         text.append(
-            f"The decisive tolerance is '{worst.tolerance.name}' at {_where(found, worst.worst)}: "
+            f"The decisive tolerance is '{worst.tolerance.name}' at {found.where(worst.worst)}: "
             f"95 % stay within {_used(worst)} of it."
         )
     if share:
@@ -163,15 +164,6 @@ def _used(outcome: ToleranceOutcome) -> str:
     return f"{100 * outcome.used.value:.3g} %"
 
 
-def _where(found: TaskResult, place: int) -> str:
-    """Return the place by its feature and its number there."""
-    for each in found.program.features:
-        if place in each.places:
-            number = int(np.flatnonzero(each.places == place)[0]) + 1
-            return f"'{each.name}'" + (f", place {number}" if len(each.places) > 1 else "")
-    return f"place {place + 1}"
-
-
 def _limit(stated: DrawingTolerance) -> Cell:
     """Return the size of a tolerance as printed."""
     if stated.kind == "orientation":
@@ -199,6 +191,27 @@ def _success(found: TaskResult, counted: str) -> Section:
     )
 
 
+def _placement(found: TaskResult) -> tuple[Section, ...]:
+    """Return the best placement that was found; nothing where it is fixed."""
+    placed = found.placed
+    if placed is None:
+        return ()
+    x, y, z, yaw = (float(each) for each in placed.moved)
+    sizes = (("x", x, "mm"), ("y", y, "mm"), ("z", z, "mm"), ("yaw", yaw, "°"))
+    used = (("used there", placed.after, "%"), ("used at the stated one", placed.before, "%"))
+    return (
+        table(
+            "placement",
+            "Best placement",
+            {"value": ""},
+            [(name, Cell(value, unit)) for name, value, unit in (*sizes, *used)],
+            "moved from the stated placement, in its axes; used: share of the most used tolerance "
+            "that 95 % stay within",
+            samples=f"{placed.reached} of {several(placed.tried, 'placement')} within reach",
+        ),
+    )
+
+
 def _tolerances(found: TaskResult, counted: str) -> Section:
     rows = []
     for each in found.outcomes:
@@ -210,7 +223,7 @@ def _tolerances(found: TaskResult, counted: str) -> Section:
         )
         used = Cell(each.used.value, "%", each.used.low, each.used.high, counted)
         cells = (_limit(stated), _share(each.held, counted), used)
-        note = f"relative to {datum}; worst at {_where(found, each.worst)}"
+        note = f"relative to {datum}; worst at {found.where(each.worst)}"
         rows.append(Row(stated.name, cells, note))
     return table(
         "tolerances",
@@ -239,7 +252,7 @@ def _shares(key: str, title: str, found: TaskResult, shares: dict[str, float]) -
         title,
         {"share of mean square": "%"},
         [(short_name(name), Cell(value, "%", samples="exact")) for name, value in shown],
-        f"of '{worst.tolerance.name}' at {_where(found, worst.worst)}; exact sums over terms",
+        f"of '{worst.tolerance.name}' at {found.where(worst.worst)}; exact sums over terms",
     )
 
 
@@ -300,7 +313,7 @@ def _places(found: TaskResult, counted: str) -> Section:
     points = found.program.places.points
     rows = [
         Row(
-            _where(found, k),
+            found.where(k),
             (
                 Cell(float(held[k]), "%", samples=counted),
                 Cell(float(used[k]), "%", samples=counted),
@@ -350,44 +363,3 @@ def _first_order(found: TaskResult) -> str:
         f"first order differs from exact composition by at most {length(check.largest)} in "
         f"{several(check.samples, 'sample')}: {judged(check, check.length)}"
     )
-
-
-def _facts(found: TaskResult) -> dict[str, Any]:
-    task, program = found.task, found.program
-    return {
-        "task": {
-            "name": task.name,
-            "robots": found.robots,
-            "runs": found.runs,
-            "seed": found.seed,
-            "required": task.required,
-            "succeeds": bool(found.success.value >= task.required),
-            "placement": task.placement.tolist(),
-            "decisive": found.outcomes[found.decisive].tolerance.name,
-            "worst_place": found.outcomes[found.decisive].worst + 1,
-        },
-        "places": [
-            {
-                "feature": _where(found, k),
-                "row": " ".join(task.where[row]),
-                "point_m": point.tolist(),
-                "q": q.tolist(),
-                "sides": side.tolist(),
-                "probability": None if math.isnan(held) else float(held),
-                "used_p95": None if math.isnan(used) else float(used),
-                "reversal_m": float(back),
-            }
-            for k, (row, point, q, side, held, used, back) in enumerate(
-                zip(
-                    task.places,
-                    program.places.points,
-                    program.visited,
-                    program.sides,
-                    found.place_held,
-                    found.place_used,
-                    found.reversal,
-                    strict=True,
-                )
-            )
-        ],
-    }
