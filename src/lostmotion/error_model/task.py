@@ -123,19 +123,33 @@ class Program:
 
     def matrix(self, sides: Floats | None = None) -> PoseMatrix:
         """Return the pose matrix at the places under the process force, with the sides of the path
-        or others (place, joint).
+        or others (place, joint). Under several forces only what samples and sums read is joined:
+        `tool`, `local`, `closed` and the columns.
         """
+        parts = self.parts(sides)
+        if len(parts) == 1:
+            return parts[0][1]
+        order = np.argsort(np.concatenate([rows for rows, _ in parts]))
+        matrices = [matrix for _, matrix in parts]
+        return replace(
+            matrices[0],
+            tool=np.concatenate([each.tool for each in matrices])[order],
+            local=np.concatenate([each.local for each in matrices])[order],
+            closed=np.concatenate([each.closed for each in matrices], axis=1)[:, order],
+        )
+
+    def parts(self, sides: Floats | None = None) -> list[tuple[NDArray[np.int64], PoseMatrix]]:
+        """Return the places under each process force, and the pose matrix there."""
         approach = self.sides if sides is None else sides
+        every = np.arange(len(approach))
         if self.force is None:
-            return screws(state_of(self.arm, self.visited), approach=approach)
+            return [(every, screws(state_of(self.arm, self.visited), approach=approach))]
         forces, group = np.unique(np.round(self.force, 6), axis=0, return_inverse=True)
-        group = group.ravel()
-        parts = [
-            self._under(force, np.flatnonzero(group == k), approach)
-            for k, force in enumerate(forces)
+        places = [every[group.ravel() == k] for k in range(len(forces))]
+        return [
+            (rows, self._under(force, rows, approach))
+            for force, rows in zip(forces, places, strict=True)
         ]
-        order = np.argsort(np.argsort(group, kind="stable"), kind="stable")
-        return _joined(parts).rows(order)
 
     def with_payload(self, factor: float) -> Program:
         """Return the program with a payload of another mass by this factor."""
@@ -153,23 +167,6 @@ class Program:
         sides = np.vstack([approach[rows], np.ones(approach.shape[1]), np.zeros(approach.shape[1])])
         whole = screws(state_of(arm, self.visited[padded]), approach=sides)
         return whole.stretch(0, len(rows))
-
-
-def _joined(parts: Sequence[PoseMatrix]) -> PoseMatrix:
-    """Return the pose matrices of one arm under several loads as one."""
-    first = parts[0]
-    state = replace(
-        first.state,
-        q=np.concatenate([each.state.q for each in parts]),
-        frames=np.concatenate([each.state.frames for each in parts], axis=1),
-    )
-    return replace(
-        first,
-        tool=np.concatenate([each.tool for each in parts]),
-        local=np.concatenate([each.local for each in parts]),
-        closed=np.concatenate([each.closed for each in parts], axis=1),
-        state=state,
-    )
 
 
 def program_of(arm: Arm, task: Task, shift: Floats | None = None) -> Program:

@@ -81,8 +81,9 @@ def _robot_draws(matrix: PoseMatrix, seed: int, robots: int) -> dict[Stream, Flo
         for stream in (info.robot, None if info.closing is None else info.closing.stream)
         if stream is not None
     )
-    found = robot_draws(seed, list(streams), robots).transpose(1, 0, 2)
-    out = dict(zip(streams, found.reshape(len(streams), -1)[:, :robots], strict=True))
+    found = robot_draws(seed, list(streams), robots)
+    by_stream = (found[:, k].ravel()[:robots] for k in range(len(streams)))
+    out = dict(zip(streams, by_stream, strict=True))
     if matrix.correlations is not None:
         correlated = correlated_draws(seed, matrix.correlations, robots)
         for stream in streams:

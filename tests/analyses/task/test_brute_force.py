@@ -34,27 +34,26 @@ TURNING = {
     "gearbox": {"backlash": "2 arcmin ± 0.8 arcmin"},
     "encoder": {"resolution": "0.5 arcmin", "zero": "0.6 arcmin"},
 }
-ARM = lostmotion.Arm.model_validate(
-    {
-        "name": "three axes",
-        "joints": [
-            {
-                **TURNING,
-                "name": "A",
-                "limits": ("-170 deg", "170 deg"),
-                "link": {"length": "400 mm ± 80 µm", "rigid": True},
-            },
-            {
-                **TURNING,
-                "name": "B",
-                "limits": ("5 deg", "170 deg"),  # one configuration
-                "link": {"length": "300 mm ± 80 µm", "rigid": True},
-            },
-            {"name": "Z", "type": "prismatic", "axis": "z", "limits": ("-300 mm", "300 mm")},
-        ],
-        "tool": {"frame": {"rpy": ("0 deg", "90 deg", "0 deg")}},
-    }
-)
+STATED = {
+    "name": "three axes",
+    "joints": [
+        {
+            **TURNING,
+            "name": "A",
+            "limits": ("-170 deg", "170 deg"),
+            "link": {"length": "400 mm ± 80 µm", "rigid": True},
+        },
+        {
+            **TURNING,
+            "name": "B",
+            "limits": ("5 deg", "170 deg"),  # one configuration
+            "link": {"length": "300 mm ± 80 µm", "rigid": True},
+        },
+        {"name": "Z", "type": "prismatic", "axis": "z", "limits": ("-300 mm", "300 mm")},
+    ],
+    "tool": {"frame": {"rpy": ("0 deg", "90 deg", "0 deg")}},
+}
+ARM = lostmotion.Arm.model_validate(STATED)
 ROBOTS, RUNS = 1500, 3
 
 

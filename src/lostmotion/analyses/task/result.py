@@ -217,7 +217,6 @@ def carry_out(
     )
     output = worst_output(found, decisive)
     operator = program.measures[decisive].operator(output, len(matrix.tool))
-    rows = np.unique(np.linspace(0, len(matrix.tool) - 1, _CHECKED[0]).astype(int))
     many, often = min(robots, _CHECKED[1]), min(runs, _CHECKED[2])
     with np.errstate(invalid="ignore"):
         within = np.where(np.isnan(found.at), np.nan, found.at <= 1).mean(axis=(1, 2))
@@ -238,10 +237,17 @@ def carry_out(
         parts,
         shares(program, matrix, operator, LABELS["cause"]),
         reversal(program, matrix),
-        exact.check(matrix, 0, rows, seed, many, often),
+        _check(program, seed, many, often),
         helps,
         placed,
     )
+
+
+def _check(program: Program, seed: int, robots: int, runs: int) -> ExactCheck:
+    """Return the comparison with exact composition at some places under one process force."""
+    places, matrix = program.parts()[0]
+    rows = np.unique(np.linspace(0, len(places) - 1, _CHECKED[0]).astype(int))
+    return exact.check(matrix, 0, rows, seed, robots, runs)
 
 
 def _outcome(program: Program, found: Judged, k: int) -> ToleranceOutcome:

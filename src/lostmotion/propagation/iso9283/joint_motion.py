@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.error_model.arrival import STILL, last_motion
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.inverse import inverse_kinematics
 from lostmotion.propagation.iso9283.cube import NAMES
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 
 # Distance from which a pose is approached along an axis, as a share of the cube's side.
 _APPROACH: Final = 0.1
-# A joint that moves by less than this (rad, m) between two poses is at rest.
-_STILL: Final = 1e-7
 
 
 def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
@@ -30,11 +29,9 @@ def cycle_approach(q: Floats) -> tuple[Floats, np.ndarray]:
     A joint at rest between two poses keeps the sign of its previous motion; one that never moves
     counts as +1. Joints move monotonically from pose to pose.
     """
-    before = np.roll(q, -1, axis=0)
-    signs = np.where(np.abs(q - before) < _STILL, 0.0, np.sign(q - before))
+    # Of two cycles one after the other, the second has no first motion.
+    signs = last_motion(np.tile(q[::-1], (2, 1)))[0][len(q) :][::-1]
     still = np.asarray(~signs.any(axis=0))
-    for _ in range(len(q)):
-        signs = np.where(signs == 0, np.roll(signs, -1, axis=0), signs)
     return np.where(still, 1.0, signs), still
 
 
@@ -50,7 +47,7 @@ def side_approach(arm: Arm, cube: Cube, pose: int, otherwise: Floats) -> Floats:
     inward = np.sign(cube.centre - here[:3, 3])
     before = np.tile(here, (3, 1, 1))
     before[:, :3, 3] += np.diag(
-        np.where(np.abs(cube.centre - here[:3, 3]) < _STILL, -1.0, inward)
+        np.where(np.abs(cube.centre - here[:3, 3]) < STILL, -1.0, inward)
     ) * (_APPROACH * cube.side)
     q, reached = inverse_kinematics(
         arm, before, np.tile(cube.q[pose], (3, 1)), with_orientation=cube.rotation is not None
@@ -60,7 +57,7 @@ def side_approach(arm: Arm, cube: Cube, pose: int, otherwise: Floats) -> Floats:
             "cube", f"no way to {NAMES[pose]} along the base's axes", "a smaller cube, within reach"
         )
     moved = cube.q[pose] - q
-    return np.asarray(np.where(np.abs(moved) < _STILL, otherwise, np.sign(moved)))
+    return np.asarray(np.where(np.abs(moved) < STILL, otherwise, np.sign(moved)))
 
 
 def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floats:
@@ -90,11 +87,9 @@ def path_poses(arm: Arm, cube: Cube, ends: tuple[int, int], points: int) -> Floa
 
 
 def path_approach(q: Floats, otherwise: Floats) -> Floats:
-    """Return the sign of each joint's motion at the points q (point, joint) of a path.
+    """Return the sign of each joint's last motion at the points q (point, joint) of a path.
 
-    Joints that do not move keep the sign of the cycle, `otherwise` (joint,).
+    The run-up comes along the path too. Joints that do not move keep the sign of the cycle,
+    `otherwise` (joint,).
     """
-    steps = np.diff(q, axis=0)
-    signs = np.where(np.abs(steps) < _STILL, 0.0, np.sign(steps))
-    signs = np.vstack([signs[:1], signs])  # the run-up comes along the line too
-    return np.asarray(np.where(signs == 0, otherwise, signs))
+    return last_motion(np.vstack([2 * q[0] - q[1], q]), before=otherwise)[0][1:]
