@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 import lostmotion
-from lostmotion.analyses.iso9283.plots.sheet import iso_plots
+from lostmotion.analyses.iso9283.plots import iso_plots
 from lostmotion.reporting.screen import print_sheet
 from lostmotion.reporting.sheet import find_row
 

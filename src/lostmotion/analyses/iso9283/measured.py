@@ -20,11 +20,13 @@ from lostmotion.error_model.visit_intervals import (
     generator,
     isotropic_repeatability,
     length_interval,
+    outlying_visits,
     repeatability_interval,
     scatter_interval,
     student_interval,
+    without_instrument,
 )
-from lostmotion.errors import InputError, Problem, shown
+from lostmotion.errors import InputError, Problem
 from lostmotion.laws.frame_fit import Fit, best_fit, residual_after_fit
 
 if TYPE_CHECKING:
@@ -38,10 +40,6 @@ _RESAMPLES: Final = 400
 _FRAME: Final = 3
 # Fewest poses for bootstrap intervals.
 _MIN_POSES: Final = 20
-_MOST_MISTAKES: Final = 20
-# Multiple of the median distance beyond which a visit is outlying, and fewest visits for it.
-_OUTLYING: Final = 15.0
-_FEWEST_FOR_OUTLIERS: Final = 10
 
 
 @dataclass(frozen=True)
@@ -61,8 +59,8 @@ class MeasuredPose:
     errors (visit, 3)         relative to the command, or to the barycentre where the command is
                               unknown
     outlying                  file and line of each visit that lies far from the others
-                              (`_outlying`), with its distance from their median, m without_outlying
-                              RP_l without these visits; NaN where there are none
+                              (`outlying_visits`), with its distance from their median, m
+    without_outlying          RP_l without these visits; NaN where there are none
     """
 
     name: str
@@ -123,11 +121,9 @@ def evaluate(visits: Visits, level: float = LEVEL) -> MeasuredRobot:
 
     A scatter needs two visits, best-fit frames three poses. Where every visit states its side, each
     side is a cycle of its own. Raises InputError for some poses visited only from stated sides
-    beside others in the standard's cycle, for a cycle that visits a pose twice, and for paths as
-    `evaluate_paths`.
+    beside others in the standard's cycle, and for paths as `evaluate_paths`.
     """
     of_path = np.array([bool(path) for path in visits.path])
-    _refuse_repeated_cycles(visits)
     loads = []
     for load in sorted(dict.fromkeys(visits.load.tolist()), reverse=True):
         there = visits.load == load
@@ -177,48 +173,6 @@ def _refuse_too_few(visits: Visits) -> None:
     raise InputError(
         [Problem(file, f"line {line}", found, expected, "cycle 1 to 30, one row for each visit")]
     )
-
-
-def _refuse_repeated_cycles(visits: Visits) -> None:
-    """Raise InputError where a cycle visits one pose twice: which one belongs to the other poses of
-    that cycle is unknown.
-    """
-    first: dict[tuple[str, str, float, float], int] = {}
-    mistakes: list[Problem] = []
-    for k, visit in enumerate(
-        zip(visits.pose, visits.side, visits.load.tolist(), visits.cycle.tolist(), strict=True)
-    ):
-        if visit[0] and len(mistakes) < _MOST_MISTAKES and (at := first.setdefault(visit, k)) != k:
-            (file, line), (other, before) = visits.where[k], visits.where[at]
-            stands = f"line {before}" if file == other else f"{other}, line {before}"
-            found = (
-                f"pose {shown(visit[0])} of cycle {visit[3]:g} a second time: {stands} has another "
-                f"{_differing_coordinates(visits, k, at)}"
-            )
-            mistakes.append(
-                Problem(
-                    file,
-                    f"line {line}",
-                    found,
-                    "one visit per pose, side, load and cycle",
-                    "delete the invalid row, or renumber it",
-                )
-            )
-    if mistakes:
-        raise InputError(mistakes)
-
-
-def _differing_coordinates(visits: Visits, one: int, other: int) -> str:
-    """Return the names of the coordinates in which two readings of one pose differ."""
-    moved = visits.attained[one] != visits.attained[other]
-    turned = (
-        np.isfinite(visits.orientation[[one, other]]).all()
-        and (visits.orientation[one] != visits.orientation[other]).any()
-    )
-    names = [axis for axis, different in zip("xyz", moved, strict=True) if different] + (
-        ["orientation (a, b, c)"] if turned else []
-    )
-    return ", ".join(names) or "row"
 
 
 def _at_poses(visits: Visits, every: Visits, level: float) -> dict[str, Any]:
@@ -311,7 +265,7 @@ def _pose(
     commanded = [with_command] * 3 + [known] * 3
     repeat = repeatability_interval(errors, level)
     floor = visits.instrument * isotropic_repeatability(len(found))
-    far = _outlying(attained)
+    far = outlying_visits(attained)
     return MeasuredPose(
         name,
         len(found),
@@ -326,44 +280,13 @@ def _pose(
             scatter_interval(column, level) if ok else UNKNOWN
             for column, ok in zip(each.T, measured, strict=True)
         ),
-        _without(repeat, floor) if visits.instrument and repeat.value > 0 else UNKNOWN,
+        without_instrument(repeat, floor) if visits.instrument and repeat.value > 0 else UNKNOWN,
         fitted,
         from_sides,
         rotation,
         errors,
         tuple((*visits.where[found[k]], far[k]) for k in far),
         repeatability_interval(np.delete(errors, list(far), axis=0), level) if far else UNKNOWN,
-    )
-
-
-def _outlying(attained: Floats) -> dict[int, float]:
-    """Return the visits (visit, 3) that lie far from the others, with their distances from the
-    median, m.
-
-    Far is 15 times the median of these distances: ten standard deviations of normal scatter along a
-    line, more in a plane or in space. Of normal scatter along a line, 10 visits have one so far in
-    2 of 1 000 cases. Where more than a tenth of the visits lie so far, they belong to the scatter.
-    """
-    distance = np.linalg.norm(attained - np.median(attained, axis=0), axis=1)
-    far = np.flatnonzero(distance > _OUTLYING * np.median(distance))
-    if (
-        len(attained) < _FEWEST_FOR_OUTLIERS
-        or not np.median(distance)
-        or len(far) > max(1, len(attained) // 10)
-    ):
-        return {}
-    return {int(k): float(distance[k]) for k in far}
-
-
-def _without(repeat: Estimate, floor: float) -> Estimate:
-    """Return a repeatability and its limits with the instrument's own repeatability subtracted in
-    squares.
-    """
-    return Estimate(
-        *(
-            math.sqrt(max(each**2 - floor**2, 0.0)) if math.isfinite(each) else each
-            for each in (repeat.value, repeat.low, repeat.high)
-        )
     )
 
 

@@ -51,14 +51,14 @@ class Iso9283(Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.iso9283.tables.sheet import iso_sheet
+        from lostmotion.analyses.iso9283.page import iso_sheet
 
         return iso_sheet(self.predicted, self.drift, self.measured, self.compared, self.commanded)
 
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        from lostmotion.analyses.iso9283.plots.sheet import iso_plots
+        from lostmotion.analyses.iso9283.plots import iso_plots
 
         return iso_plots(self.predicted, self.drift, self.measured, list(self.compared))
 

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.errors import InputError, Problem, refuse_argument
+from lostmotion.errors import InputError, Problem, refuse_argument, shown
 from lostmotion.io.limits import refuse_all
 from lostmotion.io.measured.table import (
     MOST_MISTAKES,
@@ -134,7 +134,9 @@ def read_measured(
         known = _commands(Path(commands)) | known
     found = found.commanded(known)
     _refuse_other_unit(found)
-    return replace(found, cycle=_cycle_numbers(found), instrument=instrument)
+    found = replace(found, cycle=_cycle_numbers(found), instrument=instrument)
+    _refuse_repeated_cycles(found)
+    return found
 
 
 def _rows_of(
@@ -242,6 +244,48 @@ def _refuse_two_commands(visits: Visits) -> None:
                 break
     if mistakes:
         refuse_all(mistakes, MOST_MISTAKES)
+
+
+def _refuse_repeated_cycles(visits: Visits) -> None:
+    """Raise InputError where a cycle visits one pose twice: which one belongs to the other poses of
+    that cycle is unknown.
+    """
+    first: dict[tuple[str, str, float, float], int] = {}
+    mistakes: list[Problem] = []
+    for k, visit in enumerate(
+        zip(visits.pose, visits.side, visits.load.tolist(), visits.cycle.tolist(), strict=True)
+    ):
+        if visit[0] and len(mistakes) < MOST_MISTAKES and (at := first.setdefault(visit, k)) != k:
+            (file, line), (other, before) = visits.where[k], visits.where[at]
+            stands = f"line {before}" if file == other else f"{other}, line {before}"
+            found = (
+                f"pose {shown(visit[0])} of cycle {visit[3]:g} a second time: {stands} has another "
+                f"{_differing_coordinates(visits, k, at)}"
+            )
+            mistakes.append(
+                Problem(
+                    file,
+                    f"line {line}",
+                    found,
+                    "one visit per pose, side, load and cycle",
+                    "delete the invalid row, or renumber it",
+                )
+            )
+    if mistakes:
+        raise InputError(mistakes)
+
+
+def _differing_coordinates(visits: Visits, one: int, other: int) -> str:
+    """Return the names of the coordinates in which two readings of one pose differ."""
+    moved = visits.attained[one] != visits.attained[other]
+    turned = (
+        np.isfinite(visits.orientation[[one, other]]).all()
+        and (visits.orientation[one] != visits.orientation[other]).any()
+    )
+    names = [axis for axis, different in zip("xyz", moved, strict=True) if different] + (
+        ["orientation (a, b, c)"] if turned else []
+    )
+    return ", ".join(names) or "row"
 
 
 def _refuse_other_unit(visits: Visits) -> None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.iso9283.tables.comparison import SHOWN
-from lostmotion.analyses.iso9283.tables.labels import load_label, measured_label
+from lostmotion.analyses.iso9283.labels import load_label, measured_label
+from lostmotion.analyses.iso9283.side_by_side import SHOWN
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
     axes,

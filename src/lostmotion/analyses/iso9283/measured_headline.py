@@ -12,12 +12,12 @@ from lostmotion.analyses.iso9283.comparison import (
     different_orientations,
     over_robots,
 )
-from lostmotion.analyses.iso9283.tables.axis_positioning import (
+from lostmotion.analyses.iso9283.labels import estimate_figure, measured_label
+from lostmotion.analyses.iso9283.side_by_side import (
+    SHOWN,
     positioning_cards,
     positioning_sentence,
 )
-from lostmotion.analyses.iso9283.tables.comparison import SHOWN
-from lostmotion.analyses.iso9283.tables.labels import estimate_figure, measured_label
 from lostmotion.errors import shown
 from lostmotion.io.limits import cut
 from lostmotion.laws.iso9283 import PATH_FIGURES
@@ -146,79 +146,105 @@ def _without_outlying(load: MeasuredLoad) -> Estimate | None:
     )
 
 
-def outlying_warnings(found: MeasuredRobot) -> tuple[str, ...]:
+def measured_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
+    """Return what makes the measured figures doubtful: commands far from what was attained,
+    outlying visits, readings that were lost.
+    """
+    return (
+        *_command_warnings(found, predicted),
+        *_outlying_warnings(found),
+        *_lost_warnings(found.visits),
+    )
+
+
+def measured_notes(
+    found: MeasuredRobot,
+    predicted: PredictedRobots | None,
+    at_commands: CommandedPoses | None,
+    *,
+    compared: bool,
+) -> tuple[str, ...]:
+    """Return notes on rows and columns that do not count, and on figures that are not compared."""
+    none: tuple[str, ...] = ()
+    if predicted is not None and not compared:
+        none = (
+            (
+                "not compared: no pose of the measured file has a commanded position under a "
+                "load that was predicted"
+            ),
+        )
+    return (
+        *_duplicates_notes(found.visits),
+        *_unused_notes(found.visits),
+        *_not_compared_notes(found, predicted if compared else None, at_commands),
+        *none,
+    )
+
+
+def _named(items: Sequence[object]) -> str:
+    """Return the first items, and how many more there are."""
+    more = f" and {len(items) - _MOST_NAMED} more" if len(items) > _MOST_NAMED else ""
+    return f"{', '.join(map(str, items[:_MOST_NAMED]))}{more}"
+
+
+def _outlying_warnings(found: MeasuredRobot) -> tuple[str, ...]:
     """Return a warning that names the visits far from the others, which decide on the repeatability
     by themselves.
     """
     far = [each for load in found.loads for each in _outlying(load)]
     if not far:
         return ()
-    named = ", ".join(
-        f"{pose.name} in line {line} by {length(away)}" for pose, line, away in far[:_MOST_NAMED]
-    )
-    more = f" and {len(far) - _MOST_NAMED} more" if len(far) > _MOST_NAMED else ""
+    named = _named([f"{pose.name} in line {line} by {length(away)}" for pose, line, away in far])
     each = "visit lies" if len(far) == 1 else "visits lie"
     return (
         (
-            f"{len(far)} measured {each} far from the others ({named}{more}): a lost step, a wrong "
+            f"{len(far)} measured {each} far from the others ({named}): a lost step, a wrong "
             "reading, or a rare event of the robot"
         ),
     )
 
 
-def lost_warnings(visits: Visits) -> tuple[str, ...]:
+def _lost_warnings(visits: Visits) -> tuple[str, ...]:
     """Return a warning that names the rows without a reading, which count in no figure."""
     if not visits.lost:
         return ()
-    lines = ", ".join(str(line) for _, line in visits.lost[:_MOST_NAMED])
-    more = f" and {len(visits.lost) - _MOST_NAMED} more" if len(visits.lost) > _MOST_NAMED else ""
+    lines = _named([line for _, line in visits.lost])
     return (
         (
-            f"{several(len(visits.lost), 'row')} without a reading excluded (line {lines}{more}): "
+            f"{several(len(visits.lost), 'row')} without a reading excluded (line {lines}): "
             "the instrument lost its target"
         ),
     )
 
 
-def unused_notes(visits: Visits) -> tuple[str, ...]:
+def _unused_notes(visits: Visits) -> tuple[str, ...]:
     """Return a note that names the columns that no role is mapped to."""
     if not visits.unused:
         return ()
-    names = ", ".join(shown(cut(name, _LONGEST_NAME)) for name in visits.unused[:_MOST_NAMED])
-    more = (
-        f" and {len(visits.unused) - _MOST_NAMED} more" if len(visits.unused) > _MOST_NAMED else ""
-    )
+    names = _named([shown(cut(name, _LONGEST_NAME)) for name in visits.unused])
     return (
-        (
-            f"columns that are not used: {names}{more}; --map 'ROLE = COLUMN [unit]' says what a "
-            "column is"
-        ),
+        (f"columns that are not used: {names}; --map 'ROLE = COLUMN [unit]' says what a column is"),
     )
 
 
-def duplicates_note(visits: Visits) -> str:
+def _duplicates_notes(visits: Visits) -> tuple[str, ...]:
     """Return a note that rows of the measurement repeat others, with the unread columns in which
     they differ.
     """
+    if not visits.duplicates:
+        return ()
     rows = several(visits.duplicates, "row")
     note = (
         f"{rows} of the measurement dropped: identical to another row in every column that is read"
     )
     if visits.unread:
-        columns = ", ".join(shown(name) for name in visits.unread[:_MOST_NAMED])
-        more = (
-            f" and {len(visits.unread) - _MOST_NAMED} more"
-            if len(visits.unread) > _MOST_NAMED
-            else ""
-        )
-        note += f"; they differ only in {columns}{more}, to which no role is mapped"
-    return (
-        f"{note}. If they are separate visits with the same readings, number them in a column "
-        "'cycle'"
-    )
+        columns = _named([shown(name) for name in visits.unread])
+        note += f"; they differ only in {columns}, to which no role is mapped"
+    separate = "separate visits with the same readings, number them in a column 'cycle'"
+    return (f"{note}. If they are {separate}",)
 
 
-def command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
+def _command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) -> tuple[str, ...]:
     """Return a warning for each accuracy so poor that wrong commands, another frame or another unit
     are likelier than the arm.
     """
@@ -250,7 +276,7 @@ def command_warnings(found: MeasuredRobot, predicted: PredictedRobots | None) ->
     return tuple(out)
 
 
-def not_compared_notes(
+def _not_compared_notes(
     found: MeasuredRobot, predicted: PredictedRobots | None, at_commands: CommandedPoses | None
 ) -> tuple[str, ...]:
     """Return notes on measured figures that are not evaluated, or not compared with the predicted

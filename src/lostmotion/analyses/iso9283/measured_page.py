@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.analyses.iso9283.tables.axis_positioning import (
-    positioning_facts,
-    positioning_sections,
-)
-from lostmotion.analyses.iso9283.tables.labels import (
+from lostmotion.analyses.iso9283.labels import (
     accuracy_key,
     estimate_figure,
     load_label,
     measured_label,
 )
+from lostmotion.analyses.iso9283.side_by_side import (
+    positioning_facts,
+    positioning_sections,
+)
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.laws.iso9283 import PATH_FIGURES
-from lostmotion.reporting.sheet import Cell, Row, Section, length, several, table
+from lostmotion.reporting.sheet import Cell, length, several, table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.iso9283.comparison import ComparedFigure
     from lostmotion.analyses.iso9283.measured import MeasuredLoad, MeasuredPose, MeasuredRobot
     from lostmotion.analyses.iso9283.measured_paths import MeasuredPath
+    from lostmotion.reporting.sheet import Section
 
 _MOST_POSES: Final = 12
 _LETTERS: Final = ("a", "b", "c", "x", "y", "z")
@@ -61,7 +62,7 @@ def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
         return []
     counted = several(len(load.poses), "pose")
     rows = [
-        Row(name, (estimate_figure(raw, counted), estimate_figure(fitted, counted)))
+        (name, estimate_figure(raw, counted), estimate_figure(fitted, counted))
         for name, raw, fitted in zip(
             ("mean", "standard deviation", "95th percentile", "largest"), *load.pooled, strict=True
         )
@@ -80,11 +81,11 @@ def _pooled(found: MeasuredRobot, load: MeasuredLoad) -> list[Section]:
         else "Too few poses for intervals"
     )
     return [
-        Section(
+        table(
             accuracy_key(load, found.loads),
             measured_label("Measured: AP_p over all poses", load, found.loads),
             ("commanded frames", "best-fit frames"),
-            tuple(rows),
+            rows,
             note,
         )
     ]
@@ -116,32 +117,26 @@ def _poses(found: MeasuredRobot) -> list[Section]:
     def label(load: MeasuredLoad, pose: MeasuredPose) -> str:
         return measured_label(pose.name, load, found.loads)
 
-    accurate = tuple(
-        Row(
+    accurate = [
+        (
             label(load, pose),
-            (
-                estimate_figure(pose.accuracy, several(pose.visits, "visit")),
-                estimate_figure(Estimate(pose.fitted, math.nan, math.nan)),
-            ),
+            estimate_figure(pose.accuracy, several(pose.visits, "visit")),
+            estimate_figure(Estimate(pose.fitted, math.nan, math.nan)),
         )
         for load, pose in shown
         if _known(pose.accuracy)
-    )
-    out = (
-        [Section("measured-poses", "Measured: AP_p", ("AP_p", "best-fit frames"), accurate, first)]
-        if accurate
-        else []
-    )
+    ]
     with_instrument = found.visits.instrument > 0
     with_outlying = any(pose.outlying for _, pose in shown)
-    repeats = []
-    for load, pose in shown:
-        figures = (
+    repeats = [
+        (
+            label(load, pose),
             estimate_figure(pose.repeatability, several(pose.visits, "visit")),
-            *((estimate_figure(pose.without_instrument),) if with_instrument else ()),
-            *((estimate_figure(pose.without_outlying),) if with_outlying else ()),
+            *([estimate_figure(pose.without_instrument)] if with_instrument else []),
+            *([estimate_figure(pose.without_outlying)] if with_outlying else []),
         )
-        repeats.append(Row(label(load, pose), figures))
+        for load, pose in shown
+    ]
     note = (f"{first}; " if first else "") + (
         "the interval is that of RP_l for many visits, of which a sample is slightly biased "
         "low; normal scatter"
@@ -162,23 +157,21 @@ def _poses(found: MeasuredRobot) -> list[Section]:
         *(("less instrument",) if with_instrument else ()),
         *(("without outlying",) if with_outlying else ()),
     )
-    out.append(Section("measured-repeatability", "Measured: RP_l", columns, tuple(repeats), note))
-    sides = tuple(
-        Row(
+    sides = [
+        (
             load_label(pose.name, load.load, {each.load for each in found.loads}),
-            (estimate_figure(pose.multi_directional),),
+            estimate_figure(pose.multi_directional),
         )
         for load, pose in shown
         if _known(pose.multi_directional)
-    )
-    return [
-        *out,
-        *(
-            [Section("measured-sides", "Measured: vAP_p, over the sides", ("vAP_p",), sides, first)]
-            if sides
-            else []
-        ),
     ]
+    poses = ("AP_p", "best-fit frames")
+    tables = (
+        table("measured-poses", "Measured: AP_p", poses, accurate, first),
+        table("measured-repeatability", "Measured: RP_l", columns, repeats, note),
+        table("measured-sides", "Measured: vAP_p, over the sides", ("vAP_p",), sides, first),
+    )
+    return [each for each in tables if each.rows]
 
 
 def _axes(found: MeasuredRobot) -> Section:
@@ -187,47 +180,33 @@ def _axes(found: MeasuredRobot) -> Section:
         for letter, average, scatter in zip(_LETTERS, pose.axes, pose.scatter, strict=True):
             if _known(scatter):
                 angle = letter in "abc"
-                label = measured_label(f"{pose.name}-{letter}", load, found.loads)
-                rows.append(
-                    Row(
-                        label,
-                        (
-                            estimate_figure(average, angle=angle),
-                            estimate_figure(scatter, angle=angle),
-                        ),
-                    )
-                )
-    return Section(
+                figures = (estimate_figure(each, angle=angle) for each in (average, scatter))
+                rows.append((measured_label(f"{pose.name}-{letter}", load, found.loads), *figures))
+    return table(
         "measured-axes",
         "Measured: by axis",
         ("AP", "± 3 s"),
-        tuple(rows),
+        rows,
         "intervals by Student's t and the chi-square distribution",
     )
 
 
 def _paths(found: MeasuredRobot) -> list[Section]:
-    rows = []
-    paths = [path for load in found.loads for path in load.paths]
-    for name in dict.fromkeys(path.name for path in paths):
-        for k, word in enumerate(PATH_FIGURES):
-            for load in found.loads:
-                for path in (
-                    path
-                    for path in load.paths
-                    if path.name == name and math.isfinite(path.figures[k])
-                ):
-                    counted = (
-                        f"{path.cycles} cycles x {len(path.places)} "
-                        f"{'places' if path.shared else 'planes'}"
-                    )
-                    label = measured_label(f"{word}, {name}", load, found.loads)
-                    value = Estimate(float(path.figures[k]), math.nan, math.nan)
-                    shown = (
-                        estimate_figure(each, counted, angle=word[-1] in "abc")
-                        for each in (value, path.many[k])
-                    )
-                    rows.append(Row(label, (*shown, Cell(float(path.worst[k]), "mm"))))
+    paths = [(load, path) for load in found.loads for path in load.paths]
+    rows = [
+        (
+            measured_label(f"{word}, {name}", load, found.loads),
+            *(
+                estimate_figure(each, _counted(path), angle=word[-1] in "abc")
+                for each in (Estimate(float(path.figures[k]), math.nan, math.nan), path.many[k])
+            ),
+            Cell(float(path.worst[k]), "mm"),
+        )
+        for name in dict.fromkeys(path.name for _, path in paths)
+        for k, word in enumerate(PATH_FIGURES)
+        for load, path in paths
+        if path.name == name and math.isfinite(path.figures[k])
+    ]
     if not rows:
         return []
     note = (
@@ -237,24 +216,23 @@ def _paths(found: MeasuredRobot) -> list[Section]:
         "scatter. The worst of several places of few cycles is "
         "biased high, so the value may lie outside the interval. Coverage is lower where a "
         "single place scatters more. "
-    ) + _where_read(paths)
+    ) + _where_read([path for _, path in paths])
     if found.visits.instrument:
-        note += f". RT_p of the instrument alone: about {length(max(path.floor for path in paths))}"
-    read = tuple(
-        Row(
-            measured_label(path.name, load, found.loads),
-            (
-                Cell(path.readings, "1"),
-                Cell(float(path.places[0]), "mm"),
-                length(float(path.places[-1])),
-                length(path.length, stated=True),
-                length(path.gap),
-                length(path.missed),
-            ),
+        note += (
+            f". RT_p of the instrument alone: about {length(max(path.floor for _, path in paths))}"
         )
-        for load in found.loads
-        for path in load.paths
-    )
+    read = [
+        (
+            measured_label(path.name, load, found.loads),
+            path.readings,
+            Cell(float(path.places[0]), "mm"),
+            length(float(path.places[-1])),
+            length(path.length, stated=True),
+            length(path.gap),
+            length(path.missed),
+        )
+        for load, path in paths
+    ]
     columns = ("readings", "from", "to", "of", "gap", "missed")
     between = (
         "from, to: range covered by all cycles, of the path's length. Gap: largest distance "
@@ -263,16 +241,15 @@ def _paths(found: MeasuredRobot) -> list[Section]:
         "about four times the error of interpolation where the path "
         "bends. Where it exceeds RT_p, read the path more densely"
     )
+    figures = ("value", "many cycles", "worst at")
     return [
-        Section(
-            "measured-path",
-            "Measured: path AT_p, RT_p",
-            ("value", "many cycles", "worst at"),
-            tuple(rows),
-            note,
-        ),
-        Section("measured-path-data", "Measured: how the path was read", columns, read, between),
+        table("measured-path", "Measured: path AT_p, RT_p", figures, rows, note),
+        table("measured-path-data", "Measured: how the path was read", columns, read, between),
     ]
+
+
+def _counted(path: MeasuredPath) -> str:
+    return f"{path.cycles} cycles x {len(path.places)} {'places' if path.shared else 'planes'}"
 
 
 def _where_read(paths: list[MeasuredPath]) -> str:
@@ -300,37 +277,29 @@ def _where_read(paths: list[MeasuredPath]) -> str:
 def _data(found: MeasuredRobot) -> Section:
     visits = found.visits
     along = sum(map(bool, visits.path))
-    rows = [Row("visits", (Cell(len(visits.path) - along, "1"),), visits.source)]
+    rows: list[tuple[Any, ...]] = [("visits", len(visits.path) - along, visits.source)]
     if along:
-        rows.append(Row("readings along paths", (Cell(along, "1"),)))
+        rows.append(("readings along paths", along))
     if visits.load_stated:
-        counted = ((load.load, int((visits.load == load.load).sum())) for load in found.loads)
         rows += [
-            Row(f"rows at {100 * load:g} % load", (Cell(count, "1"),)) for load, count in counted
+            (f"rows at {100 * load.load:g} % load", int((visits.load == load.load).sum()))
+            for load in found.loads
         ]
-    rows += [
-        Row(
-            "duplicate rows dropped",
-            (Cell(visits.duplicates, "1"),),
-            "identical in every column that is read" if visits.duplicates else "",
-        ),
-        *(
-            [Row("rows without a reading, excluded", (Cell(len(visits.lost), "1"),))]
-            if visits.lost
-            else []
-        ),
-        Row("poses", (Cell(len({name for name in visits.pose if name}), "1"),)),
-    ]
+    dropped = "identical in every column that is read" if visits.duplicates else ""
+    rows.append(("duplicate rows dropped", visits.duplicates, dropped))
+    if visits.lost:
+        rows.append(("rows without a reading, excluded", len(visits.lost)))
+    rows.append(("poses", len({name for name in visits.pose if name})))
     if visits.instrument:
         rows.append(
-            Row(
+            (
                 "instrument",
-                (length(visits.instrument, stated=True),),
+                length(visits.instrument, stated=True),
                 "standard deviation of one reading of a coordinate, as stated",
             )
         )
     note = "" if visits.load_stated else "no load stated: full payload assumed"
-    return Section("measured-data", "Measured: the data", ("value",), tuple(rows), note)
+    return table("measured-data", "Measured: the data", ("value",), rows, note)
 
 
 def measured_facts(found: MeasuredRobot, compared: Sequence[ComparedFigure]) -> dict[str, Any]:

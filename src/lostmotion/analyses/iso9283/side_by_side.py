@@ -1,18 +1,39 @@
-"""Table, cards and sentence of the positioning of an axis by ISO 230-2."""
+"""Tables of figures side by side: predicted and measured ones, and an axis approached from both
+sides by ISO 230-2.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.iso9283.axis_positioning import APPROACHES, POSITIONS
-from lostmotion.analyses.iso9283.tables.labels import LONGEST_SIDE
+from lostmotion.analyses.iso9283.labels import LONGEST_SIDE, estimate_figure, load_label
 from lostmotion.io.limits import cut
-from lostmotion.reporting.sheet import Card, Row, Section, length, several
+from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.reporting.sheet import Card, length, several, table
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.iso9283.axis_positioning import AxisPositioning
-    from lostmotion.analyses.iso9283.measured import MeasuredRobot
+    from collections.abc import Sequence
 
+    from lostmotion.analyses.iso9283.axis_positioning import AxisPositioning
+    from lostmotion.analyses.iso9283.comparison import ComparedFigure
+    from lostmotion.analyses.iso9283.measured import MeasuredRobot
+    from lostmotion.reporting.sheet import Section
+
+# Figures in the tables, in reading order; result.json has all.
+PARTS: Final = ("AP_x", "AP_y", "AP_z", "AP_a", "AP_b", "AP_c")
+SHOWN: Final = (
+    "AP_p",
+    "AP_p fitted",
+    "RP_l",
+    "RP_a",
+    "RP_b",
+    "RP_c",
+    "vAP_p",
+    "AD_p",
+    "RD",
+    *PATH_FIGURES,
+)
 # Symbols of ISO 230-2 in the order of the table; {0} and {1} are the sides of approach.
 _NAMES: Final = {
     "A": "A, accuracy, bidirectional",
@@ -33,6 +54,73 @@ _ON_FIRST_SCREEN: Final = {"A": "accuracy A", "R": "repeatability R", "B": "reve
 _MOST_LINES: Final = 6
 
 
+def comparison_sections(compared: Sequence[ComparedFigure]) -> list[Section]:
+    """Return predicted and measured figures side by side for each load: characteristics, and the
+    components of AP along and about the axes.
+    """
+    loads = sorted({each.load for each in compared}, reverse=True)
+    out = []
+    for load in loads:
+        at = "" if load == loads[0] else f"-{100 * load:g}"
+        for key, title, names, text in _TABLES:
+            rows = [
+                _side_by_side(each)
+                for name in names
+                for each in compared
+                if each.load == load and each.name == name
+            ]
+            within = f"{sum(not note for *_, note in rows)} of {len(rows)}"
+            if rows:
+                out.append(
+                    table(
+                        f"{key}{at}",
+                        load_label(title, load, loads),
+                        ("5 %", "95 %", "measured"),
+                        rows,
+                        text.format(load=100 * load, within=within),
+                    )
+                )
+    return out
+
+
+# Key, title, figures and note of each table.
+_TABLES: Final = (
+    (
+        "compared",
+        "Predicted and measured",
+        SHOWN,
+        (
+            "5 %, 95 %: percentiles over the simulated robots, at {load:g} % of the payload, with "
+            "the measured number of visits and cycles and the stated instrument. High, low: "
+            "outside the percentiles; {within} lie within, 90 % expected of this design"
+        ),
+    ),
+    (
+        "compared-axes",
+        "Predicted and measured: AP by axis",
+        PARTS,
+        (
+            "AP_x, AP_y, AP_z along, AP_a, AP_b, AP_c about the base's axes, signed, without a fit "
+            "of frames: errors of the measured base or tool frame count in full; {within} lie "
+            "within"
+        ),
+    ),
+)
+
+
+def _side_by_side(each: ComparedFigure) -> tuple[Any, ...]:
+    """Return the row of a figure, marked where the measured robot lies outside the predicted
+    range.
+    """
+    low, high, value = (
+        estimate_figure(figure, angle=each.angle)
+        for figure in (each.predicted.low, each.predicted.high, each.measured)
+    )
+    above = each.measured.value > each.predicted.high.value
+    word = "" if each.within else "high" if above else "low"
+    return f"{each.name}, {each.pose}", low.alone, high.alone, value, word
+
+
 def positioning_sections(found: MeasuredRobot) -> list[Section]:
     """Return a table of each axis."""
     lines = _lines(found)
@@ -40,11 +128,8 @@ def positioning_sections(found: MeasuredRobot) -> list[Section]:
     for number, line in enumerate(lines[:_MOST_LINES]):
         sides = [cut(side, LONGEST_SIDE) for side in line.sides]
         counted = f"{len(line.positions)} positions x {line.approaches} approaches"
-        rows = tuple(
-            Row(name.format(*sides), (length(value, samples=counted),))
-            for symbol, name in _NAMES.items()
-            for value in (line.figures[symbol],)
-        )
+        figures = line.figures
+        rows = [(name.format(*sides), figures[symbol]) for symbol, name in _NAMES.items()]
         note = (
             f"ISO 230-2:2014, clause 3, from {_at(line)}: {len(line.positions)} positions from "
             f"{line.positions[0] * 1e3:.6g} to "
@@ -59,12 +144,14 @@ def positioning_sections(found: MeasuredRobot) -> list[Section]:
         if number + 1 == _MOST_LINES < len(lines):
             note += f"; {len(lines) - _MOST_LINES} more lines of poses are in result.json"
         out.append(
-            Section(
+            table(
                 f"iso230-{line.axis}-{number + 1}",
                 f"Measured: {_name(line, lines)} by ISO 230-2",
                 ("value",),
                 rows,
                 note,
+                unit="m",
+                samples=counted,
             )
         )
     return out

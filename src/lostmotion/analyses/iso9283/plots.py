@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.iso9283.comparison import over_robots
-from lostmotion.analyses.iso9283.plots.measured import (
+from lostmotion.analyses.iso9283.labels import accuracy_key, load_label, measured_label
+from lostmotion.analyses.iso9283.measured_plots import (
     measured_accuracy,
     measured_path,
     side_by_side,
 )
-from lostmotion.analyses.iso9283.tables.labels import accuracy_key, load_label, measured_label
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.state import tool_points
 from lostmotion.printed import factor_of, unit_of_length

@@ -1,1 +1,0 @@
-"""Tables of an ISO 9283 sheet."""
