@@ -16,6 +16,7 @@ from lostmotion.analyses.sizing.request import read_request
 from lostmotion.cli import app
 from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.sweep_designs import read_sweep
+from lostmotion.io.task_file import read_task
 from tests.docs.pages import PAGES, ROOT, TOUR, snippets
 
 if TYPE_CHECKING:
@@ -57,6 +58,9 @@ def test_every_toml_snippet_is_accepted(block, tmp_path):
     elif isinstance(tree.get("joints"), dict) or "xacro" in tree:
         file.write_text(block.text, "utf-8")
         assert lostmotion.read(EXAMPLES / "ur5e.urdf", file).joints
+    elif "tolerances" in tree:
+        file.write_text(block.text, "utf-8")
+        assert read_task(file, lostmotion.read(EXAMPLES / "six-axis.toml")).tolerances
     elif "estimates" in tree:
         file.write_text(block.text, "utf-8")
         assert len(read_calibration(file, lostmotion.read(EXAMPLES / "z-arm.toml")).streams) == len(

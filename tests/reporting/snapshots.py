@@ -47,6 +47,11 @@ SHEETS: Final[dict[str, Callable[[], Sheet]]] = {
     ),
     "size": lambda: lostmotion.size(Z_ARM, poses=64).sheet,
     "statics": lambda: lostmotion.statics(Z_ARM, poses=64, tilt="10 deg").sheet,
+    "task": lambda: (
+        lostmotion.task(
+            EXAMPLES / "six-axis.toml", EXAMPLES / "tasks" / "peg-in-hole.toml", robots=40, runs=4
+        ).sheet
+    ),
     "gear": lambda: lostmotion.gear(EXAMPLES / "gearbox" / "printed.toml", gearboxes=10).sheet,
     "bearing": lambda: (
         lostmotion.bearing(EXAMPLES / "bearing" / "6209-pair.toml", bearings=20).sheet

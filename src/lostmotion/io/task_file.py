@@ -265,7 +265,7 @@ def _task(
         placement=np.eye(4) if stated.placement is None else np.array(stated.placement.pose),
         search=limits,
         repeated=stated.repeated,
-        required=stated.required,
+        required=round(stated.required, 12),
         **rows,
     )
 

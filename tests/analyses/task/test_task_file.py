@@ -192,7 +192,7 @@ def test_a_program_that_cannot_be_followed(write, line, words):
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["hole-pattern", "seam", "circle", "peg-in-hole"])
+@pytest.mark.parametrize("name", ["hole-pattern", "seam", "circle", "peg-in-hole", "pocket"])
 def test_the_examples_answer(name):
     """Every example runs on the six-axis arm, and its decisive tolerance has contributors that add
     to one.

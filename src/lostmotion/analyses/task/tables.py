@@ -272,9 +272,9 @@ def _helps(found: TaskResult) -> tuple[Section, ...]:
             )
             for each in (helps.before, *lines)
         ]
-        return table(key, title, ("probability", f"used of '{name}', 95 %"), rows, note)
+        return table(key, title, ("probability", "used, 95 %"), rows, note)
 
-    same = "the same robots and runs each time"
+    same = f"the same robots and runs each time; used: share of '{name}'"
     margins = [
         Row(each.name, (_factor(each.factor, counted),), _bears(each)) for each in helps.margins
     ]
@@ -315,8 +315,12 @@ def _places(found: TaskResult, counted: str) -> Section:
         Row(
             found.where(k),
             (
-                Cell(float(held[k]), "%", samples=counted),
-                Cell(float(used[k]), "%", samples=counted),
+                *(
+                    in_words("no zone")
+                    if math.isnan(each)
+                    else Cell(float(each), "%", samples=counted)
+                    for each in (held[k], used[k])
+                ),
                 length(float(found.reversal[k]), samples="exact"),
             ),
             f"{tool_place(points[k])}; {joint_values(found.arm, found.program.visited[k])}",
