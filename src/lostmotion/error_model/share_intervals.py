@@ -5,7 +5,7 @@ trials.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from lostmotion.error_model.intervals import Estimate, share_spread, shares_below
 
@@ -38,12 +38,21 @@ def share_below(
     return Estimate(share, low, high)
 
 
-def share_interval(hits: int, count: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a share, 0..1, after `hits` successes in `count`
-    independent trials (E. Wilson 1927).
+def share_interval(
+    hits: int,
+    count: int,
+    confidence: float = 0.95,
+    method: Literal["wilson", "exact"] = "wilson",
+) -> tuple[float, float]:
+    """Return the confidence interval of a share, 0..1, after `hits` successes in `count`
+    independent trials, by SciPy.
+
+    method  "wilson": its coverage is nominal on average over shares (E. Wilson, J. American
+            Statistical Association 22 (1927) 209); "exact": at least nominal for every share
+            (C. Clopper, E. Pearson, Biometrika 26 (1934) 404)
+    Raises ValueError for hits outside 0..count, no count, or a confidence outside 0..1.
     """
-    z = 1.959963984540054
-    share, scale = hits / count, 1 + z * z / count
-    middle = (share + z * z / (2 * count)) / scale
-    half = z / scale * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
-    return max(middle - half, 0.0), min(middle + half, 1.0)
+    from scipy.stats import binomtest
+
+    low, high = binomtest(hits, count).proportion_ci(confidence, method)
+    return float(low), float(high)

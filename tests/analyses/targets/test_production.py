@@ -14,7 +14,6 @@ from scipy.stats import binom
 from lostmotion.analyses.targets.yield_ import (
     compute_yield,
     computed_blocks,
-    exact_share,
     robot_figures,
     robots_needed,
 )
@@ -22,6 +21,7 @@ from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import robot_draws, uniforms, visit_draws
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import sample_poses
+from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.mechanism.state import state_of
@@ -48,7 +48,7 @@ def test_the_interval_covers_whatever_the_share(count, share):
     productions: never fewer.
     """
     hits = np.arange(count + 1)
-    ends = np.array([exact_share(int(k), count) for k in hits])
+    ends = np.array([share_interval(int(k), count, method="exact") for k in hits])
     holds = (ends[:, 0] <= share) & (share <= ends[:, 1])
     assert binom.pmf(hits, count, share) @ holds >= 0.95
 
@@ -60,7 +60,7 @@ def test_a_nominal_90_percent_covers_87_to_93():
     rng = np.random.default_rng(11)
     share, count = 0.9, 2000
     hits = np.arange(count + 1)
-    ends = np.array([exact_share(int(k), count, 0.90) for k in hits])
+    ends = np.array([share_interval(int(k), count, 0.90, "exact") for k in hits])
     holds = (ends[:, 0] <= share) & (share <= ends[:, 1])
     exact = float(binom.pmf(hits, count, share) @ holds)
     seen = holds[rng.binomial(count, share, 1000)].mean()
@@ -73,25 +73,26 @@ def test_the_interval_by_its_definition():
     """At each end, what was seen or more of it has half of what the confidence leaves; none and all
     of the robots have closed forms.
     """
-    low, high = exact_share(37, 50)
+    low, high = share_interval(37, 50, method="exact")
     assert binom.sf(36, 50, low) == pytest.approx(0.025, rel=1e-9)
     assert binom.cdf(37, 50, high) == pytest.approx(0.025, rel=1e-9)
-    assert exact_share(0, 30) == pytest.approx((0.0, 1 - 0.025 ** (1 / 30)))
-    assert exact_share(30, 30) == pytest.approx((0.025 ** (1 / 30), 1.0))
+    assert share_interval(0, 30, method="exact") == pytest.approx((0.0, 1 - 0.025 ** (1 / 30)))
+    assert share_interval(30, 30, method="exact") == pytest.approx((0.025 ** (1 / 30), 1.0))
     for hits, count in ((-1, 3), (4, 3), (0, 0)):
-        with pytest.raises(ValueError, match="hits"):
-            exact_share(hits, count)
+        with pytest.raises(ValueError, match=r"[kn]"):
+            share_interval(hits, count, method="exact")
 
 
 def test_so_many_robots_are_needed():
     """The interval of that many is narrow enough, of fewer it is not."""
     for share, width in ((0.9, 0.02), (0.5, 0.05), (1.0, 0.01)):
         count = robots_needed(share, width)
-        low, high = exact_share(round(share * count), count)
+        low, high = share_interval(round(share * count), count, method="exact")
         assert high - low <= width
-        low, high = exact_share(
+        low, high = share_interval(
             round(share * 0.95 * count / 0.95) - round(share * 0.05 * count),
             count - round(0.05 * count),
+            method="exact",
         )
         assert high - low > width
     with pytest.raises(ValueError, match="width"):

@@ -17,6 +17,7 @@ import numpy as np
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
+from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.errors import refuse_argument
 from lostmotion.mechanism.state import states_of
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
@@ -95,7 +96,7 @@ class Yield:
     @property
     def interval(self) -> tuple[float, float]:
         """Return the ends of the exact 95 % confidence interval of the share."""
-        return exact_share(self.within, self.robots)
+        return share_interval(self.within, self.robots, method="exact")
 
     def within_of(self, target: float) -> int:
         """Return the number of robots that would meet another target, m."""
@@ -116,7 +117,7 @@ class Yield:
         return (
             targets,
             np.array(counts) / self.robots,
-            np.array([exact_share(count, self.robots) for count in counts]),
+            np.array([share_interval(count, self.robots, method="exact") for count in counts]),
         )
 
     def robots_for(self, width: float) -> int:
@@ -135,21 +136,6 @@ class Yield:
         return f"<Yield {100 * self.share:.2f} % ({100 * low:.2f} … {100 * high:.2f} %): {count}>"
 
 
-def exact_share(hits: int, count: int, confidence: float = _CONFIDENCE) -> tuple[float, float]:
-    """Return the Clopper-Pearson interval of a share, 0..1, for `hits` among `count`.
-
-    Raises ValueError for hits outside 0..count, no count, or a confidence outside 0..1.
-    """
-    from scipy.special import betaincinv
-
-    if not 0 <= hits <= count or not count or not 0 < confidence < 1:
-        raise ValueError(f"{hits} hits among {count}, confidence {confidence}")
-    half = (1 - confidence) / 2
-    low = float(betaincinv(hits, count - hits + 1, half)) if hits else 0.0
-    high = float(betaincinv(hits + 1, count - hits, 1 - half)) if hits < count else 1.0
-    return low, high
-
-
 def robots_needed(share: float, width: float, confidence: float = _CONFIDENCE) -> int:
     """Return the number of robots with which the exact interval is no wider than `width` (0..1), at
     about this share of robots within the target.
@@ -160,7 +146,7 @@ def robots_needed(share: float, width: float, confidence: float = _CONFIDENCE) -
         raise ValueError(f"share {share}, width {width}: expected 0 to 1 each")
 
     def too_wide(count: int) -> bool:
-        low, high = exact_share(round(share * count), count, confidence)
+        low, high = share_interval(round(share * count), count, confidence, "exact")
         return high - low > width
 
     most = 1

@@ -22,6 +22,7 @@ from lostmotion.analyses.workspace_map.cell_statistics import (
 from lostmotion.analyses.workspace_map.cells import dilated
 from lostmotion.analyses.workspace_map.configurations import configurations_at, solve_positions
 from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.share_intervals import share_interval
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.cells import CellPoses
@@ -60,7 +61,7 @@ class ValidationPoints:
     @property
     def size(self) -> Estimate:
         """Return the size of the workspace."""
-        return self._size_of(len(self.points), len(self.points), len(self.points))
+        return _within((len(self.points),) * 3, self.drawn, self.region)
 
     def share(self, measure: int, by: Configuration, target: float) -> tuple[Estimate, Estimate]:
         """Return the share of the workspace within a target (m), and its size.
@@ -75,10 +76,8 @@ class ValidationPoints:
             int(np.count_nonzero(each[measure, column] <= target))
             for each in (self.bounds[1], self.figures, self.bounds[0])
         )
-        count = len(self.points)
-        return Estimate(
-            value / count, _lower_limit(low, count), _upper_limit(high, count)
-        ), self._size_of(low, value, high)
+        counts = low, value, high
+        return _within(counts, len(self.points)), _within(counts, self.drawn, self.region)
 
     def quantile(self, measure: int, by: Configuration, share: float) -> Estimate:
         """Return the figure (m) below which this share of the workspace lies, with a
@@ -97,29 +96,22 @@ class ValidationPoints:
         )
         return Estimate(value, low, high)
 
-    def _size_of(self, low: int, value: int, high: int) -> Estimate:
-        return Estimate(
-            self.region * value / self.drawn,
-            self.region * _lower_limit(low, self.drawn),
-            self.region * _upper_limit(high, self.drawn),
-        )
+
+def _within(counts: tuple[int, int, int], of: int, whole: float = 1.0) -> Estimate:
+    """Return the part of a whole that `value` of so many draws are, with limits from the fewest and
+    the most that are uncertain: `counts` is (low, value, high).
+    """
+    low, value, high = counts
+    return Estimate(
+        whole * value / of,
+        whole * share_interval(low, of, method="exact")[0],
+        whole * share_interval(high, of, method="exact")[1],
+    )
 
 
 def of_count(count: int, of: int) -> Estimate:
     """Return the proportion of `count` in `of` draws, with its 95 % confidence interval."""
-    return Estimate(count / of, _lower_limit(count, of), _upper_limit(count, of))
-
-
-def _lower_limit(count: int, of: int) -> float:
-    from scipy.stats import beta
-
-    return float(beta.ppf(_TAIL, count, of - count + 1)) if count else 0.0
-
-
-def _upper_limit(count: int, of: int) -> float:
-    from scipy.stats import beta
-
-    return float(beta.ppf(1 - _TAIL, count + 1, of - count)) if count < of else 1.0
+    return Estimate(count / of, *share_interval(count, of, method="exact"))
 
 
 def validate(  # noqa: PLR0913 - a study is these numbers
