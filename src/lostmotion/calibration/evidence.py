@@ -113,9 +113,9 @@ def resolved(found: Posterior, variances: Floats) -> Floats:
     return np.where(variances > 0, 1 - np.diag(found.covariance) / safe, 0.0)
 
 
-def release_gains(found: Posterior, variances: Floats, factor: float) -> Floats:
+def release_gains(found: Posterior, variances: Floats, factor: Floats) -> Floats:
     """Return how much the log evidence rises (unknown,) where the prior deviation of one unknown is
-    `factor` times as large.
+    `factor` (unknown,) times as large.
 
     From the rank-one update of the covariance of the rows: with c = factor^2 - 1, t the resolved
     share and m the estimate in prior deviations, (c m^2 / (1 + c t) - ln(1 + c t)) / 2.

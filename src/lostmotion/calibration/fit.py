@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from lostmotion.calibration import evidence
-from lostmotion.calibration.terms import is_frame, is_harmonic
+from lostmotion.calibration.terms import is_frame, is_harmonic, is_seat
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 LEAST_GAIN: Final = 5.0
 _RELEASES: Final = (4.0, 16.0, 64.0)
 _MOST_RELEASES: Final = 6
+# Scales of stated errors that are close to one, so that nothing is chosen.
+_USUAL: Final = (0.5, 2.0)
 _STEPS: Final = 8
 _FEWEST_STEPS: Final = 4
 # Steps after which what is chosen by evidence is settled.
@@ -65,6 +67,8 @@ class Asked:
     harmonics      whether order and amplitude of periodic errors are chosen by evidence
     release    whether errors out of tolerance are released
     robust     whether measurements that are far off are weighted down
+    scale      size of the errors that the arm's file states over usual ones: those that it does not
+               state may be as much smaller or larger, by evidence
     """
 
     variances: Floats
@@ -72,6 +76,7 @@ class Asked:
     harmonics: bool = False
     release: bool = True
     robust: bool = True
+    scale: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,13 +131,15 @@ class _Search:
         self.noise = 1e-4 if asked.noise is None else asked.noise
         self.weights = np.ones(len(model))
         self.released: list[Release] = []
+        self.gains: dict[tuple[int, float], float] = {}
         self.order = np.array([_order(model, k) for k in range(self.draws)], dtype=int)
-        self.orders, self.amplitude = 0, 1.0
+        self.orders, self.amplitude, self.scale = 0, 1.0, 1.0
         if asked.harmonics:
             self.variances[: self.draws][self.order > 0] = 0.0
         else:
             self.orders = int(self.order[asked.variances[: self.draws] > 0].max(initial=0))
         fixed = [is_frame(owner) for owner in model.owners]
+        self.seat = np.array([is_seat(owner) for owner in model.owners], dtype=bool)
         self.robot = np.array(
             [not f and not o for f, o in zip(fixed, self.order, strict=True)], dtype=bool
         )
@@ -184,8 +191,7 @@ class _Search:
         if not 0 < step <= _CHOICES:  # first the estimates alone, from the nominal arm
             return step == 0
         changed = self._tune_noise(self.variances)
-        if self.asked.release:
-            changed |= self._release()
+        changed |= self._tune_seats()
         if self.asked.harmonics:
             changed |= self._tune_harmonics()
         return changed
@@ -216,6 +222,29 @@ class _Search:
         found = minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 3e-3})
         return math.exp(found.x), -float(found.fun)
 
+    def _tune_seats(self) -> bool:
+        """Choose the size of the errors that the file does not state by evidence, each size with
+        the releases that it leads to; return whether anything changed.
+        """
+        before = self.scale, tuple(self.released)
+        harmonics = self.variances[: self.draws][self.order > 0]
+        best, chosen = -math.inf, None
+        usual = _USUAL[0] <= self.asked.scale <= _USUAL[1]
+        for scale in (1.0,) if usual or not self.seat.any() else (1.0, self.asked.scale):
+            self.scale, self.released = scale, []
+            self.variances = self.asked.variances.copy()
+            self.variances[: self.draws][self.order > 0] = harmonics
+            self.variances[: self.draws][self.seat] *= scale**2
+            if self.asked.release:
+                self._release()
+            self.noise, found = self._best_noise(self.variances)
+            if found > best:
+                best = found
+                chosen = scale, self.released, self.variances, self.noise
+        if chosen is not None:
+            self.scale, self.released, self.variances, self.noise = chosen
+        return before != (self.scale, tuple(self.released))
+
     def _release(self) -> bool:
         """Widen the prior of errors out of tolerance, one at a time."""
         changed = False
@@ -227,7 +256,9 @@ class _Search:
                 (
                     (float(gains[k]), k, factor)
                     for factor in _RELEASES
-                    for gains in [evidence.release_gains(found, self.variances, factor)]
+                    for gains in [
+                        evidence.release_gains(found, self.variances, self._widening(factor))
+                    ]
                     for k in map(
                         int, np.flatnonzero(self.robot & (self.variances[: self.draws] > 0))
                     )
@@ -238,15 +269,22 @@ class _Search:
             tried = []
             for _, k, factor in options:
                 wider = self.variances.copy()
-                wider[k] *= factor**2
+                wider[k] = self.asked.variances[k] * factor**2
                 noise, after = self._best_noise(wider)
                 tried.append((after - now, k, factor, noise, wider))
             if not tried or max(tried, key=lambda each: each[0])[0] < LEAST_GAIN:
                 break
             gain, k, factor, self.noise, self.variances = max(tried, key=lambda each: each[0])
+            # That of the first step counts: later ones are at the estimates with this release.
+            gain = self.gains.setdefault((k, factor), gain)
             self.released.append(Release(k, factor, gain))
             changed = True
         return changed
+
+    def _widening(self, factor: float) -> Floats:
+        """Return the factors (unknown,) from the prior deviations in use to those of a release."""
+        used = np.where(self.variances > 0, self.variances, 1.0)
+        return np.asarray(factor * np.sqrt(self.asked.variances / used))
 
     def _tune_harmonics(self) -> bool:
         """Choose the highest order, the amplitude and the noise by evidence, one after another and

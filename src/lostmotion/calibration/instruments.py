@@ -31,6 +31,7 @@ class MeasuredVisits:
     difference  (visit, 3) attained less commanded tool point, m, or the reverse; None: a point is
     rotation    (visit, 3, 3) attained orientation of the tool; None: not measured
     approach    (visit, joint) sign of the last motion; zero where it is not stated
+    readings    one number of each visit, in place of points and differences
     """
 
     q: Floats
@@ -38,10 +39,25 @@ class MeasuredVisits:
     difference: Floats | None = None
     rotation: Floats | None = None
     approach: Floats | float = 0.0
+    readings: Readings | None = None
 
     def __len__(self) -> int:
         """Return the number of visits."""
         return len(self.q)
+
+
+class Readings(NamedTuple):
+    """One reading at each pose.
+
+    kind    "distance", "plane", "sphere", "dial" or "angle"
+    value   (pose,) m or rad; zero for touches of a plane, the radius for those of a sphere
+    target  (pose,) name of what is measured: of a centre, a plane or a sphere; or the axis x, y or
+            z of the base along or about which is measured
+    """
+
+    kind: str
+    value: Floats
+    target: tuple[str, ...]
 
 
 class Rows(NamedTuple):
@@ -70,6 +86,12 @@ class Instrument(ABC):
     @abstractmethod
     def noise(self) -> Floats:
         """Return the standard deviations of the rows (row,), per unit of the stated noise."""
+
+    @property
+    def lengths(self) -> NDArray[np.bool_]:
+        """Return which rows are lengths; all of them where none is."""
+        found = self.noise == 1.0
+        return np.asarray(found if found.any() else ~found)
 
     @abstractmethod
     def rows(self, frames: Floats, unknowns: Floats) -> Rows:

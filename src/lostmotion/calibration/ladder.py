@@ -76,6 +76,7 @@ def climb(
     instrument: Instrument,
     *,
     terms: Terms = "waves",
+    scale: float = 1.0,
     noise: float | None = None,
     seed: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
@@ -84,6 +85,7 @@ def climb(
 
     terms  "geometry": constant errors of the chain alone; "waves": also periodic errors of the
            joints
+    scale  size of the errors that the arm's file states over usual ones
     noise  standard deviation of a coordinate, m; None: estimated
     seed   of the random folds
     """
@@ -104,6 +106,7 @@ def climb(
             np.ones(len(part.streams) + own),
             noise,
             harmonics=name == HARMONICS,
+            scale=scale,
             robust=name != FRAMES,  # what the frames alone leave is no measuring error
         )
         found = fit(part, instrument, asked)

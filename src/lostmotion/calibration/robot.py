@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -12,8 +12,16 @@ from lostmotion.calibration.fit import Asked, fit
 from lostmotion.calibration.instruments import FullPoses, Points
 from lostmotion.calibration.ladder import climb
 from lostmotion.calibration.model import model_of
+from lostmotion.calibration.partial import instrument_of
 from lostmotion.calibration.reduction import reduced
-from lostmotion.calibration.terms import Deviations, added_terms, is_frame, is_harmonic
+from lostmotion.calibration.terms import (
+    Deviations,
+    added_terms,
+    is_frame,
+    is_harmonic,
+    is_seat,
+    stated_scale,
+)
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.mechanism.calibration import Calibration
 from lostmotion.mechanism.state import state_of
@@ -122,7 +130,8 @@ def robot_of(
 ) -> Robot:
     """Return the robot that was measured.
 
-    sizes  prior deviations of errors that the file does not state
+    sizes  prior deviations of errors that the file does not state; None: usual ones, or such as it
+           states for others, whichever the measurement makes more probable
     other arguments as for `climb`
 
     Raises WrongArmError where base and tool frame leave more than 5 % of the reach, and ValueError
@@ -133,6 +142,16 @@ def robot_of(
     turn = 0.0 if measured.rotation is None else chosen.base_turn
     chosen = replace(chosen, orders=orders, tool_turn=turn)
     frames = state_of(arm, measured.q).frames[-1]
+    options = {
+        "terms": terms,
+        "scale": stated_scale(arm, chosen) if sizes is None else 1.0,
+        "noise": noise,
+        "seed": seed,
+        "progress": progress,
+    }
+    if measured.readings is not None:
+        instrument: Instrument = instrument_of(measured.readings, frames)
+        return _estimated(arm, measured, instrument, frames, chosen, None, 1, options)
     sign, point = 1, measured.point
     if point is None:
         if measured.difference is None:
@@ -140,13 +159,27 @@ def robot_of(
         sign = _sign(arm, measured.q, frames, measured.difference, noise)
         point = frames[:, :3, 3] + sign * measured.difference
     point, rotation, alignment = _in_base(frames, point, measured.rotation, chosen)
-    model = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
-    instrument: Instrument = Points(point)
+    instrument = Points(point)
     if rotation is not None:
         poses = np.tile(np.eye(4), (len(point), 1, 1))
         poses[:, :3, :3], poses[:, :3, 3] = rotation, point
         instrument = FullPoses(poses)
-    found = climb(model, instrument, terms=terms, noise=noise, seed=seed, progress=progress)
+    return _estimated(arm, measured, instrument, frames, chosen, alignment, sign, options)
+
+
+def _estimated(  # noqa: PLR0913, PLR0917 - what a robot is made of
+    arm: Arm,
+    measured: MeasuredVisits,
+    instrument: Instrument,
+    frames: Floats,
+    chosen: Deviations,
+    alignment: Alignment | None,
+    sign: int,
+    options: dict[str, Any],
+) -> Robot:
+    """Return the robot by what an instrument measured in the base frame; options as for `climb`."""
+    model = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
+    found = climb(model, instrument, **options)
     inflation = found.kept.blocked.inflation
     return Robot(
         arm,
@@ -288,4 +321,4 @@ def _size(model: RobotModel, draw: int) -> tuple[float, str]:
 
 def _in_file(model: RobotModel, draw: int) -> bool:
     owner = model.matrix.infos[_first(model, draw)].owner
-    return not (is_frame(owner) or is_harmonic(owner) or owner.endswith(".seat"))
+    return not (is_frame(owner) or is_harmonic(owner) or is_seat(owner))

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 _LAW: Final = Normal(np.inf)
 # A file states a direction where one of its errors is within 25 degrees of it.
 _STATED: Final = 0.9
+# Range of the size of stated errors over usual ones.
+_SCALES: Final = (1 / 32, 8.0)
 # Owners of the frames that are not the robot's fault.
 BASE: Final = "base frame"
 TOOL: Final = "tool frame"
@@ -67,6 +69,30 @@ def is_frame(owner: str) -> bool:
 def is_harmonic(owner: str) -> bool:
     """Return whether the part is the periodic error that a calibration adds to a joint."""
     return owner.endswith(".harmonics")
+
+
+def is_seat(owner: str) -> bool:
+    """Return whether the part is a seat, of which a calibration adds what the file does not
+    state.
+    """
+    return owner.endswith(".seat")
+
+
+def stated_scale(arm: Arm, sizes: Deviations) -> float:
+    """Return how large the constant errors of the arm's file are, as a geometric mean over those
+    of `sizes`; 1 where the file states none.
+    """
+    ratios = []
+    for of in arm.calibrated(None).terms:
+        form = of.term.form
+        if of.term.level == "robot" and isinstance(form, Constant) and not form.reads:
+            turn = np.linalg.norm(form.direction[:3])
+            usual = sizes.turn if turn else sizes.shift
+            ratios.append(abs(of.term.scale) * (turn or np.linalg.norm(form.direction[3:])) / usual)
+    positive = [ratio for ratio in ratios if ratio > 0]
+    if not positive:
+        return 1.0
+    return float(np.clip(np.exp(np.mean(np.log(positive))), *_SCALES))
 
 
 def added_terms(arm: Arm, sizes: Deviations) -> tuple[PlacedTerm, ...]:

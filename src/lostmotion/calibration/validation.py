@@ -128,9 +128,8 @@ def held_out(model: RobotModel, instrument: Instrument, found: Estimates) -> Hel
     covariance = columns @ found.covariance @ columns.transpose(0, 2, 1) + scatter + noise
     lower = np.linalg.cholesky(covariance)
     white = np.linalg.solve(lower, rows.residual[:, :, None])[:, :, 0]
-    lengths = instrument.noise == 1.0
     return HeldOut(
-        np.linalg.norm(rows.residual[:, lengths], axis=1),
+        np.linalg.norm(rows.residual[:, instrument.lengths], axis=1),
         (white**2).sum(axis=1),
         rows.residual.shape[1],
     )

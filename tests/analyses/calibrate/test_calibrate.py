@@ -152,3 +152,25 @@ def test_another_frame_of_the_instrument_is_removed(tmp_path):
     answer = lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm")
     tilt = next(each for each in answer.terms if each.released > 1)
     assert abs(tilt.value) == pytest.approx(11.8e-3, rel=0.05)
+
+
+def test_distances_to_two_centres_calibrate_too(tmp_path):
+    """A draw wire to two sockets, of which neither the places nor the zero are known, finds the
+    same axis out of tolerance from 60 poses.
+    """
+    table = np.genfromtxt(GRID, delimiter=",", names=True)[::16]
+    joints = np.column_stack([table[f"joint_{k}"] for k in range(1, 7)])
+    beside = np.column_stack([table[f"{axis}_dif"] for axis in "xyz"])
+    arm = lostmotion.read(ARM)
+    points = 1000 * state_of(arm, np.radians(joints)).frames[-1, :, :3, 3] - beside
+    lines = [HEADER.replace("x [mm],y [mm],z [mm]", "distance [mm],to")]
+    for k, (row, point) in enumerate(zip(joints, points, strict=True)):
+        centre = ([-900, 300, -200], [100, -800, 100])[k % 2]
+        cells = [f"{each:.12g}" for each in (*row, np.linalg.norm(point - centre) - 12)]
+        lines.append(",".join([*cells, "AB"[k % 2]]))
+    path = tmp_path / "wire.csv"
+    path.write_text("\n".join(lines) + "\n")
+    answer = lostmotion.calibrate(arm, path, terms="geometry", noise="70 µm")
+    assert answer.findings[0].startswith("J4.seat.tilt 2")
+    assert answer.held_out.mean < answer.before.mean() / 2
+    assert answer.sheet.verdict

@@ -82,7 +82,7 @@ def calibrated(
     )
     best, model = robot.climb.kept.fit, robot.climb.model
     draws, unknowns = np.split(best.mean, [len(model.streams)])
-    lengths = robot.instrument.noise == 1.0
+    lengths = robot.instrument.lengths
     residual = robot.instrument.rows(model.frames(draws), unknowns).residual[:, lengths]
     raw = robot.instrument.rows(robot.frames, np.zeros_like(unknowns)).residual[:, lengths]
     count = len(model.streams)

@@ -6,19 +6,24 @@ One row per visit. Joints are named as in the arm's file; joint_1, joint_2, ... 
 x, y and z are the attained tool point; qw to qz, or rx, ry and rz (rotations about the fixed axes,
 in that order), its orientation. dx, dy and dz are differences to the commanded point, whose sign is
 found by the fit. `A approach` is the sign of the last motion of joint A.
+
+In their place one number: distance [mm] with `to`, the name of its fixed end; dial [mm] with
+`along`, or angle [deg] with `about`, an axis x, y or z of the base; `plane`, the name of a plane
+that is touched; `sphere` and radius [mm] the same.
 """
 
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.calibration.instruments import MeasuredVisits
-from lostmotion.errors import Problem
+from lostmotion.calibration.instruments import MeasuredVisits, Readings
+from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import listed, refuse_all
 from lostmotion.io.measured.table import Layout, read_columns, read_table
 from lostmotion.io.text import numbers
@@ -34,6 +39,8 @@ POINT: Final = ("x", "y", "z")
 DIFFERENCE: Final = ("dx", "dy", "dz")
 TURNS: Final = ("rx", "ry", "rz")
 QUATERNION: Final = ("qw", "qx", "qy", "qz")
+# One number of each visit: its column, and that of what it is measured of.
+PARTIAL: Final = {"distance": "to", "dial": "along", "angle": "about", "plane": "", "sphere": ""}
 FEWEST: Final = 3
 _MOST_MISTAKES: Final = 20
 # Joint values beyond 1.05 turns are degrees, coordinates beyond 20 are millimetres.
@@ -77,7 +84,10 @@ def read_calibration_visits(
     """
     files = [path] if isinstance(path, str | Path) else list(path)
     found = [_read(Path(each), arm, mapping) for each in files]
-    kinds = [(each.point is None, each.rotation is None) for each in found]
+    kinds = [
+        (each.point is None, each.rotation is None, each.readings and each.readings.kind)
+        for each in found
+    ]
     if len(set(kinds)) > 1:
         expected = "files that measure the same: points, differences, or poses"
         refuse_all(
@@ -94,6 +104,7 @@ def read_calibration_visits(
         rotation=_joined([each.rotation for each in found]),
         approach=np.concatenate([np.asarray(each.approach) for each in found]),
         lines=tuple(line for each in found for line in each.lines),
+        readings=_joined_readings([each.readings for each in found if each.readings]),
         remarks=tuple(dict.fromkeys(text for each in found for text in each.remarks)),
         digest=digest.hexdigest(),
     )
@@ -107,6 +118,13 @@ def read_calibration_visits(
 def _joined(parts: list[Floats | None]) -> Floats | None:
     present = [part for part in parts if part is not None]
     return np.concatenate(present) if present else None
+
+
+def _joined_readings(parts: Sequence[Readings]) -> Readings | None:
+    if not parts:
+        return None
+    value = np.concatenate([part.value for part in parts])
+    return Readings(parts[0].kind, value, sum((part.target for part in parts), ()))
 
 
 def _without_duplicates(visits: CalibrationVisits) -> CalibrationVisits:
@@ -142,8 +160,13 @@ def _layout(arm: Arm, names: Collection[str]) -> tuple[Layout, dict[str, str]]:
     lengths = dict.fromkeys((*POINT, *DIFFERENCE), ("m", "mm"))
     example = ", ".join(f"{role} [{unit}]" for role, (_, unit) in kinds.items())
     layout = Layout(
-        words=(),
-        units={**kinds, **lengths, **dict.fromkeys(TURNS, ("rad", "deg"))},
+        words=("to", "along", "about", "plane", "sphere"),
+        units={
+            **kinds,
+            **lengths,
+            **dict.fromkeys((*TURNS, "angle"), ("rad", "deg")),
+            **dict.fromkeys(("distance", "dial", "radius"), ("m", "mm")),
+        },
         header=f"{example}, x [mm], y [mm], z [mm]",
         example="examples/measured/ur5-grid.csv",
         mapping="dx = x_dif [mm]",
@@ -174,10 +197,14 @@ def _missing(
             columns = ", ".join(f"{role}{unit}" for role in group)
             found = f"{listed(there)} without {listed(lacking)}"
             out.append(Problem(file, "line 1", found, "all of them, or none", columns))
-    measured = [group for group in (POINT, DIFFERENCE) if set(group) & set(roles)]
+    measured = [group[0] for group in (POINT, DIFFERENCE) if set(group) & set(roles)]
+    measured += [kind for kind in PARTIAL if kind in roles]
+    if "sphere" in roles and "radius" not in roles:
+        expected = "the radius of the sphere that the tool point touches"
+        out.append(Problem(file, "line 1", "sphere without radius", expected, "radius [mm]"))
     if len(measured) != 1:
-        found = "both x, y, z and dx, dy, dz" if measured else "no measured tool point"
-        expected = "columns x, y, z, or dx, dy, dz; name others by --map"
+        found = f"both {listed(measured)}" if measured else "no measured tool point"
+        expected = "columns x, y, z, or dx, dy, dz, or one number; name others by --map"
         out.append(Problem(file, "line 1", found, expected, "x [mm], y [mm], z [mm]"))
     return out
 
@@ -187,7 +214,7 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
     names = read_table(path, _layout(arm, ())[0]).names
     layout, of = _layout(arm, [*names, *(text.partition("=")[0].strip() for text in mapping)])
     by_size, remarks = _units_by_size(path, layout, mapping)
-    _, values, lines = read_columns(path, layout, [*by_size, *mapping])
+    words, values, lines = read_columns(path, layout, [*by_size, *mapping])
     q = np.column_stack([values[role] for role in of.values()])
     mistakes = _outside(file, q, lines, arm) + _other_units(
         file, values, lines, tool_points(arm, q)
@@ -197,9 +224,12 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
         for group in (POINT, DIFFERENCE, TURNS, QUATERNION)
         if group[0] in values
     }
-    measured = next(groups[group] for group in (POINT, DIFFERENCE) if group in groups)
+    readings = _readings(words, values)
+    mistakes += _mistakes_in_targets(file, readings, lines)
     if len(q) >= FEWEST:
-        for what, array in (("measurement", measured), ("joint values", q)):
+        checked = [("joint values", q)]
+        checked += [("measurement", groups[g]) for g in (POINT, DIFFERENCE) if g in groups]
+        for what, array in checked:
             if not np.ptp(array, axis=0).any():
                 found = f"the same {what} in every row"
                 mistakes.append(Problem(file, "", found, "different poses, one per row"))
@@ -217,12 +247,58 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
         groups.get(DIFFERENCE),
         _rotations(groups),
         approach,
+        readings,
         file,
         tuple(lines),
         0,
         tuple(remarks),
         "",
     )
+
+
+def _readings(words: Mapping[str, list[str]], values: Mapping[str, Floats]) -> Readings | None:
+    """Return the numbers of a file that has one of each visit; None for another file."""
+    kind = next((each for each in PARTIAL if each in words or each in values), None)
+    if kind is None:
+        return None
+    if kind in words:
+        names = words[kind]
+        value = values["radius"] if kind == "sphere" else np.zeros(len(names))
+    else:
+        value = values[kind]
+        names = words.get(PARTIAL[kind], ["x" if kind in {"dial", "angle"} else "A"] * len(value))
+    return Readings(kind, value, tuple(names))
+
+
+def _mistakes_in_targets(
+    file: str, readings: Readings | None, lines: Sequence[int]
+) -> list[Problem]:
+    """Return axes that are none, and targets with fewer readings than they have unknowns."""
+    if readings is None:
+        return []
+    if readings.kind in {"dial", "angle"}:
+        wrong = [k for k, name in enumerate(readings.target) if name not in {"x", "y", "z"}]
+        return [
+            Problem(
+                file,
+                f"line {lines[k]}, {PARTIAL[readings.kind]}",
+                shown(readings.target[k]),
+                "an axis of the base: x, y or z",
+                "z",
+            )
+            for k in wrong[:_MOST_MISTAKES]
+        ]
+    fewest = {"distance": 5, "plane": 4, "sphere": 5}[readings.kind]
+    return [
+        Problem(
+            file,
+            f"{readings.kind} {shown(name)}",
+            f"{count} readings",
+            f"at least {fewest}: it has {fewest - 1} unknowns of its own",
+        )
+        for name, count in Counter(readings.target).items()
+        if count < fewest
+    ]
 
 
 def _rotations(groups: Mapping[tuple[str, ...], Floats]) -> Floats | None:

@@ -1,0 +1,97 @@
+"""Instruments that see one number of each pose."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lostmotion.calibration.instruments import FullPoses, Points, Readings
+from lostmotion.calibration.model import model_of
+from lostmotion.calibration.partial import instrument_of
+from lostmotion.calibration.terms import Deviations, added_terms
+from lostmotion.spatial import exp
+from tests.calibration.test_terms import six_axes
+
+CHANCE = np.random.default_rng(3)
+
+
+def some_frames(count: int) -> np.ndarray:
+    """Return random frames of a tool within half a metre."""
+    return exp(CHANCE.normal(0, 0.5, (count, 6)))
+
+
+def instruments(frames: np.ndarray) -> dict:
+    """Return one instrument of each kind, off its readings."""
+    count = len(frames)
+    pair = tuple("AB"[k % 2] for k in range(count))
+    axes = tuple("xyz"[k % 3] for k in range(count))
+    near = CHANCE.normal(0, 1e-3, count)
+    turned = frames @ exp(CHANCE.normal(0, 1e-3, (count, 6)))
+    return {
+        "points": Points(turned[:, :3, 3]),
+        "poses": FullPoses(turned),
+        "distance": instrument_of(Readings("distance", 1 + near, pair), frames),
+        "plane": instrument_of(Readings("plane", near, pair), frames),
+        "sphere": instrument_of(Readings("sphere", 0.4 + 0 * near, pair), frames),
+        "dial": instrument_of(Readings("dial", near, axes), frames),
+        "angle": instrument_of(Readings("angle", near, axes), frames),
+    }
+
+
+KINDS = ("points", "poses", "distance", "plane", "sphere", "dial", "angle")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_rows_equal_central_differences(kind):
+    """The derivative of each reading by the tool's twist and by the instrument's unknowns equals a
+    central difference to 1e-7.
+    """
+    frames = some_frames(24)
+    made = instruments(frames)[kind]
+    unknowns = CHANCE.normal(0, 0.1, len(made.unknowns))
+    rows, step = made.rows(frames, unknowns), 1e-5
+    for k in range(6):
+        ends = []
+        for sign in (1, -1):
+            twist = np.zeros(6)
+            twist[k] = sign * step
+            moved = frames.copy()
+            turn = exp(np.concatenate([twist[:3], np.zeros(3)]))
+            moved[:, :3, :3] = turn[:3, :3] @ frames[:, :3, :3]
+            moved[:, :3, 3] += twist[3:]
+            ends.append(made.rows(moved, unknowns).residual)
+        found = -(ends[0] - ends[1]) / (2 * step)
+        # The residual of a full pose is small, so that its rotation vector turns with the tool.
+        close = 2e-3 if kind == "poses" else 1e-7
+        np.testing.assert_allclose(found, rows.by_twist[:, :, k], atol=close)
+    for k in range(len(unknowns)):
+        aside = np.zeros(len(unknowns))
+        aside[k] = step
+        ends = [made.rows(frames, unknowns + sign * aside).residual for sign in (1, -1)]
+        found = -(ends[0] - ends[1]) / (2 * step)
+        np.testing.assert_allclose(found, rows.by_unknown[:, :, k], atol=1e-7)
+
+
+@pytest.mark.parametrize(("beside", "lost"), [(0.0, 25), (0.08, 27)])
+def test_ranks_of_partial_measurements(beside, lost):
+    """A distance to a known centre loses three turns about it, an unknown centre the whole base
+    frame and nothing of the robot (Everett, Driels and Mooring).
+    """
+    arm = six_axes(beside)
+    q = np.random.default_rng(1).uniform(-3, 3, (400, 6))
+    model = model_of(arm, q, added_terms(arm, Deviations()))
+    frames = model.matrix.state.frames[-1]
+    centre = np.array([0.3, 0.2, 0.1])
+    distance = np.linalg.norm(frames[:, :3, 3] - centre, axis=1)
+    made = instrument_of(Readings("distance", distance, ("A",) * len(q)), frames)
+    rows = made.rows(frames, np.zeros(4))
+    robot = (rows.by_twist @ model.columns)[:, 0]
+    own = rows.by_unknown[:, 0]
+    assert rank(robot) == lost - 3
+    assert rank(np.hstack([robot, own])) - rank(own) == lost - 6
+
+
+def rank(columns: np.ndarray) -> int:
+    """Return how many singular values exceed 1e-7 of the largest, columns as scaled."""
+    values = np.linalg.svd(columns, compute_uv=False)
+    return int((values > 1e-7 * values[0]).sum())
