@@ -275,7 +275,7 @@ def _form(stated: DrawingTolerance, points: Floats) -> tuple[Floats, Floats]:
     if count < FEWEST[stated.kind]:
         raise TaskGeometryError(
             stated,
-            f"{count} places",
+            "a single place" if count == 1 else f"{count} places",
             f"at least {FEWEST[stated.kind]}, more than fix the reference",
         )
     off = points - points.mean(axis=0)

@@ -37,7 +37,7 @@ MISTAKES = {
     "unreachable place": (
         POINT.replace("450 mm", "900 mm") + HOLE,
         "",
-        ["features[0], place 1", "(900, 150, 0) mm", "does not reach"],
+        ["task.toml:1: features[0], place 1", "(900, 150, 0) mm", "does not reach"],
     ),
     "tolerance of zero": (POINT + HOLE.replace("1 mm", "0 mm"), "", ["tolerances[0].sphere"]),
     "no tolerance": (POINT, "", ["tolerances", "nothing"]),
@@ -58,7 +58,7 @@ MISTAKES = {
     "round point": (
         POINT + '[[tolerances]]\nroundness = "1 mm"\n',
         "",
-        ["tolerances[0]", "1 places", "at least 4"],
+        ["task.toml:5: tolerances[0]", "a single place", "at least 4"],
     ),
     "neither": (HOLE, "", ["poses, program, features", "none of them"]),
     "wrong column": ('poses = "path.csv"\n' + HOLE, "x [mm],y [mm],h [mm]\n1,2,3\n", ["column 3"]),

@@ -66,8 +66,10 @@ def task(
     from lostmotion.analyses.task.result import carry_out
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.io.task_file import read_task
+    from lostmotion.io.toml_lines import names_lines
 
     refuse_undescribed(asked.arm)
     stated = read_task(asked.by, asked.arm)
     asked.ready()
-    return carry_out(asked.arm, stated, asked.robots, asked.runs, asked.seed, progress)
+    # Places out of reach and tolerances without a reference are mistakes in the task's file too.
+    return names_lines(carry_out)(asked.arm, stated, asked.robots, asked.runs, asked.seed, progress)
