@@ -191,7 +191,7 @@ def test_c_computes_what_python_computes(exported, name, count, unroll):
     regular = singular_value(model, given) > 0.1
     screw = np.abs(blocks["screw"]).max(axis=1)
     agreed = found[:, found.shape[1] - 7 - given[0].shape[1]] == blocks["command status"][:, 0]
-    assert agreed.mean() > 0.995  # a step or a limit that counts as reached in C alone, by rounding
+    assert agreed.mean() > 0.999  # a step or a limit that counts as reached in C alone, by rounding
     at = 0
     for block, values in blocks.items():
         difference = np.abs(found[:, at : at + values.shape[1]] - values).max(axis=1)
@@ -201,9 +201,9 @@ def test_c_computes_what_python_computes(exported, name, count, unroll):
         elif block == "command":
             assert difference[regular & agreed].max() <= 1e-12
             assert difference.max() <= 1e-9  # near singular poses equations amplify rounding
-        elif block == "left":  # a small difference of large motions of the tool
-            assert (difference[regular & agreed] <= 1e-10 * screw[regular & agreed]).all()
-            assert (difference <= 1e-7 * screw).all()
+        elif block == "left":  # a small difference of positions of the tool
+            assert (difference[regular & agreed] <= 1e-10 * screw[regular & agreed] + 1e-14).all()
+            assert (difference <= 1e-7 * screw + 1e-14).all()
         elif block != "command status":
             assert (difference <= 1e-12 * size(values)).all(), block
     assert at == found.shape[1]
@@ -273,7 +273,9 @@ def test_c_in_single_precision(exported, name, count, unroll):
         elif block in {"command", "left"}:
             assert np.quantile(difference, 0.99) <= 1e-5
             assert difference.max() <= 1e-4
-        elif block != "command status":
+        elif block == "command status":
+            assert (difference != 0).mean() <= 0.001  # as in double precision, but for rounding
+        else:
             # squares have twice the error of lengths
             share = 2e-5 if block in {"covariance", "mean square"} else 1e-5
             assert (difference <= share * size(values) + 4 * sensitive).all(), block

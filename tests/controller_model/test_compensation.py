@@ -8,23 +8,25 @@ import math
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 import lostmotion
-from lostmotion.controller_model.controller import LARGEST_STEP, OK, SINGULAR
-from lostmotion.controller_model.prediction import frames
+from lostmotion.controller_model.compensation import LARGEST_STEP
+from lostmotion.controller_model.controller import OK, SINGULAR
 from lostmotion.controller_model.remainder import reached, remainder
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import compose
+from tests.controller_model.equilibrium import soft_arm
 from tests.controller_model.test_prediction import one_joint
-from tests.parts.random_arms import EXAMPLES, random_arm
+from tests.parts.random_arms import EXAMPLES
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
     (
         "controller: compensated command",
         (
-            "exact composition of the expected errors, 1 500 poses of the UR5e: share that "
+            "exact composition of the expected errors, 500 poses of the UR5e: share that "
             "remains after one pass"
         ),
         "median 0.2 %, worst 1 % away from singular poses",
@@ -34,10 +36,10 @@ VALIDATES = (
 
 @functools.cache
 def case(name):
-    """Return an arm, its controller and 1 500 poses within ±2.8 rad and the limits."""
+    """Return an arm, its controller and 500 poses within ±2.8 rad and the limits."""
     arm = lostmotion.read(EXAMPLES / name)
     low, high = np.clip(arm.limits, -2.8, 2.8).T
-    q = np.random.default_rng(2).uniform(low + 0.02, high - 0.02, size=(1500, len(low)))
+    q = np.random.default_rng(2).uniform(low + 0.02, high - 0.02, size=(500, len(low)))
     return arm, lostmotion.controller(arm), q
 
 
@@ -84,6 +86,7 @@ def test_the_readme_of_an_export_measures_what_remains():
     without a regular pose there are none.
     """
     _, model, q = case("ur5e.urdf")
+    q = q[:100]
     share, regular = shares(model, q, functools.partial(reached, model))
     share = share[regular > 0.1]
     found = remainder(model, q, 1)
@@ -94,8 +97,8 @@ def test_the_readme_of_an_export_measures_what_remains():
 
 
 def test_damping_and_the_largest_step_are_options():
-    """More damping takes smaller steps near singular poses and leaves more; a smaller largest step
-    is never exceeded; other values are refused.
+    """More damping takes smaller steps near singular poses and leaves more; so does a smaller
+    largest step, but for steps as large as the bending; other values are refused.
     """
     _, model, q = case("ur5e.urdf")
     q = q.copy()
@@ -110,7 +113,9 @@ def test_damping_and_the_largest_step_are_options():
     left = [np.linalg.norm(each.left[:, 3:], axis=1) for each in (usual, damped, short)]
     assert np.median(steps[1]) < np.median(steps[0])
     assert np.median(left[1]) > 10 * np.median(left[0])
-    assert steps[2].max() <= 1e-4 * (1 + 1e-9)
+    bends = np.linalg.norm(short.prediction.elsewhere[:, 3:], axis=1) / 0.1
+    assert (steps[2] <= np.maximum(1e-4, bends) * (1 + 1e-9))[short.status == OK].all()
+    assert steps[2].max() < 0.6 * steps[0].max()
     assert (short.status == SINGULAR).any()
     for wrong in (
         {"damping": 0.0},
@@ -120,16 +125,6 @@ def test_damping_and_the_largest_step_are_options():
     ):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             model.compensate(q, **wrong)
-
-
-@pytest.mark.parametrize("name", ["ur5e.urdf", "z-arm.toml"])
-def test_two_passes_leave_next_to_nothing(name):
-    """The second pass removes the change of the load and the curvature: a median of 1e-5
-    remains.
-    """
-    _, model, q = case(name)
-    share, regular = shares(model, q, functools.partial(reached, model), passes=2)
-    assert np.median(share[regular > 0.1]) <= 1e-5
 
 
 @pytest.mark.parametrize(
@@ -144,6 +139,7 @@ def test_compensation_is_never_worse_than_none(name, options):
     added; the steps for bending stay within their cap.
     """
     _, model, q = case(name)
+    q = q[:300]
     rng, limits = np.random.default_rng(3), np.clip(model.tables.limits, -2.8, 2.8)
     # stretched, folded, with axes in line or nearly so, and at the limits
     for joint, (low, high) in enumerate(limits):
@@ -162,67 +158,188 @@ def test_compensation_is_never_worse_than_none(name, options):
         before, after = (
             np.linalg.norm(each * weight, axis=1) for each in (found.prediction.screw, found.left)
         )
-        assert (after <= before).all()
+        assert (after <= 1.001 * before + 1e-12).all()  # that before is of first order
     else:
         share, _ = shares(model, q, functools.partial(reached, model), **options)
-        assert share.max() <= 1.0
+        assert share.max() <= 1 + 1e-6
     if "passes" not in options:  # what deflects along the joints is no step
-        steps = np.abs(found.command - q + found.prediction.joints)[found.status == OK]
-        assert (
-            steps.max(initial=0.0) <= options.get("largest_step", LARGEST_STEP) * (1 + 1e-9) + 1e-15
-        )
+        steps = np.abs(found.command - q + found.prediction.joints).max(axis=1)
+        bends = np.linalg.norm(found.prediction.elsewhere * [0.1, 0.1, 0.1, 1, 1, 1], axis=1) / 0.1
+        most = np.maximum(options.get("largest_step", LARGEST_STEP), bends)
+        assert (steps <= most * (1 + 1e-9) + 1e-15)[found.status == OK].all()
 
 
-@pytest.mark.parametrize("name", ["ur5e.urdf", "scara.toml", "printed-hobby-arm.toml"])
-def test_what_is_left_is_reported(name):
-    """The reported remainder is the error of a robot whose deflections stay as they were; their
-    change is about the step times the error.
+def test_the_cap_of_a_step_does_not_touch_bending():
+    """A soft link whose tip sags by 4 % of the reach takes steps of 40 mrad at regular poses, and
+    no pose is reported as reduced.
     """
-    _, model, q = case(name)
+    arm = soft_arm(7, 7, droop=0.0, bend=0.02)
+    model, q = lostmotion.controller(arm.described()), regular_poses(arm, 7)
     found = model.compensate(q)
-    start = found.prediction
-    frozen = (
-        frames(model.tables, found.command + start.joints)[1][-1]
-        + start.elsewhere[:, 3:]
-        - start.point
-    )
-    whole = found.status == OK
-    assert np.abs(frozen - found.left[:, 3:])[whole].max() <= 1e-7
-    after = reached(model, found.command) - start.point
-    before, step = np.linalg.norm(start.screw[:, 3:], axis=1), np.abs(found.command - q).max(axis=1)
-    if name == "ur5e.urdf":
-        assert (np.linalg.norm(after - found.left[:, 3:], axis=1) <= 5 * step * before).all()
-
-
-def test_a_second_pass_that_finds_more_error_sends_no_correction():
-    """Where the command changes the sign of a torque and a play turns over, one pass cannot know;
-    two leave the command as it was.
-    """
-    arm = random_arm(2)
-    model, q = (
-        lostmotion.controller(arm),
-        [[-0.67606, 1.42549, 1.8415, -1.00156, 0.46803, -0.39174]],
-    )
-    once, twice = (model.compensate(q, passes=passes) for passes in (1, 2))
-    before, after = (
-        np.linalg.norm(reached(model, each) - once.prediction.point)
-        for each in (np.asarray(q), once.command)
-    )
-    assert after > 1.5 * before
-    np.testing.assert_array_equal(twice.command, q)
-    assert twice.status[0] == SINGULAR
-
-
-def test_a_wound_up_drive_is_compensated_in_its_joint():
-    """Of 0.98 mrad at the horizontal 4.7e-10 rad remains after one pass, a (1 - cos a); at 45
-    degrees half the square of the wind-up.
-    """
-    model = lostmotion.controller(one_joint(stiffness=1e5))
-    found = model.compensate([[0.0], [math.pi / 4]])
-    remains = found.command[:, 0] + model.predict(found.command).joints[:, 0] - [0.0, math.pi / 4]
-    assert abs(remains[0]) == pytest.approx(4.7e-10, rel=0.02)
-    assert abs(remains[1]) == pytest.approx(0.5 * (98.0665 / 1e5) ** 2, rel=1e-2)
+    assert np.abs(found.command - q).max() > 4 * LARGEST_STEP
     assert (found.status == OK).all()
+
+
+def regular_poses(arm, seed, count=200):
+    """Return poses (pose, joint) of a soft arm whose position Jacobian has no singular value below
+    0.1 m.
+    """
+    q = np.random.default_rng(seed).uniform(-2.5, 2.5, (count, len(arm.axes)))
+    step = 1e-6
+    columns = [
+        (arm.moved(q + each)[1][:, -1] - arm.moved(q - each)[1][:, -1]) / (2 * step)
+        for each in step * np.eye(q.shape[1])
+    ]
+    singular = np.linalg.svd(np.stack(columns, 2), compute_uv=False)[:, -1]
+    return q[singular > 0.1]
+
+
+def settled_errors(arm, found, q, side=None):
+    """Return the errors (pose,), m, of an uncompensated and a compensated arm in equilibrium, and
+    the poses at which both have one.
+    """
+    errors, settles = [], True
+    for command in (q, found.command):
+        _, point, change = arm.settled(command, side)
+        errors.append(np.linalg.norm(point - arm.moved(q)[1][:, -1], axis=1))
+        settles = settles & (change < 1e-10)
+    return (*errors, settles)
+
+
+@pytest.mark.parametrize("passes", [1, 2])
+@pytest.mark.parametrize(("joints", "droop"), [(2, 0.2), (3, 0.1), (6, 0.05), (7, 0.1)])
+def test_where_only_drives_wind_up_one_pass_is_exact(joints, droop, passes):
+    """Drives that droop by up to 3 to 11 degrees leave less than 1e-9 of the error, at singular
+    poses too; a second pass changes nothing.
+    """
+    arm = soft_arm(joints, joints, droop=droop)
+    model = lostmotion.controller(arm.described())
+    q = np.random.default_rng(joints).uniform(-2.5, 2.5, (200, joints))
+    found = model.compensate(q, passes=passes)
+    before, after, settles = settled_errors(arm, found, q)
+    assert settles.all()
+    assert (after <= 1e-9 * before + 1e-14).all()
+    assert (found.status == OK).all()
+    assert np.median(before) > 1e-3
+
+
+@pytest.mark.parametrize(("joints", "bend"), [(5, 0.003), (6, 0.003), (7, 0.005)])
+def test_where_every_part_bends_two_passes_leave_next_to_nothing(joints, bend):
+    """Drives, bearings and links, with errors of some millimetres per metre of reach: below 1e-4 of
+    the error, of which one pass leaves up to some per cent.
+    """
+    arm = soft_arm(joints, joints, droop=0.02, bend=bend)
+    model, q = lostmotion.controller(arm.described()), regular_poses(arm, joints)
+    once, twice = (settled_errors(arm, model.compensate(q, passes=passes), q) for passes in (1, 2))
+    assert len(q) > 50
+    assert (twice[1] <= 1e-4 * twice[0]).all()
+    assert np.median(once[1] / once[0]) > 10 * np.median(twice[1] / twice[0])
+    assert np.median(once[0]) > 2e-3
+
+
+def special_poses(joints, seed, count):
+    """Return poses of which a third of the joints are stretched, folded, in line or at a limit."""
+    rng = np.random.default_rng(seed)
+    special = rng.choice([0.0, math.pi / 2, -math.pi / 2, -3.0, 3.0], (count, joints))
+    special += rng.choice([0.0, 0.0, 1e-4, -1e-3, 1e-2, 3e-2, -1e-2], (count, joints))
+    usual = rng.uniform(-2.8, 2.8, (count, joints))
+    return np.clip(np.where(rng.random((count, joints)) < 0.35, special, usual), -3, 3)
+
+
+@pytest.mark.parametrize("passes", [1, 2])
+@pytest.mark.parametrize("count", [200, pytest.param(15_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("joints", "soft"),
+    [
+        (2, {"droop": 0.05, "play": 0.01}),
+        (4, {"droop": 0.02, "bend": 0.005, "play": 0.01}),
+        (6, {"droop": 0.05, "bend": 0.02}),
+        (6, {"droop": 0.02, "bend": 0.002, "play": 0.005}),
+    ],
+    ids=str,
+)
+def test_a_soft_arm_never_stands_farther_off(joints, soft, count, passes):
+    """At limits, singular poses, and where a play turns over: in equilibrium no command leaves more
+    than the wanted joint values, with known and unknown last motions.
+    """
+    arm = soft_arm(joints, joints, **soft)
+    model, q = lostmotion.controller(arm.described()), special_poses(joints, joints, count)
+    side = np.random.default_rng(1).integers(-1, 2, q.shape).astype(float)
+    found = model.compensate(q, side=side, passes=passes)
+    before, after, settles = settled_errors(arm, found, q, side)
+    assert settles.mean() > 0.95
+    assert (after <= before * (1 + 1e-9) + 1e-12)[settles].all()
+    assert np.median(after / before) < 0.05
+
+
+def test_what_is_left_is_what_the_equilibrium_leaves():
+    """The remainder that is reported, of one pass and of two, is the error of the arm in
+    equilibrium to a few thousandths of the whole error; its rotation as well.
+    """
+    arm = soft_arm(6, 6, droop=0.02, bend=0.005)
+    model, q = lostmotion.controller(arm.described()), regular_poses(arm, 6)
+    for passes, share in ((1, 5e-3), (2, 5e-5)):
+        found = model.compensate(q, passes=passes)
+        turn, point, _ = arm.settled(found.command)
+        wanted, at = (each[:, -1] for each in arm.moved(q))
+        spin = Rotation.from_matrix(turn @ wanted.transpose(0, 2, 1)).as_rotvec()
+        whole = np.linalg.norm(found.prediction.screw[:, 3:], axis=1)
+        assert (np.linalg.norm(point - at - found.left[:, 3:], axis=1) <= share * whole).all()
+        assert np.abs(spin - found.left[:, :3]).max() <= share
+
+
+@pytest.mark.parametrize("wanted", [(0, 0), (30, 40), (60, -90), (-20, 100)], ids=str)
+def test_an_elbow_stands_where_it_is_wanted(wanted):
+    """Links of 0.25 m, 0.4 kg at the elbow and 0.3 kg at the tip, drives of 30 and 15 N m/rad: sent
+    what the drives wind up by at the wanted pose, in closed form, the arm stands there.
+    """
+    q = np.radians([wanted])
+    first, both = 0.25 * np.cos(q[0, 0]), 0.25 * np.cos(q[0].sum())
+    torques = 9.80665 * np.array([0.7 * first + 0.3 * both, 0.3 * both])
+    model = lostmotion.controller(elbow())
+    for passes in (1, 2):
+        command = model.compensate(q, passes=passes).command[0]
+        np.testing.assert_allclose(command, q[0] + torques / [30.0, 15.0], atol=1e-14)
+
+
+def elbow():
+    """Return a two-joint arm in the vertical plane with point masses at elbow and tip."""
+    drives = (30.0, 15.0)
+    return lostmotion.Arm(
+        name="elbow",
+        joints=[
+            {
+                "name": name,
+                "type": "revolute",
+                "axis": "-y",
+                "limits": (-3.0, 3.0),
+                "gearbox": {"kind": "catalogue", "ratio": 100.0, "stiffness": stiffness},
+                "link": {
+                    "length": 0.25,
+                    "rigid": True,
+                    "mass": mass,
+                    "centre_of_mass": (0.25, 0.0, 0.0),
+                },
+            }
+            for name, stiffness, mass in zip("AB", drives, (0.4, 0.0), strict=True)
+        ],
+        payload={"mass": 0.3},
+    )
+
+
+@pytest.mark.parametrize(
+    ("wanted", "sent"), [(0, 16.85639), (30, 44.59806), (60, 68.42819), (85, 86.46913)]
+)
+def test_a_drooping_joint_stands_where_it_is_wanted(wanted, sent):
+    """0.5 kg at 0.3 m on a drive of 5 N m/rad: published commands to five digits, and where the arm
+    then stands by K (c - a) = T cos(a).
+    """
+    model = lostmotion.controller(one_joint(stiffness=5.0, length=0.3, payload=0.5))
+    command = float(model.compensate([math.radians(wanted)]).command[0, 0])
+    assert math.degrees(command) == pytest.approx(sent, abs=5e-6)
+    torque = 0.5 * 9.80665 * 0.3
+    stands = brentq(lambda a: 5.0 * (command - a) - torque * math.cos(a), -2, 2, xtol=1e-14)
+    assert math.degrees(stands) == pytest.approx(wanted, abs=1e-9)
 
 
 def test_a_rounding_at_a_limit_is_no_cut():
@@ -246,27 +363,3 @@ def test_a_command_stays_within_the_limits_and_reports_it():
     assert found.command[0, 0] == 0.0
     assert found.status[0] == SINGULAR
     assert found.left[0, 5] == pytest.approx(-9.80665e-4)
-
-
-@pytest.mark.parametrize("stiffness", [200.0, 400.0, 1000.0])
-def test_where_a_soft_joint_settles_one_pass_is_exact_and_two_are_not(tmp_path, stiffness):
-    """A spring K under T cos(a) settles where K (c - a) = T cos(a): at q after one pass, (T/K)^2
-    sin(q) cos(q) below it after two.
-    """
-    path = tmp_path / "soft.toml"
-    path.write_text(
-        'name = "soft"\n[payload]\nmass = "5.5 kg"\n[[joints]]\nname = "A"\ntype = "revolute"\n'
-        'axis = "-y"\nlimits = ["-90 deg", "90 deg"]\n'
-        f'gearbox = {{ ratio = 100, stiffness = "{stiffness} N m/rad", friction_torque = "0 N '
-        f'm" }}\n'
-        'link = { length = "200 mm", rigid = true, mass = "0 kg" }\n',
-        encoding="utf-8",
-    )
-    model, q, droop = lostmotion.controller(path), 0.8, 5.5 * 9.80665 * 0.2 / stiffness
-    sent = [float(model.compensate([q], passes=passes).command[0, 0]) for passes in (1, 2)]
-    settled = [
-        brentq(lambda a, c: c - a - droop * math.cos(a), -2, 2, args=(command,), xtol=1e-14)
-        for command in sent
-    ]
-    assert settled[0] == pytest.approx(q, abs=1e-9)
-    assert q - settled[1] == pytest.approx(droop**2 * math.sin(q) * math.cos(q), rel=0.1)

@@ -40,8 +40,8 @@ VALIDATES = (
 )
 
 
-def one_joint(**gearbox):
-    """Return an arm with one horizontal axis and 10 kg at the end of a rigid link of one metre."""
+def one_joint(*, length=1.0, payload=10.0, **gearbox):
+    """Return an arm with one horizontal axis and a payload (kg) at the end of a rigid link (m)."""
     joint = {
         "name": "A",
         "type": "revolute",
@@ -51,8 +51,8 @@ def one_joint(**gearbox):
     }
     return Arm(
         name="one joint",
-        joints=[{**joint, "link": {"length": 1.0, "direction": "x", "rigid": True}}],
-        payload={"mass": 10.0},
+        joints=[{**joint, "link": {"length": length, "direction": "x", "rigid": True}}],
+        payload={"mass": payload},
     )
 
 

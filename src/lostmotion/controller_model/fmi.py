@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from lostmotion.controller_model.controller import DAMPING, LARGEST_STEP
+from lostmotion.controller_model.compensation import DAMPING, LARGEST_STEP
 from lostmotion.version import __version__
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from lostmotion.spatial import cross, skew
+from lostmotion.spatial import cross, exp, skew
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -50,8 +50,11 @@ class PredictionFactors(NamedTuple):
 
 
 class ToolError(NamedTuple):
-    """State and error of the tool; the names are those of `controller.Prediction`. `factors` are
-    those of each place that has any.
+    """State and error of the tool; the names are those of `controller.Prediction`.
+
+    twists   (place, pose, 6) expected twist of each place in its own axes, zero off the way to the
+             tool
+    factors  those of each place that has any
     """
 
     turn: Floats
@@ -62,6 +65,7 @@ class ToolError(NamedTuple):
     screw: Floats
     covariance: Floats
     jacobian: Floats
+    twists: Floats
     factors: list[PredictionFactors]
 
 
@@ -95,6 +99,7 @@ def tool_error(
         np.zeros((count, 3, 3), kind),
     )
     shared = np.zeros((len(tables.draws), count, 3), kind)
+    twists = np.zeros((len(tables.records), count, 6), kind)
     found = []
     for k, record in enumerate(tables.records):
         axis = 5 if record.slides else 2
@@ -113,6 +118,7 @@ def tool_error(
         fall = np.einsum("pij,pi->pj", turns[k], gravity)
         mean, spread, own = local_error(record, factors.values, last)
         linear = _linear(record, carried[k], fall)
+        twists[k] = mean + linear
         shift, along_axis = carry[:, 3:], np.zeros((count, 3), kind)
         if record.joint >= 0:
             motion = mean[:, axis] + linear[:, axis]
@@ -132,19 +138,34 @@ def tool_error(
             )
     covariance += np.einsum("dpi,dpj->pij", shared, shared)
     return ToolError(
-        turns[-1], tool, torques, along, elsewhere, screw + elsewhere, covariance, jacobian, found
+        turns[-1],
+        tool,
+        torques,
+        along,
+        elsewhere,
+        screw + elsewhere,
+        covariance,
+        jacobian,
+        twists,
+        found,
     )
 
 
-def frames(tables: Tables, q: Floats) -> tuple[Floats, Floats]:
+def frames(tables: Tables, q: Floats, twists: Floats | None = None) -> tuple[Floats, Floats]:
     """Return rotations (place, pose, 3, 3) and origins (place, pose, 3), m, of the places in the
     base's axes, for q (pose, joint).
+
+    twists  (place, pose, 6) of the places in their own axes, behind the motion of their joint; none
+            by default
     """
     turns, points = (
         np.empty((len(tables.records), len(q), 3, 3), dtype=q.dtype),
         np.empty((len(tables.records), len(q), 3), dtype=q.dtype),
     )
     turns[0], points[0] = np.eye(3), 0.0
+    if twists is not None:
+        base = exp(twists[0])
+        turns[0], points[0] = base[:, :3, :3], base[:, :3, 3]
     for k, record in enumerate(tables.records[1:], start=1):
         before = turns[record.parent]
         turn = before @ record.pose[:3, :3]
@@ -159,6 +180,10 @@ def frames(tables: Tables, q: Floats) -> tuple[Floats, Floats]:
                 turned[:, :, 0] = cosine * turn[:, :, 0] + sine * turn[:, :, 1]
                 turned[:, :, 1] = cosine * turn[:, :, 1] - sine * turn[:, :, 0]
                 turn = turned
+        if twists is not None and record.carries_tool:
+            moved = exp(twists[k])
+            point = point + np.einsum("pij,pj->pi", turn, moved[:, :3, 3])
+            turn = turn @ moved[:, :3, :3]
         turns[k], points[k] = turn, point
     return turns, points
 
@@ -209,15 +234,33 @@ def local_error(
     factors  (pose,) each, of the record
     side     (pose,) sign of the joint's last motion; 0 where it is not known
     """
-    sizes = [factors[a] * factors[b] * factors[c] for a, b, c in record.sizes]
-    # the output trails the motor: it rests behind its last motion
-    behind = [np.ones_like(side), -side, 1 - side * side]
+    sizes, behind = _sizes_and_sides(record, factors, side)
     covariance = np.broadcast_to(record.covariance, (len(side), 6, 6))
     for product in record.products:
         factor = sizes[product.first] * sizes[product.second] * behind[product.side]
         covariance = covariance + factor[:, None, None] * product.matrix
     shared = [_sum(each.entries, sizes, behind, len(side)) for each in record.shared]
     return record.mean + _sum(record.entries, sizes, behind, len(side)), covariance, shared
+
+
+def expected_twist(
+    record: Record, factors: Sequence[Floats], side: Floats, wrench: Floats, fall: Floats
+) -> Floats:
+    """Return the expected twist (pose, 6) of one place in its axes; arguments as `local_error`,
+    with the wrench and the acceleration of free fall in these axes.
+    """
+    sizes, behind = _sizes_and_sides(record, factors, side)
+    mean = record.mean + _sum(record.entries, sizes, behind, len(side))
+    return np.asarray(mean + _linear(record, wrench, fall))
+
+
+def _sizes_and_sides(
+    record: Record, factors: Sequence[Floats], side: Floats
+) -> tuple[list[Floats], list[Floats]]:
+    """Return the sizes of a record and its side factors, (pose,) each."""
+    sizes = [factors[a] * factors[b] * factors[c] for a, b, c in record.sizes]
+    # the output trails the motor: it rests behind its last motion
+    return sizes, [np.ones_like(side), -side, 1 - side * side]
 
 
 def _linear(of: Record | Shared, wrench: Floats, gravity: Floats) -> Floats:

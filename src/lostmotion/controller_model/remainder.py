@@ -1,5 +1,5 @@
-"""How much of the expected error a compensated command leaves, by the model itself at the corrected
-command.
+"""How much of the expected error a compensated command leaves where the arm stands in
+equilibrium.
 """
 
 from __future__ import annotations
@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 import numpy as np
 
-from lostmotion.controller_model.prediction import frames
+from lostmotion.controller_model.compensation import REGULAR
+from lostmotion.controller_model.standing import standing
 
 if TYPE_CHECKING:
-    from lostmotion.controller_model.controller import Controller, Prediction
+    from lostmotion.controller_model.controller import Controller
     from lostmotion.spatial import Floats
 
-# Poses whose position Jacobian has a smaller singular value (m) are near singular ones.
-REGULAR: Final = 0.1
+# Rounds of the iteration to the equilibrium, whose error shrinks by the wind-up in radians each.
+_ROUNDS: Final = 12
 
 
 class Remainder(NamedTuple):
@@ -43,30 +44,30 @@ def remainder(model: Controller, q: Floats, passes: Literal[1, 2]) -> Remainder:
 
 
 def shares_left(model: Controller, q: Floats, passes: Literal[1, 2] = 1) -> tuple[Floats, Floats]:
-    """Return the share of the error (pose,) that remains, and the smallest singular value of the
-    position Jacobian, m.
-
-    Joints stand at the corrected command with the deflection that belongs to it, and so does
-    everything else. NaN where there is no error.
+    """Return the share of the error (pose,) that remains where the arm then stands, and the
+    smallest singular value of the position Jacobian, m. NaN where there is no error.
     """
     found = model.compensate(q, passes=passes)
-    start = found.prediction
-    points = _points(model, np.asarray(q, dtype=float), start), reached(model, found.command)
-    before, after = (np.linalg.norm(each - start.point, axis=1) for each in points)
+    before, after = (
+        np.linalg.norm(reached(model, each) - found.prediction.point, axis=1)
+        for each in (np.asarray(q, dtype=float), found.command)
+    )
     share: Floats = np.divide(after, before, out=np.full(len(before), np.nan), where=before > 0)
     return share, np.asarray(
-        np.linalg.svd(start.jacobian[:, 3:], compute_uv=False)[:, -1], dtype=float
+        np.linalg.svd(found.prediction.jacobian[:, 3:], compute_uv=False)[:, -1], dtype=float
     )
 
 
 def reached(model: Controller, command: Floats) -> Floats:
-    """Return the tool points (pose, 3), m, that the model expects at a command (pose, joint):
-    joints with their deflection, then the rest.
+    """Return the tool points (pose, 3), m, where the arm stands in equilibrium with its own payload
+    at a command (pose, joint).
     """
-    return _points(model, command, model.predict(command))
-
-
-def _points(model: Controller, command: Floats, found: Prediction) -> Floats:
-    """Return the tool points at a command from the prediction there."""
-    _, points = frames(model.tables, command + found.joints)
-    return np.asarray(points[-1] + found.elsewhere[:, 3:])
+    tables, count = model.tables, len(command)
+    load, gravity = (
+        np.broadcast_to(each, (count, each.size)) for each in (tables.load, tables.gravity)
+    )
+    twists, side = np.zeros((len(tables.records), count, 6)), np.zeros_like(command)
+    for _ in range(_ROUNDS):
+        stands = standing(tables, command, load, gravity, side, twists)
+        twists = stands.twists
+    return stands.point

@@ -31,7 +31,7 @@ static lm_real lm_joint_dot(const lm_real a[], const lm_real b[])
     return {dot};
 }}
 
-static void lm_predict_valid(const lm_input *input, lm_output *output)
+static void lm_predict_valid(const lm_input *input, lm_output *output, lm_real twists[LM_PLACES][6])
 {{
 """  # noqa: E501
 
@@ -78,6 +78,11 @@ def unrolled_source(tables: Tables, version: str) -> str:
     ]
     outputs += [
         (f"output->covariance[{k}]", value) for k, value in enumerate(error.covariance[0][_UPPER])
+    ]
+    outputs += [
+        (f"twists[{place}][{k}]", value)
+        for place, twist in enumerate(error.twists)
+        for k, value in enumerate(twist[0])
     ]
     start = ["lm_local local;", "local.open_play = 0;", "local.beyond = 0;"] if tabulated else []
     end = f"lm_finish(output, {'local.open_play, local.beyond' if tabulated else '0, 0'});"

@@ -13,7 +13,7 @@ from lostmotion.controller_model.c_source import (
     vector_source,
 )
 from lostmotion.controller_model.remainder import remainder
-from lostmotion.controller_model.unrolled import evaluated, unrolled_source
+from lostmotion.controller_model.unrolled import unrolled_source
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import legible
 from lostmotion.reporting.provenance import missing_clause
@@ -217,14 +217,7 @@ def _header(model: Controller, head: str, *, single: bool, unroll: bool) -> str:
         ),
         "#endif",
     ]
-    choice += [
-        "#ifdef LM_UNROLLED",
-        f"#define LM_EVALUATED {len(evaluated(model.tables))}",
-        "#else",
-        "#define LM_EVALUATED LM_PLACES",
-        "#endif",
-    ]
-    choice = choice if unroll else ["#define LM_EVALUATED LM_PLACES"]
+    choice = choice if unroll else []
     lines = [f"#define LM_{name} {value}" for name, value in defines.items()]
     precision = (
         [

@@ -22,6 +22,7 @@
 #define LM_FARTHEST ((lm_real)8) /* standard deviations: the share of robots beyond is rounding */
 #define LM_AGREES ((lm_real)1e-4)
 #define LM_UNCUT ((lm_real)1e-6) /* a command beyond a joint limit by less (rad or m) is not cut */
+#define LM_AFAR ((lm_real)1e-6) /* a motion of the tool by a smaller share of the reach is rounding */
 #else
 #define LM_SIN sin
 #define LM_COS cos
@@ -38,6 +39,7 @@
 #define LM_FARTHEST ((lm_real)12)
 #define LM_AGREES ((lm_real)1e-9)
 #define LM_UNCUT ((lm_real)1e-12)
+#define LM_AFAR ((lm_real)1e-12)
 #endif
 
 #define LM_ZERO ((lm_real)0)
@@ -49,6 +51,11 @@
 #define LM_ROTATION_LENGTH ((lm_real)0.1)
 /* A change of the command is sent whole where the share of it that makes the error smallest is at least the inverse, as at regular poses. */
 #define LM_NEAR_BEST ((lm_real)1.25)
+/* A pose whose position Jacobian has a smaller singular value (m) is near a singular one: elsewhere a step is as large as the bending that it
+ * corrects, and has no limit. */
+#define LM_REGULAR ((lm_real)0.1)
+/* Motions of the tool that are rounding, m. */
+#define LM_UNSEEN (LM_AFAR * lm_valid.reach)
 
 static const lm_output lm_no_output = {0};
 static const lm_command lm_no_command = {0};
@@ -148,8 +155,49 @@ static int lm_check(const lm_input *input)
     return status;
 }
 
-/* Frames of all places: each is fixed to its parent, and turns about or slides along its z axis. */
-static void lm_frames(const lm_real q[], lm_state *state)
+/* Displace a frame by a twist in its own axes: the exponential of the twist, by series that are exact to rounding below a radian. */
+static void lm_displace_frame(const lm_real twist[6], lm_real turn[9], lm_real point[3])
+{
+    /* 1/1!, 1/3!, .. and 1/2!, 1/4!, .. with alternating signs, from the last term to the first */
+    static const lm_real odd[8] = {
+        (lm_real)-7.647163731819816e-13, (lm_real)1.6059043836821613e-10, (lm_real)-2.505210838544172e-08, (lm_real)2.7557319223985893e-06,
+        (lm_real)-0.0001984126984126984, (lm_real)0.008333333333333333, (lm_real)-0.16666666666666666, (lm_real)1.0};
+    static const lm_real even[8] = {
+        (lm_real)-4.779477332387385e-14, (lm_real)1.1470745597729725e-11, (lm_real)-2.08767569878681e-09, (lm_real)2.755731922398589e-07,
+        (lm_real)-2.48015873015873e-05, (lm_real)0.001388888888888889, (lm_real)-0.041666666666666664, (lm_real)0.5};
+    const lm_real square = lm_dot3(twist, twist);
+    lm_real sine = LM_ZERO;  /* sin t / t */
+    lm_real cosine = LM_ZERO; /* (1 - cos t) / t^2 */
+    lm_real rest = LM_ZERO;  /* (t - sin t) / t^3 */
+    lm_real once[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real again[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real moved[3];
+    int k;
+    for (k = 0; k < 8; k++) {
+        sine = sine * square + odd[k];
+        cosine = cosine * square + even[k];
+        rest = (k < 7) ? rest * square - odd[k] : rest;
+    }
+    lm_add_cross(twist, &twist[3], once);
+    lm_add_cross(twist, once, again);
+    for (k = 0; k < 3; k++) {
+        moved[k] = twist[3 + k] + cosine * once[k] + rest * again[k];
+    }
+    for (k = 0; k < 3; k++) {
+        lm_real *row = &turn[3 * k];
+        const lm_real along = lm_dot3(row, twist);
+        lm_real aside[3] = {LM_ZERO, LM_ZERO, LM_ZERO}; /* row x twist */
+        int i;
+        point[k] += lm_dot3(row, moved);
+        lm_add_cross(row, twist, aside);
+        for (i = 0; i < 3; i++) {
+            row[i] += sine * aside[i] + cosine * (along * twist[i] - square * row[i]);
+        }
+    }
+}
+
+/* Frames of all places: each is fixed to its parent, turns about or slides along its z axis, and is displaced by its twist; NULL: none. */
+static void lm_frames(const lm_real q[], const lm_real twists[LM_PLACES][6], lm_state *state)
 {
     int k;
     int i;
@@ -159,11 +207,11 @@ static void lm_frames(const lm_real q[], lm_state *state)
     for (i = 0; i < 3; i++) {
         state->point[0][i] = lm_places[0].offset[i];
     }
-    for (k = 1; k < LM_PLACES; k++) {
+    for (k = 0; k < LM_PLACES; k++) {
         const lm_place *place = &lm_places[k];
         lm_real *turn = state->turn[k];
         lm_real *point = state->point[k];
-        for (i = 0; i < 3; i++) {
+        for (i = 0; (i < 3) && (k > 0); i++) {
             const lm_real *row = &state->turn[place->parent][3 * i];
             turn[3 * i] = row[0] * place->rotation[0] + row[1] * place->rotation[3] + row[2] * place->rotation[6];
             turn[3 * i + 1] = row[0] * place->rotation[1] + row[1] * place->rotation[4] + row[2] * place->rotation[7];
@@ -187,10 +235,12 @@ static void lm_frames(const lm_real q[], lm_state *state)
                 }
             }
         }
+        if ((twists != NULL) && (place->errs != 0)) {
+            lm_displace_frame(twists[k], turn, point);
+        }
     }
 }
 
-#if LM_EVALUATED > 0
 static lm_real lm_sign(lm_real value)
 {
     return (value > LM_ZERO) ? LM_ONE : ((value < LM_ZERO) ? -LM_ONE : LM_ZERO);
@@ -445,7 +495,6 @@ static void lm_find_factors(const lm_place *place, lm_real value, lm_local *loca
     }
 #endif
 }
-#endif
 
 #ifdef LM_ACCURATE_LENGTH
 #define LM_SADDLE_STEPS 8
@@ -701,24 +750,6 @@ static void lm_finish(lm_output *output, int open_play, int beyond)
     }
 }
 
-/* a . b over the joints */
-static lm_real lm_joint_dot(const lm_real a[], const lm_real b[]);
-
-/* The prediction at inputs that were checked. */
-static void lm_predict_valid(const lm_input *input, lm_output *output);
-
-#ifdef LM_UNROLLED
-#include "lm_unrolled.h"
-#else
-static lm_real lm_joint_dot(const lm_real a[], const lm_real b[])
-{
-    return lm_dot(a, b, LM_JOINTS);
-}
-
-/* Index of an element of a symmetric 6 x 6 matrix in its upper triangle. */
-static const int lm_upper[6][6] = {{0, 1, 2, 3, 4, 5},    {1, 6, 7, 8, 9, 10},   {2, 7, 11, 12, 13, 14},
-                                   {3, 8, 12, 15, 16, 17}, {4, 9, 13, 16, 18, 19}, {5, 10, 14, 17, 19, 20}};
-
 /* sum += turn v */
 static void lm_add_turned(const lm_real turn[9], const lm_real v[3], lm_real sum[3])
 {
@@ -746,19 +777,6 @@ static void lm_add6(lm_real factor, const lm_real v[6], lm_real sum[6])
     sum[3] += factor * v[3];
     sum[4] += factor * v[4];
     sum[5] += factor * v[5];
-}
-
-/* sum += v v', as xx xy xz yy yz zz */
-static void lm_add_square(lm_real factor, const lm_real v[3], lm_real sum[6])
-{
-    const lm_real x = factor * v[0];
-    const lm_real y = factor * v[1];
-    sum[0] += x * v[0];
-    sum[1] += x * v[1];
-    sum[2] += x * v[2];
-    sum[3] += y * v[1];
-    sum[4] += y * v[2];
-    sum[5] += factor * v[2] * v[2];
 }
 
 /* Wrenches: each place carries its own weight, the payload where it is the tool, and the wrenches of its children. */
@@ -844,6 +862,70 @@ static void lm_add_entries(const lm_local *local, int first, int count, lm_real 
     }
 }
 
+/* Wrench and expected twist of a place in its own axes, and what of it is linear in the loads. */
+static void lm_expect(const lm_input *input, const lm_real q[LM_JOINTS], const lm_state *state, int k, lm_local *local, lm_real linear[6], lm_real mean[6])
+{
+    const lm_place *place = &lm_places[k];
+    lm_real side = LM_ZERO;
+    lm_real value = LM_ZERO;
+    int i;
+    lm_into(state->turn[k], state->moment[k], &local->wrench[0]);
+    lm_into(state->turn[k], state->force[k], &local->wrench[3]);
+    if (place->joint >= 0) {
+        side = input->side[place->joint];
+        value = q[place->joint];
+    }
+    local->behind[0] = LM_ONE;
+    local->behind[1] = -side;
+    local->behind[2] = LM_ONE - side * side;
+    lm_into(state->turn[k], input->gravity, local->gravity);
+    lm_find_factors(place, value, local);
+    lm_find_sizes(place, local);
+    for (i = 0; i < 6; i++) {
+        linear[i] = LM_ZERO;
+    }
+    lm_add_linear(local, place->compliance, place->own_weight, linear);
+    for (i = 0; i < 6; i++) {
+        mean[i] = place->mean[i] + linear[i];
+    }
+    lm_add_entries(local, place->entry, place->entries, mean);
+    for (i = place->axis_entry; i < place->axis_entry + place->axis_entries; i++) {
+        const lm_axis_entry *entry = &lm_axis_entries[i];
+        mean[place->axis] += local->sizes[entry->size] * local->behind[entry->side] * entry->value;
+    }
+}
+
+/* a . b over the joints */
+static lm_real lm_joint_dot(const lm_real a[], const lm_real b[]);
+
+/* The prediction at inputs that were checked, and the expected twists of all places in their own axes. */
+static void lm_predict_valid(const lm_input *input, lm_output *output, lm_real twists[LM_PLACES][6]);
+
+#ifdef LM_UNROLLED
+#include "lm_unrolled.h"
+#else
+static lm_real lm_joint_dot(const lm_real a[], const lm_real b[])
+{
+    return lm_dot(a, b, LM_JOINTS);
+}
+
+/* Index of an element of a symmetric 6 x 6 matrix in its upper triangle. */
+static const int lm_upper[6][6] = {{0, 1, 2, 3, 4, 5},    {1, 6, 7, 8, 9, 10},   {2, 7, 11, 12, 13, 14},
+                                   {3, 8, 12, 15, 16, 17}, {4, 9, 13, 16, 18, 19}, {5, 10, 14, 17, 19, 20}};
+
+/* sum += v v', as xx xy xz yy yz zz */
+static void lm_add_square(lm_real factor, const lm_real v[3], lm_real sum[6])
+{
+    const lm_real x = factor * v[0];
+    const lm_real y = factor * v[1];
+    sum[0] += x * v[0];
+    sum[1] += x * v[1];
+    sum[2] += x * v[2];
+    sum[3] += y * v[1];
+    sum[4] += y * v[2];
+    sum[5] += factor * v[2] * v[2];
+}
+
 /* Twist of the tool per twist at a place: columns of turn, and their cross products with the vector to the tool point. */
 static void lm_carry(const lm_real turn[9], const lm_real to_tool[3], lm_real shift[3][6])
 {
@@ -915,7 +997,7 @@ static void lm_add_covariance(const lm_place *place, const lm_local *local, cons
     }
 }
 
-static void lm_predict_valid(const lm_input *input, lm_output *output)
+static void lm_predict_valid(const lm_input *input, lm_output *output, lm_real twists[LM_PLACES][6])
 {
     lm_state state;
     lm_local local;
@@ -924,7 +1006,7 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
     int k;
     int i;
     *output = lm_no_output;
-    lm_frames(input->q, &state);
+    lm_frames(input->q, NULL, &state);
     tool = state.point[LM_PLACES - 1];
     lm_wrenches(input, &state);
     local.open_play = 0;
@@ -943,45 +1025,29 @@ static void lm_predict_valid(const lm_input *input, lm_output *output)
     for (k = 0; k < LM_PLACES; k++) {
         const lm_place *place = &lm_places[k];
         const lm_real *turn = state.turn[k];
-        lm_into(turn, state.moment[k], &local.wrench[0]);
-        lm_into(turn, state.force[k], &local.wrench[3]);
+        for (i = 0; i < 6; i++) {
+            twists[k][i] = LM_ZERO;
+        }
         if (place->joint >= 0) {
-            output->torques[place->joint] = -local.wrench[place->axis];
+            const lm_real *load = (place->axis == 2) ? state.moment[k] : state.force[k];
+            output->torques[place->joint] = -(turn[2] * load[0] + turn[5] * load[1] + turn[8] * load[2]);
         }
         if (place->errs != 0) {
             lm_real to_tool[3];
             lm_real shift[3][6];
+            lm_real linear[6];
             lm_real mean[6];
-            lm_real side = LM_ZERO;
-            lm_real value = LM_ZERO;
             for (i = 0; i < 3; i++) {
                 to_tool[i] = tool[i] - state.point[k][i];
             }
-            if (place->joint >= 0) {
-                side = input->side[place->joint];
-                value = input->q[place->joint];
-            }
-            local.behind[0] = LM_ONE;
-            local.behind[1] = -side;
-            local.behind[2] = LM_ONE - side * side;
-            lm_into(turn, input->gravity, local.gravity);
-            lm_find_factors(place, value, &local);
-            lm_find_sizes(place, &local);
+            lm_expect(input, input->q, &state, k, &local, linear, mean);
             lm_carry(turn, to_tool, shift);
-            lm_real linear[6] = {LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO, LM_ZERO};
-            lm_add_linear(&local, place->compliance, place->own_weight, linear);
             for (i = 0; i < 6; i++) {
-                mean[i] = place->mean[i] + linear[i];
+                twists[k][i] = mean[i];
             }
-            lm_add_entries(&local, place->entry, place->entries, mean);
             if (place->joint >= 0) {
                 const int axis = place->axis;
-                lm_real along;
-                for (i = place->axis_entry; i < place->axis_entry + place->axis_entries; i++) {
-                    const lm_axis_entry *entry = &lm_axis_entries[i];
-                    mean[axis] += local.sizes[entry->size] * local.behind[entry->side] * entry->value;
-                }
-                along = mean[axis];
+                const lm_real along = mean[axis];
                 output->joints[place->joint] = along;
                 mean[axis] = LM_ZERO;
                 for (i = 0; i < 3; i++) {
@@ -1048,8 +1114,9 @@ void lm_default_options(lm_options *options)
 int lm_predict(const lm_input *input, lm_output *output)
 {
     const int status = lm_check(input);
+    lm_real twists[LM_PLACES][6];
     if (status == LM_OK) {
-        lm_predict_valid(input, output);
+        lm_predict_valid(input, output, twists);
     } else {
         *output = lm_no_output;
         output->status = status;
@@ -1094,64 +1161,105 @@ static void lm_solve(const lm_real parts[6], const lm_real b[3], lm_real x[3])
     x[0] = b[0] * parts[0] - parts[1] * x[1] - parts[2] * x[2];
 }
 
-/* Step of the joints that removes an error of the tool. Return 1 where its size was reduced. */
-static int lm_step(const lm_output *at, const lm_real error[6], const lm_options *options, lm_real step[LM_JOINTS])
+/* The damped normal matrix of the Jacobian, in which the rotation is eliminated first where the whole pose is corrected. */
+typedef struct {
+    lm_real shift[6];
+    lm_real turn[6];
+    lm_real both[3][3];
+    lm_real per[3][3];
+    lm_real damping;
+    int whole_pose;
+} lm_normal;
+
+static void lm_find_normal(const lm_real jacobian[6 * LM_JOINTS], const lm_options *options, lm_normal *normal)
 {
-    const lm_real *turns = at->jacobian;
-    const lm_real *shifts = &at->jacobian[3 * LM_JOINTS];
-    lm_real shift[3] = {error[3], error[4], error[5]};
-    lm_real turn[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
-    lm_real normal[6];
-    lm_real parts[6];
-    lm_real largest = LM_ZERO;
-    int j;
-    lm_squares(shifts, options->damping, normal);
-    if (options->whole_pose != 0) { /* the rotation is eliminated first */
-        lm_real both[3][3];
-        lm_real per[3][3];
+    const lm_real *turns = jacobian;
+    const lm_real *shifts = &jacobian[3 * LM_JOINTS];
+    lm_real squares[6];
+    normal->damping = options->damping;
+    normal->whole_pose = options->whole_pose;
+    lm_squares(shifts, options->damping, squares);
+    if (options->whole_pose != 0) {
         lm_real turning[6];
-        lm_real turning_parts[6];
         int i;
+        int j;
         lm_squares(turns, options->damping / (LM_ROTATION_LENGTH * LM_ROTATION_LENGTH), turning);
-        lm_eliminate(turning, turning_parts);
-        lm_solve(turning_parts, error, turn);
+        lm_eliminate(turning, normal->turn);
         for (i = 0; i < 3; i++) {
             for (j = 0; j < 3; j++) {
-                both[i][j] = lm_joint_dot(&shifts[LM_JOINTS * i], &turns[LM_JOINTS * j]);
+                normal->both[i][j] = lm_joint_dot(&shifts[LM_JOINTS * i], &turns[LM_JOINTS * j]);
             }
-            lm_solve(turning_parts, both[i], per[i]);
-            shift[i] -= lm_dot3(both[i], turn);
+            lm_solve(normal->turn, normal->both[i], normal->per[i]);
         }
-        normal[0] -= lm_dot3(both[0], per[0]);
-        normal[1] -= lm_dot3(both[0], per[1]);
-        normal[2] -= lm_dot3(both[0], per[2]);
-        normal[3] -= lm_dot3(both[1], per[1]);
-        normal[4] -= lm_dot3(both[1], per[2]);
-        normal[5] -= lm_dot3(both[2], per[2]);
-        lm_eliminate(normal, parts);
-        lm_solve(parts, shift, shift);
+        squares[0] -= lm_dot3(normal->both[0], normal->per[0]);
+        squares[1] -= lm_dot3(normal->both[0], normal->per[1]);
+        squares[2] -= lm_dot3(normal->both[0], normal->per[2]);
+        squares[3] -= lm_dot3(normal->both[1], normal->per[1]);
+        squares[4] -= lm_dot3(normal->both[1], normal->per[2]);
+        squares[5] -= lm_dot3(normal->both[2], normal->per[2]);
+    }
+    lm_eliminate(squares, normal->shift);
+}
+
+/* What the transposed Jacobian is multiplied by to remove an error of the tool; `out` may be the error. */
+static void lm_invert(const lm_normal *normal, const lm_real error[6], lm_real out[6])
+{
+    lm_real shift[3] = {error[3], error[4], error[5]};
+    lm_real turn[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    int i;
+    if (normal->whole_pose != 0) {
+        lm_solve(normal->turn, error, turn);
         for (i = 0; i < 3; i++) {
-            turn[i] -= per[0][i] * shift[0] + per[1][i] * shift[1] + per[2][i] * shift[2];
+            shift[i] -= lm_dot3(normal->both[i], turn);
         }
-    } else {
-        lm_eliminate(normal, parts);
-        lm_solve(parts, shift, shift);
+    }
+    lm_solve(normal->shift, shift, shift);
+    for (i = 0; i < 3; i++) {
+        if (normal->whole_pose != 0) {
+            turn[i] -= normal->per[0][i] * shift[0] + normal->per[1][i] * shift[1] + normal->per[2][i] * shift[2];
+        }
+        out[i] = turn[i];
+        out[3 + i] = shift[i];
+    }
+}
+
+/* Step of the joints that removes an error of the tool. Return 1 where its size was reduced: where it exceeds the largest step, and what the error
+ * takes at regular poses. Solved twice, the second time for what damping left, so that only its square remains. */
+static int lm_step(const lm_real jacobian[6 * LM_JOINTS], const lm_normal *normal, const lm_real error[6], lm_real largest_step,
+                   lm_real step[LM_JOINTS])
+{
+    const lm_real length = (normal->whole_pose != 0) ? LM_ROTATION_LENGTH : LM_ZERO;
+    const lm_real size = LM_SQRT(lm_dot3(&error[3], &error[3]) + length * length * lm_dot3(error, error));
+    const lm_real most = lm_largest_of(largest_step, size / LM_REGULAR);
+    lm_real once[6];
+    lm_real again[6];
+    lm_real largest = LM_ZERO;
+    int j;
+    lm_invert(normal, error, once);
+    for (j = 0; j < 3; j++) {
+        again[j] = normal->damping / (LM_ROTATION_LENGTH * LM_ROTATION_LENGTH) * once[j];
+        again[3 + j] = normal->damping * once[3 + j];
+    }
+    lm_invert(normal, again, again);
+    for (j = 0; j < 6; j++) {
+        once[j] += again[j];
     }
     for (j = 0; j < LM_JOINTS; j++) {
-        step[j] = -(turns[j] * turn[0] + turns[LM_JOINTS + j] * turn[1] + turns[2 * LM_JOINTS + j] * turn[2]);
-        step[j] -= shifts[j] * shift[0] + shifts[LM_JOINTS + j] * shift[1] + shifts[2 * LM_JOINTS + j] * shift[2];
+        const lm_real *column = &jacobian[j];
+        step[j] = -(column[0] * once[0] + column[LM_JOINTS] * once[1] + column[2 * LM_JOINTS] * once[2]);
+        step[j] -= column[3 * LM_JOINTS] * once[3] + column[4 * LM_JOINTS] * once[4] + column[5 * LM_JOINTS] * once[5];
         largest = lm_largest_of(largest, LM_FABS(step[j]));
     }
-    if (largest > options->largest_step) {
+    if (largest > most) {
         for (j = 0; j < LM_JOINTS; j++) {
-            step[j] *= options->largest_step / largest;
+            step[j] *= most / largest;
         }
     }
-    return (largest > options->largest_step) ? 1 : 0;
+    return (largest > most) ? 1 : 0;
 }
 
 /* Motion of the tool due to a change of the joints; the displacement to second order: each joint turns the motions of those behind it. */
-static void lm_displace(const lm_output *at, const lm_real change[LM_JOINTS], lm_real moved[6])
+static void lm_displace(const lm_real jacobian[6 * LM_JOINTS], const lm_real change[LM_JOINTS], lm_real moved[6])
 {
     lm_real bend[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
     int j;
@@ -1159,7 +1267,7 @@ static void lm_displace(const lm_output *at, const lm_real change[LM_JOINTS], lm
         moved[j] = LM_ZERO;
     }
     for (j = 0; j < LM_JOINTS; j++) {
-        const lm_real *column = &at->jacobian[j];
+        const lm_real *column = &jacobian[j];
         const lm_real half = (lm_real)0.5 * change[j];
         const lm_real turn[3] = {half * column[0], half * column[LM_JOINTS], half * column[2 * LM_JOINTS]};
         const lm_real shift[3] = {change[j] * column[3 * LM_JOINTS], change[j] * column[4 * LM_JOINTS], change[j] * column[5 * LM_JOINTS]};
@@ -1187,19 +1295,16 @@ static lm_real lm_inner(const lm_real a[6], const lm_real b[6], int whole_pose)
 }
 
 /* Change the command `sent` within the limits by `change`, which is cut to them. `drift` is where the joints stand beyond where they should, and
- * `start` the motion of the tool by it: the change begins with its negative. `left` is the error before and after. A change that a limit cuts,
- * or whose step was reduced, may add to the error, and with the command the load changes: the error by about its size times the largest angle.
- * The change is sent whole where the share of it that makes the error smallest is at least 1 / LM_NEAR_BEST. Return 1 where it was cut or
- * reduced. */
-static int lm_send(const lm_output *at, const lm_real drift[LM_JOINTS], const lm_real start[6], lm_real change[LM_JOINTS], int whole_pose,
-                   lm_real sent[LM_JOINTS], lm_real left[6])
+ * `start` the motion of the tool by it: the change begins with its negative. `error` is that of the tool. A change that a limit cuts, or whose step
+ * was `reduced`, may add to the error. It is sent whole where the share of it that makes the error smallest is at least 1 / LM_NEAR_BEST. Return 1
+ * where it was cut or reduced. */
+static int lm_send(const lm_output *at, const lm_real drift[LM_JOINTS], const lm_real start[6], lm_real change[LM_JOINTS], int reduced,
+                   int whole_pose, const lm_real error[6], lm_real sent[LM_JOINTS])
 {
     lm_real reached[LM_JOINTS];
     lm_real effect[6];
-    lm_real square;
-    lm_real largest = LM_ZERO;
     lm_real share = LM_ONE;
-    int cut = 0;
+    int cut = reduced;
     int j;
     for (j = 0; j < LM_JOINTS; j++) {
         const lm_real asked = sent[j] + change[j];
@@ -1208,128 +1313,174 @@ static int lm_send(const lm_output *at, const lm_real drift[LM_JOINTS], const lm
             change[j] = within - sent[j];
             cut = 1;
         }
-        largest = lm_largest_of(largest, LM_FABS(change[j]));
         reached[j] = drift[j] + change[j];
     }
-    lm_displace(at, reached, effect);
+    lm_displace(at->jacobian, reached, effect);
     for (j = 0; j < 6; j++) {
         effect[j] -= start[j];
     }
-    square = lm_inner(effect, effect, whole_pose);
-    if (square > LM_ZERO) {
-        const lm_real removed = -lm_inner(effect, left, whole_pose) - largest * lm_inner(left, left, whole_pose);
-        share = lm_clip(LM_NEAR_BEST * removed / square, LM_ZERO, LM_ONE);
+    if ((cut != 0) && (lm_inner(effect, effect, whole_pose) > LM_ZERO)) {
+        share = lm_clip(-LM_NEAR_BEST * lm_inner(effect, error, whole_pose) / lm_inner(effect, effect, whole_pose), LM_ZERO, LM_ONE);
     }
     for (j = 0; j < LM_JOINTS; j++) {
         sent[j] = lm_clip(sent[j] + share * change[j], lm_limits[2 * j], lm_limits[2 * j + 1]);
     }
-    for (j = 0; j < 6; j++) {
-        left[j] += share * effect[j];
-    }
-    return ((cut != 0) || (share < LM_ONE)) ? 1 : 0;
+    return cut;
 }
 
-/* How far the tool is expected from where it is wanted when the joints stand at `reached` after their deflection. */
-static void lm_residual(const lm_output *start, const lm_output *at, const lm_real reached[LM_JOINTS], lm_real residual[6])
+/* Let an arm that is commanded to q stand under the loads that act where it stands with these twists: one step to its equilibrium. Replace the
+ * twists, and find how far the tool is from where it stands without errors. Return 0 for a load beyond a table. */
+static int lm_stand(const lm_input *input, const lm_output *at, const lm_real q[LM_JOINTS], lm_real twists[LM_PLACES][6], lm_real off[6])
 {
     lm_state state;
-    const lm_real *turn;
+    lm_local local;
+    lm_real linear[6];
     lm_real spin[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
-    int i;
-    lm_frames(reached, &state);
-    turn = state.turn[LM_PLACES - 1];
-    for (i = 0; i < 3; i++) { /* half the sum of column x column: small rotations */
-        const lm_real before[3] = {start->turn[i], start->turn[3 + i], start->turn[6 + i]};
-        const lm_real after[3] = {turn[i], turn[3 + i], turn[6 + i]};
+    const lm_real *turn = state.turn[LM_PLACES - 1];
+    int k;
+    local.open_play = 0;
+    local.beyond = 0;
+    lm_frames(q, (const lm_real(*)[6])twists, &state);
+    lm_wrenches(input, &state);
+    for (k = 0; k < LM_PLACES; k++) {
+        if (lm_places[k].errs != 0) {
+            lm_expect(input, q, &state, k, &local, linear, twists[k]);
+        }
+    }
+    lm_frames(q, (const lm_real(*)[6])twists, &state);
+    for (k = 0; k < 3; k++) { /* half the sum of column x column: small rotations */
+        const lm_real before[3] = {at->turn[k], at->turn[3 + k], at->turn[6 + k]};
+        const lm_real after[3] = {turn[k], turn[3 + k], turn[6 + k]};
         lm_add_cross(before, after, spin);
     }
-    for (i = 0; i < 3; i++) {
-        residual[i] = (lm_real)0.5 * spin[i] + at->elsewhere[i];
-        residual[3 + i] = state.point[LM_PLACES - 1][i] - start->point[i] + at->elsewhere[3 + i];
+    for (k = 0; k < 3; k++) {
+        off[k] = (lm_real)0.5 * spin[k];
+        off[3 + k] = state.point[LM_PLACES - 1][k] - at->point[k];
+    }
+    return (local.beyond != 0) ? 0 : 1;
+}
+
+/* What twists move the joints. */
+static void lm_along_joints(const lm_real twists[LM_PLACES][6], lm_real along[LM_JOINTS])
+{
+    int k;
+    for (k = 0; k < LM_PLACES; k++) {
+        if (lm_places[k].joint >= 0) {
+            along[lm_places[k].joint] = twists[k][lm_places[k].axis];
+        }
+    }
+}
+
+static void lm_copy_twists(const lm_real from[LM_PLACES][6], lm_real to[LM_PLACES][6])
+{
+    int k;
+    int j;
+    for (k = 0; k < LM_PLACES; k++) {
+        for (j = 0; j < 6; j++) {
+            to[k][j] = from[k][j];
+        }
+    }
+}
+
+#if LM_SEATS > 0
+static const lm_real lm_rigid[LM_PLACES][6] = {{LM_ZERO}};
+#endif
+
+/* The command for valid inputs, from the prediction at the wanted pose with its twists. */
+static void lm_correct(const lm_input *input, const lm_options *options, const lm_output *at, const lm_real start[LM_PLACES][6], lm_command *command)
+{
+    const int steps = (options->passes > 1) ? 3 : 1;
+    lm_normal normal;
+    lm_real twists[LM_PLACES][6];
+    lm_real along[LM_JOINTS];
+    lm_real drift[LM_JOINTS];
+    lm_real change[LM_JOINTS];
+    lm_real moved[6];
+    lm_real gap[6];
+    lm_real without[6];
+    lm_real most;
+    int reduced = 0;
+    int valid = 1;
+    int worse;
+    int pass;
+    int j;
+    lm_find_normal(at->jacobian, options, &normal);
+    lm_copy_twists(start, twists);
+    for (j = 0; j < LM_JOINTS; j++) {
+        command->q[j] = input->q[j];
+        along[j] = at->joints[j];
+        drift[j] = at->joints[j];
+    }
+    for (j = 0; j < 6; j++) {
+        command->left[j] = at->screw[j];
+        moved[j] = at->screw[j] - at->elsewhere[j];
+    }
+    for (pass = 0; pass < steps; pass++) {
+        int capped;
+        for (j = 0; j < 6; j++) {
+            gap[j] = command->left[j] - moved[j];
+        }
+        capped = lm_step(at->jacobian, &normal, gap, options->largest_step, change);
+        for (j = 0; j < LM_JOINTS; j++) {
+            change[j] -= drift[j];
+        }
+        reduced |= lm_send(at, drift, moved, change, capped, options->whole_pose, command->left, command->q);
+        valid &= lm_stand(input, at, command->q, twists, command->left);
+        for (j = 0; j < LM_JOINTS; j++) {
+            drift[j] = -along[j];
+        }
+        lm_along_joints((const lm_real(*)[6])twists, along);
+        for (j = 0; j < LM_JOINTS; j++) {
+            drift[j] += along[j];
+        }
+        lm_displace(at->jacobian, drift, moved);
+    }
+    /* A joint limit, or a play that turns over, may leave more than there was. */
+    lm_copy_twists(start, twists);
+    (void)lm_stand(input, at, input->q, twists, without);
+    most = lm_inner(without, without, options->whole_pose) + LM_UNSEEN * LM_UNSEEN;
+    worse = (lm_inner(command->left, command->left, options->whole_pose) > most) ? 1 : 0;
+#if LM_SEATS > 0
+    /* On the way from the command to where it stands, a play may stay on the side that the loads at the command close. */
+    lm_copy_twists(lm_rigid, twists);
+    (void)lm_stand(input, at, command->q, twists, gap);
+    (void)lm_stand(input, at, command->q, twists, gap);
+    worse |= (lm_inner(gap, gap, options->whole_pose) > most) ? 1 : 0;
+#endif
+    if (worse != 0) {
+        reduced = 1;
+        for (j = 0; j < LM_JOINTS; j++) {
+            command->q[j] = input->q[j];
+        }
+        for (j = 0; j < 6; j++) {
+            command->left[j] = without[j];
+        }
+    }
+    command->status = (reduced != 0) ? LM_SINGULAR : LM_OK;
+    if (valid == 0) {
+        *command = lm_no_command;
+        command->status = LM_LOAD;
     }
 }
 
 int lm_compensate(const lm_input *input, const lm_options *options, lm_output *output, lm_command *command)
 {
-    int status = LM_INPUT;
+    lm_real twists[LM_PLACES][6];
+    int status = lm_check(input);
     int valid = lm_within(&options->damping, 1, LM_LEAST_DAMPING, LM_ONE);
     valid &= lm_within(&options->largest_step, 1, LM_ZERO, LM_MAX);
+    status = (valid != 0) ? status : LM_INPUT;
     *command = lm_no_command;
-    if (valid != 0) {
-        status = lm_predict(input, output);
-    } else {
-        *output = lm_no_output;
-        output->status = status;
-    }
+    *output = lm_no_output;
+    output->status = status;
     if (status == LM_OK) {
-        lm_real residual[6];
-        lm_real drift[LM_JOINTS];
-        lm_real change[LM_JOINTS];
-        lm_real start[6];
-        lm_output second;
-        const lm_output *at = output;
-        int reduced = 0;
-        int pass;
-        int j;
-        for (j = 0; j < LM_JOINTS; j++) {
-            drift[j] = output->joints[j];
-            command->q[j] = input->q[j];
-        }
-        for (j = 0; j < 6; j++) {
-            residual[j] = output->elsewhere[j];
-            start[j] = output->screw[j] - output->elsewhere[j];
-            command->left[j] = output->screw[j];
-        }
-        for (pass = 0; pass < ((options->passes > 1) ? 2 : 1); pass++) {
-            int worse = 0;
-            if (pass > 0) {
-                lm_input moved = *input;
-                lm_real reached[LM_JOINTS];
-                for (j = 0; j < LM_JOINTS; j++) {
-                    moved.q[j] = command->q[j];
-                    reached[j] = command->q[j] + output->joints[j];
-                }
-                lm_predict_valid(&moved, &second);
-                at = &second;
-                lm_residual(output, at, reached, residual);
-                for (j = 0; j < LM_JOINTS; j++) {
-                    drift[j] = at->joints[j] - output->joints[j];
-                }
-                lm_displace(at, drift, start);
-                for (j = 0; j < 6; j++) {
-                    command->left[j] = residual[j] + start[j];
-                }
-                /* A torque that changes its sign with the command turns a play over, which the first pass cannot see. */
-                if (lm_inner(command->left, command->left, options->whole_pose) > lm_inner(output->screw, output->screw, options->whole_pose)) {
-                    worse = 1;
-                }
-            }
-            reduced |= lm_step(at, residual, options, change);
-            for (j = 0; j < LM_JOINTS; j++) {
-                change[j] -= drift[j];
-            }
-            reduced |= lm_send(at, drift, start, change, options->whole_pose, command->q, command->left);
-            if (worse != 0) {
-                for (j = 0; j < LM_JOINTS; j++) {
-                    command->q[j] = input->q[j];
-                }
-                for (j = 0; j < 6; j++) {
-                    command->left[j] = output->screw[j];
-                }
-                reduced = 1;
-            }
-        }
-        if (at->status != LM_OK) {
-            *command = lm_no_command;
-            status = at->status;
-        } else if (reduced != 0) {
-            status = LM_SINGULAR;
-        } else {
-            status = LM_OK;
-        }
+        lm_predict_valid(input, output, twists);
     }
-    command->status = status;
-    return status;
+    command->status = output->status;
+    if (output->status == LM_OK) {
+        lm_correct(input, options, output, (const lm_real(*)[6])twists, command);
+    }
+    return command->status;
 }
 
 static int lm_agrees(const lm_real found[], const lm_real expected[], int count)
