@@ -80,6 +80,11 @@ def hostile(name: str) -> lostmotion.Arm:
     )
 
 
+def readme_of(arm: lostmotion.Arm, remarks: list[str]) -> str:
+    """Return the README of an exported model."""
+    return c_files(controller(arm), arm, remarks, "0" * 64, single=False)["README.md"]
+
+
 def test_no_table_of_a_study_has_a_formula():
     """Every section of a study of an arm whose names are formulas."""
     study = lostmotion.study(hostile("=cmd|calc!A0"), poses=16, robots=8, visits=2)
@@ -116,11 +121,9 @@ def test_the_readme_of_a_model_shows_names_as_they_stand(name):
     """
     from markdown_it import MarkdownIt
 
-    model = controller(hostile(name))
-    readme = c_files(model, [f"joint {name}: doubtful"], "0" * 64, single=False)["README.md"]
-    plain = c_files(controller(hostile("name")), ["joint name: doubtful"], "0" * 64, single=False)[
-        "README.md"
-    ]
+    readme, plain = (
+        readme_of(hostile(each), [f"joint {each}: doubtful"]) for each in (name, "name")
+    )
 
     def kinds(text: str) -> list[str]:
         tokens = MarkdownIt("gfm-like", {"linkify": False}).parse(text)
@@ -138,7 +141,5 @@ def test_the_readme_of_a_model_shows_names_as_they_stand(name):
 
 def test_an_ordinary_name_is_not_changed():
     """Letters, digits, underscores within a word, and signs of units."""
-    readme = c_files(controller(hostile("shoulder_pan-2 (left)")), [], "0" * 64, single=False)[
-        "README.md"
-    ]
+    readme = readme_of(hostile("shoulder_pan-2 (left)"), [])
     assert "# Error model of shoulder_pan-2 (left)\n" in readme

@@ -135,10 +135,10 @@ def bytes_of(tables: Tables, number_size: int) -> Bytes:
     joints, sizes = len(tables.joints), sizes_of(tables)
     given, output = 2 * joints + 13, 9 + 3 + 2 * joints + 12 + 6 + 2 + 6 * joints
     command, of_integers = joints + 6, max(number_size, 4)
-    frames, local = 18 * sizes.places, 12 + sizes.factors + sizes.sizes
-    # Frames twice, one place of the prediction, a second result and its input, rows of the Jacobian
-    # and the normal matrix, and small arrays.
-    numbers_held = 2 * frames + local + 3 * sizes.draws + output + given + 6 * joints + 36 + 150
+    # Frames and wrenches, the twists of places from three evaluations, one place, its two results,
+    # the input, the normal matrix, and small arrays.
+    local, places = 12 + sizes.factors + sizes.sizes, (24 + 3 * 6) * sizes.places
+    numbers_held = places + local + 3 * sizes.draws + 6 * joints + 200
     stack = numbers_held + 512 // number_size
     return Bytes(
         given * number_size,

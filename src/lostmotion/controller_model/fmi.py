@@ -149,7 +149,7 @@ def variables_of(tables: Tables) -> list[Variable]:
             "largest_step",
             "options.largest_step",
             "parameter",
-            "of a joint for what links, bearings and base move, rad or m",
+            "of a joint near singular poses, for what links and bearings move, rad or m",
             "",
             LARGEST_STEP,
         )

@@ -1,22 +1,20 @@
-"""How much of the expected error a compensated command leaves where the arm stands in
-equilibrium.
+"""How much of the expected error a compensated command leaves where the arm stands in equilibrium,
+by the mechanism and its parts: the tables of the controller have no share in it.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
 from lostmotion.controller_model.compensation import REGULAR
-from lostmotion.controller_model.standing import standing
+from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
     from lostmotion.controller_model.controller import Controller
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
-
-# Rounds of the iteration to the equilibrium, whose error shrinks by the wind-up in radians each.
-_ROUNDS: Final = 12
 
 
 class Remainder(NamedTuple):
@@ -30,11 +28,11 @@ class Remainder(NamedTuple):
     worst: float
 
 
-def remainder(model: Controller, q: Floats, passes: Literal[1, 2]) -> Remainder:
+def remainder(model: Controller, arm: Arm, q: Floats, passes: Literal[1, 2]) -> Remainder:
     """Return what compensation of the position leaves at poses (pose, joint), with the payload of
     the arm.
     """
-    share, singular = shares_left(model, q, passes)
+    share, singular = shares_left(model, arm, q, passes)
     share = share[(singular > REGULAR) & np.isfinite(share)]
     if not len(share):
         return Remainder(0, 0.0, 0.0, 0.0)
@@ -43,13 +41,16 @@ def remainder(model: Controller, q: Floats, passes: Literal[1, 2]) -> Remainder:
     )
 
 
-def shares_left(model: Controller, q: Floats, passes: Literal[1, 2] = 1) -> tuple[Floats, Floats]:
+def shares_left(
+    model: Controller, arm: Arm, q: Floats, passes: Literal[1, 2] = 1
+) -> tuple[Floats, Floats]:
     """Return the share of the error (pose,) that remains where the arm then stands, and the
-    smallest singular value of the position Jacobian, m. NaN where there is no error.
+    smallest singular value of the position Jacobian, m. NaN where there is no error or no
+    equilibrium.
     """
     found = model.compensate(q, passes=passes)
     before, after = (
-        np.linalg.norm(reached(model, each) - found.prediction.point, axis=1)
+        np.linalg.norm(reached(arm, each) - found.prediction.point, axis=1)
         for each in (np.asarray(q, dtype=float), found.command)
     )
     share: Floats = np.divide(after, before, out=np.full(len(before), np.nan), where=before > 0)
@@ -58,16 +59,8 @@ def shares_left(model: Controller, q: Floats, passes: Literal[1, 2] = 1) -> tupl
     )
 
 
-def reached(model: Controller, command: Floats) -> Floats:
-    """Return the tool points (pose, 3), m, where the arm stands in equilibrium with its own payload
-    at a command (pose, joint).
+def reached(arm: Arm, command: Floats) -> Floats:
+    """Return the tool points (pose, 3), m, where the arm stands under its own loads at a command
+    (pose, joint); NaN where its springs cannot hold them.
     """
-    tables, count = model.tables, len(command)
-    load, gravity = (
-        np.broadcast_to(each, (count, each.size)) for each in (tables.load, tables.gravity)
-    )
-    twists, side = np.zeros((len(tables.records), count, 6)), np.zeros_like(command)
-    for _ in range(_ROUNDS):
-        stands = standing(tables, command, load, gravity, side, twists)
-        twists = stands.twists
-    return stands.point
+    return np.asarray(state_of(arm, command).settled().frames[-1, :, :3, 3])

@@ -90,7 +90,13 @@ def remarks_on(arm: Arm) -> list[str]:
 
 
 def c_files(
-    model: Controller, remarks: Sequence[str], sha256: str, *, single: bool, unroll: bool = False
+    model: Controller,
+    arm: Arm,
+    remarks: Sequence[str],
+    sha256: str,
+    *,
+    single: bool,
+    unroll: bool = False,
 ) -> dict[str, str]:
     """Return the texts of all files by their path within the folder; with `single` for numbers of
     single precision.
@@ -110,7 +116,7 @@ def c_files(
     out["library.properties"] = packaged("library.properties").format(
         version=__version__, name=_plain(model.tables.name)
     )
-    out["README.md"] = _readme(model, tables, remarks, sha256, single=single, unroll=unroll)
+    out["README.md"] = _readme(model, arm, tables, remarks, sha256, single=single, unroll=unroll)
     return out
 
 
@@ -247,6 +253,7 @@ def _header(model: Controller, head: str, *, single: bool, unroll: bool) -> str:
 
 def _readme(
     model: Controller,
+    arm: Arm,
     tables: str,
     remarks: Sequence[str],
     sha256: str,
@@ -262,7 +269,7 @@ def _readme(
     ]
     size = 4 if single else 8
     taken, q = bytes_of(model.tables, size), tested_poses(model.tables, _POSES)
-    found = [remainder(model, q, passes) for passes in (1, 2)]
+    found = [remainder(model, arm, q, passes) for passes in (1, 2)]
     return packaged("README.md").format(
         name=_markdown(model.tables.name),
         version=__version__,

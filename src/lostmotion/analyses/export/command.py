@@ -103,7 +103,9 @@ def export_c(
 
     model = controller(asked.arm, largest_payload=asked.largest_payload)
     remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
-    files = c_files(model, remarks, sha256, single=asked.precision == "float", unroll=asked.unroll)
+    files = c_files(
+        model, asked.arm, remarks, sha256, single=asked.precision == "float", unroll=asked.unroll
+    )
     folder = write_files(files, asked.out, force=asked.force)
     return {
         "folder": str(folder),
@@ -153,7 +155,9 @@ def export_fmu(
 
     model = controller(asked.arm, largest_payload=asked.largest_payload)
     remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
-    content, folder = fmu(model, c_files(model, remarks, sha256, single=False), asked.version)
+    content, folder = fmu(
+        model, c_files(model, asked.arm, remarks, sha256, single=False), asked.version
+    )
     path = write_fmu(asked.out, content, force=asked.force)
     return {
         "fmu": str(path),

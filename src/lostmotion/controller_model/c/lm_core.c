@@ -166,11 +166,14 @@ static void lm_displace_frame(const lm_real twist[6], lm_real turn[9], lm_real p
         (lm_real)-4.779477332387385e-14, (lm_real)1.1470745597729725e-11, (lm_real)-2.08767569878681e-09, (lm_real)2.755731922398589e-07,
         (lm_real)-2.48015873015873e-05, (lm_real)0.001388888888888889, (lm_real)-0.041666666666666664, (lm_real)0.5};
     const lm_real square = lm_dot3(twist, twist);
-    lm_real sine = LM_ZERO;  /* sin t / t */
+    lm_real sine = LM_ZERO;   /* sin t / t */
     lm_real cosine = LM_ZERO; /* (1 - cos t) / t^2 */
-    lm_real rest = LM_ZERO;  /* (t - sin t) / t^3 */
-    lm_real once[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
-    lm_real again[3] = {LM_ZERO, LM_ZERO, LM_ZERO};
+    lm_real rest = LM_ZERO;   /* (t - sin t) / t^3 */
+    const lm_real x = twist[0];
+    const lm_real y = twist[1];
+    const lm_real z = twist[2];
+    lm_real spin[9];
+    lm_real once[3];
     lm_real moved[3];
     int k;
     for (k = 0; k < 8; k++) {
@@ -178,21 +181,30 @@ static void lm_displace_frame(const lm_real twist[6], lm_real turn[9], lm_real p
         cosine = cosine * square + even[k];
         rest = (k < 7) ? rest * square - odd[k] : rest;
     }
-    lm_add_cross(twist, &twist[3], once);
-    lm_add_cross(twist, once, again);
-    for (k = 0; k < 3; k++) {
-        moved[k] = twist[3 + k] + cosine * once[k] + rest * again[k];
-    }
+    once[0] = y * twist[5] - z * twist[4];
+    once[1] = z * twist[3] - x * twist[5];
+    once[2] = x * twist[4] - y * twist[3];
+    moved[0] = twist[3] + cosine * once[0] + rest * (y * once[2] - z * once[1]);
+    moved[1] = twist[4] + cosine * once[1] + rest * (z * once[0] - x * once[2]);
+    moved[2] = twist[5] + cosine * once[2] + rest * (x * once[1] - y * once[0]);
+    spin[0] = -cosine * (y * y + z * z);
+    spin[1] = cosine * x * y - sine * z;
+    spin[2] = cosine * x * z + sine * y;
+    spin[3] = cosine * x * y + sine * z;
+    spin[4] = -cosine * (x * x + z * z);
+    spin[5] = cosine * y * z - sine * x;
+    spin[6] = cosine * x * z - sine * y;
+    spin[7] = cosine * y * z + sine * x;
+    spin[8] = -cosine * (x * x + y * y);
     for (k = 0; k < 3; k++) {
         lm_real *row = &turn[3 * k];
-        const lm_real along = lm_dot3(row, twist);
-        lm_real aside[3] = {LM_ZERO, LM_ZERO, LM_ZERO}; /* row x twist */
-        int i;
-        point[k] += lm_dot3(row, moved);
-        lm_add_cross(row, twist, aside);
-        for (i = 0; i < 3; i++) {
-            row[i] += sine * aside[i] + cosine * (along * twist[i] - square * row[i]);
-        }
+        const lm_real a = row[0];
+        const lm_real b = row[1];
+        const lm_real c = row[2];
+        point[k] += a * moved[0] + b * moved[1] + c * moved[2];
+        row[0] += a * spin[0] + b * spin[3] + c * spin[6];
+        row[1] += a * spin[1] + b * spin[4] + c * spin[7];
+        row[2] += a * spin[2] + b * spin[5] + c * spin[8];
     }
 }
 
@@ -1025,9 +1037,6 @@ static void lm_predict_valid(const lm_input *input, lm_output *output, lm_real t
     for (k = 0; k < LM_PLACES; k++) {
         const lm_place *place = &lm_places[k];
         const lm_real *turn = state.turn[k];
-        for (i = 0; i < 6; i++) {
-            twists[k][i] = LM_ZERO;
-        }
         if (place->joint >= 0) {
             const lm_real *load = (place->axis == 2) ? state.moment[k] : state.force[k];
             output->torques[place->joint] = -(turn[2] * load[0] + turn[5] * load[1] + turn[8] * load[2]);
@@ -1036,18 +1045,16 @@ static void lm_predict_valid(const lm_input *input, lm_output *output, lm_real t
             lm_real to_tool[3];
             lm_real shift[3][6];
             lm_real linear[6];
-            lm_real mean[6];
+            lm_real *mean = twists[k];
+            lm_real along = LM_ZERO;
             for (i = 0; i < 3; i++) {
                 to_tool[i] = tool[i] - state.point[k][i];
             }
             lm_expect(input, input->q, &state, k, &local, linear, mean);
             lm_carry(turn, to_tool, shift);
-            for (i = 0; i < 6; i++) {
-                twists[k][i] = mean[i];
-            }
             if (place->joint >= 0) {
                 const int axis = place->axis;
-                const lm_real along = mean[axis];
+                along = mean[axis];
                 output->joints[place->joint] = along;
                 mean[axis] = LM_ZERO;
                 for (i = 0; i < 3; i++) {
@@ -1073,6 +1080,13 @@ static void lm_predict_valid(const lm_input *input, lm_output *output, lm_real t
                 for (j = 0; j < 3; j++) {
                     draws[shared->draw][j] += lm_dot6(shift[j], own);
                 }
+            }
+            if (place->joint >= 0) {
+                mean[place->axis] = along;
+            }
+        } else {
+            for (i = 0; i < 6; i++) {
+                twists[k][i] = LM_ZERO;
             }
         }
     }
@@ -1114,8 +1128,8 @@ void lm_default_options(lm_options *options)
 int lm_predict(const lm_input *input, lm_output *output)
 {
     const int status = lm_check(input);
-    lm_real twists[LM_PLACES][6];
     if (status == LM_OK) {
+        lm_real twists[LM_PLACES][6];
         lm_predict_valid(input, output, twists);
     } else {
         *output = lm_no_output;
@@ -1465,7 +1479,6 @@ static void lm_correct(const lm_input *input, const lm_options *options, const l
 
 int lm_compensate(const lm_input *input, const lm_options *options, lm_output *output, lm_command *command)
 {
-    lm_real twists[LM_PLACES][6];
     int status = lm_check(input);
     int valid = lm_within(&options->damping, 1, LM_LEAST_DAMPING, LM_ONE);
     valid &= lm_within(&options->largest_step, 1, LM_ZERO, LM_MAX);
@@ -1474,11 +1487,15 @@ int lm_compensate(const lm_input *input, const lm_options *options, lm_output *o
     *output = lm_no_output;
     output->status = status;
     if (status == LM_OK) {
+        lm_real twists[LM_PLACES][6];
         lm_predict_valid(input, output, twists);
-    }
-    command->status = output->status;
-    if (output->status == LM_OK) {
-        lm_correct(input, options, output, (const lm_real(*)[6])twists, command);
+        if (output->status == LM_OK) {
+            lm_correct(input, options, output, (const lm_real(*)[6])twists, command);
+        } else {
+            command->status = output->status;
+        }
+    } else {
+        command->status = status;
     }
     return command->status;
 }

@@ -28,7 +28,7 @@ extern "C" {
 #define LM_INPUT 1    /* an input that is not finite, a last motion beyond -1 .. 1, or an option out of its range */
 #define LM_RANGE 2    /* a joint out of its range */
 #define LM_LOAD 3     /* a load or an acceleration beyond the tables */
-#define LM_SINGULAR 4 /* compensation alone: a step was reduced, more than usual is left */
+#define LM_SINGULAR 4 /* compensation alone: a step was reduced, or no command leaves less than the wanted joint values */
 
 /* Flags: information, no errors. */
 #define LM_OPEN_PLAY 1  /* a play is open in some robots: the direction of approach counts */
@@ -58,16 +58,16 @@ typedef struct {
 } lm_output;
 
 typedef struct {
-    int passes;           /* 1 or 2 */
+    int passes;           /* 1 or 2: two where links and bearings bend, one is exact for joints */
     int whole_pose;       /* 0: the position is corrected; 1: the rotation as well */
     lm_real damping;      /* of the inverse of the Jacobian, m^2, 1e-8 .. 1: more means smaller steps near singular poses, and more error left */
-    lm_real largest_step; /* of a joint for what links, bearings and base move, rad or m, at least 0; a drive's own deflection has no limit */
+    lm_real largest_step; /* of a joint near singular poses, for what links, bearings and base move, rad or m, at least 0 */
 } lm_options;
 
 typedef struct {
     int status;
     lm_real q[LM_JOINTS]; /* joint values to send, within the limits */
-    lm_real left[6];      /* expected motion of the tool that remains, without the change of the load */
+    lm_real left[6];      /* expected motion of the tool that remains, under the loads where the arm then stands */
 } lm_command;
 
 /* Names of the joints in the order of q, UTF-8. */
