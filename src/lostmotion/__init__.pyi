@@ -32,7 +32,7 @@ from lostmotion.analyses.targets.production import production_yield as productio
 from lostmotion.analyses.sizing.result import Selection as Selection, Size as Size
 from lostmotion.analyses.statics.result import Statics as Statics
 from lostmotion.analyses.task.result import TaskResult as TaskResult
-from lostmotion.analyses.calibrate.result import Calibrated as Calibrated
+from lostmotion.analyses.calibrate.result import Calibrated as Calibrated, CalibrationPlan as CalibrationPlan
 from lostmotion.analyses.gearbox.result import Gear as Gear
 from lostmotion.analyses.bearing.result import BearingStudy as BearingStudy
 from lostmotion.analyses.catalog.result import Catalog as Catalog

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from lostmotion.analyses.arguments import (
     ArmArgument,
@@ -10,19 +10,26 @@ from lostmotion.analyses.arguments import (
     ReadyArgument,
     SeedArgument,
     SidecarArgument,
+    Zone,
     paths_of,
+    zone_of,
 )
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
-from lostmotion.errors import InputError, Problem
+from lostmotion.errors import InputError, Problem, refuse_argument
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from lostmotion.analyses.calibrate.result import Calibrated
+    from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan
     from lostmotion.io.measured.calibration_visits import CalibrationVisits
+
+
+# Standard deviation of a coordinate by which poses are planned, m: of a laser tracker with what the
+# model lacks.
+DEFAULT_NOISE: Final = 70e-6
 
 
 def _visits_of(name: str, value: Any, given: object) -> Any:  # noqa: ANN401 - whatever a user passes
@@ -33,15 +40,16 @@ def _visits_of(name: str, value: Any, given: object) -> Any:  # noqa: ANN401 - w
 def calibrate(
     arm: ArmArgument,
     measured: Annotated[
-        "str | Path | Sequence[str | Path] | CalibrationVisits",
+        "str | Path | Sequence[str | Path] | CalibrationVisits | None",
         Argument(
             "CSV of visits: joint values, A [deg], ..., and the tool point, x [mm], y [mm], "
-            "z [mm], or its difference, dx [mm], ... Repeatable, in Python a list.",
+            "z [mm], or its difference, dx [mm], ... Repeatable, in Python a list. With `plan`: "
+            "what was measured already.",
             _visits_of,
             metavar="CSV",
             repeats=True,
         ),
-    ],
+    ] = None,
     *,
     mapping: Annotated[
         "Sequence[str]",
@@ -67,15 +75,30 @@ def calibrate(
             Quantity("m", "70 µm", above=0, high=1),
         ),
     ] = None,
+    plan: Annotated[
+        int | None,
+        Argument("Choose so many poses to measure next, in place of estimates.", least=1, most=200),
+    ] = None,
+    zone: Annotated[
+        "Zone | None",
+        Argument(
+            "Where the robot will work, 'x 0.2..0.5 m, z 0..300 mm', for `plan`. Default: its "
+            "whole workspace.",
+            zone_of,
+            metavar="ZONE",
+        ),
+    ] = None,
     seed: SeedArgument = 1,
     sidecar: SidecarArgument = None,
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
-) -> Calibrated:
+) -> Calibrated | CalibrationPlan:
     """Estimate the errors of one robot from measured poses, with the tolerances of its parts as
     prior, and predict the accuracy that remains.
 
-    The report's folder holds robot.toml, which every other command takes as `--calibration`.
+    With `plan` the poses to measure are chosen, and the accuracy that they will lead to is
+    predicted before anything is measured. The report's folder holds robot.toml, which every other
+    command takes as `--calibration`.
 
     Raises
     ------
@@ -83,6 +106,9 @@ def calibrate(
         With every mistake in the arguments and the files; for rows that belong to another arm.
 
     """
+    if measured is None and plan is None:
+        nothing = "neither measurements nor a number of poses to plan"
+        raise refuse_argument("measured, plan", nothing, "one of them", measured="visits.csv")
     asked = read_arguments(calibrate, locals())
     from lostmotion.analyses.calibrate.answer import calibrated
     from lostmotion.analyses.calibrate.result import Calibrated
@@ -91,10 +117,18 @@ def calibrate(
 
     visits = (
         asked.measured
-        if hasattr(asked.measured, "difference")
+        if asked.measured is None or hasattr(asked.measured, "difference")
         else read_calibration_visits(asked.measured, asked.arm, asked.mapping)
     )
     asked.ready()
+    if asked.plan is not None:
+        from lostmotion.analyses.calibrate.planned import planned_poses
+        from lostmotion.analyses.calibrate.result import CalibrationPlan
+
+        chosen = planned_poses(
+            asked.arm, asked.plan, asked.zone, visits, asked.noise or DEFAULT_NOISE, asked.seed
+        )
+        return CalibrationPlan(**vars(chosen))
     try:
         found = calibrated(asked.arm, visits, asked.terms, asked.noise, asked.seed, progress)
     except WrongArmError as error:

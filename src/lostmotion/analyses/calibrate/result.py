@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.calibrate.answer import MeasuredRobot
+from lostmotion.analyses.calibrate.planned import PlannedPoses
 from lostmotion.analyses.result import Result
 
 if TYPE_CHECKING:
@@ -71,3 +72,21 @@ class Calibrated(MeasuredRobot, Result):
             self.calibration, self.robot.sizes, poses=len(self.visits), digest=self.visits.digest
         )
         return {"robot.toml": text.encode()}
+
+
+@dataclass(frozen=True, repr=False)
+class CalibrationPlan(PlannedPoses, Result):
+    """Poses to measure next: every attribute of `PlannedPoses`."""
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        from lostmotion.analyses.calibrate.planned import planned_sheet
+
+        return planned_sheet(self)
+
+    def files(self) -> dict[str, bytes]:
+        """Return poses.csv, the joint values of the poses in the order of a tour."""
+        from lostmotion.analyses.calibrate.planned import poses_text
+
+        return {"poses.csv": poses_text(self).encode()}

@@ -15,7 +15,6 @@ that is touched; `sphere` and radius [mm] the same.
 from __future__ import annotations
 
 import hashlib
-from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -23,8 +22,18 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.calibration.instruments import MeasuredVisits, Readings
-from lostmotion.errors import Problem, shown
+from lostmotion.errors import Problem
 from lostmotion.io.limits import listed, refuse_all
+from lostmotion.io.measured.calibration_checks import (
+    FEWEST,
+    MOST_MISTAKES,
+    PARTIAL,
+    POINT,
+    mistakes_in_targets,
+    not_unit,
+    other_units,
+    outside_limits,
+)
 from lostmotion.io.measured.table import Layout, read_columns, read_table
 from lostmotion.io.text import numbers
 from lostmotion.mechanism.state import tool_points
@@ -35,24 +44,13 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
-POINT: Final = ("x", "y", "z")
 DIFFERENCE: Final = ("dx", "dy", "dz")
 TURNS: Final = ("rx", "ry", "rz")
 QUATERNION: Final = ("qw", "qx", "qy", "qz")
-# One number of each visit: its column, and that of what it is measured of.
-PARTIAL: Final = {"distance": "to", "dial": "along", "angle": "about", "plane": "", "sphere": ""}
-FEWEST: Final = 3
-_MOST_MISTAKES: Final = 20
 # Joint values beyond 1.05 turns are degrees, coordinates beyond 20 are millimetres.
 _LARGEST_ANGLE: Final = 6.6
 _LARGEST_LENGTH: Final = 20.0
 _UNIT_LENGTH: Final = 0.02
-# A value outside the joint limits by less is rounding, rad or m.
-_BESIDE: Final = 1e-6
-# A row that is so many times as far from the others as they are from each other has another unit,
-# and so has a column whose extent differs by so much more than that of the nominal points.
-_OTHER_UNIT: Final = 100.0
-_UNEQUAL: Final = 30.0
 _SAME_JOINTS: Final = 1e-9
 _ALIASES: Final = {f"{axis}_dif": f"d{axis}" for axis in "xyz"}
 
@@ -216,7 +214,7 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
     by_size, remarks = _units_by_size(path, layout, mapping)
     words, values, lines = read_columns(path, layout, [*by_size, *mapping])
     q = np.column_stack([values[role] for role in of.values()])
-    mistakes = _outside(file, q, lines, arm) + _other_units(
+    mistakes = outside_limits(file, q, lines, arm) + other_units(
         file, values, lines, tool_points(arm, q)
     )
     groups: dict[tuple[str, ...], Floats] = {
@@ -225,7 +223,7 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
         if group[0] in values
     }
     readings = _readings(words, values)
-    mistakes += _mistakes_in_targets(file, readings, lines)
+    mistakes += mistakes_in_targets(file, readings, lines)
     if len(q) >= FEWEST:
         checked = [("joint values", q)]
         checked += [("measurement", groups[g]) for g in (POINT, DIFFERENCE) if g in groups]
@@ -234,9 +232,9 @@ def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
                 found = f"the same {what} in every row"
                 mistakes.append(Problem(file, "", found, "different poses, one per row"))
     if QUATERNION in groups:
-        mistakes += _not_unit(file, groups[QUATERNION], lines)
+        mistakes += not_unit(file, groups[QUATERNION], lines)
     if mistakes:
-        refuse_all(mistakes, _MOST_MISTAKES)
+        refuse_all(mistakes, MOST_MISTAKES)
     approach = np.zeros_like(q)
     for k, joint in enumerate(arm.driven):
         if f"{joint.name} approach" in values:
@@ -268,37 +266,6 @@ def _readings(words: Mapping[str, list[str]], values: Mapping[str, Floats]) -> R
         value = values[kind]
         names = words.get(PARTIAL[kind], ["x" if kind in {"dial", "angle"} else "A"] * len(value))
     return Readings(kind, value, tuple(names))
-
-
-def _mistakes_in_targets(
-    file: str, readings: Readings | None, lines: Sequence[int]
-) -> list[Problem]:
-    """Return axes that are none, and targets with fewer readings than they have unknowns."""
-    if readings is None:
-        return []
-    if readings.kind in {"dial", "angle"}:
-        wrong = [k for k, name in enumerate(readings.target) if name not in {"x", "y", "z"}]
-        return [
-            Problem(
-                file,
-                f"line {lines[k]}, {PARTIAL[readings.kind]}",
-                shown(readings.target[k]),
-                "an axis of the base: x, y or z",
-                "z",
-            )
-            for k in wrong[:_MOST_MISTAKES]
-        ]
-    fewest = {"distance": 5, "plane": 4, "sphere": 5}[readings.kind]
-    return [
-        Problem(
-            file,
-            f"{readings.kind} {shown(name)}",
-            f"{count} readings",
-            f"at least {fewest}: it has {fewest - 1} unknowns of its own",
-        )
-        for name, count in Counter(readings.target).items()
-        if count < fewest
-    ]
 
 
 def _rotations(groups: Mapping[tuple[str, ...], Floats]) -> Floats | None:
@@ -342,62 +309,6 @@ def _size(cell: str) -> float:
         return abs(numbers([cell.replace(",", ".")])[0])
     except ValueError:
         return 0.0
-
-
-def _outside(file: str, q: Floats, lines: Sequence[int], arm: Arm) -> list[Problem]:
-    """Return joint values outside the joint limits."""
-    low, high = arm.limits.T
-    wrong = np.argwhere((q < low - _BESIDE) | (q > high + _BESIDE))
-    out = []
-    for row, k in wrong[: _MOST_MISTAKES + 1]:
-        joint = arm.driven[k]
-        factor, unit = (1e3, "mm") if joint.type == "prismatic" else (180 / np.pi, "deg")
-        found = f"{factor * q[row, k]:.4g} {unit}"
-        expected = (
-            f"from {factor * low[k]:.4g} to {factor * high[k]:.4g} {unit}, the joint's limits"
-        )
-        out.append(Problem(file, f"line {lines[row]}, {joint.name}", found, expected))
-    return out
-
-
-def _other_units(
-    file: str, values: dict[str, Floats], lines: Sequence[int], nominal: Floats
-) -> list[Problem]:
-    """Return columns of coordinates that extend a thousand times as far as the others, or a
-    thousandth, where the nominal points (visit, 3) do not, and rows that are far from all others.
-    """
-    if "x" not in values or len(lines) < FEWEST:
-        return []
-    points, out = np.column_stack([values[role] for role in POINT]), []
-    extent = np.maximum(np.ptp(points, axis=0), 1e-12)
-    sizes = np.linalg.svd(nominal - nominal.mean(axis=0), compute_uv=False)
-    small, middle, large = np.argsort(extent)
-    if extent[large] / extent[small] > _UNEQUAL * sizes[0] / max(sizes[2], 1e-3 * sizes[0]):
-        above = extent[large] / extent[middle] > extent[middle] / extent[small]
-        role = POINT[large if above else small]
-        ratio = extent[large if above else small] / extent[middle]
-        found = f"{role}, about {ratio:.2g} times as large as the other coordinates"
-        out.append(Problem(file, f"line 1, {role}", found, "one unit for all three"))
-    beside = np.linalg.norm(points - np.median(points, axis=0), axis=1)
-    usual = float(np.median(beside))
-    for row in map(int, np.flatnonzero(beside > _OTHER_UNIT * usual)):
-        found = f"{beside[row]:.3g} m from the other rows"
-        out.append(Problem(file, f"line {lines[row]}", found, "one unit for all rows"))
-    return out
-
-
-def _not_unit(file: str, quaternions: Floats, lines: Sequence[int]) -> list[Problem]:
-    lengths = np.linalg.norm(quaternions, axis=1)
-    return [
-        Problem(
-            file,
-            f"line {lines[row]}, qw to qz",
-            f"a length of {lengths[row]:.4g}",
-            "a quaternion of length 1",
-            "1, 0, 0, 0",
-        )
-        for row in np.flatnonzero(np.abs(lengths - 1) > 1e-3)[: _MOST_MISTAKES + 1]  # noqa: PLR2004
-    ]
 
 
 def _of_quaternions(quaternions: Floats) -> Floats:

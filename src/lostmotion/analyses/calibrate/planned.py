@@ -1,0 +1,169 @@
+"""Poses to measure next, with the accuracy that they will lead to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.calibration.fit import Asked, fit
+from lostmotion.calibration.model import model_of
+from lostmotion.calibration.plan import plan
+from lostmotion.calibration.robot import robot_of
+from lostmotion.calibration.terms import Deviations, added_terms, is_frame
+from lostmotion.error_model.pose_selection import poses_in_zone
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.sheet import Card, Sheet, length, several, table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lostmotion.calibration.instruments import MeasuredVisits
+    from lostmotion.calibration.model import RobotModel
+    from lostmotion.calibration.plan import Plan
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+_CANDIDATES: Final = 2000
+_WORKING: Final = 256
+# Prior variances by which poses are chosen, over those of the estimates: a wide prior is robust.
+_WIDE: Final = 4.0
+_WORDS: Final = (
+    (
+        "predicted radius",
+        (
+            "95 % of the mean tool points are within it of where the calibrated model puts them, "
+            "mean over the working poses; scatter between visits is not included."
+        ),
+    ),
+    (
+        "O1 to O5",
+        (
+            "observability indices: geometric mean of the singular values, smallest over largest, "
+            "smallest, its square over the largest, one over the sum of inverses."
+        ),
+    ),
+)
+
+
+@dataclass(frozen=True, repr=False)
+class PlannedPoses:
+    """Poses to measure next.
+
+    q         (pose, joint) joint values, rad or m
+    plan      predicted radius after each number of poses, and observability
+    measured  number of poses that were measured already
+    """
+
+    arm: Arm
+    q: Floats
+    plan: Plan
+    measured: int
+    noise: float
+    seed: int
+
+
+def planned_poses(
+    arm: Arm,
+    count: int,
+    zone: Mapping[str, tuple[float, float]] | None,
+    visits: MeasuredVisits | None,
+    noise: float,
+    seed: int,
+) -> PlannedPoses:
+    """Return the poses that most reduce the mean predicted variance over the working poses.
+
+    zone    limits of the tool point, by axis; None: the whole workspace
+    visits  what was measured already; None: nothing
+    noise   standard deviation of a measured coordinate, m
+    """
+    bare, sizes = arm.calibrated(None), Deviations()
+    added = added_terms(bare, sizes)
+    every = sample_poses(bare, _CANDIDATES, "sobol", seed).q[:_CANDIDATES]
+    working = every[:_WORKING]
+    if zone is not None:
+        working = poses_in_zone(bare, _WORKING, zone, seed).poses.q[:_WORKING]
+    candidates, wanted = model_of(bare, every, added), model_of(bare, working, added)
+    before = np.diag([1.0 if is_frame(owner) else _WIDE for owner in wanted.owners])
+    if visits is not None:
+        before = _measured(bare, visits, noise, wanted)
+    found = plan(candidates, wanted, count, before, noise=noise)
+    done = 0 if visits is None else len(visits)
+    return PlannedPoses(arm, every[found.chosen], found, done, noise, seed)
+
+
+def _measured(arm: Arm, visits: MeasuredVisits, noise: float, wanted: RobotModel) -> Floats:
+    """Return the covariance of the estimates after what was measured, with a wide prior."""
+    robot = robot_of(arm, visits, terms="geometry", noise=noise)
+    model = model_of(arm, visits.q, added_terms(arm, Deviations()))
+    wide = np.array([1.0 if is_frame(owner) else _WIDE for owner in model.owners])
+    own = len(robot.instrument.unknowns)
+    asked = Asked(np.concatenate([wide, np.ones(own)]), noise)
+    covariance = fit(model, robot.instrument, asked).covariance
+    at = {stream.name: k for k, stream in enumerate(model.streams)}
+    rows = [at[stream.name] for stream in wanted.streams]
+    return np.asarray(covariance[np.ix_(rows, rows)])
+
+
+def planned_sheet(found: PlannedPoses) -> Sheet:
+    """Return the sheet of a plan."""
+    radius, enough = found.plan.radius, found.plan.enough
+    counted = several(len(found.q), "pose")
+    text = (
+        f"After {counted} 95 % of the mean tool points are predicted within "
+        f"{length(float(radius[-1]))} of the calibrated model, before within "
+        f"{length(float(radius[0]))}."
+    )
+    if enough is not None:
+        text += f" From {several(enough, 'pose')} on five more reduce it by less than 2 % each."
+    shown = sorted({0, *np.unique(np.geomspace(1, len(radius) - 1, 12).round().astype(int))})
+    return Sheet(
+        name=found.arm.name,
+        subject="poses to measure",
+        verdict=text,
+        cards=(
+            Card("predicted radius", str(length(float(radius[-1]))), f"after {counted}"),
+            Card("before", str(length(float(radius[0]))), several(found.measured, "pose")),
+        ),
+        sections=(
+            table(
+                "radius",
+                "Predicted radius by the number of poses",
+                ("95 % radius",),
+                [(several(int(k), "pose"), length(float(radius[k]))) for k in shown],
+            ),
+            table(
+                "observability",
+                "Observability of the chosen poses",
+                ("value",),
+                [(f"O{k}", value) for k, value in enumerate(found.plan.indices, 1)],
+                "columns in prior deviations",
+            ),
+            table(
+                "poses",
+                "Poses in the order of a tour",
+                (),
+                [(f"pose {k}", joint_values(found.arm, q)) for k, q in enumerate(found.q, 1)],
+            ),
+        ),
+        counts=f"{counted} of {_CANDIDATES} candidates, noise {length(found.noise)}",
+        words=_WORDS,
+        source=f"{counted}, seed {found.seed}. The same file, version and seed give the same "
+        "bytes.",
+        seed=found.seed,
+        facts={"arm": found.arm.name},
+    )
+
+
+def poses_text(found: PlannedPoses) -> str:
+    """Return the poses as CSV, in degrees and millimetres, with a header of the joints."""
+    slides = [joint.type == "prismatic" for joint in found.arm.driven]
+    heads = [
+        f"{joint.name} [{'mm' if slide else 'deg'}]"
+        for joint, slide in zip(found.arm.driven, slides, strict=True)
+    ]
+    values = np.where(slides, 1e3 * found.q, np.degrees(found.q))
+    rows = [",".join(f"{each:.4f}" for each in row) for row in values]
+    return "\n".join([",".join(heads), *rows]) + "\n"

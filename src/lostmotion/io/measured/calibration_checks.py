@@ -1,0 +1,119 @@
+"""Mistakes in the measurements of a calibration: values beyond the joint limits, mixed units,
+quaternions that are none, and targets without enough readings.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.errors import Problem, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from lostmotion.calibration.instruments import Readings
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+POINT: Final = ("x", "y", "z")
+# One number of each visit: its column, and that of what it is measured of.
+PARTIAL: Final = {"distance": "to", "dial": "along", "angle": "about", "plane": "", "sphere": ""}
+FEWEST: Final = 3
+MOST_MISTAKES: Final = 20
+# A value outside the joint limits by less is rounding, rad or m.
+_BESIDE: Final = 1e-6
+# A row that is so many times as far from the others as they are from each other has another unit,
+# and so has a column whose extent differs by so much more than that of the nominal points.
+_OTHER_UNIT: Final = 100.0
+_UNEQUAL: Final = 30.0
+
+
+def outside_limits(file: str, q: Floats, lines: Sequence[int], arm: Arm) -> list[Problem]:
+    """Return joint values outside the joint limits."""
+    low, high = arm.limits.T
+    wrong = np.argwhere((q < low - _BESIDE) | (q > high + _BESIDE))
+    out = []
+    for row, k in wrong[: MOST_MISTAKES + 1]:
+        joint = arm.driven[k]
+        factor, unit = (1e3, "mm") if joint.type == "prismatic" else (180 / np.pi, "deg")
+        found = f"{factor * q[row, k]:.4g} {unit}"
+        expected = (
+            f"from {factor * low[k]:.4g} to {factor * high[k]:.4g} {unit}, the joint's limits"
+        )
+        out.append(Problem(file, f"line {lines[row]}, {joint.name}", found, expected))
+    return out
+
+
+def other_units(
+    file: str, values: Mapping[str, Floats], lines: Sequence[int], nominal: Floats
+) -> list[Problem]:
+    """Return columns of coordinates that extend a thousand times as far as the others, or a
+    thousandth, where the nominal points (visit, 3) do not, and rows that are far from all others.
+    """
+    if "x" not in values or len(lines) < FEWEST:
+        return []
+    points, out = np.column_stack([values[role] for role in POINT]), []
+    extent = np.maximum(np.ptp(points, axis=0), 1e-12)
+    sizes = np.linalg.svd(nominal - nominal.mean(axis=0), compute_uv=False)
+    small, middle, large = np.argsort(extent)
+    if extent[large] / extent[small] > _UNEQUAL * sizes[0] / max(sizes[2], 1e-3 * sizes[0]):
+        above = extent[large] / extent[middle] > extent[middle] / extent[small]
+        role = POINT[large if above else small]
+        ratio = extent[large if above else small] / extent[middle]
+        found = f"{role}, about {ratio:.2g} times as large as the other coordinates"
+        out.append(Problem(file, f"line 1, {role}", found, "one unit for all three"))
+    beside = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    usual = float(np.median(beside))
+    for row in map(int, np.flatnonzero(beside > _OTHER_UNIT * usual)):
+        found = f"{beside[row]:.3g} m from the other rows"
+        out.append(Problem(file, f"line {lines[row]}", found, "one unit for all rows"))
+    return out
+
+
+def not_unit(file: str, quaternions: Floats, lines: Sequence[int]) -> list[Problem]:
+    """Return quaternions (visit, 4) whose length differs from 1 by more than a thousandth."""
+    lengths = np.linalg.norm(quaternions, axis=1)
+    return [
+        Problem(
+            file,
+            f"line {lines[row]}, qw to qz",
+            f"a length of {lengths[row]:.4g}",
+            "a quaternion of length 1",
+            "1, 0, 0, 0",
+        )
+        for row in np.flatnonzero(np.abs(lengths - 1) > 1e-3)[: MOST_MISTAKES + 1]  # noqa: PLR2004
+    ]
+
+
+def mistakes_in_targets(
+    file: str, readings: Readings | None, lines: Sequence[int]
+) -> list[Problem]:
+    """Return axes that are none, and targets with fewer readings than they have unknowns."""
+    if readings is None:
+        return []
+    if readings.kind in {"dial", "angle"}:
+        wrong = [k for k, name in enumerate(readings.target) if name not in {"x", "y", "z"}]
+        return [
+            Problem(
+                file,
+                f"line {lines[k]}, {PARTIAL[readings.kind]}",
+                shown(readings.target[k]),
+                "an axis of the base: x, y or z",
+                "z",
+            )
+            for k in wrong[:MOST_MISTAKES]
+        ]
+    fewest = {"distance": 5, "plane": 4, "sphere": 5}[readings.kind]
+    return [
+        Problem(
+            file,
+            f"{readings.kind} {shown(name)}",
+            f"{count} readings",
+            f"at least {fewest}: it has {fewest - 1} unknowns of its own",
+        )
+        for name, count in Counter(readings.target).items()
+        if count < fewest
+    ]
