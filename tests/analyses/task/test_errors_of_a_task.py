@@ -23,7 +23,7 @@ from lostmotion.propagation.iso9283.robots import predict_robots
 from lostmotion.propagation.task_success import shares
 from lostmotion.propagation.tool_errors import tool_errors
 from tests.analyses.task.test_brute_force import ARM, STATED
-from tests.arms import arm_of
+from tests.arms import JOINT, arm_of
 
 VALIDATES = (
     (
@@ -206,3 +206,21 @@ def test_a_placement_is_found():
     assert found.program.places.points[0, 0] == pytest.approx(0.5 + found.placed.moved[0])
     assert found.placed.moved[0] < -0.1
     assert found.placed.tried == 49
+
+
+def test_the_reversal_error_of_the_sheet_is_that_of_the_task(tmp_path):
+    """Without scatter of the play every robot has the same reversal error: the sheet's along its
+    line, and the task's along the same joint values.
+    """
+    play = {**JOINT["gearbox"], "backlash": "0.5 arcmin"}
+    arm = arm_of(4, gearbox={key: play[key] for key in ("backlash", "stiffness", "ratio")})
+    cube = cube_from_arguments(arm, np.array([1.2, 0.0, 0.2]), 0.15)
+    found = predict_robots(arm, cube, cycles=2, robots=5, path_cycles=2, loads=(1.0,))
+    q = path_poses(arm, cube, found.path_ends, found.path_points)
+    # beyond both ends, so that all joints move at every place
+    q = np.vstack([2 * q[0] - q[1], q, 2 * q[-1] - q[-2]])
+    rows(tmp_path / "d", q, arm)
+    answer = lostmotion.task(arm, tmp_path / "d" / "task.toml", robots=2, runs=1)
+    expected = answer.reversal[1:-1].max()
+    assert expected > 1e-5
+    np.testing.assert_allclose(found.loads[0].path_reversal, expected, rtol=1e-6)

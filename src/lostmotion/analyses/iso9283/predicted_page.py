@@ -312,6 +312,12 @@ def _path(found: PredictedRobots) -> Section:
         for k, word in enumerate(PATH_FIGURES)
         for sheet in found.loads
     ]
+    rows += [
+        _mean_and_p95(
+            load_label("reversal error", sheet.load, found.loads), sheet.path_reversal, counted
+        )
+        for sheet in found.loads
+    ]
     worst = (
         float(found.loads[0].path_profile[0, :, 0].argmax())
         / (found.path_points - 1)
@@ -325,7 +331,8 @@ def _path(found: PredictedRobots) -> Section:
         "straight line, in planes normal to it, each figure at its worst point; AT_a, AT_b, "
         "AT_c as magnitudes. Mean AT_p is largest "
         f"{length(worst)} from {start}; RT_p of {found.path_cycles} cycles "
-        "at the worst of many points is larger than at one",
+        "at the worst of many points is larger than at one. Reversal error: largest distance "
+        "between the line followed in either direction, by the sides of the joints",
     )
 
 

@@ -74,6 +74,7 @@ class LoadSheet:
     distance              (2, robot) AD_p and RD between P2 and P4
     path                  (8, robot) `PATH_FIGURES` along the line
     path_profile          (8, point, 2) the same at each point: mean and 95th percentile over robots
+    path_reversal         (robot,) largest distance between the line followed in either direction
     """
 
     load: float
@@ -91,6 +92,7 @@ class LoadSheet:
     distance: Floats
     path: Floats
     path_profile: Floats
+    path_reversal: Floats
 
     @property
     def accuracy(self) -> Floats:
@@ -204,7 +206,7 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         sides = _from_sides(loaded, cube, approach, visiting, first)
         report("following the path", 3 * number + 2, steps)
         first = _NUMBERS["path"] + MOST_PATH_POINTS * number
-        profile, along = _along_path(
+        profile, along, reversal = _along_path(
             loaded,
             cube,
             approach,
@@ -214,7 +216,12 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         )
         sheets.append(
             LoadSheet(
-                load=load, multi_directional=sides, path=along, path_profile=profile, **at_poses
+                load=load,
+                multi_directional=sides,
+                path=along,
+                path_profile=profile,
+                path_reversal=reversal,
+                **at_poses,
             )
         )
     return PredictedRobots(
@@ -265,6 +272,7 @@ def predict_at(
             multi_directional=unknown[:3],
             path=unknown,
             path_profile=unknown[:, :0, None],
+            path_reversal=unknown[0],
             **_at_poses(
                 with_payload_share(arm, load),
                 at,
@@ -349,16 +357,24 @@ def _along_path(
     line: tuple[int, int, int],
     visiting: _Experiment,
     first: int,
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, Floats]:
     """Return `PATH_FIGURES` at each point (8, point, 2), mean and 95th percentile over robots, and
-    of the whole path (8, robot); `line` is its first and last pose and its number of points.
+    of the whole path (8, robot), and the reversal error (robot,), m; `line` is its first and last
+    pose and its number of points.
     """
     a, b, points = line
     q = path_poses(arm, cube, (a, b), points)
-    matrix = screws(state_of(arm, q), approach=path_approach(q, approach[a]))
+    state = state_of(arm, q)
+    matrix = screws(state, approach=path_approach(q, approach[a]))
+    back = screws(state, approach=path_approach(q[::-1], approach[b])[::-1])
     along = cube.poses[b, :3, 3] - cube.poses[a, :3, 3]
     found = np.empty((len(PATH_FIGURES), points, visiting.robots))
+    apart = np.zeros((points, visiting.robots))
+    once = replace(visiting, visits=1)
     for k in range(points):
         found[:, k] = iso.path_figures(visiting.errors(matrix, k, first + k), along)
+        # The same draws both ways: what differs is the side of the joints alone.
+        ways = [once.errors(each, k, first + k)[:, 0, 3:] for each in (matrix, back)]
+        apart[k] = np.linalg.norm(ways[1] - ways[0], axis=-1)
     profile = np.stack([found.mean(axis=-1), np.quantile(found, 0.95, axis=-1)], axis=-1)
-    return profile, found.max(axis=1)
+    return profile, found.max(axis=1), apart.max(axis=0)
