@@ -26,9 +26,9 @@ sys.path.insert(0, str(HERE))
 import paper_method as paper  # noqa: E402 - stands beside this script
 
 import lostmotion  # noqa: E402
-from lostmotion.analyses.gearbox.finite_elements import finite_elements  # noqa: E402
 from lostmotion.error_model.error_bins import bin_edges  # noqa: E402
 from lostmotion.io.part_file import read_gearbox  # noqa: E402
+from lostmotion.parts.gearbox.cycloidal.finite_elements import finite_elements  # noqa: E402
 
 ARM_FILE = HERE / "z-arm-lumped.toml"
 ARCMIN = paper.ARCMIN

@@ -27,15 +27,16 @@ from lostmotion.analyses.export.controller import controller as controller
 from lostmotion.analyses.accuracy.result import AnalyticStudy as AnalyticStudy, Study as Study
 from lostmotion.analyses.workspace_map.result import AccuracyMap as AccuracyMap
 from lostmotion.analyses.iso9283.result import Iso9283 as Iso9283
-from lostmotion.analyses.targets.result import Target as Target
+from lostmotion.analyses.targets.targets import Target as Target
 from lostmotion.analyses.targets.production import production_yield as production_yield
-from lostmotion.analyses.sizing.result import Selection as Selection, Size as Size
+from lostmotion.analyses.sizing.selection import Selection as Selection
+from lostmotion.analyses.sizing.sizing import Size as Size
 from lostmotion.analyses.statics.result import Statics as Statics
 from lostmotion.analyses.task.result import TaskResult as TaskResult
 from lostmotion.analyses.calibrate.result import Calibrated as Calibrated, CalibrationPlan as CalibrationPlan
-from lostmotion.analyses.gearbox.result import Gear as Gear
-from lostmotion.analyses.bearing.result import BearingStudy as BearingStudy
-from lostmotion.analyses.catalog.result import Catalog as Catalog
+from lostmotion.analyses.gearbox.gear import Gear as Gear
+from lostmotion.analyses.bearing.command import BearingStudy as BearingStudy
+from lostmotion.analyses.catalog.command import Catalog as Catalog
 from lostmotion.analyses.compare.result import Compare as Compare
 from lostmotion.analyses.sweep.result import Sweep as Sweep
 from lostmotion.analyses.replay.result import Replayed as Replayed

@@ -6,8 +6,8 @@ import pkgutil
 import re
 from typing import Final
 
-# In reading order; those whose home is a `command` are questions, which the command line asks as
-# well.
+# In reading order; functions whose home is a `command` are questions, which the command line asks as
+# well. Their results may stand beside them.
 HOMES: Final = {
     name: match[1]
     for match in re.finditer(
@@ -17,4 +17,6 @@ HOMES: Final = {
     )
     for name in re.findall(r"as (\w+)", match[2])
 }
-QUESTIONS: Final = {name: home for name, home in HOMES.items() if home.endswith(".command")}
+QUESTIONS: Final = {
+    name: home for name, home in HOMES.items() if home.endswith(".command") and name.islower()
+}

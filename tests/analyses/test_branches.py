@@ -7,7 +7,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lostmotion.analyses.sizing.link_deflection import LinkLoads
 from lostmotion.analyses.sizing.sizing import rms_error
 from lostmotion.analyses.workspace_map.radial import full_turn_axis
 from lostmotion.mechanism.arm import Arm
@@ -16,6 +15,7 @@ from lostmotion.mechanism.load_causes import bending
 from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.warm_up import WarmUp, growth
 from lostmotion.propagation.iso9283.largest_cube import _column
+from lostmotion.sizing.link_deflection import LinkLoads
 
 TUBE = {
     "section": {"kind": "tube", "outer": 0.08, "wall": 0.004},

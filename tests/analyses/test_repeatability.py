@@ -13,8 +13,6 @@ import pytest
 from rich.console import Console
 
 import lostmotion
-from lostmotion.analyses.sizing.candidates import Candidate, Objective, Slot
-from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 from lostmotion.error_model import remedies
 from lostmotion.error_model.arrival import rp_name
@@ -30,6 +28,8 @@ from lostmotion.propagation.iso9283.robots import predict_robots
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.screen import print_sheet
+from lostmotion.sizing.candidates import Candidate, Objective, Slot
+from lostmotion.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

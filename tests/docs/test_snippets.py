@@ -12,9 +12,9 @@ import tomlkit
 import typer.main
 
 import lostmotion
-from lostmotion.analyses.sizing.request import read_request
 from lostmotion.cli import app
 from lostmotion.io.calibration_file import read_calibration
+from lostmotion.io.sizing import read_request
 from lostmotion.io.sweep_designs import read_sweep
 from lostmotion.io.task_file import read_task
 from tests.docs.pages import PAGES, ROOT, TOUR, snippets

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lostmotion.analyses.sizing.error_cache import BIAS, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.sizing.error_cache import BIAS, ErrorCache
 from tests.parts.random_arms import example_arms, random_arms
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

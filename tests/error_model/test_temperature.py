@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lostmotion
-from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.provenance import states
@@ -22,6 +21,7 @@ from lostmotion.parts.environment import Environment
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.not_counted import NOT_COUNTED
+from lostmotion.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 
 Z_ARM, URDF = "examples/z-arm.toml", "examples/ur5e.urdf"
 

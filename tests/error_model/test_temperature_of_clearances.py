@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.standard_terms import VARIATION
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from tests.error_model.test_temperature import in_heat, some_poses
 from tests.parts.test_cycloidal import drawing
 

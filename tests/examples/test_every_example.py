@@ -9,10 +9,10 @@ import pytest
 from rich.console import Console
 
 import lostmotion
-from lostmotion.analyses.sizing.request import read_request
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.intervals import quantile
 from lostmotion.io.part_file import read_gearbox
+from lostmotion.io.sizing import read_request
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.first_screen import print_first_screen

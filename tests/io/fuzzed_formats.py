@@ -24,7 +24,6 @@ import numpy as np
 
 import lostmotion
 from lostmotion import gear, read, screws, worst_case
-from lostmotion.analyses.sizing.request import read_request
 from lostmotion.error_model.bounds import bounds
 from lostmotion.io.calibration_file import read_calibration
 from lostmotion.io.compliance_csv import read_compliance
@@ -33,6 +32,7 @@ from lostmotion.io.own_reducers import read_reducers
 from lostmotion.io.part_file import read_bearing, read_gearbox
 from lostmotion.io.pose_and_zone_text import read_pose, read_zone
 from lostmotion.io.poses import read_poses
+from lostmotion.io.sizing import read_request
 from lostmotion.io.sweep_designs import read_sweep
 from lostmotion.mechanism.state import state_of
 from lostmotion.runs.job import order_of

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from lostmotion.analyses.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.io.dxf import profile_dxf
 from lostmotion.io.part_file import read_gearbox
@@ -22,6 +21,7 @@ from lostmotion.mechanism.state import state_of
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.temperature import note_on_temperature
 from lostmotion.parts.term import Motion
+from lostmotion.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 from lostmotion.units import Toleranced
 from tests.parts.test_cycloidal import DRAWING, drawing
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import importlib
 import io
-from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from lostmotion.errors import InputError, Problem, nearest, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
+    from types import ModuleType
 
     import xarray
     from matplotlib.figure import Figure
@@ -35,18 +36,30 @@ class PartialResultError(InputError):
         self.partial = partial
 
 
-class Result(ABC):
-    """Base class of results: whatever has a sheet of figures can be printed, written and shown."""
+class Result:
+    """Base class of results: whatever has a sheet of figures can be printed, written and shown.
+
+    page  the module beside the result's own that has its page: the functions `sheet` and, for a
+          result with plots, `plots` of a result. It is loaded when the page is asked for.
+    """
+
+    page: ClassVar[str] = "page"
 
     @property
-    @abstractmethod
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
+        sheet: Sheet = self._page.sheet(self)
+        return sheet
 
     @property
     def plots(self) -> Sequence[Plot]:
         """Return the plots of the report."""
-        return ()
+        plots: Sequence[Plot] = getattr(self._page, "plots", lambda _: ())(self)
+        return plots
+
+    @property
+    def _page(self) -> ModuleType:
+        return importlib.import_module(f"{type(self).__module__.rpartition('.')[0]}.{self.page}")
 
     @property
     def failure(self) -> str:

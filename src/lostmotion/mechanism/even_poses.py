@@ -1,9 +1,10 @@
-"""Poses spread evenly over the joint ranges, for quick looks: no random numbers, and no library for
-sequences.
+"""Poses that need no random numbers: spread evenly over the joint ranges, for quick looks, and the
+corners of the ranges.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -34,3 +35,15 @@ def even_poses(arm: Arm) -> Floats:
     ends = np.full((2**corners, joints), 0.5)
     ends[:, :corners] = np.arange(2**corners)[:, None] >> np.arange(corners) & 1
     return np.asarray(low + np.vstack([ends, share]) * (high - low))
+
+
+def corners(arm: Arm, most: int = 4096) -> Floats:
+    """Return the corners of the joint ranges (pose, joint), rad or m; beyond `most` of them, the
+    last joints are at mid-range.
+    """
+    ends = arm.limits
+    moving = min(len(ends), int(math.log2(most)))
+    out = np.tile(ends.mean(axis=1), (2**moving, 1))
+    for k in range(moving):
+        out[:, k] = ends[k][(np.arange(2**moving) >> k) & 1]
+    return out

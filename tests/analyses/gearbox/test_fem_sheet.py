@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.gearbox import finite_elements
 from lostmotion.analyses.gearbox.plots.finite_elements import fem_plots
 from lostmotion.errors import InputError, LostmotionError
 from lostmotion.io.vtu import vtu
 from lostmotion.laws.cycloid.drive import LEAST_ARM, loaded_disc, nominal_gaps
 from lostmotion.laws.cycloid.finite_elements.wheel import Field
 from lostmotion.laws.cycloid.geometry import arms, first_contact_angle, pin_angles
+from lostmotion.parts.gearbox.cycloidal import finite_elements
 from lostmotion.reporting.folder import FILES
 from tests.reporting.chart_texts import texts
 

@@ -21,7 +21,7 @@ from lostmotion.reporting.sheet import find_row
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.analyses.gearbox.bands import GearBands
+    from lostmotion.parts.gearbox.bands import GearBands
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

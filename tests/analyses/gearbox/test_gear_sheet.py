@@ -21,7 +21,6 @@ import lostmotion
 from lostmotion import InputError, LostmotionError
 from lostmotion.analyses.gearbox.gear import gear
 from lostmotion.analyses.gearbox.plots.gearbox import gearbox_plots
-from lostmotion.analyses.gearbox.readings import Definitions, SampledCurve, readings
 from lostmotion.analyses.gearbox.tables.cycloidal import over_samples
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples
 from lostmotion.io import dxf
@@ -31,6 +30,7 @@ from lostmotion.laws.cycloid import geometry
 from lostmotion.laws.cycloid.friction import DriveFriction
 from lostmotion.laws.cycloid.simulated import simulate
 from lostmotion.laws.cycloid.stage import Stage
+from lostmotion.laws.torque_angle import Definitions, SampledCurve, readings
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox, samples
 from lostmotion.printed import ARCMIN
 from lostmotion.reporting.sheet import find_row

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.sizing.candidates import Candidate, Slot
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.sizing.candidates import Candidate, Slot
 
 
 def with_parts(arm: Arm, slots: tuple[Slot, ...], chosen: tuple[Candidate, ...]) -> Arm:

@@ -9,18 +9,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.candidates import (
-    Candidate,
-    Objective,
-    Slot,
-    link_slot,
-    refined_candidates,
-)
-from lostmotion.analyses.sizing.error_cache import ErrorCache, error_at, mean_square, share_within
-from lostmotion.analyses.sizing.evaluation import LEVEL, Constraints
-from lostmotion.analyses.sizing.lightest import Limits
-from lostmotion.analyses.sizing.search import Search
-from lostmotion.analyses.sizing.sizing import LinkOptions, rms_error, size_links
+from lostmotion.analyses.sizing.sizing import rms_error, size_links
 from lostmotion.catalogue import materials
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses
@@ -38,6 +27,18 @@ from lostmotion.parts.error_source import (
 from lostmotion.parts.family import TubeFamily
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.section import Tube
+from lostmotion.sizing.candidates import (
+    Candidate,
+    LinkOptions,
+    Objective,
+    Slot,
+    link_slot,
+    refined_candidates,
+)
+from lostmotion.sizing.error_cache import ErrorCache, error_at, mean_square, share_within
+from lostmotion.sizing.evaluation import LEVEL, Constraints
+from lostmotion.sizing.lightest import Limits
+from lostmotion.sizing.search import Search
 from lostmotion.units import Toleranced
 from tests.analyses.sizing.chosen_parts import with_parts
 

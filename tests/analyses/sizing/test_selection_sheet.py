@@ -12,20 +12,20 @@ import sys
 from pathlib import Path
 
 import pytest
+from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
+from lostmotion.analyses.sizing.result import Selection
+from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 
 import lostmotion
-from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
-from lostmotion.analyses.sizing.candidates import Objective
-from lostmotion.analyses.sizing.plots.selection import selection_plots
-from lostmotion.analyses.sizing.request import read_request
-from lostmotion.analyses.sizing.result import Selection
-from lostmotion.analyses.sizing.selection_options import parse_objective
-from lostmotion.analyses.sizing.target_study import StudySize, select_parts
+from lostmotion.analyses.sizing.plots import selection_plots
 from lostmotion.error_model.intervals import pooled_quantile
 from lostmotion.io.own_reducers import read_reducers
+from lostmotion.io.sizing import read_request
+from lostmotion.io.sizing_options import parse_objective
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.sheet import find_row
+from lostmotion.sizing.candidates import Objective
 from tests.analyses.sizing.chosen_parts import with_parts
 
 ROOT = Path(__file__).parents[3]

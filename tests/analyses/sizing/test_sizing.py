@@ -12,15 +12,16 @@ import pytest
 from scipy.optimize import brentq
 
 import lostmotion
-from lostmotion.analyses.sizing.lightest import Limits, LinkTask, lightest, with_section
-from lostmotion.analyses.sizing.link_deflection import LinkLoads
-from lostmotion.analyses.sizing.sizing import PAPER, LinkOptions, rms_error, size_links
+from lostmotion.analyses.sizing.sizing import rms_error, size_links
 from lostmotion.catalogue import materials
 from lostmotion.error_model.poses import Poses
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.load_causes import bending
 from lostmotion.parts.family import BoxFamily, IFamily, RodFamily, TubeFamily, family_around
 from lostmotion.parts.section import Box, ISection, Rectangle, Rod, Tube
+from lostmotion.sizing.candidates import LinkOptions
+from lostmotion.sizing.lightest import PAPER, Limits, LinkTask, lightest, with_section
+from lostmotion.sizing.link_deflection import LinkLoads
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

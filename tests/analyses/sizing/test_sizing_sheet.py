@@ -11,12 +11,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
 
 import lostmotion
-from lostmotion.analyses.sizing import request
-from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
-from lostmotion.analyses.sizing.plots.sizing import sizing_plots
-from lostmotion.analyses.sizing.request import read_request
+from lostmotion.analyses.sizing.plots import sizing_plots
+from lostmotion.io import sizing as request
+from lostmotion.io.sizing import read_request
 from lostmotion.parts.section import Tube
 from lostmotion.reporting.sheet import find_row
 

@@ -11,12 +11,6 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from lostmotion.analyses.targets.yield_ import (
-    compute_yield,
-    computed_blocks,
-    robot_figures,
-    robots_needed,
-)
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import robot_draws, uniforms, visit_draws
 from lostmotion.error_model.pose_matrix import screws
@@ -28,6 +22,13 @@ from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan
 from lostmotion.propagation.montecarlo.montecarlo import run
+from lostmotion.propagation.production_yield import (
+    compute_yield,
+    computed_blocks,
+    exact_share,
+    robot_figures,
+    robots_needed,
+)
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

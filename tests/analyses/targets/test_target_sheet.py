@@ -12,15 +12,14 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.targets import metrics
-from lostmotion.analyses.targets.parameters import Item, Size
 from lostmotion.analyses.targets.plots import targets_plots
-from lostmotion.analyses.targets.tables.items import ordered
-from lostmotion.analyses.targets.tables.sizes import in_unit, size_at
+from lostmotion.analyses.targets.tables import in_unit, ordered, size_at
 from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.items import Item, Size
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import tool_points
+from lostmotion.propagation import factor_metrics as metrics
 from lostmotion.reporting.sheet import find_row
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

@@ -12,13 +12,11 @@ import pytest
 from scipy.special import ndtri
 
 import lostmotion
-from lostmotion.analyses.targets import metrics
-from lostmotion.analyses.targets.allocation import contributions, equal_effect, mean_square_form
-from lostmotion.analyses.targets.metrics import ErrorMetric, Excess
-from lostmotion.analyses.targets.parameters import items, shared_items
 from lostmotion.analyses.targets.targets import _ranges, targets
+from lostmotion.error_model.allocation import contributions, equal_effect, mean_square_form
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.intervals import pooled_quantile, quantile
+from lostmotion.error_model.items import items, shared_items
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.errors import InputError
@@ -26,8 +24,10 @@ from lostmotion.io import read
 from lostmotion.laws.distributions import Normal
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint
+from lostmotion.propagation import factor_metrics as metrics
 from lostmotion.propagation.analytic import DrawnColumns
 from lostmotion.propagation.error_magnitude import POOLED_POINTS
+from lostmotion.propagation.factor_metrics import ErrorMetric, Excess
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from lostmotion.analyses.arguments import (
@@ -11,16 +12,19 @@ from lostmotion.analyses.arguments import (
     path_or_mapping,
 )
 from lostmotion.analyses.quantities import Amount
+from lostmotion.analyses.result import Result
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from lostmotion.analyses.bearing.result import BearingStudy
+    from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
     from lostmotion.io.part_file import OnePart
     from lostmotion.parts.moving_joint import Bearing
+    from lostmotion.reporting.plot import Plot
+    from lostmotion.reporting.sheet import Sheet
 
 # N or N m: no bearing of a robot carries more.
 _MOST: Final = 1e9
@@ -87,7 +91,6 @@ def bearing(
     asked = read_arguments(bearing, locals())
     asked.ready()
     from lostmotion.analyses.bearing.bearing import BearingLoad, examine
-    from lostmotion.analyses.bearing.result import BearingStudy
     from lostmotion.parts.bearing.rolling_contact import is_drawn_bearing
 
     one = asked.part
@@ -99,3 +102,30 @@ def bearing(
         examine(one.part, load, asked.bearings, asked.seed) if is_drawn_bearing(one.part) else None
     )
     return BearingStudy(one.name, one.part, load, examined, notes)
+
+
+@dataclass(frozen=True, repr=False)
+class BearingStudy(Result):
+    """One bearing under a load: `examined` has every number where it is described by its drawing,
+    and is None where by stated values.
+    """
+
+    name: str
+    part: Bearing
+    load: BearingLoad
+    examined: Examined | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        from lostmotion.analyses.bearing.tables import bearing_sheet
+
+        return bearing_sheet(self.name, self.part, self.load, self.examined, self.notes)
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.bearing.plots import bearing_plots
+
+        return () if self.examined is None else bearing_plots(self.examined)

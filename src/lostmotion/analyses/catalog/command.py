@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from lostmotion.analyses.arguments import reducers_of
 from lostmotion.analyses.quantities import Amount
+from lostmotion.analyses.result import Result
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.units import Quantity
 
@@ -13,8 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from lostmotion.analyses.catalog.result import Catalog
     from lostmotion.catalogue.gearbox_row import GearboxRow
+    from lostmotion.reporting.sheet import Sheet
 
 
 @question(folder="")
@@ -74,7 +76,6 @@ def catalog(
 
     """
     asked = read_arguments(catalog, locals())
-    from lostmotion.analyses.catalog.result import Catalog
     from lostmotion.analyses.catalog.tables import catalogue_sheet
     from lostmotion.catalogue.search import Criteria
 
@@ -82,3 +83,15 @@ def catalog(
         maker, asked.ratio, asked.min_torque, asked.max_lost_motion, asked.min_stiffness
     )
     return Catalog(catalogue_sheet(wanted, kind, name, asked.reducers))
+
+
+@dataclass(frozen=True, repr=False)
+class Catalog(Result):
+    """Entries of the catalogue: `sheet.facts` has every row."""
+
+    figures: Sheet
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed and written."""
+        return self.figures

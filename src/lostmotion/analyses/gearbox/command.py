@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from lostmotion.analyses.arguments import (
@@ -21,13 +22,14 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
-    from lostmotion.analyses.gearbox.result import Gear
+    from lostmotion.analyses.gearbox.gear import Gear
     from lostmotion.io.part_file import OnePart
     from lostmotion.parts.error_source import ErrorSource
+    from lostmotion.parts.gearbox.cycloidal.finite_elements import FiniteElements
 
 # N m, or N: no robot's joint has more.
 _MOST = 1e9
+_MOST_GEARBOXES = 100_000
 
 
 def _gearbox_of(name: str, value: Any, given: Mapping[str, Any]) -> OnePart[ErrorSource]:  # noqa: ANN401 - whatever a user passes
@@ -157,7 +159,12 @@ def gear(
         ),
     ] = "slope",
     gearboxes: Annotated[
-        int, Argument("How many manufactured samples of a drawing are simulated.", least=2)
+        int,
+        Argument(
+            "How many manufactured samples of a drawing are simulated.",
+            least=2,
+            most=_MOST_GEARBOXES,
+        ),
     ] = 500,
     seed: SeedArgument = 1,
     dxf: Annotated[
@@ -200,7 +207,7 @@ def gear(
     """
     asked = read_arguments(gear, locals())
     from lostmotion.analyses.gearbox.gear import gear as study
-    from lostmotion.analyses.gearbox.result import Gear, refuse_drawing
+    from lostmotion.analyses.gearbox.gear import refuse_drawing
 
     one = asked.part
     if asked.dxf is not None:
@@ -209,7 +216,7 @@ def gear(
         asked.fem or asked.fem_3d or asked.fem_order is not None or asked.fem_refinement is not None
     )
     if by_fem:
-        from lostmotion.analyses.gearbox.finite_elements import check_fem
+        from lostmotion.parts.gearbox.cycloidal.finite_elements import check_fem
 
         check_fem(one.part)
     asked.ready()
@@ -224,8 +231,12 @@ def gear(
     )
     by_elements: tuple[FiniteElements, ...] = ()
     if by_fem and found.torque is not None:
-        from lostmotion.analyses.gearbox.finite_elements import Mesh, check_fem, finite_elements
+        from lostmotion.parts.gearbox.cycloidal.finite_elements import (
+            Mesh,
+            check_fem,
+            finite_elements,
+        )
 
         mesh = Mesh(asked.fem_order or 2, asked.fem_refinement or 1, three_dimensions=asked.fem_3d)
         by_elements = finite_elements(check_fem(one.part), found.torque, mesh, progress)
-    return Gear(**vars(found), name=one.name, notes=one.notes, dxf=asked.dxf, fem=by_elements)
+    return replace(found, name=one.name, notes=one.notes, dxf=asked.dxf, fem=by_elements)

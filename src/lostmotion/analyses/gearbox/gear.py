@@ -8,22 +8,29 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.bands import GearBands, bands_of_figures
-from lostmotion.analyses.gearbox.cycloidal import Drawn, drawn
-from lostmotion.analyses.gearbox.readings import Definitions, Readings, StatedCurve, readings
+from lostmotion.analyses.result import Result
 from lostmotion.errors import DidNotConvergeError, refuse_argument
 from lostmotion.laws.perforated_disc import UnresolvedWebsError
+from lostmotion.laws.torque_angle import Definitions, Readings, StatedCurve, readings
+from lostmotion.parts.gearbox.bands import GearBands, bands_of_figures
+from lostmotion.parts.gearbox.cycloidal.examined import Drawn, drawn
 from lostmotion.parts.gearbox.cycloidal.model import LOST_MOTION
 from lostmotion.parts.gearbox.kinds import is_drawn, is_gearbox
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.gearbox.readings import Curve, StiffnessDefinition
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from lostmotion.laws.cycloid.finite_elements.wheel import Field
+    from lostmotion.laws.torque_angle import Curve, StiffnessDefinition
     from lostmotion.parts.error_source import ErrorSource
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.cycloidal.finite_elements import FiniteElements
     from lostmotion.parts.gearbox.kinds import AnyGearbox
+    from lostmotion.reporting.figure_files import FigureKind
+    from lostmotion.reporting.table_files import TableKind
     from lostmotion.spatial import Floats
 
-MOST_GEARBOXES: Final = 100_000
 # Steps of half a loop.
 _STEPS: Final = 400
 _ROUNDING: Final = 1e-9
@@ -76,29 +83,121 @@ class Loop:
 
 
 @dataclass(frozen=True, repr=False)
-class GearStudy:
-    """Results of a gearbox under a torque (N m at the output; None where none is rated or stated).
+class Gear(Result):
+    """One gearbox under a torque (N m at the output; None where none is rated or stated).
 
     loop     None without torque, for a rigid gearbox without play, or where the torque does not
              overcome friction
     read     the data-sheet figures of every sample; None without torque
     drawn    the results from a drawing; None for gearboxes by stated figures
     bands    the figures over draws of the values that are stated as ranges; None without ranges
+    dxf      an additional file for the profiles; fem: its stages by finite elements
     """
 
     gearbox: AnyGearbox
     torque: float | None
     count: int
     seed: int
-    loop: Loop | None
-    read: Readings | None
-    drawn: Drawn | None
+    loop: Loop | None = None
+    read: Readings | None = None
+    drawn: Drawn | None = None
     bands: GearBands | None = None
+    name: str = "gearbox"
+    notes: tuple[str, ...] = ()
+    dxf: Path | None = None
+    fem: tuple[FiniteElements, ...] = ()
 
     @property
     def wind_up(self) -> float | None:
         """Return the mean wind-up at the torque, beyond the play."""
         return None if self.read is None else float(self.read.wind_up.mean())
+
+    @property
+    def has_drawing(self) -> bool:
+        """Return whether there are profiles, and what writes them is installed."""
+        from lostmotion.io.dxf import can_draw
+
+        return self.drawn is not None and can_draw()
+
+    def _fields(self) -> Iterable[tuple[str, Field]]:
+        """Yield the fields of the meshed wheels by file name; a rigid ring has none."""
+        for found in self.fem:
+            first = "first-stage-" if found.name == "first stage" else ""
+            yield from zip((f"{first}planet.vtu", f"{first}ring.vtu"), found.fields, strict=False)
+
+    def files(self) -> dict[str, bytes]:
+        """Return the profile of a cycloidal gearbox as profile.dxf where ezdxf is installed, and
+        the fields of the finite elements as VTU files.
+        """
+        from lostmotion.io.vtu import vtu
+
+        out = {"profile.dxf": self.drawing()} if self.has_drawing else {}
+        for name, each in self._fields():
+            fields = {
+                "displacement_m": each.displacement,
+                "von_mises_Pa": each.von_mises,
+                "equivalent_strain": each.strain,
+            }
+            out[name] = vtu(each.points, each.triangles, fields)
+        return out
+
+    def report(
+        self,
+        out: str | Path,
+        *,
+        force: bool = False,
+        figures: FigureKind | None = None,
+        tables: TableKind | None = None,
+    ) -> Path:
+        """Write report.html, result.json and, for a cycloidal gearbox with ezdxf installed,
+        profile.dxf into the folder `out`.
+
+        Errors as `Result.report`, and OutputExistsError where the file `dxf` exists and `force` is
+        not set.
+        """
+        from lostmotion.analyses.gearbox.drawing import refuse_existing_file, write_drawing
+
+        if self.dxf is None:
+            return super().report(out, force=force, figures=figures, tables=tables)
+        refuse_existing_file(self.dxf, force=force)
+        drawing = self.drawing()
+        written = super().report(out, force=force, figures=figures, tables=tables)
+        write_drawing(drawing, self.dxf, force=force)
+        return written
+
+    def further_files(self, folder: Path) -> Iterable[str]:
+        """Return where the drawing is, or why there is none."""
+        from lostmotion.io.dxf import CHORD_ERROR
+
+        if self.has_drawing:
+            yield (
+                f"Drawing: {self.dxf or folder / 'profile.dxf'} (mm, chords within "
+                f"{CHORD_ERROR * 1e6:g} µm of the profile)"
+            )
+        elif self.drawn is not None:
+            yield "Drawing: none, ezdxf is not installed: pip install 'lostmotion[dxf]'"
+        for name, _ in self._fields():
+            yield f"Finite elements: {folder / name} (for ParaView; lengths in m, stresses in Pa)"
+
+    def drawing(self) -> bytes:
+        """Return the profiles as a DXF drawing; raises InputError for a gearbox by stated figures,
+        LostmotionError where ezdxf is not installed.
+        """
+        from lostmotion.io.dxf import profile_dxf
+
+        refuse_drawing(self.gearbox)
+        return profile_dxf(self.gearbox, self.name)  # type: ignore[arg-type]
+
+
+def refuse_drawing(gearbox: object) -> None:
+    """Raise InputError for a gearbox that has no drawing."""
+    from lostmotion.parts.gearbox.kinds import is_drawn
+
+    if not is_drawn(gearbox):
+        found = f"a gearbox of kind '{getattr(gearbox, 'kind', type(gearbox).__name__)}'"
+        raise refuse_argument(
+            "dxf", found, "a gearbox with a drawing, of kind 'cycloidal', or no DXF file"
+        )
 
 
 def gear(
@@ -109,46 +208,28 @@ def gear(
     lost_motion_torque: float | None = None,
     slope_range: tuple[float, float] | None = None,
     stiffness_definition: StiffnessDefinition = "slope",
-) -> GearStudy:
+) -> Gear:
     """Study a gearbox under a torque (N m; its rated one unless stated), on this many manufactured
     samples of a drawing.
 
     `lost_motion_torque` N m at which the lost motion is read; default: the stated share, or 3 %, of
     the rated torque.
     `slope_range` N m between which the slope of the curve is taken; default: 50 to 100 % of the
-    rated torque. Raises InputError for torques not above zero, a slope range that does not rise, a
-    definition of the stiffness without its torques, a count out of range, a seed below zero;
+    rated torque. Raises InputError for a definition of the stiffness without its torques;
     DidNotConvergeError where the contacts cannot carry the load.
     """
     if not is_gearbox(gearbox):
         raise refuse_argument("gearbox", type(gearbox).__name__, "a gearbox that a joint can have")
-    for name, value in (
-        ("torque", torque),
-        ("lost_motion_torque", lost_motion_torque),
-        ("slope_range", slope_range and slope_range[1]),
-    ):
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise refuse_argument(name, value, "a torque above zero", **{name: 200.0})
-    if slope_range is not None and not 0 <= slope_range[0] < slope_range[1]:
-        raise refuse_argument(
-            "slope_range", slope_range, "two rising torques", slope_range=(100.0, 200.0)
-        )
-    if not 2 <= gearboxes <= MOST_GEARBOXES:  # noqa: PLR2004 - a scatter needs two
-        raise refuse_argument(
-            "gearboxes", gearboxes, f"from 2 to {MOST_GEARBOXES}: one has no scatter", gearboxes=500
-        )
-    if seed < 0:
-        raise refuse_argument("seed", seed, "a whole number, zero or more", seed=1)
     chosen = gearbox.rated_torque if torque is None else torque
     if chosen is None:
-        return GearStudy(gearbox, None, gearboxes, seed, None, None, None)
+        return Gear(gearbox, None, gearboxes, seed)
     asked = _definitions(
         gearbox, float(chosen), lost_motion_torque, slope_range, stiffness_definition
     )
     if not is_drawn(gearbox):
         curve = StatedCurve(gearbox.zones, gearbox.zone_torques, gearbox.loop_width or 0.0)
         read = readings(curve, np.array([gearbox.play.nominal]), asked)
-        return GearStudy(
+        return Gear(
             gearbox,
             chosen,
             gearboxes,
@@ -162,7 +243,7 @@ def gear(
     loop = _loop(
         inside.curve, float(inside.play.mean()), gearbox.friction_at_rest.load.nominal, inside.read
     )
-    return GearStudy(gearbox, chosen, gearboxes, seed, loop, inside.read, inside, inside.bands)
+    return Gear(gearbox, chosen, gearboxes, seed, loop, inside.read, inside, inside.bands)
 
 
 def _drawn(gearbox: CycloidalGearbox, asked: Definitions, gearboxes: int, seed: int) -> Drawn:

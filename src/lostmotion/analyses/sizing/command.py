@@ -5,6 +5,7 @@ tool.
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -30,7 +31,8 @@ from lostmotion.errors import refuse_argument
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lostmotion.analyses.sizing.result import Selection, Size
+    from lostmotion.analyses.sizing.selection import Selection
+    from lostmotion.analyses.sizing.sizing import Size
     from lostmotion.spatial import Floats
 
 # Poses that limits are checked at; of a search for a target, which a full study follows.
@@ -165,10 +167,9 @@ def size(
 
     """
     asked = read_arguments(size, locals())
-    from lostmotion.analyses.sizing.request import read_request
-    from lostmotion.analyses.sizing.result import Selection, Size
     from lostmotion.error_model.poses import sample_poses
     from lostmotion.error_model.provenance import refuse_undescribed
+    from lostmotion.io.sizing import read_request
     from lostmotion.propagation.first_order import refuse_large_errors
 
     keys = {
@@ -209,12 +210,12 @@ def size(
             also=given,
             progress=progress,
         )
-        return Size(**vars(sized), source=source, sidecar=asked.sidecar)
+        return replace(sized, source=source, sidecar=asked.sidecar)
     if also is not None:
         raise refuse_argument(
             "also", "poses given", "no poses with a target, which is over the workspace"
         )
-    from lostmotion.analyses.sizing.target_study import StudySize, select_parts
+    from lostmotion.analyses.sizing.selection import StudySize, select_parts
 
     refuse_undescribed(asked.arm)
     refuse_large_errors(asked.arm)
@@ -232,4 +233,4 @@ def size(
         of=request.plan.target_of,
         progress=progress,
     )
-    return Selection(**vars(selection), notes=request.notes, source=source, sidecar=asked.sidecar)
+    return replace(selection, notes=request.notes, source=source, sidecar=asked.sidecar)

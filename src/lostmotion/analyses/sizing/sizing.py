@@ -11,12 +11,22 @@ weight relieves that link; `LinkSize.relieved_by` names such links.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sizing.lightest import (
+from lostmotion.analyses.result import Result
+from lostmotion.error_model.budget import Tally
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.poses import Poses, sample_poses
+from lostmotion.error_model.provenance import States, states
+from lostmotion.io.arm_writer import NewParts, reads_back, sized_text
+from lostmotion.mechanism.even_poses import corners
+from lostmotion.mechanism.load_causes import LinkBending, bending
+from lostmotion.mechanism.state import as_poses, states_of
+from lostmotion.sizing.lightest import (
     SLACK,
     Limits,
     LinkTask,
@@ -24,48 +34,31 @@ from lostmotion.analyses.sizing.lightest import (
     lightest,
     with_section,
 )
-from lostmotion.analyses.sizing.link_deflection import (
+from lostmotion.sizing.link_deflection import (
     LinkLoads,
     WorstDeflection,
     across,
     deflection_under,
 )
-from lostmotion.error_model.budget import Tally
-from lostmotion.error_model.pose_matrix import screws
-from lostmotion.error_model.poses import Poses, sample_poses
-from lostmotion.mechanism.load_causes import LinkBending, bending
-from lostmotion.mechanism.state import as_poses, states_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
+    from pathlib import Path
 
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.parts.family import Family
     from lostmotion.parts.material import Material
     from lostmotion.parts.profile import Section
     from lostmotion.parts.section import Plain
+    from lostmotion.sizing.candidates import LinkOptions
     from lostmotion.spatial import Floats
 
-# Limits of the paper: 0.5' and length/2500.
-PAPER: Final = Limits(0.5 * math.pi / 10800, 2500.0)
 # Factors on both limits in the trade-off, from a quarter to four.
 SCALES: Final = tuple(2.0 ** (k / 2) for k in range(-4, 5))
-_MOST_CORNERS: Final = 4096
 _ROUNDS: Final = 6
 _SHARPENED: Final = 2
 _EXCESS: Final = 1e-6
 _BLOCK: Final = 1024
 _ERROR_POSES: Final = 512
-
-
-@dataclass(frozen=True, slots=True)
-class LinkOptions:
-    """Options for one link: a family or a list of sections, and its new material (None: its
-    own).
-    """
-
-    choice: Family | tuple[Plain, ...]
-    material: Material | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,9 +120,56 @@ class TradeOffPoint:
     meets_limits: bool
 
 
+class SizedArmResult(Result):
+    """Base of both results, an arm as stated and with its new parts. `source` and `sidecar` are the
+    files of the arm; None where it was passed as an object.
+    """
+
+    arm: Arm
+    sized: Arm
+    source: Path | None
+    sidecar: Path | None
+
+    @property
+    @abstractmethod
+    def is_met(self) -> bool:
+        """Return whether limits or target are met."""
+
+    @property
+    @abstractmethod
+    def new_parts(self) -> list[NewParts]:
+        """Return the new parts, by joint."""
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint of the sized arm: stated, assumed, or ideal, and the
+        assumed values.
+        """
+        return states(self.sized)
+
+    @property
+    def failure(self) -> str:
+        """Return the verdict where limits or target are not met; empty where they are."""
+        return "" if self.is_met else self.sheet.verdict
+
+    def files(self) -> dict[str, bytes]:
+        """Return the sized arm as sized.toml: its file with the new parts, where limits or target
+        are met and the file is known.
+        """
+        if self.source is None or not self.is_met:
+            return {}
+        return {"sized.toml": sized_text(self.source, self.sidecar, self).encode()}
+
+    def further_files(self, folder: Path) -> Iterable[str]:
+        """Return where the sized arm is, and what differs when it is read from there."""
+        if self.source is not None and self.is_met:
+            doubt = reads_back(self.source, folder / "sized.toml", self)
+            yield f"Sized arm: {folder / 'sized.toml'}" + (f"; {doubt}" if doubt else "")
+
+
 @dataclass(frozen=True, repr=False)
-class Sizing:
-    """An arm with sized links.
+class Size(SizedArmResult):
+    """An arm with links sized by limits.
 
     arm, sized    as stated, and with the selected sections
     q             (pose, joint) all poses: sampled, `given`, `corners` of the joint ranges, and
@@ -157,11 +197,25 @@ class Sizing:
     trade_off: tuple[TradeOffPoint, ...]
     validation: tuple[LinkBending, ...]
     validation_poses: int
+    source: Path | None = None
+    sidecar: Path | None = None
+
+    page = "sizing_page"
 
     @property
     def meets_limits(self) -> bool:
         """Return whether every sized link meets its limits."""
         return all(link.meets_limits for link in self.links)
+
+    @property
+    def is_met(self) -> bool:
+        """Return whether every sized link meets its limits."""
+        return self.meets_limits
+
+    @property
+    def new_parts(self) -> list[NewParts]:
+        """Return the section of each sized link."""
+        return [NewParts(link.joint, link.section) for link in self.links]
 
     @property
     def validated_utilisation(self) -> float:
@@ -187,7 +241,7 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
     step: float | None = 1e-4,
     also: Floats | None = None,
     progress: Callable[[str, int, int], None] | None = None,
-) -> Sizing:
+) -> Size:
     """Return the arm with the lightest sections that meet the limits, and the trade-off for other
     limits.
 
@@ -240,7 +294,7 @@ def size_links(  # noqa: PLR0913 - a sizing is these numbers
     unchanged = tuple(
         joint.name for joint in arm.joints if joint.link.reach and joint.name not in options
     )
-    return Sizing(
+    return Size(
         arm,
         sized,
         limits,
@@ -267,18 +321,6 @@ def rms_error(arm: Arm, q: Floats) -> float:
 
 def _mass(arm: Arm, options: Mapping[str, LinkOptions]) -> float:
     return sum(joint.link.total_mass for joint in arm.joints if joint.name in options)
-
-
-def corners(arm: Arm, most: int = _MOST_CORNERS) -> Floats:
-    """Return the corners of the joint ranges (pose, joint), rad or m; beyond `most` of them, the
-    last joints are at mid-range.
-    """
-    ends = arm.limits
-    moving = min(len(ends), int(math.log2(most)))
-    out = np.tile(ends.mean(axis=1), (2**moving, 1))
-    for k in range(moving):
-        out[:, k] = ends[k][(np.arange(2**moving) >> k) & 1]
-    return out
 
 
 def _with(arm: Arm, name: str, section: Plain, material: Material | None) -> Arm:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 from lostmotion.analyses.arguments import (
     DEFAULT_ROBOTS,
@@ -26,12 +26,16 @@ from lostmotion.analyses.arguments import (
 )
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
-from lostmotion.analyses.targets.limits import LENGTH, SHARE
 from lostmotion.errors import Mistakes, refuse_argument
+from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.analyses.arguments import Ends
-    from lostmotion.analyses.targets.result import Target
+    from lostmotion.analyses.targets.targets import Target
+
+# Limits of a target's quantities.
+LENGTH: Final = Quantity("m", "0.5 mm", above=0, high=100)
+SHARE: Final = Quantity("", "95 %", low=0.5, high=0.999)
 
 
 def _one_of(**targets: Amount | None) -> None:
@@ -150,7 +154,6 @@ def target(
             partial(_one_of, error=error, repeatability=repeatability, rp_iso=rp_iso, rp_any=rp_any)
         )
         asked = mistakes.of(read_arguments, target, locals())
-    from lostmotion.analyses.targets.result import Target
     from lostmotion.analyses.targets.targets import targets
     from lostmotion.error_model.pose_selection import poses_in_zone
     from lostmotion.error_model.provenance import refuse_undescribed
@@ -172,7 +175,7 @@ def target(
     if asked.zone is not None:
         inside = poses_in_zone(asked.arm, len(chosen), asked.zone, asked.seed, asked.pose_law)
         chosen, name = inside.poses, inside.name
-    found = targets(
+    return targets(
         asked.arm,
         chosen,
         "error" if repeats is None else "repeatability",
@@ -186,4 +189,3 @@ def target(
         zone=name,
         progress=progress,
     )
-    return Target(**vars(found))

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.targets.tables.items import ordered
-from lostmotion.analyses.targets.tables.yield_ import criterion_label
+from lostmotion.analyses.targets.tables import ordered
+from lostmotion.analyses.targets.yields import criterion_label
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import grid, label_axes, legend, named_rows, one
 from lostmotion.reporting.palette import LIGHT
@@ -23,14 +23,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.targets.targets import Allowance, Targets
+    from lostmotion.analyses.targets.solver import Allowance
+    from lostmotion.analyses.targets.targets import Target
     from lostmotion.spatial import Floats
 
 _MOST_BARS: Final = 40
 _FACTOR: Final = "factor on the error [1]"
 
 
-def targets_plots(result: Targets) -> list[Plot]:
+def plots(result: Target) -> list[Plot]:
     """Return the plots in reading order."""
     out = []
     for key, title, allowed in (
@@ -102,7 +103,7 @@ def dumbbells(allowed: Sequence[Allowance], title: str) -> Figure:
     return _formatted(made, on, [short_name(each.item.name) for each in allowed], values)
 
 
-def allocation_plot(result: Targets) -> Figure:
+def allocation_plot(result: Target) -> Figure:
     """Plot the allocation of equal effect, and the equal factor on all errors."""
     factor, effect = result.equal_factor, result.equal_effect
     if factor is None:
@@ -146,7 +147,7 @@ def allocation_plot(result: Targets) -> Figure:
     return _formatted(made, on, names, np.append(values, uniform))
 
 
-def yield_curve(result: Targets) -> Figure:
+def yield_curve(result: Target) -> Figure:
     """Plot the yield (%) against the target (mm)."""
     made, on = one("Yield against target, with 95 % confidence interval", 84)
     grid(on, "both")

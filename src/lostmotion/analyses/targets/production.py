@@ -13,18 +13,18 @@ from lostmotion.analyses.arguments import (
     poses_of,
 )
 from lostmotion.analyses.quantities import read_quantities
-from lostmotion.analyses.targets.limits import LENGTH, SHARE
-from lostmotion.analyses.targets.yield_ import compute_yield
+from lostmotion.analyses.targets.command import LENGTH, SHARE
 from lostmotion.error_model.provenance import refuse_undescribed
 from lostmotion.propagation.first_order import refuse_large_errors
+from lostmotion.propagation.production_yield import compute_yield
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.analyses.quantities import Amount
-    from lostmotion.analyses.targets.yield_ import Criterion, Yield
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.propagation.production_yield import Criterion, Yield
     from lostmotion.spatial import Floats
 
 

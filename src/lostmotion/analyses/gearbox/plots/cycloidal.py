@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.cycloidal import SHOWN
 from lostmotion.analyses.gearbox.plots.profile import profile
 from lostmotion.analyses.gearbox.tables.cycloidal import samples_section
+from lostmotion.parts.gearbox.cycloidal.examined import SHOWN
 from lostmotion.printed import ARCMIN, ARCSEC
 from lostmotion.propagation.montecarlo.histogram import binned
 from lostmotion.reporting.chart import (
@@ -33,8 +33,8 @@ from lostmotion.reporting.sheet import Cell
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.gearbox.cycloidal import Lobes, Transmission
     from lostmotion.analyses.gearbox.gear import GearStudy
+    from lostmotion.parts.gearbox.cycloidal.examined import Lobes, Transmission
     from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.gearbox.finite_elements import FiniteElements, Largest
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
+    from lostmotion.parts.gearbox.cycloidal.finite_elements import FiniteElements, Largest
     from lostmotion.spatial import Floats
 
 _MM: Final = 1e3

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.gearbox.cycloidal import Lobes
     from lostmotion.analyses.gearbox.gear import GearStudy
     from lostmotion.laws.cycloid.stage import Stage
+    from lostmotion.parts.gearbox.cycloidal.examined import Lobes
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 

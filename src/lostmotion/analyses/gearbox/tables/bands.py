@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.bands import LARGE
 from lostmotion.parts.bands import band, influence
+from lostmotion.parts.gearbox.bands import LARGE
 from lostmotion.printed import stated_text
 from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.sheet import Card, Cell, Row, Section, several
@@ -17,9 +17,9 @@ from lostmotion.reporting.sheet import Card, Cell, Row, Section, several
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lostmotion.analyses.gearbox.bands import GearBands
-    from lostmotion.analyses.gearbox.readings import Readings
     from lostmotion.analyses.gearbox.tables.units import Units
+    from lostmotion.laws.torque_angle import Readings
+    from lostmotion.parts.gearbox.bands import GearBands
     from lostmotion.spatial import Floats
 
 COLUMNS: Final = ("5th percentile", "middle", "95th percentile")

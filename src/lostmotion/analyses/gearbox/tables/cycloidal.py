@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.cycloidal import LIGHT
 from lostmotion.analyses.gearbox.tables.definition import definition_text
 from lostmotion.analyses.gearbox.tables.envelope import OVERSTATED, branches_sections
 from lostmotion.analyses.gearbox.tables.friction import (
@@ -28,6 +27,7 @@ from lostmotion.laws.cycloid.geometry import (
     valley_radius,
 )
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
+from lostmotion.parts.gearbox.cycloidal.examined import LIGHT
 from lostmotion.parts.gearbox.cycloidal.names import BOUNDED
 from lostmotion.parts.gearbox.cycloidal.springs import BOUNDS
 from lostmotion.parts.gearbox.cycloidal.temperature import note_on_temperature
@@ -35,8 +35,8 @@ from lostmotion.printed import digits, stated_text
 from lostmotion.reporting.sheet import Card, Cell, Row, Section, length
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.gearbox.cycloidal import Drawn, Lobes
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.cycloidal.examined import Drawn, Lobes
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.spatial import Floats
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from lostmotion.printed import stated_text
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.gearbox.readings import Definitions
     from lostmotion.analyses.gearbox.tables.units import Units
+    from lostmotion.laws.torque_angle import Definitions
 
 
 def definition_text(asked: Definitions, units: Units) -> str:

@@ -13,8 +13,7 @@ from lostmotion.reporting.sheet import Cell, Row, Section
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lostmotion.analyses.gearbox.cycloidal import Drawn
-    from lostmotion.analyses.gearbox.envelope import BothBranches
+    from lostmotion.parts.gearbox.cycloidal.examined import BothBranches, Drawn
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
 
 _DRAWING: Final = "the drawing"

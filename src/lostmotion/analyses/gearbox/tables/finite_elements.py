@@ -11,7 +11,7 @@ from lostmotion.printed import stated_text
 from lostmotion.reporting.sheet import Card, Cell, Row, Section
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
+    from lostmotion.parts.gearbox.cycloidal.finite_elements import FiniteElements
 
 _COLUMNS: Final = (
     "rotation, plane strain",

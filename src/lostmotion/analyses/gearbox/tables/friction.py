@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.cycloidal import FRICTION_LOADS
+from lostmotion.parts.gearbox.cycloidal.examined import FRICTION_LOADS
 from lostmotion.printed import stated_text
 from lostmotion.reporting.sheet import Cell, Row, Section
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lostmotion.analyses.gearbox.cycloidal import Drawn
+    from lostmotion.parts.gearbox.cycloidal.examined import Drawn
 
 AS_DRAWN: Final = "the stage as drawn, without tolerances"
 # Above this share friction invalidates the loads, which are computed without it.

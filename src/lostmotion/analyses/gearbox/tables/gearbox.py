@@ -40,11 +40,11 @@ from lostmotion.reporting.provenance import with_inputs
 from lostmotion.reporting.sheet import Sheet
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.gearbox.cycloidal import Drawn
-    from lostmotion.analyses.gearbox.finite_elements import FiniteElements
     from lostmotion.analyses.gearbox.gear import GearStudy
     from lostmotion.analyses.gearbox.tables.units import Units
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
+    from lostmotion.parts.gearbox.cycloidal.examined import Drawn
+    from lostmotion.parts.gearbox.cycloidal.finite_elements import FiniteElements
     from lostmotion.parts.gearbox.kinds import StatedGearbox
 
 _WORDS: Final = (

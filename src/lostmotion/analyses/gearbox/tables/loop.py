@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lostmotion.analyses.gearbox.gear import GearStudy, Loop
-    from lostmotion.analyses.gearbox.readings import Readings
     from lostmotion.analyses.gearbox.tables.cycloidal import Bound
     from lostmotion.analyses.gearbox.tables.units import Units
+    from lostmotion.laws.torque_angle import Readings
     from lostmotion.spatial import Floats
 
 

@@ -20,8 +20,8 @@ from lostmotion.reporting.sheet import Card, Cell, Row, Section
 
 if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.gear import GearStudy
-    from lostmotion.analyses.gearbox.readings import Readings
     from lostmotion.analyses.gearbox.tables.units import Units
+    from lostmotion.laws.torque_angle import Readings
     from lostmotion.parts.error_source import Friction, PartFigure
     from lostmotion.parts.gearbox.kinds import AnyGearbox, StatedGearbox
 
