@@ -294,15 +294,12 @@ def table(
 
     Raises ValueError for a row of another length.
     """
-    units = columns if isinstance(columns, Mapping) else dict.fromkeys(columns, unit)
+    units = [*columns.values()] if isinstance(columns, Mapping) else [unit] * len(columns)
     return Section(
         key,
         title,
-        tuple(units),
-        tuple(
-            row if isinstance(row, Row) else _row(row, tuple(units.values()), samples)
-            for row in rows
-        ),
+        tuple(columns),
+        tuple(row if isinstance(row, Row) else _row(row, units, samples) for row in rows),
         note,
     )
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from lostmotion.analyses.gearbox.result import Gear
 
 import lostmotion
 from lostmotion.analyses.gearbox.gear import gear
-from lostmotion.analyses.gearbox.result import Gear
 from lostmotion.parts.bands import band, influence
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.printed import ARCMIN

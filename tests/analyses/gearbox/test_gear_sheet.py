@@ -16,12 +16,12 @@ from typing import Any
 import ezdxf
 import numpy as np
 import pytest
+from lostmotion.analyses.gearbox.tables.cycloidal import over_samples
 
 import lostmotion
 from lostmotion import InputError, LostmotionError
 from lostmotion.analyses.gearbox.gear import gear
-from lostmotion.analyses.gearbox.plots.gearbox import gearbox_plots
-from lostmotion.analyses.gearbox.tables.cycloidal import over_samples
+from lostmotion.analyses.gearbox.plots import gearbox_plots
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples
 from lostmotion.io import dxf
 from lostmotion.io.part_file import read_gearbox

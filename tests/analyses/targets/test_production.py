@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+import lostmotion
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import robot_draws, uniforms, visit_draws
 from lostmotion.error_model.pose_matrix import screws
@@ -213,5 +214,5 @@ def test_numbers_out_of_range_are_refused(options, key):
         "seed": 1,
     } | options
     with pytest.raises(InputError) as caught:
-        compute_yield(arm, sample_poses(arm, 8), asked.pop("target"), **asked)
+        lostmotion.production_yield(arm, asked.pop("target"), poses=8, **asked)
     assert [problem.key for problem in caught.value.problems] == [key]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.targets.plots import targets_plots
+from lostmotion.analyses.targets.plots import plots
 from lostmotion.analyses.targets.tables import in_unit, ordered, size_at
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.items import Item, Size
@@ -70,7 +70,7 @@ def test_every_item_is_in_one_table(asked):
             assert each.without.value > found.target
         else:
             assert "any" in keys
-    assert {plot.section for plot in targets_plots(found)} <= set(keys)
+    assert {plot.section for plot in plots(found)} <= set(keys)
     said = asked.result()
     assert "nan" not in json.dumps(said, allow_nan=False)
     assert len(said["items"]) == len(found.items)
@@ -198,7 +198,7 @@ def test_an_arm_without_error_meets_any_target():
     assert found.yields[0].share == 1
     assert "is met" in found.sheet.verdict
     assert "No single item" not in found.sheet.verdict
-    assert [plot.key for plot in targets_plots(found)] == ["yield"]
+    assert [plot.key for plot in plots(found)] == ["yield"]
 
 
 def test_poses_in_a_zone_are_in_it():

@@ -12,7 +12,7 @@ import pytest
 from scipy.special import ndtri
 
 import lostmotion
-from lostmotion.analyses.targets.targets import _ranges, targets
+from lostmotion.analyses.targets.targets import targets
 from lostmotion.error_model.allocation import contributions, equal_effect, mean_square_form
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.intervals import pooled_quantile, quantile
@@ -27,7 +27,8 @@ from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.propagation import factor_metrics as metrics
 from lostmotion.propagation.analytic import DrawnColumns
 from lostmotion.propagation.error_magnitude import POOLED_POINTS
-from lostmotion.propagation.factor_metrics import ErrorMetric, Excess
+from lostmotion.propagation.excess_roots import Excess, ranges_within
+from lostmotion.propagation.factor_metrics import ErrorMetric
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -217,12 +218,12 @@ def test_ranges_show_where_an_item_cancels_others():
     def missed(factor):
         return Excess(abs(1.0 - 0.77 * factor) - 0.01, 0.0)
 
-    ((low, high),) = _ranges(missed, np.array([0.0, 0.5, 1.0, 2.0, 4.0]), refine=True)
+    ((low, high),) = ranges_within(missed, np.array([0.0, 0.5, 1.0, 2.0, 4.0]), refine=True)
     assert (low, high) == pytest.approx((0.99 / 0.77, 1.01 / 0.77), rel=1e-5)
-    assert _ranges(lambda _: Excess(-1.0, 0.0), np.array([0.0, 2.0]), refine=False) == (
+    assert ranges_within(lambda _: Excess(-1.0, 0.0), np.array([0.0, 2.0]), refine=False) == (
         (0.0, math.inf),
     )
-    assert _ranges(lambda _: Excess(1.0, 0.0), np.array([0.0, 2.0]), refine=True) == ()
+    assert ranges_within(lambda _: Excess(1.0, 0.0), np.array([0.0, 2.0]), refine=True) == ()
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -544,8 +545,8 @@ def test_the_same_bits_whatever_the_threads(monkeypatch):
 @pytest.mark.parametrize(
     ("options", "key"),
     [
-        ({"target": -1e-3}, "target"),
-        ({"target": math.nan}, "target"),
+        ({"error": -1e-3}, "error"),
+        ({"error": math.nan}, "error"),
         ({"share": 1.0}, "share"),
         ({"robots": 3}, "robots"),
         ({"visits": 1}, "visits"),
@@ -554,7 +555,7 @@ def test_the_same_bits_whatever_the_threads(monkeypatch):
 def test_numbers_out_of_range_are_refused(options, key):
     """Each is one clear message."""
     arm = one_joint(encoder={"zero": 3e-4})
-    asked = {"target": 1e-3, "robots": 100, "visits": 2, "share": 0.95} | options
+    asked = {"error": 1e-3, "robots": 100, "visits": 2, "share": 0.95} | options
     with pytest.raises(InputError) as caught:
-        targets(arm, Poses(np.zeros((8, 1)), "given"), "error", asked.pop("target"), **asked)
+        lostmotion.target(arm, poses=np.zeros((8, 1)), **asked)
     assert [problem.key for problem in caught.value.problems] == [key]

@@ -9,7 +9,6 @@ import numpy as np
 
 from lostmotion.analyses.targets.plots import plots
 from lostmotion.analyses.targets.tables import (
-    figure_of,
     item_sections,
     ordered,
     size_at,
@@ -26,21 +25,17 @@ from lostmotion.analyses.targets.yields import (
     yield_section,
 )
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.arm_sheet import bounded_cards, bounded_sections
+from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.provenance import (
     at_least,
     by_what_is_described,
     caveats,
-    provenance_facts,
-    provenance_sections,
     repeats_bounded,
     share_within_bounded,
 )
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
-from lostmotion.reporting.warnings import arm_warnings
+from lostmotion.reporting.sheet import Card, Cell, Section, Sheet, cell, length, several, table
 
 if TYPE_CHECKING:
     from typing import Any
@@ -101,26 +96,27 @@ def sheet(result: Target) -> Sheet:
         f"{several(len(result.poses), 'pose')}{where}, seed {result.seed}"
     )
     yields = (yield_section(result, _target(result)), *allocated_section(result, _target(result)))
-    known = with_limits(states(result.arm), result.arm, result.poses.q, result.approach)
-    sections = bounded_sections(
-        [_whole(result, known), *item_sections(result), *yields], known, ("target",)
-    )
-    return Sheet(
-        name=result.arm.name,
-        subject="allowances of its parts for a target",
-        verdict=_verdict(result, known),
-        cards=bounded_cards(_cards(result, known), known, ("as stated",)),
-        sections=(*sections, *provenance_sections(known)),
-        counts=counted,
-        warnings=arm_warnings(result.arm),
-        notes=(*result.arm.remarks, *_remarks(result)),
-        words=_WORDS,
-        source=(
-            f"seed {result.seed}: {counted}, {result.poses.law}. The same arm, version, seed, "
-            "counts and target give the same bytes."
+    known = with_limits(result.states, result.arm, result.poses.q, result.approach)
+    return with_arm(
+        Sheet(
+            subject="allowances of its parts for a target",
+            verdict=_verdict(result, known),
+            cards=tuple(_cards(result, known)),
+            sections=(_whole(result, known), *item_sections(result), *yields),
+            counts=counted,
+            notes=tuple(_remarks(result)),
+            words=_WORDS,
+            source=(
+                f"seed {result.seed}: {counted}, {result.poses.law}. The same arm, version, seed, "
+                "counts and target give the same bytes."
+            ),
+            seed=result.seed,
+            facts=_facts(result),
         ),
-        seed=result.seed,
-        facts={**_facts(result), **provenance_facts(known)},
+        result.arm,
+        known,
+        cards=("as stated",),
+        sections=("target",),
     )
 
 
@@ -146,32 +142,25 @@ def _whole(result: Target, known: States) -> Section:
         if is_met(result)
         else "not met as stated"
     )
+    verified = verification_samples(result)
     rows = [
-        Row("target", (_target(result),), f"{_quantity(result)}; {met}"),
-        Row(
-            "as stated",
-            (figure_of(result.current, verification_samples(result)),),
-            "by Monte Carlo",
-        ),
-        Row(
+        ("target", _target(result), f"{_quantity(result)}; {met}"),
+        ("as stated", cell(result.current, "m", verified), "by Monte Carlo"),
+        (
             "as stated, by the solver",
-            (figure_of(result.current_by_solver, solver_samples(result)),),
+            cell(result.current_by_solver, "m", solver_samples(result)),
             "independent estimate, for comparison",
         ),
-    ]
-    for name, allocation in (
-        ("equal factor", result.equal_factor),
-        ("equal effect", result.equal_effect),
-    ):
-        if allocation is not None:
-            rows.append(
-                Row(
-                    f"allocation by {name}",
-                    (figure_of(allocation.verified, verification_samples(result)),),
-                    "verified, sizes below",
-                )
+        *(
+            (
+                f"allocation by {name.replace('_', ' ')}",
+                cell(allocation.verified, "m", verified),
+                "verified, sizes below",
             )
-    return Section("target", "Target", ("value",), tuple(rows))
+            for name, allocation in allocated(result)
+        ),
+    ]
+    return table("target", "Target", ["value"], rows)
 
 
 def _target(result: Target) -> Cell:
@@ -179,7 +168,7 @@ def _target(result: Target) -> Cell:
 
 
 def _verdict(result: Target, known: States) -> str:
-    figure = figure_of(result.current)
+    figure = cell(result.current, "m")
     current = f"{figure}{f' ({figure.interval})' if figure.interval else ''}"
     text = (
         f"{100 * result.share:g} % of positions are within {at_least(current, known)}"
@@ -240,7 +229,7 @@ def _allowed(each: Allowance) -> Cell:
 
 
 def _cards(result: Target, known: States) -> list[Card]:
-    current = figure_of(result.current)
+    current = cell(result.current, "m")
     out = [
         Card("target", str(_target(result)), _quantity(result)),
         Card("as stated", str(current), f"interval {current.interval}" if current.interval else ""),
@@ -355,7 +344,6 @@ def _facts(result: Target) -> dict[str, Any]:
         }
 
     return {
-        "arm": result.arm.name,
         "target": {
             "of": result.kind,
             "value_m": result.target,

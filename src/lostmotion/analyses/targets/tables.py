@@ -12,8 +12,9 @@ import numpy as np
 
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.printed import suited
 from lostmotion.reporting.layout import key_of
-from lostmotion.reporting.sheet import Cell, Row, Section, length, several
+from lostmotion.reporting.sheet import Cell, Row, cell, length, several, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.targets.solver import Allocation, Allowance
     from lostmotion.analyses.targets.targets import Target
     from lostmotion.error_model.items import Item, Size
+    from lostmotion.reporting.sheet import Section
 
 # An item whose removal changes the figure by less is only counted.
 _SMALLEST_CHANGE: Final = 0.002
@@ -29,14 +31,26 @@ _NOT_LIMITING: Final = "not limiting"
 
 def item_sections(result: Target) -> list[Section]:
     """Return the tables of all items, each item in one table of allowances."""
-    return [
-        *_one_at_a_time(result),
-        *_shared(result),
+    single = (
+        "all other items unchanged; tightest first. Verified: error or RP with that size, by "
+        "Monte Carlo. ?: end of an interval without a solution"
+    )
+    shared = (
+        "the same cause in all parts of a kind, all other items unchanged; a size where all parts "
+        "have the same"
+    )
+    of_kinds = "Allowance for one cause in all parts of a kind"
+    sections = [
+        _allowed(
+            result, "single", "Allowance for one item at a time", result.allowances, note=single
+        ),
+        _allowed(result, "kinds", of_kinds, result.shared_allowances, note=shared),
         *_out_of_reach(result),
-        *_usual(result),
-        *_any(result),
+        _usual(result),
+        _any(result),
         *_allocations(result),
     ]
+    return [section for section in sections if section.rows or section.key == "none"]
 
 
 def ordered(allowances: Iterable[Allowance]) -> list[Allowance]:
@@ -44,11 +58,6 @@ def ordered(allowances: Iterable[Allowance]) -> list[Allowance]:
     return sorted(
         (each for each in allowances if each.verdict == "sized"), key=lambda each: each.factor.value
     )
-
-
-def figure_of(estimate: Estimate, samples: str = "") -> Cell:
-    """Return a length with its interval."""
-    return length(estimate.value, estimate.low, estimate.high, samples)
 
 
 def solver_samples(result: Target) -> str:
@@ -72,49 +81,23 @@ def verification_samples(result: Target) -> str:
     )
 
 
-def _one_at_a_time(result: Target) -> list[Section]:
-    note = (
-        "all other items unchanged; tightest first. Verified: error or RP with that size, by "
-        "Monte Carlo. ?: end of an interval without a solution"
-    )
-    return _allowance_section(
-        result, "single", "Allowance for one item at a time", result.allowances, note
-    )
-
-
-def _shared(result: Target) -> list[Section]:
-    note = (
-        "the same cause in all parts of a kind, all other items unchanged; a size where all parts "
-        "have the same"
-    )
-    return _allowance_section(
-        result,
-        "kinds",
-        "Allowance for one cause in all parts of a kind",
-        result.shared_allowances,
-        note,
-    )
-
-
-def _allowance_section(
-    result: Target, key: str, title: str, allowances: Sequence[Allowance], note: str
-) -> list[Section]:
-    rows = []
-    for each in ordered(allowances):
-        verified = (
-            Cell(math.nan, "mm")
-            if each.verified is None
-            else figure_of(each.verified, verification_samples(result))
+def _allowed(
+    result: Target, key: str, title: str, allowances: Sequence[Allowance], *, note: str
+) -> Section:
+    solved, verified = solver_samples(result), verification_samples(result)
+    rows = (
+        _row(
+            each.item,
+            replace(size_at(each.item, each.factor), samples=solved),
+            Cell(math.nan, "mm") if each.verified is None else cell(each.verified, "m", verified),
+            note=_note(each),
         )
-        figures = (
-            replace(size_at(each.item, each.factor), samples=solver_samples(result)),
-            verified,
-        )
-        rows.append(_row(each.item, figures, _note(each)))
-    return [Section(key, title, ("allowed", "verified"), tuple(rows), note)] if rows else []
+        for each in ordered(allowances)
+    )
+    return table(key, title, ["allowed", "verified"], rows, note)
 
 
-def _row(item: Item, figures: tuple[Cell, ...], note: str = "") -> Row:
+def _row(item: Item, *figures: Cell, note: str = "") -> Row:
     """Return the row of an item, under the full name of its part in result.json."""
     return Row(short_name(item.name), figures, note, key_of(item.name))
 
@@ -152,14 +135,16 @@ def _out_of_reach(result: Target) -> list[Section]:
         for each in every
         if each.without.value < (1 - _SMALLEST_CHANGE) * result.current_by_solver.value
     ]
-    rows = []
-    for each in listed:
-        figures = (
+    solved, exact = solver_samples(result), _exact(result)
+    rows = (
+        _row(
+            each.item,
             stated_size(each.item),
-            figure_of(each.without, solver_samples(result)),
-            Cell(each.share, "%", samples=_exact(result)),
+            cell(each.without, "m", solved),
+            Cell(each.share, "%", samples=exact),
         )
-        rows.append(_row(each.item, figures))
+        for each in listed
+    )
     note = (
         "without the item (zero size, or infinite stiffness) the remaining items exceed the "
         f"target of {length(result.target, stated=True)}"
@@ -169,73 +154,60 @@ def _out_of_reach(result: Target) -> list[Section]:
             f". The same holds for {several(len(every) - len(listed), 'more item')}, each with an "
             f"effect below {100 * _SMALLEST_CHANGE:g} %"
         )
-    columns = ("as stated", "without it", "share")
-    return (
-        [Section("none", "Items that cannot meet the target alone", columns, tuple(rows), note)]
-        if every
-        else []
-    )
+    title = "Items that cannot meet the target alone"
+    columns = ["as stated", "without it", "share"]
+    return [table("none", title, columns, rows, note)] if every else []
 
 
 def _exact(result: Target) -> str:
     return f"exact sum over terms, {several(len(result.poses), 'pose')}"
 
 
-def _any(result: Target) -> list[Section]:
+def _any(result: Target) -> Section:
     """Return the items of any size, those of a kind in one row."""
     groups: dict[tuple[str, str], list[Allowance]] = {}
     for each in result.allowances:
         if each.verdict == "any":
             groups.setdefault((each.item.kind, each.item.cause), []).append(each)
-    rows = []
-    for (kind, cause), members in groups.items():
-        names = ", ".join(_where(each.item) for each in members)
-        rows.append(
-            Row(
-                f"{kind} {cause}",
-                (Cell(sum(each.share for each in members), "%", samples=_exact(result)),),
-                names,
-            )
+    rows = (
+        (
+            f"{kind} {cause}",
+            sum(each.share for each in members),
+            ", ".join(_where(each.item) for each in members),
         )
-    note = "they do not move the tool, or too rarely to affect the target"
-    if result.kind == "repeatability":
-        note = "they do not differ between the visits of a robot"
-    return (
-        [Section("any", "Any size meets the target", ("share",), tuple(rows), note)] if rows else []
+        for (kind, cause), members in groups.items()
+    )
+    note = (
+        "they do not differ between the visits of a robot"
+        if result.kind == "repeatability"
+        else "they do not move the tool, or too rarely to affect the target"
+    )
+    return table(
+        "any", "Any size meets the target", {"share": "%"}, rows, note, samples=_exact(result)
     )
 
 
-def _usual(result: Target) -> list[Section]:
+def _usual(result: Target) -> Section:
     """Return the items that meet the target at every usual size, those of a kind in one row."""
     groups: dict[tuple[str, str, float], list[Allowance]] = {}
     for each in (*result.allowances, *result.shared_allowances):
         if each.verdict == "usual":
-            limit = usual_limit(each.item).value
-            key = (
-                (each.item.kind, each.item.cause, limit)
-                if each in result.allowances
-                else (each.item.name, "", limit)
-            )
-            groups.setdefault(key, []).append(each)
-    rows = []
-    for (kind, cause, _), members in groups.items():
-        names = ", ".join(_where(each.item) for each in members) if cause else "all of them"
-        share = Cell(sum(each.share for each in members), "%", samples=_exact(result))
-        rows.append(Row(f"{kind} {cause}".strip(), (usual_limit(members[0].item), share), names))
-    note = "all other items unchanged, the target is met even at the largest usual size"
-    return (
-        [
-            Section(
-                "usual",
-                "Not limiting: any usual value meets the target",
-                ("usual up to", "share"),
-                tuple(rows),
-                note,
-            )
-        ]
-        if rows
-        else []
+            alone = each in result.allowances
+            named = (each.item.kind, each.item.cause) if alone else (each.item.name, "")
+            groups.setdefault((*named, usual_limit(each.item).value), []).append(each)
+    exact = _exact(result)
+    rows = (
+        (
+            f"{kind} {cause}".strip(),
+            usual_limit(members[0].item),
+            Cell(sum(each.share for each in members), "%", samples=exact),
+            ", ".join(_where(each.item) for each in members) if cause else "all of them",
+        )
+        for (kind, cause, _), members in groups.items()
     )
+    title = "Not limiting: any usual value meets the target"
+    note = "all other items unchanged, the target is met even at the largest usual size"
+    return table("usual", title, ["usual up to", "share"], rows, note)
 
 
 def _where(item: Item) -> str:
@@ -247,36 +219,25 @@ def _allocations(result: Target) -> list[Section]:
     factor, effect = result.equal_factor, result.equal_effect
     if factor is None:
         return []
-    rows = []
     shares = {each.item.name: each.share for each in result.allowances}
-    for k, item in sorted(enumerate(result.items), key=lambda one: -shares[one[1].name]):
-        if np.isfinite(factor.factors[k]):
-            figures = (
-                stated_size(item),
-                size_at(item, exactly(float(factor.factors[k]))),
-                _of_equal_effect(item, k, effect),
-                Cell(shares[item.name], "%", samples=_exact(result)),
-            )
-            rows.append(
-                _row(
-                    item,
-                    figures,
-                    ""
-                    if item.size is not None
-                    else f"of its present {'stiffness' if 'stiffness' in item.cause else 'error'}",
-                )
-            )
+    rows = (
+        _row(
+            item,
+            stated_size(item),
+            size_at(item, exactly(float(factor.factors[k]))),
+            _of_equal_effect(item, k, effect),
+            Cell(shares[item.name], "%", samples=_exact(result)),
+            note=""
+            if item.size is not None
+            else f"of its present {'stiffness' if 'stiffness' in item.cause else 'error'}",
+        )
+        for k, item in sorted(enumerate(result.items), key=lambda one: -shares[one[1].name])
+        if np.isfinite(factor.factors[k])
+    )
     of = "the mean square" if result.kind == "error" else "the mean square between visits"
     note = f"share: of {of} as stated; {_allocation_note(factor, effect)}"
-    return [
-        Section(
-            "together",
-            "Allocation to all items",
-            ("as stated", "equal factor", "equal effect", "share"),
-            tuple(rows),
-            note,
-        )
-    ]
+    columns = ["as stated", "equal factor", "equal effect", "share"]
+    return [table("together", "Allocation to all items", columns, rows, note)]
 
 
 def _of_equal_effect(item: Item, k: int, effect: Allocation | None) -> Cell:
@@ -320,13 +281,7 @@ def _uncertainty(allocation: Allocation) -> str:
 def in_unit(size: Size, factor: float) -> Cell:
     """Return the size with which the errors are `factor` times as large, in a practical unit."""
     value = size.at(factor)
-    if size.unit == "rad":
-        return Cell(value, "arcmin")
-    if size.unit == "N m/rad":
-        return Cell(value, "N m/arcmin")
-    if size.unit == "K":
-        return Cell(value, "K")
-    return Cell(value, "N/µm") if size.unit == "N/m" else length(value)
+    return Cell(value, "N/µm" if size.unit == "N/m" else suited(value, size.unit))
 
 
 def size_at(item: Item, factor: Estimate) -> Cell:

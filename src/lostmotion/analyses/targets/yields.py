@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import rp_name
-from lostmotion.reporting.sheet import Cell, Row, Section, several
+from lostmotion.reporting.sheet import Cell, several, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.targets.solver import Allocation
     from lostmotion.analyses.targets.targets import Target
     from lostmotion.propagation.production_yield import Criterion, Yield
+    from lostmotion.reporting.sheet import Section
 
 # What a robot is criterion by, as row labels.
 CRITERION_LABELS: Final[dict[Criterion, str]] = {
@@ -31,20 +32,18 @@ def yield_section(result: Target, target: Cell) -> Section:
     """Return the yield of the arm as stated, and the number of robots for narrower intervals."""
     first = result.yields[0]
     at = f"at a yield of {yield_figure(first)}"
-    rows = _rows(result.yields)
-    rows += [
-        Row(
-            f"robots for an interval {100 * width:g} % wide",
-            (Cell(first.robots_for(width), "1"),),
-            at,
-        )
-        for width in _WIDTHS
+    rows = [
+        *_rows(result.yields),
+        *(
+            (f"robots for an interval {100 * width:g} % wide", first.robots_for(width), at)
+            for width in _WIDTHS
+        ),
     ]
     note = (
         "robots of the study with this seed at these poses; exact confidence interval (Clopper "
         "and Pearson), which counts robots"
     )
-    return Section("yield", f"Yield: robots that meet {target}", ("value",), tuple(rows), note)
+    return table("yield", f"Yield: robots that meet {target}", ["value"], rows, note)
 
 
 def allocated_section(result: Target, target: Cell) -> list[Section]:
@@ -59,19 +58,8 @@ def allocated_section(result: Target, target: Cell) -> list[Section]:
         "largest usual size. The yield may be below the share of all "
         "positions, because each robot has to meet the target by itself"
     )
-    return (
-        [
-            Section(
-                "yield_allocated",
-                f"Yield with the allocated sizes: robots that meet {target}",
-                ("value",),
-                tuple(rows),
-                note,
-            )
-        ]
-        if rows
-        else []
-    )
+    title = f"Yield with the allocated sizes: robots that meet {target}"
+    return [table("yield_allocated", title, ["value"], rows, note)] if rows else []
 
 
 def allocated(result: Target) -> list[tuple[str, Allocation]]:
@@ -110,11 +98,11 @@ def criterion_label(one: Yield) -> str:
     )
 
 
-def _rows(yields: Iterable[Yield], prefix: str = "") -> list[Row]:
+def _rows(yields: Iterable[Yield], prefix: str = "") -> list[tuple[str, Any, str]]:
     return [
-        Row(
+        (
             prefix + criterion_label(one),
-            (yield_figure(one),),
+            yield_figure(one),
             f"{one.within} of {several(one.robots, 'robot')}",
         )
         for one in yields

@@ -34,7 +34,7 @@ from lostmotion.parts.gearbox.cycloidal.model import (
     wind_up,
     wind_up_without_scatter,
 )
-from lostmotion.parts.gearbox.cycloidal.samples import gearboxes, simulated
+from lostmotion.parts.gearbox.cycloidal.samples import disc_share, gearboxes, simulated
 
 if TYPE_CHECKING:
     from lostmotion.laws.cycloid.envelope_contact import EnvelopeContact
@@ -171,11 +171,9 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
     found = distribute_wind_up(as_drawn, own)
     members = {name: float(each[at]) for name, each in found.items() if each.any()}
     shares = (0.5, CUSTOMARY_SHARE) if gearbox.discs == 2 else (1 / gearbox.discs,)  # noqa: PLR2004 - of a pair
-    first = gearbox.first_stage
+    first = gearbox.cycloidal_first_stage
     before = (
-        None
-        if first is None or first.kind != "cycloidal"
-        else both_branches(first, torque / abs(gearbox.steps) / first.discs)
+        None if first is None else both_branches(first, torque / abs(gearbox.steps) / first.discs)
     )
     return Drawn(
         lobes=tuple(_lobes(gearbox, torque, share) for share in shares),
@@ -190,7 +188,7 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
         bands=bands_of_drawing(
             gearbox, Middle(asked, levels, as_drawn, own, curve, float(made.play.mean())), seed
         ),
-        branches=both_branches(gearbox, shares[0] * disc_torque(gearbox, torque)),
+        branches=both_branches(gearbox, shares[0] * (torque * disc_share(gearbox))),
         before=before,
     )
 
@@ -212,17 +210,10 @@ def _of_materials(
     return out
 
 
-def disc_torque(gearbox: CycloidalGearbox, torque: float) -> float:
-    """Return the torque (N m) on all discs together, with the ring held, for a torque at the
-    output.
-    """
-    return torque * abs(ratio_of(gearbox.stage) / gearbox.steps)
-
-
 def _lobes(gearbox: CycloidalGearbox, torque: float, share: float) -> Lobes:
     drive, stage = gearbox.drive, gearbox.stage
     crank = crank_angles_of_pitch(drive)
-    load = share * disc_torque(gearbox, torque)
+    load = share * (torque * disc_share(gearbox))
     answer = loaded_disc(drive, load, crank, nominal_gaps(drive, crank))
     theta = pin_angles(stage, crank[:1])[0]
     carrying = answer.lobes[0, :, 0]
@@ -243,11 +234,11 @@ def _transmission(gearbox: CycloidalGearbox, loads: Floats, count: int, seed: in
     """Return the transmission error of the output stage, and of a cycloidal first stage, over a
     turn of the output stage's crank.
     """
-    steps, share = abs(gearbox.steps), disc_torque(gearbox, 1.0)
+    steps, share = abs(gearbox.steps), disc_share(gearbox)
     main = share * _errors(gearbox, share * loads, count, seed)
     found = _powers(main, steps)
-    first, angles = gearbox.first_stage, main.shape[1]
-    if first is not None and first.kind == "cycloidal":
+    first, angles = gearbox.cycloidal_first_stage, main.shape[1]
+    if first is not None:
         before = _errors(first, loads / steps, count, seed + 1) / steps
         times = abs(ratio_of(first.stage))
         angles = math.lcm(angles, times * before.shape[1])

@@ -15,7 +15,7 @@ from lostmotion.laws.cycloid.envelope import second_contacts
 from lostmotion.laws.cycloid.finite_elements.mesh import check_installed
 from lostmotion.laws.cycloid.finite_elements.stage import loaded_stage
 from lostmotion.laws.cycloid.geometry import first_contact_angle, gaps, pin_angles
-from lostmotion.parts.gearbox.cycloidal.examined import disc_torque
+from lostmotion.parts.gearbox.cycloidal.samples import disc_share
 from lostmotion.parts.gearbox.kinds import is_drawn
 
 if TYPE_CHECKING:
@@ -133,12 +133,8 @@ def _meshed_first_stage(gearbox: CycloidalGearbox) -> CycloidalStage | None:
     """Return the first stage of a gearbox if it is cycloidal and states the inner radius of its
     disc.
     """
-    first = gearbox.first_stage
-    return (
-        None
-        if first is None or first.kind == "planetary" or first.disc_bore_radius is None
-        else first
-    )
+    first = gearbox.cycloidal_first_stage
+    return None if first is None or first.disc_bore_radius is None else first
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +167,7 @@ def finite_elements(
     """
     mesh = mesh or Mesh()
     stages: list[tuple[str, CycloidalStage, float]] = [
-        ("output stage", check_fem(gearbox), disc_torque(gearbox, 1.0))
+        ("output stage", check_fem(gearbox), disc_share(gearbox))
     ]
     first = _meshed_first_stage(gearbox)
     if first is not None:

@@ -16,7 +16,6 @@ from lostmotion.parts.gearbox.cycloidal.model import ANGLES, Behaviour, behaviou
 from lostmotion.parts.gearbox.cycloidal.names import CONTACTS
 from lostmotion.parts.gearbox.cycloidal.samples import GEARBOXES, gearboxes
 from lostmotion.parts.gearbox.cycloidal.sources import GearboxWindUp, Play, TransmissionError
-from lostmotion.parts.gearbox.cycloidal.stages import CycloidalFirstStage
 from lostmotion.parts.gearbox.cycloidal.temperature import follows, growth_is_known
 from lostmotion.units import Toleranced
 
@@ -88,11 +87,8 @@ class CycloidalGearbox(CycloidalDrawing):
 
     @property
     def _stages(self) -> tuple[CycloidalStage, ...]:
-        return (
-            (self, self.first_stage)
-            if isinstance(self.first_stage, CycloidalFirstStage)
-            else (self,)
-        )
+        first = self.cycloidal_first_stage
+        return (self,) if first is None else (self, first)
 
     def warmed(self, rise: Toleranced | None) -> CycloidalGearbox:
         """Return this gearbox at the temperature rise of its arm, K; itself where that changes no
@@ -107,9 +103,9 @@ class CycloidalGearbox(CycloidalDrawing):
 
 @functools.lru_cache(maxsize=64)
 def _at_rise(gearbox: CycloidalGearbox, rise: float) -> CycloidalGearbox:
-    first, warm = gearbox.first_stage, {"temperature_rise": rise}
+    first, warm = gearbox.cycloidal_first_stage, {"temperature_rise": rise}
     changes: dict[str, object] = {**warm} if follows(gearbox) else {}
-    if isinstance(first, CycloidalFirstStage) and follows(first):
+    if first is not None and follows(first):
         changes["first_stage"] = first.model_copy(update=warm)
     out = gearbox.model_copy(update=changes)
     out._drawn = gearbox  # noqa: SLF001 - of the same class

@@ -174,8 +174,8 @@ def _with_middles(gearbox: CycloidalDrawing, torques: tuple[float, ...]) -> dict
     torque = np.array(torques)
     share, steps = disc_share(gearbox), abs(gearbox.steps)
     out = {name: share * angle for name, angle in stage_wind_up(gearbox, share * torque).items()}
-    first = gearbox.first_stage
-    if first is not None and first.kind == "cycloidal":
+    first = gearbox.cycloidal_first_stage
+    if first is not None:
         out |= {
             f"{FIRST_STAGE}{name}": angle / steps
             for name, angle in stage_wind_up(first, torque / steps).items()
@@ -248,8 +248,8 @@ def _harmonics(gearbox: CycloidalDrawing) -> tuple[tuple[ErrorHarmonic, ...], fl
     steps, share = abs(gearbox.steps), disc_share(gearbox)
     loads = gearbox.rated_torque * np.array(_HARMONIC_LEVELS)
     found = {k * steps: share**2 * power for k, power in _spectrum(gearbox, share * loads, SEED)}
-    first = gearbox.first_stage
-    if first is not None and first.kind == "cycloidal":
+    first = gearbox.cycloidal_first_stage
+    if first is not None:
         before = abs(gearbox.ratio)
         for k, power in _spectrum(first, loads / steps, SEED + 1):
             # some coincide with harmonics of the last stage

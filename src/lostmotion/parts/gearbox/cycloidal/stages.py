@@ -118,6 +118,11 @@ class CycloidalStages(CycloidalStage):
         return self
 
     @property
+    def cycloidal_first_stage(self) -> CycloidalFirstStage | None:
+        """Return the first stage where it is cycloidal."""
+        return self.first_stage if isinstance(self.first_stage, CycloidalFirstStage) else None
+
+    @property
     def steps(self) -> float:
         """Return the turns of the eccentric, relative to the held ring or carrier, per turn of the
         output; negative for opposite directions.

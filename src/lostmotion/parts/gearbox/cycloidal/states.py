@@ -127,8 +127,8 @@ def unknowns(gearbox: CycloidalStages) -> tuple[Unknown, ...]:
     last, without negligible ones.
     """
     out = [*_unknowns(gearbox, "")]
-    first = gearbox.first_stage
-    if first is not None and first.kind == "cycloidal":
+    first = gearbox.cycloidal_first_stage
+    if first is not None:
         out += _unknowns(first, names.FIRST_STAGE)
     limits = {name: limit for name, limit in bounds(gearbox).items() if limit[1] > _NEGLIGIBLE}
     return (

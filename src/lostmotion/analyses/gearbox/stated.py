@@ -1,40 +1,84 @@
-"""A gearbox by stated figures: its headline, cards and tables, each figure with the limits that are
-stated.
+"""A gearbox by stated figures: its units, headline, cards and tables, each figure with the limits
+that are stated.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.tables.units import STATED
 from lostmotion.catalogue.gearboxes import find_rows
 from lostmotion.errors import InputError
 from lostmotion.laws.gears import wind_up
 from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT
+from lostmotion.parts.gearbox.kinds import is_sliding
 from lostmotion.printed import stated_text
-from lostmotion.reporting.sheet import Card, Cell, Row, Section
+from lostmotion.reporting.sheet import Card, Cell, table
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.gearbox.gear import GearStudy
-    from lostmotion.analyses.gearbox.tables.units import Units
-    from lostmotion.laws.torque_angle import Readings
+    from collections.abc import Iterator
+
+    from lostmotion.analyses.gearbox.gear import Gear
+    from lostmotion.laws.torque_angle import Definitions, Readings
     from lostmotion.parts.error_source import Friction, PartFigure
     from lostmotion.parts.gearbox.kinds import AnyGearbox, StatedGearbox
+    from lostmotion.reporting.sheet import Section
 
+# The sample of a figure that was stated.
+STATED: Final = "the values stated"
 # Fields that determine the play, and the hysteresis.
 OF_PLAY: Final = ("backlash", "lost_motion")
 OF_LOOP: Final = ("hysteresis",)
 
 
-def doubts_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> tuple[str, ...]:
+@dataclass(frozen=True, slots=True)
+class Units:
+    """Units in which a gearbox on a turning joint, or a sliding drive, is shown."""
+
+    angle: str
+    torque: str
+    stiffness: str
+    what: str
+    limit: str
+
+    def definition(self, asked: Definitions) -> str:
+        """Return the definition of the stiffness asked for, with its torques, as text."""
+        load = f"{stated_text(asked.torque)} {self.torque}"
+        if asked.stiffness == "secant":
+            return f"secant from the middle of the play to {load}"
+        if asked.stiffness == "tangent":
+            return f"tangent at {load}"
+        if asked.span is None:
+            raise ValueError("no torques for the stiffness")
+        low, high = asked.span
+        name = "b/a of the hysteresis curve" if asked.stiffness == "b/a" else "slope"
+        return f"{name} from {stated_text(low)} to {stated_text(high)} {self.torque}"
+
+
+TURNING: Final = Units("arcmin", "N m", "N m/arcmin", "torque", "turn of the output")
+SLIDING: Final = Units("µm", "N", "N/µm", "force", "turn of the screw or pulley")
+
+
+def units_of(gearbox: object) -> Units:
+    """Return the units of this gearbox."""
+    return SLIDING if is_sliding(gearbox) else TURNING
+
+
+def load_text(gear: Gear, units: Units) -> str:
+    """Return the torque or force as text."""
+    if gear.torque is None:
+        return f"no {units.what} stated"
+    return f"{stated_text(gear.torque)} {units.torque}"
+
+
+def doubts_of_figures(gear: Gear, gearbox: StatedGearbox, units: Units) -> tuple[str, ...]:
     """Return what limits the figures: no rated torque, or a torque that does not overcome
     friction.
     """
-    if study.read is None or study.torque is None:
+    if gear.read is None or gear.torque is None:
         return (
             (
                 f"no rated {units.what} is stated, so that no figures under load are shown: state "
@@ -42,12 +86,12 @@ def doubts_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) ->
             ),
         )
     notes = []
-    if study.loop is None and study.torque <= gearbox.friction.load.nominal:
+    if gear.loop is None and gear.torque <= gearbox.friction.load.nominal:
         notes.append(
-            f"{stated_text(study.torque)} {units.torque} do not overcome the friction: no "
+            f"{stated_text(gear.torque)} {units.torque} do not overcome the friction: no "
             "hysteresis is shown"
         )
-    if study.read.lost_motion is None or study.read.slope is None:
+    if gear.read.lost_motion is None or gear.read.slope is None:
         notes.append(
             f"no rated {units.what} is stated, so no lost motion at a share of it and no slope "
             "of the stiffness are shown: state rated_torque, or "
@@ -56,7 +100,7 @@ def doubts_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) ->
     return tuple(notes)
 
 
-def verdict_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> str:
+def verdict_of_figures(gear: Gear, gearbox: StatedGearbox, units: Units) -> str:
     """Return the headline."""
     errors = [
         name
@@ -75,20 +119,20 @@ def verdict_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -
         f"A {kind}gearbox by stated figures"
         + (f"; not specified and assumed ideal: {silent}." if silent else ".")
     ]
-    if study.loop is not None:
+    if gear.loop is not None:
         sentences.append(f"Play {play_figure(gearbox, units)}.")
-    if study.read is not None and study.read.lost_motion is not None:
+    if gear.read is not None and gear.read.lost_motion is not None:
         sentences.append(
-            f"Lost motion {lost_motion_figure(gearbox, study.read, units)} at ± "
-            f"{study.read.asked.small:.4g} {units.torque}."
+            f"Lost motion {lost_motion_figure(gearbox, gear.read, units)} at ± "
+            f"{gear.read.asked.small:.4g} {units.torque}."
         )
-    if study.wind_up and study.read is not None:
+    if gear.wind_up and gear.read is not None:
         wound, displacement = (
-            wind_up_figure(gearbox, study.wind_up, units),
-            displacement_figure(gearbox, study.read, units),
+            wind_up_figure(gearbox, gear.wind_up, units),
+            displacement_figure(gearbox, gear.read, units),
         )
         sentences.append(
-            f"Under {load_text(study, units)} the output is {displacement} from the middle of "
+            f"Under {load_text(gear, units)} the output is {displacement} from the middle of "
             f"its play; {wound} of that is wind-up."
         )
     return " ".join(sentences)
@@ -109,9 +153,9 @@ def _of_catalogue(gearbox: StatedGearbox) -> bool:
         return False
 
 
-def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> list[Card]:
+def cards_of_figures(gear: Gear, gearbox: StatedGearbox, units: Units) -> list[Card]:
     """Return the main figures: ratio, play, lost motion, displacement and wind-up."""
-    ratio, read = ratio_figure(gearbox), study.read
+    ratio, read = ratio_figure(gearbox), gear.read
     cards = (
         []
         if ratio is None
@@ -132,8 +176,8 @@ def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> 
                 f"at ± {read.asked.small:.4g} {units.torque}",
             )
         )
-    if study.wind_up and read is not None:
-        load = load_text(study, units)
+    if gear.wind_up and read is not None:
+        load = load_text(gear, units)
         cards.append(
             Card(
                 "displacement",
@@ -144,7 +188,7 @@ def cards_of_figures(study: GearStudy, gearbox: StatedGearbox, units: Units) -> 
         cards.append(
             Card(
                 "wind-up",
-                str(wind_up_figure(gearbox, study.wind_up, units)),
+                str(wind_up_figure(gearbox, gear.wind_up, units)),
                 f"at {load}, beyond the play",
             )
         )
@@ -193,8 +237,11 @@ def at_most(figure: Cell, gearbox: StatedGearbox, rests_on: tuple[str, ...]) -> 
 
 
 def _limited(value: float, tolerance: float, units: Units) -> Cell:
-    ends = (value - tolerance, value + tolerance) if tolerance else (math.nan, math.nan)
-    return units.of_angle(value, STATED, *ends, ends="stated limits")
+    return Cell(value, units.angle, *_ends(value, tolerance), STATED, "stated limits")
+
+
+def _ends(value: float, tolerance: float) -> tuple[float, float]:
+    return (value - tolerance, value + tolerance) if tolerance else (math.nan, math.nan)
 
 
 def ratio_figure(gearbox: AnyGearbox) -> Cell | None:
@@ -211,59 +258,46 @@ def _pure(value: float) -> Cell:
 
 def stated_section(gearbox: StatedGearbox, units: Units) -> Section:
     """Return the table of stated figures."""
-    ratio = ratio_figure(gearbox)
-    opposite = (
-        "below zero: input and output turn in opposite directions" if gearbox.ratio < 0 else ""
+    return table(
+        "stated", "What is stated", ["value"], _stated_rows(gearbox, units), samples=STATED
     )
-    rows = [] if ratio is None else [Row("ratio", (ratio,), opposite)]
+
+
+def _stated_rows(gearbox: StatedGearbox, units: Units) -> Iterator[tuple[str, Cell, str]]:
+    if ratio := ratio_figure(gearbox):
+        opposite = "below zero: input and output turn in opposite directions"
+        yield "ratio", ratio, opposite if gearbox.ratio < 0 else ""
     if gearbox.rated_torque is not None:
-        rows.append(Row(f"rated {units.what}", (units.of_torque(gearbox.rated_torque, STATED),)))
-    play = gearbox.play
-    from_lost_motion = "follows from the lost motion" if gearbox.lost_motion is not None else ""
-    if play.nominal or gearbox.backlash is not None:
-        rows.append(Row("play", (play_figure(gearbox, units),), from_lost_motion))
+        rated = Cell(gearbox.rated_torque, units.torque, stated=True)
+        yield f"rated {units.what}", rated, ""
+    if gearbox.play.nominal or gearbox.backlash is not None:
+        from_lost_motion = "follows from the lost motion" if gearbox.lost_motion is not None else ""
+        yield "play", play_figure(gearbox, units), from_lost_motion
     if gearbox.lost_motion is not None:
         note = f"between ± {100 * gearbox.lost_motion_torque:.3g} % of the rated {units.what}"
-        rows.append(
-            Row(
-                "lost motion",
-                (at_most(units.of_angle(gearbox.lost_motion, STATED), gearbox, OF_PLAY),),
-                note,
-            )
-        )
+        yield "lost motion", at_most(Cell(gearbox.lost_motion, units.angle), gearbox, OF_PLAY), note
     if gearbox.loop_width is not None:
-        width = at_most(units.of_angle(gearbox.loop_width, STATED), gearbox, OF_LOOP)
-        rows.append(
-            Row("friction's loop, full width", (width,), f"at zero {units.what}, without the play")
+        width = at_most(Cell(gearbox.loop_width, units.angle), gearbox, OF_LOOP)
+        yield "friction's loop, full width", width, f"at zero {units.what}, without the play"
+    friction = gearbox.friction
+    if friction.load.nominal:
+        assumed = "assumed" if friction.scatter_assumed else "stated"
+        load = Cell(
+            friction.load.nominal,
+            units.torque,
+            *_ends(friction.load.nominal, friction.load.tolerance),
+            ends=f"{assumed} limits",
+            stated=True,
         )
-    load = gearbox.friction.load
-    if load.nominal:
-        limits = (
-            (load.nominal - load.tolerance, load.nominal + load.tolerance)
-            if load.tolerance
-            else (math.nan, math.nan)
-        )
-        value = units.of_torque(
-            load.nominal,
-            STATED,
-            *limits,
-            ends="assumed limits" if gearbox.friction.scatter_assumed else "stated limits",
-        )
-        rows.append(
-            Row(
-                f"friction without load, as {units.what}",
-                (value,),
-                friction_note(gearbox.friction, units),
-            )
-        )
-    rows += [Row(own.label, (_own_figure(own, units),), own.note) for own in gearbox.own_figures]
-    return Section("stated", "What is stated", ("value",), tuple(rows))
+        yield f"friction without load, as {units.what}", load, friction_note(friction, units)
+    for own in gearbox.own_figures:
+        yield own.label, _own_figure(own, units), own.note
 
 
 def _own_figure(own: PartFigure, units: Units) -> Cell:
     if own.unit == "rad":
-        return Cell(own.value, "°", samples=STATED)
-    return units.of_stiffness(own.value, STATED) if own.unit == "N/m" else _pure(own.value)
+        return Cell(own.value, "°")
+    return Cell(own.value, units.stiffness, stated=True) if own.unit == "N/m" else _pure(own.value)
 
 
 def friction_note(friction: Friction, units: Units) -> str:
@@ -282,51 +316,37 @@ def zones_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
     zones, limits = gearbox.zones, gearbox.zone_torques
     if not zones:
         return ()
-    rows = []
-    for k, stiffness in enumerate(zones):
-        start = f"from {stated_text(limits[k - 1])} {units.torque}" if k else "from zero"
-        label = f"zone {k + 1}, {start}" if len(zones) > 1 else "stiffness"
-        rows.append(Row(label, (units.of_stiffness(stiffness, STATED),)))
-    rows += [
-        Row(
-            f"wind-up at {stated_text(limit)} {units.torque}",
-            (units.of_angle(float(wind_up(np.asarray(limit), zones, limits)), STATED),),
-            f"end of zone {k}",
-        )
-        for k, limit in enumerate(limits, 1)
+    names = [
+        f"zone {k + 1}, from {f'{stated_text(limits[k - 1])} {units.torque}' if k else 'zero'}"
+        for k in range(len(zones))
     ]
-    note = (
-        f"± {100 * gearbox.stiffness_scatter:.3g} % over gearboxes"
-        if gearbox.stiffness_scatter
-        else ""
-    )
-    return (Section("zones", "Stiffness", ("value",), tuple(rows), note),)
+    rows = [
+        *(
+            (name, Cell(stiffness, units.stiffness, stated=True), "")
+            for name, stiffness in zip(
+                names if len(zones) > 1 else ["stiffness"], zones, strict=True
+            )
+        ),
+        *(
+            (
+                f"wind-up at {stated_text(limit)} {units.torque}",
+                Cell(float(wind_up(np.asarray(limit), zones, limits)), units.angle),
+                f"end of zone {k}",
+            )
+            for k, limit in enumerate(limits, 1)
+        ),
+    ]
+    scatter = gearbox.stiffness_scatter
+    note = f"± {100 * scatter:.3g} % over gearboxes" if scatter else ""
+    return (table("zones", "Stiffness", ["value"], rows, note, samples=STATED),)
 
 
 def harmonics_sections(gearbox: StatedGearbox, units: Units) -> tuple[Section, ...]:
     """Return the table of the harmonics of the transmission error; none without them."""
-    rows = tuple(
-        Row(name, (units.of_angle(size, STATED), _pure(cycles)))
-        for name, size, cycles in gearbox.harmonics
-    )
-    if not rows:
-        return ()
+    rows = [
+        (name, Cell(size, units.angle), _pure(cycles)) for name, size, cycles in gearbox.harmonics
+    ]
+    columns = ["amplitude", f"cycles per {units.limit}"]
     note = "amplitude is half of peak to peak; each gearbox has its own phase"
-    return (
-        Section(
-            "transmission",
-            "Transmission error",
-            ("amplitude", f"cycles per {units.limit}"),
-            rows,
-            note,
-        ),
-    )
-
-
-def load_text(study: GearStudy, units: Units) -> str:
-    """Return the torque or force as text."""
-    return (
-        f"no {units.what} stated"
-        if study.torque is None
-        else f"{stated_text(study.torque)} {units.torque}"
-    )
+    title = "Transmission error"
+    return (table("transmission", title, columns, rows, note, samples=STATED),) if rows else ()

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.gearbox.gear import GearStudy
+    from lostmotion.analyses.gearbox.gear import Gear
     from lostmotion.laws.cycloid.stage import Stage
     from lostmotion.parts.gearbox.cycloidal.examined import Lobes
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
@@ -44,11 +44,11 @@ _HEIGHT: Final = 160.0
 _GAP: Final = complex(math.nan, math.nan)
 
 
-def profile(study: GearStudy) -> Figure:
+def profile(gear: Gear) -> Figure:
     """Draw discs, ring and pins of the output stage at crank angle zero, and the forces on the
     lobes of the first disc.
     """
-    part, drawn = study.gearbox, study.drawn
+    part, drawn = gear.gearbox, gear.drawn
     if not is_drawn(part) or drawn is None:
         raise ValueError("a gearbox by stated figures has no profile")
     stage, lobes = part.stage, drawn.lobes[0]
