@@ -6,8 +6,8 @@ import pkgutil
 import re
 from typing import Final
 
-# In reading order; functions whose home is a `command` are questions, which the command line asks as
-# well. Their results may stand beside them.
+# In reading order; functions whose home is a `command` are questions, which the command line
+# asks as well. Their results may stand beside them.
 HOMES: Final = {
     name: match[1]
     for match in re.finditer(

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 from rich.console import Console
 
 import lostmotion
+from lostmotion.analyses.sizing.selection import StudySize, select_parts
 from lostmotion.error_model import remedies
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.expected_repeatability import visit_covariance

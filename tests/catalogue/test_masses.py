@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from lostmotion.analyses.catalog.tables import catalogue_sheet
+from lostmotion.analyses.catalog.page import catalogue_sheet
 from lostmotion.catalogue.gearbox_row import GearboxRow
 from lostmotion.catalogue.search import Criteria
 from lostmotion.io import read

@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-from lostmotion.analyses.catalog.tables import catalogue_sheet
+from lostmotion.analyses.catalog.page import catalogue_sheet
 from lostmotion.catalogue.gearbox_row import GearboxRow
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures

@@ -9,12 +9,12 @@ import tomllib
 import pytest
 
 import lostmotion
-from lostmotion.analyses.sizing.arm_writer import sized_text
 from lostmotion.catalogue import materials
 from lostmotion.error_model.given_values import AssumedValue
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import InputError
 from lostmotion.io import read
+from lostmotion.io.arm_writer import sized_text
 from lostmotion.io.sweep_designs import read_design
 from lostmotion.parts.provenance import LONGEST_SOURCE
 from tests.io.conftest import EXAMPLES, JOINT, mistakes

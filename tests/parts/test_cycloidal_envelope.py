@@ -11,7 +11,6 @@ import pytest
 from pydantic import ValidationError
 
 from lostmotion.analyses.gearbox.gear import gear
-from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
 from lostmotion.laws.cycloid.envelope import stiffening_by_rule
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.model import wind_up
@@ -69,7 +68,7 @@ def test_the_sheet_names_the_method(asked, more, method):
     assert study.drawn is not None
     assert study.drawn.branches is not None
     assert study.drawn.branches.effect.method == method
-    sheet = gearbox_sheet("drive", study)
+    sheet = study.sheet
     section = next(each for each in sheet.sections if each.key == "branches")
     assert ("rule" in section.note) == (method == "rule")
     assert ("whole flank, to a depth of 2." in section.note) == (method == "exact")

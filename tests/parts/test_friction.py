@@ -11,9 +11,9 @@ from pydantic import ValidationError
 
 import lostmotion
 from lostmotion import Arm
-from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
 from lostmotion.error_model.provenance import states
 from lostmotion.errors import InputError
+from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.field_schema import inside, models, tag
 from lostmotion.parts.error_source import Friction
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint

@@ -29,7 +29,6 @@ PATTERNS = {
     "analyses/iso9283/measured_paths.py": "pairs of pose names",
     "analyses/quantities.py": "quantities with units",
     "analyses/signature.py": "sections of a docstring",
-    "analyses/sizing/selection_options.py": "an objective, '2 * mass + price'",
     "propagation/montecarlo/stopping.py": "a precision, '1 %'",
 }
 
@@ -141,18 +140,10 @@ def _imported(tree: ast.AST) -> set[str]:
 STILL_LONG = {
     "analyses/accuracy/tables/analytic.py": 497,
     "analyses/accuracy/tables/study.py": 438,
-    "analyses/bearing/tables.py": 456,
-    "analyses/catalog/tables.py": 508,
     "analyses/compare/tables/headline.py": 457,
     "analyses/compare/tables/sheet.py": 494,
-    "analyses/gearbox/tables/cycloidal.py": 536,
-    "analyses/sizing/request.py": 505,
-    "analyses/sizing/sizing.py": 445,
-    "analyses/sizing/tables/selection.py": 521,
-    "analyses/sizing/tables/sizing.py": 417,
     "analyses/sweep/plots.py": 408,
     "analyses/sweep/tables/sweep.py": 515,
-    "analyses/targets/targets.py": 503,
     "analyses/workspace_map/map.py": 435,
     "analyses/workspace_map/tables/map.py": 481,
     "cli/generator.py": 439,

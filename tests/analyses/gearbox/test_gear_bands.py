@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from lostmotion.analyses.gearbox.result import Gear
 
 import lostmotion
-from lostmotion.analyses.gearbox.gear import gear
+from lostmotion.analyses.gearbox.gear import Gear, gear
 from lostmotion.parts.bands import band, influence
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.printed import ARCMIN
@@ -66,11 +65,7 @@ def asked(count: int = 50, **changes: Any) -> Gear:
 
 def of_table(table: dict[str, Any], count: int = 50) -> Gear:
     """Ask for the gearbox of this table."""
-    return Gear(
-        **vars(
-            gear(CycloidalGearbox.model_validate(table, context={"text": True}), gearboxes=count)
-        )
-    )  # type: ignore[arg-type]
+    return gear(CycloidalGearbox.model_validate(table, context={"text": True}), gearboxes=count)
 
 
 def bands(found: Gear) -> GearBands:

@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 
 from lostmotion import DidNotConvergeError
 from lostmotion.analyses.gearbox.gear import gear
-from lostmotion.analyses.gearbox.tables.gearbox import gearbox_sheet
 from lostmotion.io.part_file import read_gearbox
 from lostmotion.parts.error_source import Friction as LoadFriction
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
@@ -32,9 +31,7 @@ def printed(friction: StageFriction | None, **stated: object) -> CycloidalGearbo
 
 def backdriving(found: object) -> list[str]:
     """Return the words of the table of backdriving."""
-    rows = next(
-        section for section in gearbox_sheet("", found).sections if section.key == "backdriving"
-    ).rows
+    rows = next(section for section in found.sheet.sections if section.key == "backdriving").rows
     return [row.cells[0].words for row in rows]
 
 
@@ -56,13 +53,13 @@ def test_friction_does_not_change_the_stiffness(flank):
     assert (rubs.read.friction_under_load <= 2 * rubs.read.wind_up).all()
     rows = [
         row.label
-        for section in gearbox_sheet("", rubs).sections
+        for section in rubs.sheet.sections
         if section.key == "loop"
         for row in section.rows
     ]
     assert "stiffness of the loading branch" in rows
     assert "stiffness of the loading branch" not in [
-        row.label for section in gearbox_sheet("", smooth).sections for row in section.rows
+        row.label for section in smooth.sheet.sections for row in section.rows
     ]
 
 
@@ -71,15 +68,11 @@ def test_a_drive_that_friction_holds_says_so():
     the input; its loop stays wound up.
     """
     found = gear(printed(StageFriction(flank=0.6)), gearboxes=8)
-    assert any(
-        "the input cannot turn the output" in note for note in gearbox_sheet("", found).notes
-    )
+    assert any("the input cannot turn the output" in note for note in found.sheet.notes)
     assert backdriving(found) == ["not stated", "no", "no"]
-    assert {"self_locking": False, "input_turns_output": False}.items() <= gearbox_sheet(
-        "", found
-    ).facts.items()
+    assert {"self_locking": False, "input_turns_output": False}.items() <= found.sheet.facts.items()
     assert (
-        find_row(gearbox_sheet("", found).sections, "friction", "at 4 N m").cells[0].words
+        find_row(found.sheet.sections, "friction", "at 4 N m").cells[0].words
         == "the input cannot turn it"
     )
     locked = gear(printed(StageFriction(flank=0.0, bearing=0.3, bearing_radius=9e-3)), gearboxes=8)
@@ -91,12 +84,12 @@ def test_friction_without_load_is_the_backdriving_torque():
     assumed.
     """
     found = gear(printed(None, friction_torque=LoadFriction.of_load(0.3)), gearboxes=8)
-    assert find_row(gearbox_sheet("", found).sections, "backdriving", "backdriving torque").cells[
+    assert find_row(found.sheet.sections, "backdriving", "backdriving torque").cells[
         0
     ].value == pytest.approx(0.3)
-    assert find_row(gearbox_sheet("", found).sections, "friction", "at 0.4 N m").cells[
-        2
-    ].value == pytest.approx(0.25)
+    assert find_row(found.sheet.sections, "friction", "at 0.4 N m").cells[2].value == pytest.approx(
+        0.25
+    )
 
 
 @pytest.mark.parametrize("flank", [0.05, 0.25])

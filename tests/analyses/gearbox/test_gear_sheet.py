@@ -10,17 +10,18 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import ezdxf
 import numpy as np
 import pytest
-from lostmotion.analyses.gearbox.tables.cycloidal import over_samples
 
 import lostmotion
 from lostmotion import InputError, LostmotionError
 from lostmotion.analyses.gearbox.gear import gear
+from lostmotion.analyses.gearbox.loop import over_samples
 from lostmotion.analyses.gearbox.plots import gearbox_plots
 from lostmotion.error_model.intervals import robots_quantile, root_mean_square_of_samples
 from lostmotion.io import dxf
@@ -109,7 +110,7 @@ def examined_gearbox(name):
 def plain(**more):
     """Look at a steel gearbox of one disc without tolerances, with these fields besides."""
     part = CycloidalGearbox.model_validate({**PLAIN, **more}, context={"text": True})
-    return lostmotion.Gear(**vars(gear(part, gearboxes=2)), name="plain")
+    return replace(gear(part, gearboxes=2), name="plain")
 
 
 def stated(tmp_path, name):
@@ -450,7 +451,7 @@ def test_without_a_torque_no_figure_is_invented(tmp_path):
 def test_arguments_that_cannot_be(more, said):
     """Each is refused with what is expected."""
     with pytest.raises(InputError, match=said):
-        gear(examined_gearbox("rv-like").gearbox, **more)
+        lostmotion.gear(examined_gearbox("rv-like").gearbox, **more)
 
 
 def test_a_large_torque_is_printed_without_a_power_of_ten(tmp_path):
@@ -741,7 +742,7 @@ def test_tables_of_preloaded_discs_agree_and_wind_up_forwards():
     part = CycloidalGearbox.model_validate({**PLAIN, **stated}, context={"text": True})
     wound = []
     for torque in (10.0, 23.5, 200.0, 784.0):
-        found = lostmotion.Gear(**vars(gear(part, torque, gearboxes=24)), name="preloaded")
+        found = replace(gear(part, torque, gearboxes=24), name="preloaded")
         tables = [
             figure(found, "loop", f"wind-up at {torque:.4g} N m"),
             figure(found, "members", "all together"),

@@ -4,6 +4,7 @@ files.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import json
 import math
@@ -12,13 +13,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
-from lostmotion.analyses.sizing.result import Selection
-from lostmotion.analyses.sizing.target_study import StudySize, select_parts
 
 import lostmotion
 from lostmotion.analyses.sizing.plots import selection_plots
+from lostmotion.analyses.sizing.selection import StudySize, select_parts
 from lostmotion.error_model.intervals import pooled_quantile
+from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.own_reducers import read_reducers
 from lostmotion.io.sizing import read_request
 from lostmotion.io.sizing_options import parse_objective
@@ -182,7 +182,7 @@ def test_the_sheet_agrees_with_the_selected_arm(found):
     """Masses, prices, errors and torques on the sheet are those of the arm, and every plot belongs
     to a section.
     """
-    selection = Selection(**vars(found), notes=("a note",))
+    selection = dataclasses.replace(found, notes=("a note",))
     sheet = selection.sheet
     gearbox = find_row(sheet.sections, "parts", "A gearbox")
     assert gearbox.cells[0].as_shown == 3.0
@@ -210,7 +210,7 @@ def test_the_selected_arm_reads_back_with_the_printed_error(found, tmp_path):
     """sized.toml is the user's file with other parts, comments preserved; read again it has the
     printed error, bit for bit.
     """
-    folder = Selection(**vars(found), source=Z_ARM).report(tmp_path / "out")
+    folder = dataclasses.replace(found, source=Z_ARM).report(tmp_path / "out")
     written = folder / "sized.toml"
     assert not reads_back(Z_ARM, written, found)
     assert error_of(lostmotion.read(written)) == found.error
@@ -227,8 +227,6 @@ def test_every_selection_is_written(stated_request, found, tmp_path, pick):
     """Shared bearings that become different, reducers of the file itself and unchanged parts: all
     read back as the arm.
     """
-    import dataclasses
-
     arm = lostmotion.read(Z_ARM)
     chosen = tuple(slot.candidates[k] for slot, k in zip(stated_request.slots, pick, strict=True))
     bought = tuple(
@@ -276,7 +274,7 @@ def test_a_target_out_of_reach_is_reported_with_the_largest_effect(tmp_path):
     stated_request = asked(tmp_path, OFFER, arm, target="0.2 mm")
     found = found_for(stated_request, arm, stated_request.plan.target)
     assert not found.meets_target
-    selection = Selection(**vars(found), source=Z_ARM)
+    selection = dataclasses.replace(found, source=Z_ARM)
     assert "No selection meets the target of 0.2 mm" in selection.sheet.verdict
     assert "Largest effect: joints." in selection.sheet.verdict
     assert found.trade_off[0].target > found.target

@@ -11,11 +11,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from lostmotion.analyses.sizing.arm_writer import reads_back, sized_text
 
 import lostmotion
 from lostmotion.analyses.sizing.plots import sizing_plots
 from lostmotion.io import sizing as request
+from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.sizing import read_request
 from lostmotion.parts.section import Tube
 from lostmotion.reporting.sheet import find_row
@@ -327,7 +327,9 @@ def test_sizes_and_limits_are_numbers_in_si_too(monkeypatch):
     monkeypatch.setattr(
         "lostmotion.analyses.sizing.sizing.size_links", lambda *_said, **_more: SimpleNamespace()
     )
-    monkeypatch.setattr("lostmotion.analyses.sizing.result.Size", SimpleNamespace)
+    monkeypatch.setattr(
+        "lostmotion.analyses.sizing.command.replace", lambda *_found, **_files: None
+    )
     arm = lostmotion.read(Z_ARM)
     said = {
         "slope": "1 arcmin",

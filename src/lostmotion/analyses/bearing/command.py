@@ -17,14 +17,12 @@ from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
     from lostmotion.analyses.bearing.bearing import BearingLoad, Examined
     from lostmotion.io.part_file import OnePart
     from lostmotion.parts.moving_joint import Bearing
-    from lostmotion.reporting.plot import Plot
-    from lostmotion.reporting.sheet import Sheet
 
 # N or N m: no bearing of a robot carries more.
 _MOST: Final = 1e9
@@ -74,7 +72,12 @@ def bearing(
     ] = None,
     bearings: Annotated[
         int,
-        Argument("How many manufactured bearings are simulated.", least=1, aliases=("--built",)),
+        Argument(
+            "How many manufactured bearings are simulated.",
+            least=1,
+            most=1_000_000,
+            aliases=("--built",),
+        ),
     ] = 1000,
     seed: SeedArgument = 1,
     ready: ReadyArgument = None,
@@ -115,17 +118,3 @@ class BearingStudy(Result):
     load: BearingLoad
     examined: Examined | None = None
     notes: tuple[str, ...] = ()
-
-    @property
-    def sheet(self) -> Sheet:
-        """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.bearing.tables import bearing_sheet
-
-        return bearing_sheet(self.name, self.part, self.load, self.examined, self.notes)
-
-    @property
-    def plots(self) -> Sequence[Plot]:
-        """Return the plots of the report."""
-        from lostmotion.analyses.bearing.plots import bearing_plots
-
-        return () if self.examined is None else bearing_plots(self.examined)

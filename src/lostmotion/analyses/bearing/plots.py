@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lostmotion.analyses.bearing.tables import row_names
 from lostmotion.propagation.montecarlo.histogram import binned
 from lostmotion.reporting.chart import (
     axes,
@@ -28,7 +27,7 @@ from lostmotion.reporting.sheet import Cell
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.bearing.bearing import Curve, Examined
+    from lostmotion.analyses.bearing.bearing import Examined, ShiftCurve
 
 _CASES = (
     ("lowest clearance", LIGHT["visit"]),
@@ -37,28 +36,28 @@ _CASES = (
 )
 
 
-def bearing_plots(found: Examined) -> list[Plot]:
+def bearing_plots(examined: Examined) -> list[Plot]:
     """Return the plots of a bearing from its drawing. In reading order."""
     drawn = [
         Plot(
             "clearance-histogram",
             "built",
-            clearance_histogram(found),
+            clearance_histogram(examined),
             "Histogram of the working clearance of simulated bearings, with its limits.",
         ),
         Plot(
             "radial-curve",
             "shift",
-            radial_curve(found),
+            radial_curve(examined),
             "Shift across over the radial load, at three working clearances.",
         ),
     ]
-    if found.axial is not None:
+    if examined.axial is not None:
         drawn.append(
             Plot(
                 "axial-curve",
                 "shift",
-                axial_curve(found),
+                axial_curve(examined),
                 "Shift along the axis over the axial load, at three working clearances.",
             )
         )
@@ -66,26 +65,26 @@ def bearing_plots(found: Examined) -> list[Plot]:
         Plot(
             "element-loads",
             "elements",
-            element_loads(found),
+            element_loads(examined),
             "Polar bars of the load on each rolling element at the mean clearance.",
         )
     )
     return drawn
 
 
-def clearance_histogram(found: Examined) -> Figure:
+def clearance_histogram(examined: Examined) -> Figure:
     """Draw the working clearance of simulated bearings. All of them are counted, between the limits
     of their dimensions.
     """
-    working = found.samples["working"] * 1e6
-    spread = found.bearing.spreads["working"]
+    working = examined.samples["working"] * 1e6
+    spread = examined.bearing.spreads["working"]
     # A clearance whose dimensions have no tolerance is the same in every bearing.
     edges, counts = (
         binned(working, about=30)
         if np.ptp(working) > 1e-6  # noqa: PLR2004
         else (working[0] + np.array([-0.5, 0.5]), np.array([len(working)]))
     )
-    made, on = one(f"Working clearance of {found.count} simulated bearings", 80)
+    made, on = one(f"Working clearance of {examined.count} simulated bearings", 80)
     histogram(on, edges, counts)
     for row, (value, name) in enumerate(((spread.lowest, "lowest"), (spread.highest, "highest"))):
         mark_at(on, value * 1e6, f"{name} {Cell(value, 'µm')}", row=row)
@@ -97,29 +96,29 @@ def clearance_histogram(found: Examined) -> Figure:
     return made
 
 
-def radial_curve(found: Examined) -> Figure:
+def radial_curve(examined: Examined) -> Figure:
     """Draw the displacement under a radial load alone, through the play and then against the
     elements.
     """
-    return _curve(found.radial, "Shift under a radial load alone", "radial load", "shift across")
+    return _curve(examined.radial, "Shift under a radial load alone", "radial load", "shift across")
 
 
-def axial_curve(found: Examined) -> Figure:
+def axial_curve(examined: Examined) -> Figure:
     """Draw the displacement under an axial load alone. Raises ValueError for bearings that carry
     none.
     """
-    if found.axial is None:
+    if examined.axial is None:
         raise ValueError("cylindrical rollers carry no axial load")
-    return _curve(found.axial, "Shift under an axial load alone", "axial load", "shift along")
+    return _curve(examined.axial, "Shift under an axial load alone", "axial load", "shift along")
 
 
-def element_loads(found: Examined) -> Figure:
+def element_loads(examined: Examined) -> Figure:
     """Draw the load of each rolling element at the mean clearance. By its angle from the radial
     load, 0° on its side.
     """
     from matplotlib.ticker import MaxNLocator
 
-    names, rows = row_names(found), found.settled.loads
+    names, rows = examined.row_names, examined.settled.loads
     largest = max(float(np.nanmax(each[1])) for each in rows) or 1.0
     made = figure(84)
     panels = axes(
@@ -148,7 +147,7 @@ def element_loads(found: Examined) -> Figure:
     return made
 
 
-def _curve(curve: Curve, title: str, load: str, shift: str) -> Figure:
+def _curve(curve: ShiftCurve, title: str, load: str, shift: str) -> Figure:
     unit, factor = ("kN", 1e-3) if float(curve.loads[-1]) >= 1e4 else ("N", 1.0)  # noqa: PLR2004 - where people change units
     made, on = one(title, 78)
     grid(on, "both")

@@ -76,7 +76,7 @@ def catalog(
 
     """
     asked = read_arguments(catalog, locals())
-    from lostmotion.analyses.catalog.tables import catalogue_sheet
+    from lostmotion.analyses.catalog.page import catalogue_sheet
     from lostmotion.catalogue.search import Criteria
 
     wanted = Criteria(

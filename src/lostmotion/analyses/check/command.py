@@ -51,7 +51,7 @@ def check(
 
     part = _kind_of_part(asked.file)
     if part:
-        from lostmotion.analyses.check.tables import part_sheet
+        from lostmotion.analyses.check.page import part_sheet
         from lostmotion.io.part_file import read_bearing, read_gearbox
 
         return Check(
@@ -60,7 +60,7 @@ def check(
                 read_gearbox(asked.file) if part == "gearbox" else read_bearing(asked.file), part
             ),
         )
-    from lostmotion.analyses.check.tables import arm_sheet
+    from lostmotion.analyses.check.page import arm_sheet
 
     arm = arm_of("file", asked.file, vars(asked))
     return Check(

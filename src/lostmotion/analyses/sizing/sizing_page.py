@@ -10,25 +10,25 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.sizing.plots import sizing_plots as plots
-from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.parts.family import section_text
 from lostmotion.printed import ARCMIN
-from lostmotion.reporting.arm_sheet import bounded_cards
+from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
-from lostmotion.reporting.provenance import at_least, caveats, provenance_facts, provenance_sections
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
-from lostmotion.reporting.warnings import arm_warnings
+from lostmotion.reporting.provenance import at_least, caveats
+from lostmotion.reporting.sheet import Card, Cell, Section, Sheet, length, several, table
 from lostmotion.sizing.lightest import PAPER
 
 if TYPE_CHECKING:
     from typing import Any
 
-    from lostmotion.analyses.sizing.sizing import LinkSize, Size
+    from lostmotion.analyses.sizing.sizing import Size
     from lostmotion.error_model.provenance import States
+    from lostmotion.sizing.links import LinkSize
 
 _GOVERNING: Final = ("slope", "deflection")
+_OF_LIMITS: Final = ("slope", "utilisation", "deflection", "utilisation")
 # Below this utilisation no limit governs: the smallest section is enough.
 _GOVERNS: Final = 0.97
 # The point of the trade-off in the verdict.
@@ -64,32 +64,37 @@ _WORDS: Final = (
 def sheet(result: Size) -> Sheet:
     """Return the sheet of an arm with sized links."""
     given = f", {result.given} given" if result.given else ""
-    known = with_limits(states(result.sized), result.sized, result.q)
+    known = with_limits(result.states, result.sized, result.q)
     sources = (
         f"{len(result.poses)} {result.poses.law}{given}, {result.corners} corners, "
         f"{_searched(result)} by local search"
     )
     counted = f"{several(len(result.q), 'pose')}: {sources}"
-    return Sheet(
-        name=result.arm.name,
-        subject="sections of its links",
-        verdict=_verdict(result, known),
-        cards=bounded_cards(_cards(result, known), known, ("r.m.s. tool error",)),
-        sections=(
-            _sections(result),
-            _bending(result, counted),
-            _loads(result),
-            _trade_off(result),
-            _validation(result),
-            *provenance_sections(known),
+    tilts = "" if result.tilt is None else f", base tilt up to {math.degrees(result.tilt):.3g}°"
+    return with_arm(
+        Sheet(
+            subject="sections of its links",
+            verdict=_verdict(result, known),
+            cards=tuple(_cards(result, known)),
+            sections=(
+                _sections(result),
+                _bending(result, counted),
+                _loads(result),
+                _trade_off(result),
+                _validation(result),
+            ),
+            counts=counted + tilts,
+            notes=tuple(_remarks(result)),
+            words=_WORDS,
+            source=(
+                f"{counted}. The same files, version, poses, seed and limits give the same bytes."
+            ),
+            facts=_facts(result),
         ),
-        counts=counted
-        + ("" if result.tilt is None else f", base tilt up to {math.degrees(result.tilt):.3g}°"),
-        warnings=arm_warnings(result.sized),
-        notes=(not_counted(result), *result.arm.remarks, *_remarks(result)),
-        words=_WORDS,
-        source=f"{counted}. The same files, version, poses, seed and limits give the same bytes.",
-        facts={**_facts(result), "not_counted": not_counted(result), **provenance_facts(known)},
+        result.sized,
+        known,
+        cards=("r.m.s. tool error",),
+        not_counted=not_counted(result),
     )
 
 
@@ -104,12 +109,8 @@ def _limits(result: Size) -> str:
     )
 
 
-def _kg(value: float, samples: str = "") -> Cell:
-    return Cell(value, "kg", samples=samples)
-
-
-def _arcmin(value: float, samples: str = "") -> Cell:
-    return Cell(value, "arcmin", samples=samples)
+def _kg(value: float) -> Cell:
+    return Cell(value, "kg")
 
 
 def pose_name(result: Size, index: int) -> str:
@@ -204,108 +205,99 @@ def _cards(result: Size, known: States) -> list[Card]:
 
 def _sections(result: Size) -> Section:
     rows = [
-        Row(
-            link.joint,
-            (_kg(link.mass_before), _kg(link.mass)),
-            f"{section_text(link.before)} -> {section_text(link.section)}",
-        )
-        for link in result.links
+        *(
+            (
+                link.joint,
+                link.mass_before,
+                link.mass,
+                f"{section_text(link.before)} -> {section_text(link.section)}",
+            )
+            for link in result.links
+        ),
+        ("total", *_masses(result)),
     ]
-    rows.append(Row("total", tuple(_kg(mass) for mass in _masses(result))))
     note = (
         "free sizes are usual ones of tubes, bars and profiles, or multiples of the step that "
         "was asked for; additional stated mass of a link is "
         "unchanged; sized from the tip inward, so every link carries the new ones outboard of it"
     )
-    return Section("sections", "Sections", ("mass now", "mass sized"), tuple(rows), note)
+    return table("sections", "Sections", ["mass now", "mass sized"], rows, note, unit="kg")
+
+
+def _of_limits(
+    slope: float, deflection: float, utilisation: tuple[float, float]
+) -> tuple[Cell, Cell, Cell, Cell]:
+    """Return slope and deflection, each with its share of its limit."""
+    return (
+        Cell(slope, "arcmin"),
+        Cell(utilisation[0], "%"),
+        length(deflection),
+        Cell(utilisation[1], "%"),
+    )
 
 
 def _bending(result: Size, counted: str) -> Section:
     rows = []
     for link in result.links:
-        slope, deflection = link.utilisation
-        governing = f"{_GOVERNING[link.governing]} governs"
-        if max(slope, deflection) <= _GOVERNS:
-            governing = "no limit governs: the smallest section, or the next in the list"
-        if not link.meets_limits:
-            governing = f"{_GOVERNING[link.governing]} cannot be met"
-        before = link.worst_before
+        name, before = _GOVERNING[link.governing], link.worst_before
+        governing = (
+            f"{name} cannot be met"
+            if not link.meets_limits
+            else "no limit governs: the smallest section, or the next in the list"
+            if max(link.utilisation) <= _GOVERNS
+            else f"{name} governs"
+        )
         now = (
             "rigid as stated"
             if before is None
             else f"as stated {before.slope / ARCMIN:.3g} arcmin and {length(before.deflection)}"
         )
-        figures = (
-            _arcmin(link.worst.slope, counted),
-            Cell(slope, "%", samples=counted),
-            length(link.worst.deflection, samples=counted),
-            Cell(deflection, "%", samples=counted),
-        )
-        rows.append(Row(link.joint, figures, f"{governing}; {now}"))
+        figures = _of_limits(link.worst.slope, link.worst.deflection, link.utilisation)
+        rows.append((link.joint, *figures, f"{governing}; {now}"))
     note = f"limits: {_limits(result)}. At the worst pose" + (
         "" if result.tilt is None else " and tilt of the base"
     )
-    return Section(
-        "bending",
-        "Slope and deflection",
-        ("slope", "utilisation", "deflection", "utilisation"),
-        tuple(rows),
-        note,
-    )
+    return table("bending", "Slope and deflection", _OF_LIMITS, rows, note, samples=counted)
 
 
 def _loads(result: Size) -> Section:
-    rows = tuple(
-        Row(
-            link.joint,
-            (Cell(link.force, "N"), Cell(link.moment, "N m"), Cell(link.own_weight, "N")),
-            pose_name(result, link.index),
-        )
-        for link in result.links
-    )
-    note = "across the link, at the worst pose of the governing limit"
-    return Section(
+    return table(
         "loads",
         "Load on each link",
-        ("force on the tip", "moment on the tip", "own weight"),
-        rows,
-        note,
+        {"force on the tip": "N", "moment on the tip": "N m", "own weight": "N"},
+        (
+            (link.joint, link.force, link.moment, link.own_weight, pose_name(result, link.index))
+            for link in result.links
+        ),
+        "across the link, at the worst pose of the governing limit",
     )
 
 
 def _trade_off(result: Size) -> Section:
     rows = []
     at_one = next(point for point in result.trade_off if point.scale == 1)
-    paper = result.limits == PAPER
     for point in result.trade_off:
         limits = result.limits.scaled(point.scale)
         note = "" if point.meets_limits else "not all limits can be met"
         if point.scale == 1:
-            note = "the paper's limits" if paper else "the stated limits"
-        figures = (
-            _kg(point.mass),
-            Cell(point.mass / at_one.mass - 1, "%"),
-            length(point.rms_error),
-            Cell(
-                point.rms_error / at_one.rms_error - 1 if at_one.rms_error else math.nan,
-                "%",
-            ),
-        )
+            note = "the paper's limits" if result.limits == PAPER else "the stated limits"
         rows.append(
-            Row(
-                f"{limits.slope / ARCMIN:.3g} arcmin, length/{limits.deflection:.0f}", figures, note
+            (
+                f"{limits.slope / ARCMIN:.3g} arcmin, length/{limits.deflection:.0f}",
+                _kg(point.mass),
+                Cell(point.mass / at_one.mass - 1, "%"),
+                length(point.rms_error),
+                Cell(point.rms_error / at_one.rms_error - 1 if at_one.rms_error else math.nan, "%"),
+                note,
             )
         )
-    note = (
-        "both limits scaled by the same factor, every link sized again; error over the sampled "
-        "poses by exact sums"
-    )
-    return Section(
+    return table(
         "trade",
         "Mass against tool error",
-        ("links", "difference", "r.m.s. tool error", "difference"),
-        tuple(rows),
-        note,
+        ["links", "difference", "r.m.s. tool error", "difference"],
+        rows,
+        "both limits scaled by the same factor, every link sized again; error over the sampled "
+        "poses by exact sums",
     )
 
 
@@ -319,31 +311,13 @@ def _validation(result: Size) -> Section:
     rows = []
     for link in result.validation:
         if link.joint in limits:
-            slope, deflection = (
-                link.slope / limits[link.joint][0],
-                link.deflection / limits[link.joint][1],
-            )
-            figures = (
-                _arcmin(link.slope, counted),
-                Cell(slope, "%", samples=counted),
-                length(link.deflection, samples=counted),
-                Cell(deflection, "%", samples=counted),
-            )
-            rows.append(
-                Row(
-                    link.joint,
-                    figures,
-                    "" if max(slope, deflection) <= 1 + 1e-6 else "exceeds its limit",
-                )
-            )
+            slope, deflection = limits[link.joint]
+            utilisation = link.slope / slope, link.deflection / deflection
+            figures = _of_limits(link.slope, link.deflection, utilisation)
+            exceeds = "" if max(utilisation) <= 1 + 1e-6 else "exceeds its limit"
+            rows.append((link.joint, *figures, exceeds))
     note = "base as stated" + ("" if result.tilt is None else "; the table above includes tilts")
-    return Section(
-        "validation",
-        "Validation",
-        ("slope", "utilisation", "deflection", "utilisation"),
-        tuple(rows),
-        note,
-    )
+    return table("validation", "Validation", _OF_LIMITS, rows, note, samples=counted)
 
 
 def _remarks(result: Size) -> list[str]:
@@ -377,7 +351,6 @@ def _remarks(result: Size) -> list[str]:
 
 def _facts(result: Size) -> dict[str, Any]:
     return {
-        "arm": result.arm.name,
         "limits": {"slope_rad": result.limits.slope, "length_over": result.limits.deflection},
         "tilt_rad": result.tilt,
         "holds": result.meets_limits,

@@ -21,7 +21,7 @@ from lostmotion.reporting.provenance import (
     provenance_sections,
     with_inputs,
 )
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, in_words, length, several
+from lostmotion.reporting.sheet import Card, Cell, Sheet, length, several, table
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lostmotion.io.part_file import OnePart
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint
+    from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
 
 
@@ -41,6 +42,7 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
     state = state_of(arm, q)
     held = np.abs(state.torques).max(axis=0)
     reach = float(np.linalg.norm(state.frames[-1, :, :3, 3], axis=1).max())
+    poses = several(len(q), "pose")
     return Sheet(
         name=arm.name,
         subject="check of the description",
@@ -49,9 +51,7 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
         cards=(
             Card("moving joints", str(len(arm.moving))),
             Card("mass", str(Cell(arm.mass, "kg"))),
-            Card(
-                "reach from the base", str(length(reach)), f"largest of {several(len(q), 'pose')}"
-            ),
+            Card("reach from the base", str(length(reach)), f"largest of {poses}"),
             Card("assumed values", str(known.assumed_count)),
         ),
         sections=(_joints(arm, held, len(q)), *_centres(arm), *provenance_sections(known)),
@@ -70,27 +70,24 @@ def arm_sheet(arm: Arm, file: str, sidecar: str = "") -> Sheet:
 
 def part_sheet(read: OnePart[Any], kind: str) -> Sheet:
     """Return what is known of a gearbox or a bearing by itself."""
-    found = part_states(read.part, kind)
-    rows = (Row(read.name, tuple(map(in_words, found.values()))),)
-    ideal = [name for name, state in found.items() if state == "ideal"]
+    known = part_states(read.part, kind)
+    ideal = [name for name, state in known.items() if state == "ideal"]
     sheet = Sheet(
         name=read.name,
         subject="check of the description",
         verdict="No mistake was found in the file."
         + (f" Nothing describes its {', '.join(ideal)}, taken as perfect." if ideal else ""),
-        cards=(),
         sections=(
-            Section(
+            table(
                 "states",
                 "What is known",
-                tuple(found),
-                rows,
+                [*known],
+                [(read.name, *known.values())],
                 "ideal: nothing is described, taken as perfect",
             ),
         ),
         notes=read.notes,
-        source="",
-        facts={kind: read.name, "known": dict(found)},
+        facts={kind: read.name, "known": dict(known)},
     )
     return with_inputs(sheet, read.part, kind)
 
@@ -120,13 +117,13 @@ def _evenly(poses: int) -> str:
 
 def _joints(arm: Arm, held: Floats, poses: int) -> Section:
     load = dict(zip((joint.name for joint in arm.driven), held, strict=True))
-    rows = tuple(_row(joint, load.get(joint.name)) for joint in arm.joints)
-    note = (
+    return table(
+        "joints",
+        "Joints",
+        ["range", "link", "mass", "static load", "rated"],
+        (_row(joint, load.get(joint.name)) for joint in arm.joints),
         f"range of motion; mass of joint and link; static load: largest of {_evenly(poses)}; base "
-        "level as stated"
-    )
-    return Section(
-        "joints", "Joints", ("range", "link", "mass", "static load", "rated"), rows, note
+        "level as stated",
     )
 
 
@@ -143,28 +140,18 @@ def _centres(arm: Arm) -> tuple[Section, ...]:
     """Return the table of the centres of mass of tool and payload; nothing where neither has a
     mass.
     """
-    rows = tuple(
-        Row(f"{name}, {mass}{stated}", (in_words(flange), in_words(tool)))
+    rows = [
+        (f"{name}, {mass}{stated}", flange, tool)
         for name, mass, stated, flange, tool in _masses(arm)
-    )
+    ]
     place = arm.tool.after or f"{arm.joints[-1].name}.tip"
     note = (
         f"x, y, z; from the flange ({place}) in its axes, and from the tool point in the axes of "
         "the tool frame"
     )
-    return (
-        (
-            Section(
-                "centres",
-                "Centres of mass of tool and payload",
-                ("from the flange", "from the tool point"),
-                rows,
-                note,
-            ),
-        )
-        if rows
-        else ()
-    )
+    title = "Centres of mass of tool and payload"
+    columns = ["from the flange", "from the tool point"]
+    return (table("centres", title, columns, rows, note),) if rows else ()
 
 
 def _masses(arm: Arm) -> list[tuple[str, str, str, str, str]]:
@@ -197,22 +184,14 @@ def _point(xyz: Floats) -> str:
     return f"({', '.join(f'{1e3 * value + 0.0:.4g}' for value in np.round(xyz, 9))}) mm"
 
 
-def _row(joint: Joint, load: float | None) -> Row:
-    link = length(joint.link.reach, stated=True) if joint.link.reach else in_words("-")
+def _row(joint: Joint, load: float | None) -> tuple[str, *tuple[Cell | str, ...]]:
+    link = length(joint.link.reach, stated=True) if joint.link.reach else "-"
     mass = Cell(joint.total_mass + joint.link.total_mass, "kg")
     if joint.type == "fixed" or load is None:
-        return Row(joint.name, (in_words("fixed"), link, mass, in_words("-"), in_words("-")))
+        return joint.name, "fixed", link, mass, "-", "-"
     low, high = joint.limits
     scale, unit = (180 / math.pi, "°") if joint.type == "revolute" else (1e3, " mm")
     rated = joint.gearbox.rated_torque if joint.gearbox is not None else None
-    limit = in_words("-") if rated is None else Cell(float(rated), joint.load_unit, stated=True)
-    return Row(
-        joint.name,
-        (
-            in_words(f"{scale * low:.4g} … {scale * high:.4g}{unit}"),
-            link,
-            mass,
-            Cell(load, joint.load_unit),
-            limit,
-        ),
-    )
+    limit = "-" if rated is None else Cell(float(rated), joint.load_unit, stated=True)
+    between = f"{scale * low:.4g} … {scale * high:.4g}{unit}"
+    return joint.name, between, link, mass, Cell(load, joint.load_unit), limit
