@@ -28,7 +28,7 @@ from lostmotion.propagation.iso9283.robots import predict_robots
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.sizing.candidates import Candidate, Objective, Slot
+from lostmotion.sizing.candidates import Objective, PartCandidate, Slot
 from lostmotion.sizing.error_cache import BIAS, COVARIANCE, ErrorCache
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -424,11 +424,11 @@ def test_parts_are_selected_for_rp_in_the_iso_cycle():
 
     def offered(joint):
         quiet = joint.gearbox.model_copy(update={"hysteresis_scatter": 0.03})
-        stated = Candidate("as stated", None, 1.0)
+        stated = PartCandidate("as stated", None, 1.0)
         return Slot(
             joint.name,
             "gearbox",
-            (stated, Candidate("quiet", quiet, 2.0)),
+            (stated, PartCandidate("quiet", quiet, 2.0)),
             stated,
             mass_in_joint=1.0,
         )

@@ -75,7 +75,7 @@ def largest_usual_factor(
 
 
 @dataclass(frozen=True, slots=True)
-class Size:
+class StatedSize:
     """A size as the file states it: value in SI, its unit, whether the error is inversely
     proportional (a stiffness), and its number of zones.
     """
@@ -105,7 +105,7 @@ class Item:
     kind: str
     cause: str
     columns: tuple[int, ...]
-    size: Size | None = None
+    size: StatedSize | None = None
     most: float = MOST_TIMES
     stiff: bool = False
 
@@ -137,7 +137,7 @@ def _parameter(column: Column) -> Parameter:
 def _item(terms: Sequence[Column], members: tuple[int, ...], reach: float) -> Item:
     of, sized = terms[0].of, _parameter(terms[0])
     stiff = of.term.exponent < 0
-    size = None if sized.value is None else Size(sized.value, sized.unit, stiff, sized.zones)
+    size = None if sized.value is None else StatedSize(sized.value, sized.unit, stiff, sized.zones)
     if size is None or stiff:
         return Item(of.owner, of.kind, sized.key, members, size, stiff=stiff)
     most = largest_usual_factor(of.kind, sized.key, size.value, size.unit, reach)

@@ -70,7 +70,7 @@ _PRESENT_EXAMPLE: Final = '[sizing.present] with {joint} = {{ mass = "4 kg", pri
 _MOST: Final = 100
 
 
-class Cost(Part):
+class PartCost(Part):
     """Mass and price of a part; None where unknown."""
 
     mass: Mass | None = None
@@ -96,8 +96,8 @@ class OptionTables:
     mistakes: list[Problem] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     rows: Mapping[str, Sequence[GearboxRow]] = field(default_factory=dict)
-    costs: dict[str, Cost] = field(default_factory=dict)
-    present: dict[str, Cost] = field(default_factory=dict)
+    costs: dict[str, PartCost] = field(default_factory=dict)
+    present: dict[str, PartCost] = field(default_factory=dict)
 
     def read_costs(self) -> None:
         """Read costs of parts and of present gearboxes."""
@@ -146,7 +146,7 @@ class OptionTables:
         self.refuse(key, shown(stated), f"a list of 1 to {_MOST} names", example)
         return []
 
-    def cost(self, *names: str) -> Cost:
+    def cost(self, *names: str) -> PartCost:
         """Return the cost stated for the first of these names, or for a pattern that matches
         one.
         """
@@ -160,10 +160,10 @@ class OptionTables:
                 for name in names
                 if fnmatchcase(name, pattern)
             ),
-            Cost(),
+            PartCost(),
         )
 
-    def _costs(self, table: str, example: str) -> dict[str, Cost]:
+    def _costs(self, table: str, example: str) -> dict[str, PartCost]:
         out = {}
         for name, stated in self.table(table, example).items():
             key = option_key(table, name)
@@ -175,9 +175,9 @@ class OptionTables:
                 for what, value in stated.items()
             }
             try:
-                out[name] = Cost.model_validate(text, context={"text": True})
+                out[name] = PartCost.model_validate(text, context={"text": True})
             except ValidationError as error:
-                self.mistakes += problems(error, Cost, self.file, partial(_within, key))
+                self.mistakes += problems(error, PartCost, self.file, partial(_within, key))
         return out
 
 

@@ -27,7 +27,7 @@ from lostmotion.io.sizing_options import (
 from lostmotion.io.toml import key_step
 from lostmotion.mechanism.holding_torques import holding_torques
 from lostmotion.parts.gearbox.kinds import TurningGearbox
-from lostmotion.sizing.candidates import Candidate, Slot
+from lostmotion.sizing.candidates import PartCandidate, Slot
 
 if TYPE_CHECKING:
     from lostmotion.io.sizing_options import OptionTables
@@ -83,9 +83,9 @@ def gearbox_slot(options: OptionTables, joint: Joint, stated: Any) -> Slot | Non
 
 def _gearbox_candidate(
     options: OptionTables, joint: RevoluteJoint, name: str, key: str
-) -> Candidate | None:
+) -> PartCandidate | None:
     if name == PRESENT:
-        return Candidate(PRESENT, None)
+        return PartCandidate(PRESENT, None)
     ratio = _ratio_of(joint)
     try:
         rows, model, behind = find_rows(name, options.rows)
@@ -117,7 +117,7 @@ def _gearbox_candidate(
     in_file = any(row is own for own in options.in_file)
     if row.mass_source and cost.mass is None:
         options.notes.append(f"mass of {full_name}: {row.mass_source}")
-    return Candidate(
+    return PartCandidate(
         full_name,
         part,
         _first_known(cost.mass, part.mass),
@@ -154,8 +154,8 @@ def _suitable(options: OptionTables, joint: RevoluteJoint) -> list[str]:
 
 
 def _with_known_costs(
-    options: OptionTables, joint: Joint, candidates: list[Candidate], key: str
-) -> list[Candidate]:
+    options: OptionTables, joint: Joint, candidates: list[PartCandidate], key: str
+) -> list[PartCandidate]:
     known = [each for each in candidates if not _unknown(options, each)]
     if len(known) < len(candidates):
         names = listed([each.name for each in candidates if _unknown(options, each)])
@@ -172,7 +172,7 @@ def _with_known_costs(
     return known
 
 
-def _unknown(options: OptionTables, candidate: Candidate) -> list[str]:
+def _unknown(options: OptionTables, candidate: PartCandidate) -> list[str]:
     """Return the quantities of a candidate that count in the objective and are unknown."""
     quantities = (
         ("mass", options.objective.per_kg, candidate.mass),
@@ -181,7 +181,7 @@ def _unknown(options: OptionTables, candidate: Candidate) -> list[str]:
     return [name for name, weight, value in quantities if weight and math.isnan(value)]
 
 
-def _require_costs(options: OptionTables, candidates: list[Candidate]) -> None:
+def _require_costs(options: OptionTables, candidates: list[PartCandidate]) -> None:
     for quantity, example in (("mass", '"4.7 kg"'), ("price", "900")):
         unknown = [each.name for each in candidates if quantity in _unknown(options, each)]
         if unknown:
@@ -190,7 +190,7 @@ def _require_costs(options: OptionTables, candidates: list[Candidate]) -> None:
             options.refuse("sizing.costs", f"no {quantity} of {listed(unknown)}", expected, table)
 
 
-def _slot(options: OptionTables, joint: Joint, candidates: list[Candidate]) -> Slot | None:
+def _slot(options: OptionTables, joint: Joint, candidates: list[PartCandidate]) -> Slot | None:
     """Return the slot with the mass and price of the present gearbox; None where there is a
     mistake.
 
@@ -263,7 +263,7 @@ def _slot(options: OptionTables, joint: Joint, candidates: list[Candidate]) -> S
         joint.name,
         "gearbox",
         tuple(priced),
-        Candidate(name, None, present_mass, price),
+        PartCandidate(name, None, present_mass, price),
         mass_in_joint=present_mass,
         has_masses=has_masses,
     )
@@ -313,7 +313,7 @@ def bearing_slot(options: OptionTables, joint: Joint, stated: Any) -> Slot | Non
     priced = tuple(
         replace(each, price=0.0) if math.isnan(each.price) else each for each in candidates
     )
-    return Slot(joint.name, "bearing", priced, Candidate(name, None))
+    return Slot(joint.name, "bearing", priced, PartCandidate(name, None))
 
 
 def _bearing_candidate(
@@ -321,14 +321,14 @@ def _bearing_candidate(
     bearing: Any,  # noqa: ANN401 - any kind of bearing
     name: str,
     key: str,
-) -> Candidate | None:
+) -> PartCandidate | None:
     """Return the bearing with a clearance, its price NaN where none is stated; None where there is
     a mistake.
     """
     cost = options.cost(name)
     price = math.nan if cost.price is None else cost.price
     if name == PRESENT:
-        return Candidate(PRESENT, None, price=price)
+        return PartCandidate(PRESENT, None, price=price)
     clearance: Any = name
     if name[:1].upper() == "C":
         table = TABLES.get(bearing.kind)
@@ -362,8 +362,8 @@ def _bearing_candidate(
         options.refuse(key, str(context.get("why", shown(name))), expected, '"30 µm ± 10 µm"')
         return None
     if part.model_dump() == bearing.model_dump():
-        return Candidate(name, None, price=price)
-    return Candidate(name, part, price=price, file_value=name)
+        return PartCandidate(name, None, price=price)
+    return PartCandidate(name, part, price=price, file_value=name)
 
 
 def selection_slots(options: OptionTables) -> list[Slot]:

@@ -32,7 +32,7 @@ StiffnessDefinition = Literal["slope", "b/a", "secant", "tangent"]
 _TANGENT: Final = 0.02
 
 
-class Curve(Protocol):
+class TorqueAngleCurve(Protocol):
     """The torque-angle curve of a gearbox, without its play."""
 
     def elastic_angle(self, torque: Floats) -> Floats:
@@ -190,7 +190,7 @@ class Readings:
     friction_under_load: Floats
 
 
-def readings(curve: Curve, play: Floats, asked: Definitions) -> Readings:
+def readings(curve: TorqueAngleCurve, play: Floats, asked: Definitions) -> Readings:
     """Return the readings of a curve with this play (sample,), rad."""
     most = asked.torque
     angle = curve.elastic_angle(np.array([most]))[0]

@@ -233,14 +233,14 @@ def compute_yield(  # noqa: PLR0913 - arguments of a production
     return yield_of(robot_figures(plan, computed_blocks(plan), share), criterion, target, approach)
 
 
-def yield_of(found: RobotFigures, criterion: Criterion, target: float, approach: float) -> Yield:
+def yield_of(figures: RobotFigures, criterion: Criterion, target: float, approach: float) -> Yield:
     """Return the yield of these figures for a target, m."""
     return Yield(
         criterion,
-        found.share,
+        figures.share,
         target,
-        np.sort(found.judged_by(criterion)),
-        found.poses,
-        found.visits,
+        np.sort(figures.judged_by(criterion)),
+        figures.poses,
+        figures.visits,
         approach,
     )

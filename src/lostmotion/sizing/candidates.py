@@ -40,7 +40,7 @@ class LinkOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class PartCandidate:
     """One candidate for a part, with its mass (kg) and price (in one currency).
 
     part        a section, a gearbox, or a bearing with its clearance; None: the present part
@@ -73,8 +73,8 @@ class Slot:
 
     joint: str
     kind: PartKind
-    candidates: tuple[Candidate, ...]
-    present: Candidate
+    candidates: tuple[PartCandidate, ...]
+    present: PartCandidate
     material: Material | None = None
     family: Family | None = None
     steps: SizeSteps = EXACT
@@ -88,7 +88,7 @@ class Slot:
         """Return joint and kind of part."""
         return f"{self.joint} {self.kind}"
 
-    def install(self, joint: Joint, candidate: Candidate) -> Joint:
+    def install(self, joint: Joint, candidate: PartCandidate) -> Joint:
         """Return the joint with this part."""
         if self.kind == "link":
             return (
@@ -155,7 +155,7 @@ def link_slot(
         joint.name,
         "link",
         (),
-        Candidate(present, None, weight, per_kg * weight),
+        PartCandidate(present, None, weight, per_kg * weight),
         material,
         steps=SizeSteps(step),
         per_kg=per_kg,
@@ -188,8 +188,8 @@ def link_slot(
 
 
 def refined_candidates(
-    joint: Joint, slot: Slot, selected: Candidate, ratio: float
-) -> tuple[Candidate, ...]:
+    joint: Joint, slot: Slot, selected: PartCandidate, ratio: float
+) -> tuple[PartCandidate, ...]:
     """Return new sections of the slot's family around the selected one, each free size smaller or
     larger by this ratio, or equal.
     """
@@ -205,7 +205,7 @@ def refined_candidates(
     return tuple(each for name, each in sections.items() if name not in known)
 
 
-def _of_family(joint: Joint, slot: Slot, free: tuple[float, ...]) -> Candidate | None:
+def _of_family(joint: Joint, slot: Slot, free: tuple[float, ...]) -> PartCandidate | None:
     family = slot.family
     if family is None:
         return None
@@ -219,16 +219,16 @@ def _of_family(joint: Joint, slot: Slot, free: tuple[float, ...]) -> Candidate |
     )
 
 
-def _weighed(joint: Joint, slot: Slot, section: Plain) -> Candidate:
+def _weighed(joint: Joint, slot: Slot, section: Plain) -> PartCandidate:
     mass = with_section(joint, section, slot.material).link.total_mass
-    return Candidate(section_text(section), section, mass, slot.per_kg * mass)
+    return PartCandidate(section_text(section), section, mass, slot.per_kg * mass)
 
 
-def _pareto(joint: Joint, slot: Slot, candidates: list[Candidate]) -> tuple[Candidate, ...]:
+def _pareto(joint: Joint, slot: Slot, candidates: list[PartCandidate]) -> tuple[PartCandidate, ...]:
     """Return the Pareto-optimal sections in mass and tip compliance, at most `_MOST_SECTIONS`,
     evenly over their order.
     """
-    optimal: list[Candidate] = []
+    optimal: list[PartCandidate] = []
     least = math.inf
     for each in sorted(
         {each.name: each for each in candidates}.values(), key=lambda each: each.mass

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint
-    from lostmotion.sizing.candidates import Candidate, Objective, Slot
+    from lostmotion.sizing.candidates import Objective, PartCandidate, Slot
     from lostmotion.sizing.error_cache import TargetOf
     from lostmotion.sizing.lightest import Limits
     from lostmotion.spatial import Floats
@@ -97,7 +97,7 @@ class Evaluator:
         self._torques: dict[tuple[tuple[float, ...], ...], Floats] = {}
         self._deflections: dict[tuple[object, ...], float] = {}
 
-    def parts(self, choice: Choice) -> tuple[Candidate, ...]:
+    def parts(self, choice: Choice) -> tuple[PartCandidate, ...]:
         """Return the selected candidates."""
         return tuple(slot.candidates[k] for slot, k in zip(self.slots, choice, strict=True))
 
@@ -159,7 +159,7 @@ class Evaluator:
         """Return the cost of a selection, without its evaluation."""
         return sum(map(self.cost_of_part, self.parts(choice)))
 
-    def cost_of_part(self, candidate: Candidate) -> float:
+    def cost_of_part(self, candidate: PartCandidate) -> float:
         """Return the cost of one part."""
         return self.objective.cost(candidate.mass, candidate.price)
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.sizing.candidates import Candidate, Slot
+    from lostmotion.sizing.candidates import PartCandidate, Slot
 
 
-def with_parts(arm: Arm, slots: tuple[Slot, ...], chosen: tuple[Candidate, ...]) -> Arm:
+def with_parts(arm: Arm, slots: tuple[Slot, ...], chosen: tuple[PartCandidate, ...]) -> Arm:
     """Return the arm with one chosen candidate in each slot."""
     joints = {joint.name: joint for joint in arm.joints}
     for slot, candidate in zip(slots, chosen, strict=True):

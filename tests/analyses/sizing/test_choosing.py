@@ -28,9 +28,9 @@ from lostmotion.parts.family import TubeFamily
 from lostmotion.parts.gearbox.catalogue import CatalogueGearbox
 from lostmotion.parts.section import Tube
 from lostmotion.sizing.candidates import (
-    Candidate,
     LinkOptions,
     Objective,
+    PartCandidate,
     Slot,
     link_slot,
     refined_candidates,
@@ -69,12 +69,12 @@ def reducer(name, torque, stiffness, play, **costs):
             "backlash": Toleranced(play * ARCMIN),
         }
     )
-    return Candidate(name, made, **costs)
+    return PartCandidate(name, made, **costs)
 
 
 def bearing(clearance, price):
     """A pair of bearings with this clearance, µm."""
-    return Candidate(
+    return PartCandidate(
         f"{clearance} µm",
         RollingPair(span=0.1, clearance=Toleranced(clearance * 1e-6, clearance * 5e-7)),
         price=price,
@@ -119,7 +119,7 @@ def gearbox_slot(name, rng, count):
                 price=300 * 1.5**k * rng.uniform(0.8, 1.2),
             )
         )
-    return Slot(name, "gearbox", tuple(made), Candidate("now", None, 3.0), mass_in_joint=3.0)
+    return Slot(name, "gearbox", tuple(made), PartCandidate("now", None, 3.0), mass_in_joint=3.0)
 
 
 def bearing_slot(name, rng):
@@ -128,7 +128,7 @@ def bearing_slot(name, rng):
         name,
         "bearing",
         tuple(bearing(c, p * rng.uniform(0.5, 2)) for c, p in ((45, 0), (30, 15), (12, 50))),
-        Candidate("now", None),
+        PartCandidate("now", None),
     )
 
 
@@ -337,7 +337,10 @@ def test_gearboxes_below_the_holding_torque_are_not_selected(arm, q):
         reducer("weak", 10.0, 400, 0.01, price=1.0),
         reducer("strong", 200.0, 40, 0.5, price=500.0),
     )
-    slots = (Slot("j1", "gearbox", (weak, strong), Candidate("now", None)), link_of(arm, "j2", 4))
+    slots = (
+        Slot("j1", "gearbox", (weak, strong), PartCandidate("now", None)),
+        link_of(arm, "j2", 4),
+    )
     search = Search(arm, slots, Objective(1.0, 1.0), q, Constraints())
     assert search.evaluator.parts(search.solve(1.0))[0].name == "strong"
     held = search.evaluator.torques(search.evaluator.arm_with((1, 0)))[1]
@@ -352,7 +355,7 @@ def test_gearboxes_below_the_holding_torque_are_not_selected(arm, q):
         "j1",
         "gearbox",
         (reducer("tight", float(between), 40, 0.5, price=1.0),),
-        Candidate("now", None),
+        PartCandidate("now", None),
     )
     search = Search(arm, (tight, link_of(arm, "j2", 4)), Objective(0.0, 1.0), q, Constraints())
     assert search.evaluate((0, 0)).violation == 0

@@ -15,7 +15,7 @@ import lostmotion
 from lostmotion.analyses.targets.plots import plots
 from lostmotion.analyses.targets.tables import in_unit, ordered, size_at
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.error_model.items import Item, Size
+from lostmotion.error_model.items import Item, StatedSize
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import tool_points
@@ -156,19 +156,20 @@ def test_sizes_have_practical_units():
     """Angles in arcmin, stiffness in N m/arcmin or N/µm, lengths in µm or mm; the interval of a
     stiffness is inverted.
     """
-    assert str(in_unit(Size(math.pi / 10800, "rad"), 2.0)) == "2.00 arcmin"
+    assert str(in_unit(StatedSize(math.pi / 10800, "rad"), 2.0)) == "2.00 arcmin"
     assert (
-        str(in_unit(Size(49 * 10800 / math.pi, "N m/rad", divides=True), 2.0)) == "24.5 N m/arcmin"
+        str(in_unit(StatedSize(49 * 10800 / math.pi, "N m/rad", divides=True), 2.0))
+        == "24.5 N m/arcmin"
     )
-    assert str(in_unit(Size(200e6, "N/m", divides=True), 0.5)) == "400 N/µm"
+    assert str(in_unit(StatedSize(200e6, "N/m", divides=True), 0.5)) == "400 N/µm"
     factor = Estimate(2.0, 1.6, 2.5)
     clearance = size_at(
-        Item("joints.A.bearing", "bearing", "clearance", (0,), Size(60e-6, "m")), factor
+        Item("joints.A.bearing", "bearing", "clearance", (0,), StatedSize(60e-6, "m")), factor
     )
     assert (clearance.value, clearance.low, clearance.high) == pytest.approx(
         (0.12e-3, 0.096e-3, 0.15e-3)
     )
-    per_arcmin = Size(49 * 10800 / math.pi, "N m/rad", divides=True)
+    per_arcmin = StatedSize(49 * 10800 / math.pi, "N m/rad", divides=True)
     stiffness = size_at(
         Item("joints.A.gearbox", "gearbox", "stiffness", (0,), per_arcmin, stiff=True), factor
     )

@@ -153,6 +153,12 @@ def _quantile(values: Floats, level: float, unit: str = "arcmin") -> Cell:
     return Cell(value, unit, low, high)
 
 
+def scatter(values: Floats, unit: str) -> dict[str, Cell]:
+    """Return mean and percentiles of manufactured samples (sample,), by name."""
+    quantiles = {label: _quantile(values, level, unit) for level, label in _LEVELS}
+    return {"mean": over_samples(values, unit), **quantiles}
+
+
 def samples_section(drawn: Drawn, count: int) -> Section:
     """Return the scatter over manufactured samples: mean and percentiles of play, lost motion,
     wind-up and stiffness, and how many jam.
@@ -171,12 +177,11 @@ def samples_section(drawn: Drawn, count: int) -> Section:
     if is_known(read.stiffness):
         definition = TURNING.definition(read.asked)
         quantities.append(("stiffness", read.stiffness, "N m/arcmin", definition))
-    rows: list[tuple[str, Cell, str]] = []
-    for name, values, unit, note in quantities:
-        rows.append((f"{name}: mean", over_samples(values, unit), note))
-        rows += [
-            (f"{name}: {label}", _quantile(values, level, unit), "") for level, label in _LEVELS
-        ]
+    rows = [
+        (f"{name}: {label}", figure, note if label == "mean" else "")
+        for name, values, unit, note in quantities
+        for label, figure in scatter(values, unit).items()
+    ]
     rows.append(
         (
             "gearboxes that jam",

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.laws.cycloid.finite_elements.wheel import Field
-    from lostmotion.laws.torque_angle import Curve, StiffnessDefinition
+    from lostmotion.laws.torque_angle import StiffnessDefinition, TorqueAngleCurve
     from lostmotion.parts.error_source import ErrorSource
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.cycloidal.finite_elements import FiniteElements
@@ -291,7 +291,7 @@ def _definitions(
     return asked
 
 
-def _loop(curve: Curve, play: float, rest: float, read: Readings) -> Loop | None:
+def _loop(curve: TorqueAngleCurve, play: float, rest: float, read: Readings) -> Loop | None:
     """Return the hysteresis loop: wind-up, friction, and the backlash, traversed once the torque
     overcomes friction.
     """

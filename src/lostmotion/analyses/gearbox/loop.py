@@ -72,14 +72,14 @@ def loop_section(loop: Loop, read: Readings, gear: Gear, units: Units) -> Sectio
         ["value"],
         rows,
         "loading and unloading in both directions, input held",
-        samples=_Shown(gear, units).samples,
+        samples=Shown(gear, units).samples,
     )
 
 
 def _loop_rows(
     loop: Loop, read: Readings, gear: Gear, units: Units
 ) -> Iterator[tuple[str, Cell, str]]:
-    gearbox, drawn, show = gear.gearbox, gear.drawn, _Shown(gear, units)
+    gearbox, drawn, show = gear.gearbox, gear.drawn, Shown(gear, units)
     note = friction_note(gearbox.friction_at_rest if is_drawn(gearbox) else gearbox.friction, units)
     crossed = (
         f"traversed once {loop.rest:.3g} {units.torque} overcome friction{note and f' ({note})'}"
@@ -119,7 +119,7 @@ def _stiffnesses(read: Readings, gear: Gear, units: Units) -> Iterator[tuple[str
     """Yield the rows of displacement, wind-up and stiffness, each with its definition."""
     asked, show, torque = (
         read.asked,
-        _Shown(gear, units),
+        Shown(gear, units),
         f"{stated_text(read.asked.torque)} {units.torque}",
     )
     if gear.wind_up:
@@ -163,7 +163,7 @@ def _stiffnesses(read: Readings, gear: Gear, units: Units) -> Iterator[tuple[str
 
 
 @dataclass(frozen=True)
-class _Shown:
+class Shown:
     """Conversion of readings to figures: the mean of manufactured samples with its interval, or a
     stated value with its limits.
 
@@ -175,6 +175,7 @@ class _Shown:
 
     @property
     def samples(self) -> str:
+        """Return what the figures were counted from."""
         return STATED if self.gear.drawn is None else f"{self.gear.count} simulated gearboxes"
 
     def _bound(self, bound: Bound) -> Bound:
@@ -182,12 +183,14 @@ class _Shown:
         return bound if is_drawn(gearbox) and gearbox.rigid else ""
 
     def angle(self, values: Floats, bound: Bound = "", rests_on: tuple[str, ...] = ()) -> Cell:
+        """Return an angle of the samples, or the stated one."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
             return over_samples(values, self.units.angle, bound=self._bound(bound))
         return at_most(Cell(float(values[0]), self.units.angle), gearbox, rests_on)
 
     def stiffness(self, values: Floats) -> Cell:
+        """Return a stiffness."""
         gearbox, unit = self.gear.gearbox, self.units.stiffness
         if is_drawn(gearbox):
             return over_samples(values, unit, bound=self._bound("upper"))
@@ -197,24 +200,28 @@ class _Shown:
 
     @property
     def play(self) -> Cell:
+        """Return the play."""
         gearbox, drawn = self.gear.gearbox, self.gear.drawn
         if is_drawn(gearbox):
             return self.angle(np.zeros(2) if drawn is None else drawn.play)
         return play_figure(gearbox, self.units)
 
     def wind_up(self, read: Readings) -> Cell:
+        """Return the wind-up."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
             return self.angle(read.wind_up, "lower")
         return wind_up_figure(gearbox, float(read.wind_up[0]), self.units)
 
     def displacement(self, read: Readings) -> Cell:
+        """Return the displacement."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
             return self.angle(read.displacement, "lower")
         return displacement_figure(gearbox, read, self.units)
 
     def lost_motion(self, read: Readings) -> Cell:
+        """Return the lost motion."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
             return self.angle(np.zeros(2) if read.lost_motion is None else read.lost_motion)

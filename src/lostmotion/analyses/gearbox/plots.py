@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.gearbox.drawn import samples_section
-from lostmotion.analyses.gearbox.loop import loop_section
+from lostmotion.analyses.gearbox.drawn import scatter
+from lostmotion.analyses.gearbox.loop import Shown
 from lostmotion.analyses.gearbox.profile import profile
 from lostmotion.analyses.gearbox.stated import units_of
 from lostmotion.parts.gearbox.cycloidal.examined import SHOWN
@@ -35,53 +35,42 @@ from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Cell
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from matplotlib.figure import Figure
 
     from lostmotion.analyses.gearbox.gear import Gear, Loop
     from lostmotion.analyses.gearbox.stated import Units
+    from lostmotion.laws.torque_angle import Readings
     from lostmotion.parts.gearbox.cycloidal.examined import Lobes, Transmission
-    from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
 
 
 def gearbox_plots(gear: Gear) -> list[Plot]:
     """Return the plots of a gearbox in reading order."""
-    units = units_of(gear.gearbox)
-    drawn = []
-    if gear.loop is not None and gear.read is not None:
+    units, loop, read = units_of(gear.gearbox), gear.loop, gear.read
+    plots = [*drawing_plots(gear)] if is_drawn(gear.gearbox) else []
+    if loop is not None and read is not None:
         words = "Torque-angle hysteresis of the output, with the play and the lost motion marked."
-        found = loop_section(gear.loop, gear.read, gear, units)
-        drawn.append(Plot("hysteresis", "loop", hysteresis(gear.loop, found, units), words))
-        near = max(4 * (gear.loop.small or 0.0), 6 * gear.loop.rest)
-        if 0 < near < gear.loop.torque[-1]:
-            drawn.append(
-                Plot(
-                    "hysteresis-near-zero",
-                    "loop",
-                    hysteresis(gear.loop, found, units, near),
-                    f"{words} Only near zero.",
-                )
-            )
-    if is_drawn(gear.gearbox):
-        return [*drawing_plots(gear), *drawn]
-    if gear.gearbox.harmonics:
+        plots.append(Plot("hysteresis", "loop", hysteresis(gear, loop, read), words))
+        near = max(4 * (loop.small or 0.0), 6 * loop.rest)
+        if 0 < near < loop.torque[-1]:
+            close = hysteresis(gear, loop, read, near)
+            plots.append(Plot("hysteresis-near-zero", "loop", close, f"{words} Only near zero."))
+    if not is_drawn(gear.gearbox) and gear.gearbox.harmonics:
         words = "Amplitude of each harmonic of the transmission error over its cycles."
-        drawn.append(
-            Plot(
-                "harmonics", "transmission", stated_harmonics(gear.gearbox.harmonics, units), words
-            )
-        )
-    return drawn
+        stated = stated_harmonics(gear.gearbox.harmonics, units)
+        plots.append(Plot("harmonics", "transmission", stated, words))
+    return plots
 
 
-def hysteresis(loop: Loop, found: Section, units: Units, near: float = math.inf) -> Figure:
+def hysteresis(gear: Gear, loop: Loop, read: Readings, near: float = math.inf) -> Figure:
     """Return the plot of the output's angle under loading and unloading: the whole loop, the
-    friction loop alone, and the points of the lost motion.
-
-    Only torques up to `near` (N m) are shown. `found` is the table whose play and lost motion are
-    written beside.
+    friction loop alone, and the points of the lost motion. Only torques up to `near` (N m) are
+    shown.
     """
-    printed = {row.label: str(row.cells[0]) for row in found.rows}
+    units = units_of(gear.gearbox)
+    show = Shown(gear, units)
     factor = factor_of(units.angle)
     zoomed = math.isfinite(near)
     figure, on = one("The same near zero" if zoomed else "Torque-angle hysteresis", 92)
@@ -115,11 +104,11 @@ def hysteresis(loop: Loop, found: Section, units: Units, near: float = math.inf)
             color=LIGHT["visit"],
             linewidth=4,
             solid_capstyle="butt",
-            label=f"play {printed['play']}",
+            label=f"play {show.play}",
         )
     if loop.small is not None and len(loop.ends):
         ends = loop.ends * factor
-        name = f"lost motion {printed['lost motion']}"
+        name = f"lost motion {show.lost_motion(read)}"
         on.plot(
             [-loop.small, loop.small],
             ends,
@@ -161,68 +150,48 @@ _NAMES: Final = ("first", "second", "third", "fourth")
 _MOST_HARMONICS: Final = 24
 
 
-def drawing_plots(gear: Gear) -> list[Plot]:
-    """Return the plots of the drawing. Raises ValueError for a gearbox without one."""
+def drawing_plots(gear: Gear) -> Iterator[Plot]:
+    """Yield the plots of the drawing. Raises ValueError for a gearbox without one."""
     drawn = gear.drawn
     if drawn is None:
         raise ValueError("a gearbox by stated figures has no drawing")
-    counted, samples = f"{gear.count} simulated gearboxes", samples_section(drawn, gear.count)
-    out = [
-        Plot(
-            "profile",
-            "geometry",
-            profile(gear),
-            (
-                "Discs and ring at true scale, with the pitch point and the force on each lobe as "
-                "an arrow."
-            ),
-        ),
-        Plot(
-            "lobe-loads",
-            "lobes",
-            lobe_loads(drawn.lobes),
-            "Load and peak pressure of each lobe over its angle from the line of centres.",
-        ),
-        Plot(
-            "play",
-            "built",
-            spread(drawn.play, "play", samples, counted, LIGHT["robot"]),
-            f"Histogram of the play of {counted}.",
-        ),
-        Plot(
-            "lost-motion",
-            "built",
-            spread(drawn.lost_motion, "lost motion", samples, counted, LIGHT["visit"]),
-            f"Histogram of the lost motion of {counted}.",
-        ),
-    ]
+    counted = f"{gear.count} simulated gearboxes"
+    yield Plot(
+        "profile",
+        "geometry",
+        profile(gear),
+        "Discs and ring at true scale, with the pitch point and the force on each lobe as an "
+        "arrow.",
+    )
+    yield Plot(
+        "lobe-loads",
+        "lobes",
+        lobe_loads(drawn.lobes),
+        "Load and peak pressure of each lobe over its angle from the line of centres.",
+    )
+    for key, values, colour in (
+        ("play", drawn.play, LIGHT["robot"]),
+        ("lost-motion", drawn.lost_motion, LIGHT["visit"]),
+    ):
+        name = key.replace("-", " ")
+        histogram_of = spread(values, name, counted, colour)
+        yield Plot(key, "built", histogram_of, f"Histogram of the {name} of {counted}.")
     if drawn.members:
-        out.append(
-            Plot(
-                "members",
-                "members",
-                members(drawn.members),
-                "Bars of the wind-up through each member, the largest first.",
-            )
-        )
+        words = "Bars of the wind-up through each member, the largest first."
+        yield Plot("members", "members", members(drawn.members), words)
     if drawn.transmission.amplitude.any():
-        out.append(
-            Plot(
-                "error",
-                "transmission",
-                error(drawn.transmission),
-                "Transmission error of a few gearboxes over a turn of the crank.",
-            )
+        yield Plot(
+            "error",
+            "transmission",
+            error(drawn.transmission),
+            "Transmission error of a few gearboxes over a turn of the crank.",
         )
-        out.append(
-            Plot(
-                "spectrum",
-                "transmission",
-                spectrum(drawn.transmission),
-                "Amplitude of each harmonic over its cycles per turn of the output.",
-            )
+        yield Plot(
+            "spectrum",
+            "transmission",
+            spectrum(drawn.transmission),
+            "Amplitude of each harmonic over its cycles per turn of the output.",
         )
-    return out
 
 
 def lobe_loads(cases: tuple[Lobes, ...]) -> Figure:
@@ -263,7 +232,7 @@ def lobe_loads(cases: tuple[Lobes, ...]) -> Figure:
     return made
 
 
-def spread(values: Floats, name: str, found: Section, counted: str, colour: str) -> Figure:
+def spread(values: Floats, name: str, counted: str, colour: str) -> Figure:
     """Draw the scatter of manufactured samples (rad): a histogram with the mean and the quantiles
     that the table of samples prints.
     """
@@ -277,20 +246,16 @@ def spread(values: Floats, name: str, found: Section, counted: str, colour: str)
     )
     made, on = one(f"{name[:1].upper()}{name[1:]} of {counted}", 84)
     histogram(on, edges, counts, colour)
-    marks = [
-        (row.label.removeprefix(f"{name}: "), row.cells[0])
-        for row in found.rows
-        if row.label.startswith(f"{name}: ")
-    ]
-    for row, (word, number) in enumerate(sorted(marks, key=lambda mark: mark[1].value)):
+    marks = sorted(scatter(values, "arcmin").items(), key=lambda mark: mark[1].value)
+    for row, (word, number) in enumerate(marks):
         mark_at(on, number.value, f"{word}  {number}", row=row)
     label_axes(on, f"{name} [arcmin]", f"gearboxes per {float(edges[1] - edges[0]):.3g} arcmin [1]")
     return made
 
 
-def members(found: dict[str, float]) -> Figure:
+def members(angles: dict[str, float]) -> Figure:
     """Draw the compliance by member."""
-    values = np.array([angle / ARCMIN for angle in found.values()])
+    values = np.array([angle / ARCMIN for angle in angles.values()])
     made, on = one("Wind-up by member", 24 + 7 * len(values))
     on.barh(range(len(values)), values, height=0.62, color=LIGHT["robot"], linewidth=0)
     for row, value in enumerate(values):
@@ -302,20 +267,20 @@ def members(found: dict[str, float]) -> Figure:
             xytext=(4, 0),
             va="center",
         )
-    named_rows(on, list(found))
+    named_rows(on, list(angles))
     on.set_xlim(0, 1.6 * max(float(values.max()), 1e-12))
     label_axes(on, "wind-up [arcmin]")
     return made
 
 
-def error(found: Transmission) -> Figure:
+def error(transmission: Transmission) -> Figure:
     """Draw the transmission error of a few gearboxes over a turn of the crank, under the torque."""
-    made, on = one(f"Transmission error, {found.loads[-1]:.4g} N m", 80)
+    made, on = one(f"Transmission error, {transmission.loads[-1]:.4g} N m", 80)
     grid(on)
-    for k in range(min(SHOWN, found.errors.shape[-1])):
+    for k in range(min(SHOWN, transmission.errors.shape[-1])):
         on.plot(
-            np.degrees(found.crank),
-            found.errors[-1, :, k] / ARCSEC,
+            np.degrees(transmission.crank),
+            transmission.errors[-1, :, k] / ARCSEC,
             color=_COLOURS[k],
             linewidth=1.2,
             label=f"{_NAMES[k]} gearbox",
@@ -327,20 +292,17 @@ def error(found: Transmission) -> Figure:
     return made
 
 
-def spectrum(found: Transmission) -> Figure:
+def spectrum(transmission: Transmission) -> Figure:
     """Draw the lowest harmonics of the transmission error, under a light load and under the
     torque.
     """
-    seen = found.cycles[
-        : max(
-            _MOST_HARMONICS,
-            int(np.flatnonzero(found.amplitude.max(axis=0) > 0.2 * found.amplitude.max())[-1]) + 1,
-        )
-    ]
+    largest = transmission.amplitude.max(axis=0)
+    last = int(np.flatnonzero(largest > 0.2 * largest.max())[-1]) + 1
+    seen = transmission.cycles[: max(_MOST_HARMONICS, last)]
     made, on = one("Spectrum of the transmission error", 76)
-    first = float(found.cycles[0])
-    for k, load in enumerate(found.loads):
-        heights = found.amplitude[k, : len(seen)] / ARCSEC
+    first = float(transmission.cycles[0])
+    for k, load in enumerate(transmission.loads):
+        heights = transmission.amplitude[k, : len(seen)] / ARCSEC
         on.bar(
             seen + (k - 0.5) * 0.4 * first,
             heights,

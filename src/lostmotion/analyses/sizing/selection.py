@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.budget import Halving
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
-    from lostmotion.sizing.candidates import Candidate, Objective, Slot
+    from lostmotion.sizing.candidates import Objective, PartCandidate, Slot
 
 # Other targets of the trade-off, relative to the stated one.
 SCALES: Final = (0.8, 0.9, 1.1, 1.25, 1.5)
@@ -69,8 +69,8 @@ class SelectedPart:
     """
 
     slot: Slot
-    selected: Candidate
-    cheapest: Candidate
+    selected: PartCandidate
+    cheapest: PartCandidate
     saving: float
     error_with_cheapest: Estimate | None
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.sizing.selection import SelectedPart, Selection
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.provenance import States
-    from lostmotion.sizing.candidates import Candidate
+    from lostmotion.sizing.candidates import PartCandidate
 
 __all__ = ["plots", "sheet"]
 _WORDS: Final = (
@@ -101,7 +101,7 @@ def _price(value: float) -> Cell:
     return Cell(value, "1", stated=True)
 
 
-def candidate_name(each: SelectedPart, candidate: Candidate) -> str:
+def candidate_name(each: SelectedPart, candidate: PartCandidate) -> str:
     """Return the name of a candidate."""
     return f"{each.slot.present.name}, unchanged" if candidate.part is None else candidate.name
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.targets.solver import Allocation, Allowance
     from lostmotion.analyses.targets.targets import Target
-    from lostmotion.error_model.items import Item, Size
+    from lostmotion.error_model.items import Item, StatedSize
     from lostmotion.reporting.sheet import Section
 
 # An item whose removal changes the figure by less is only counted.
@@ -278,7 +278,7 @@ def _uncertainty(allocation: Allocation) -> str:
     )
 
 
-def in_unit(size: Size, factor: float) -> Cell:
+def in_unit(size: StatedSize, factor: float) -> Cell:
     """Return the size with which the errors are `factor` times as large, in a practical unit."""
     value = size.at(factor)
     return Cell(value, "N/µm" if size.unit == "N/m" else suited(value, size.unit))
