@@ -15,8 +15,8 @@ import pytest
 import lostmotion
 from lostmotion import InputError
 from lostmotion.analyses.bearing.bearing import BearingLoad, examine
+from lostmotion.analyses.bearing.command import BearingStudy
 from lostmotion.analyses.bearing.plots import bearing_plots
-from lostmotion.analyses.bearing.tables import bearing_sheet
 from lostmotion.error_model.budget import costs
 from lostmotion.io.part_file import read_bearing
 from lostmotion.laws.rolling.equilibrium import shaft_equilibrium
@@ -67,7 +67,7 @@ def test_the_209_through_the_sheet():
     assert of_209.pressure[1] == pytest.approx(
         float(ball_pressure(4336.0, 12.7e-3, 65e-3)), rel=0.01
     )
-    sheet = bearing_sheet("209", of_209.bearing, of_209.load, of_209)
+    sheet = BearingStudy("209", of_209.bearing, of_209.load, of_209).sheet
     assert find_row(sheet.sections, "shift", "shift across").cells[1].as_shown == pytest.approx(
         51.5, rel=0.02
     )
@@ -115,7 +115,7 @@ def test_rollers_carry_no_axial_load():
     found = examine(part, BearingLoad(1000.0))
     assert found.axial is None
     assert found.stiffness[2] == 0
-    sheet = bearing_sheet("x", part, found.load, found)
+    sheet = BearingStudy("x", part, found.load, found).sheet
     assert (
         find_row(sheet.sections, "stiffness", "along the axis").note
         == "no stiffness in this direction"
@@ -126,7 +126,8 @@ def test_an_overloaded_element_is_reported():
     """Beyond the pressure of a static rating the sheet warns."""
     heavy = examine(BallPair(**OF_209), BearingLoad(100e3))
     assert any(
-        "4.2 GPa" in note for note in bearing_sheet("x", heavy.bearing, heavy.load, heavy).notes
+        "4.2 GPa" in note
+        for note in BearingStudy("x", heavy.bearing, heavy.load, heavy).sheet.notes
     )
 
 
@@ -137,7 +138,7 @@ def test_every_example_has_its_sheet(path):
     """
     read = read_bearing(path)
     found = examine(read.part, BearingLoad(1000.0, 0.0, 30.0))
-    sheet = bearing_sheet(read.name, read.part, found.load, found, read.notes)
+    sheet = BearingStudy(read.name, read.part, found.load, found, read.notes).sheet
     for section in sheet.sections:
         assert section.rows, section.key
         for row in section.rows:
@@ -166,7 +167,7 @@ def test_a_shaft_that_stays_parallel_tilts_by_zero(path):
     """
     read = read_bearing(path)
     found = examine(read.part, BearingLoad(1000.0, 0.0, 0.0))
-    sheet = bearing_sheet(read.name, read.part, found.load, found)
+    sheet = BearingStudy(read.name, read.part, found.load, found).sheet
     assert "does not tilt" in sheet.verdict
     assert (
         next(card.number for card in sheet.cards if card.title == "tilt at this load") == "0 arcmin"
@@ -179,12 +180,12 @@ def test_large_figures_are_printed_without_powers_of_ten(path):
     the sheet.
     """
     read = read_bearing(path)
-    sheet = bearing_sheet(
+    sheet = BearingStudy(
         read.name,
         read.part,
         BearingLoad(2e4, 0.0, 0.0),
         examine(read.part, BearingLoad(2e4, 0.0, 0.0)),
-    )
+    ).sheet
     assert "Under 20000 N across" in sheet.verdict
     assert not re.search(
         r"\d[eE][+-]?\d",
@@ -207,10 +208,10 @@ def test_catalogue_bearings_have_a_sheet_too():
         RollingPair(clearance=6e-5, span=0.05, radial_stiffness=1e8),
         CrossedRoller(axial_stiffness=1e9, pitch_diameter=0.1),
     ):
-        sheet = bearing_sheet("x", part, LOAD, None)
+        sheet = BearingStudy("x", part, LOAD, None).sheet
         assert [section.key for section in sheet.sections][:3] == ["stated", "terms", "inputs"]
         assert all(section.rows for section in sheet.sections)
-    tilt = bearing_sheet("x", RollingPair(clearance=6e-5, span=0.05), LOAD, None)
+    tilt = BearingStudy("x", RollingPair(clearance=6e-5, span=0.05), LOAD, None).sheet
     assert find_row(tilt.sections, "stated", "tilt in it, either way").cells[
         0
     ].as_shown == pytest.approx(4.1, rel=0.01)
@@ -303,7 +304,7 @@ def test_a_single_209_by_itself(tmp_path):
     assert one.settled.loads[0][1].max() == pytest.approx(4336, rel=0.02)
     assert one.settled.displacement[1, 0] == pytest.approx(51.5e-6, rel=0.02)
     assert len(one.settled.loads) == 1
-    sheet = bearing_sheet("209", part, one.load, one)
+    sheet = BearingStudy("209", part, one.load, one).sheet
     assert find_row(sheet.sections, "elements", "balls: largest").cells[
         1
     ].as_shown == pytest.approx(4336, rel=0.02)
@@ -358,7 +359,7 @@ def test_a_single_bearing_is_drawn_and_printed(tmp_path):
     assert (tmp_path / "6209-bearing" / "report.html").exists()
     part = read_bearing(EXAMPLES / "6209.toml").part
     one = examine(part, BearingLoad(2000.0), 20)
-    keys = {section.key for section in bearing_sheet("6209", part, one.load, one).sections}
+    keys = {section.key for section in BearingStudy("6209", part, one.load, one).sheet.sections}
     assert {plot.section for plot in bearing_plots(one)} <= keys
 
 

@@ -85,7 +85,7 @@ def sheet(result: Selection) -> Sheet:
             seed=size.seed,
             facts=_facts(result),
         ),
-        result.sized,
+        result.arm,
         known,
         cards=(result.quantity, "as stated"),
         sections=("error",),
@@ -391,11 +391,10 @@ def not_counted(result: Selection) -> str:
         each.selected.name
         for each in result.parts
         if each.slot.kind == "gearbox" and not each.slot.has_masses and each.selected.part
-    ]
-    massless = without_mass([*without, *result.sized.gearboxes_without_mass])
+    ] + [*result.sized.gearboxes_without_mass]
     return (
         f"not counted: {NOT_COUNTED}, stresses and buckling of links, moment ratings of "
         f"gearbox bearings{prices}{bearings}"
-        f"{massless}; selected are {', '.join(selected) or 'no parts'} only; "
+        f"{without_mass(without)}; selected are {', '.join(selected) or 'no parts'} only; "
         "gearboxes are checked against static torques"
     )
