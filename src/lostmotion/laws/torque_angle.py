@@ -165,7 +165,7 @@ class Definitions:
 
 
 @dataclass(frozen=True, slots=True)
-class Readings:
+class CurveReadings:
     """Readings, each (sample,): angles in rad, stiffness in N m/rad (sliding drives: m and N/m),
     rigid: infinite.
 
@@ -190,7 +190,7 @@ class Readings:
     friction_under_load: Floats
 
 
-def readings(curve: TorqueAngleCurve, play: Floats, asked: Definitions) -> Readings:
+def readings(curve: TorqueAngleCurve, play: Floats, asked: Definitions) -> CurveReadings:
     """Return the readings of a curve with this play (sample,), rad."""
     most = asked.torque
     angle = curve.elastic_angle(np.array([most]))[0]
@@ -203,7 +203,7 @@ def readings(curve: TorqueAngleCurve, play: Floats, asked: Definitions) -> Readi
         _slope(curve.elastic_angle, each) for each in ((0.0, most), asked.slope, asked.span)
     )
     loading = _slope(lambda torque: curve.branches(torque, float(torque.max()))[0], asked.span)
-    return Readings(
+    return CurveReadings(
         asked,
         angle,
         play / 2 + angle,

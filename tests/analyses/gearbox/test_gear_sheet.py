@@ -445,7 +445,7 @@ def test_without_a_torque_no_figure_is_invented(tmp_path):
         ({"torque": 0.0}, "above zero"),
         ({"torque": math.nan}, "above zero"),
         ({"gearboxes": 1}, "from 2 to 100000"),
-        ({"seed": -1}, "zero or more"),
+        ({"seed": -1}, "at least 0"),
     ],
 )
 def test_arguments_that_cannot_be(more, said):

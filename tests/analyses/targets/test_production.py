@@ -26,7 +26,6 @@ from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.propagation.production_yield import (
     compute_yield,
     computed_blocks,
-    exact_share,
     robot_figures,
     robots_needed,
 )

@@ -11,7 +11,7 @@ import numpy as np
 from lostmotion.analyses.result import Result
 from lostmotion.errors import DidNotConvergeError, refuse_argument
 from lostmotion.laws.perforated_disc import UnresolvedWebsError
-from lostmotion.laws.torque_angle import Definitions, Readings, StatedCurve, readings
+from lostmotion.laws.torque_angle import CurveReadings, Definitions, StatedCurve, readings
 from lostmotion.parts.gearbox.bands import GearBands, bands_of_figures
 from lostmotion.parts.gearbox.cycloidal.examined import Drawn, drawn
 from lostmotion.parts.gearbox.cycloidal.model import LOST_MOTION
@@ -99,7 +99,7 @@ class Gear(Result):
     count: int
     seed: int
     loop: Loop | None = None
-    read: Readings | None = None
+    read: CurveReadings | None = None
     drawn: Drawn | None = None
     bands: GearBands | None = None
     name: str = "gearbox"
@@ -291,7 +291,7 @@ def _definitions(
     return asked
 
 
-def _loop(curve: TorqueAngleCurve, play: float, rest: float, read: Readings) -> Loop | None:
+def _loop(curve: TorqueAngleCurve, play: float, rest: float, read: CurveReadings) -> Loop | None:
     """Return the hysteresis loop: wind-up, friction, and the backlash, traversed once the torque
     overcomes friction.
     """

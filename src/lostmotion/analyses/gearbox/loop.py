@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.gearbox.gear import Gear, Loop
     from lostmotion.analyses.gearbox.stated import Units
-    from lostmotion.laws.torque_angle import Readings
+    from lostmotion.laws.torque_angle import CurveReadings
     from lostmotion.parts.gearbox.bands import GearBands
     from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
@@ -63,7 +63,7 @@ def is_known(values: Floats | None) -> TypeGuard[Floats]:
     return values is not None and bool(np.isfinite(values).all())
 
 
-def loop_section(loop: Loop, read: Readings, gear: Gear, units: Units) -> Section:
+def loop_section(loop: Loop, read: CurveReadings, gear: Gear, units: Units) -> Section:
     """Return the table of stiffness, play, friction loop and lost motion."""
     rows = [*_stiffnesses(read, gear, units), *_loop_rows(loop, read, gear, units)]
     return table(
@@ -77,7 +77,7 @@ def loop_section(loop: Loop, read: Readings, gear: Gear, units: Units) -> Sectio
 
 
 def _loop_rows(
-    loop: Loop, read: Readings, gear: Gear, units: Units
+    loop: Loop, read: CurveReadings, gear: Gear, units: Units
 ) -> Iterator[tuple[str, Cell, str]]:
     gearbox, drawn, show = gear.gearbox, gear.drawn, Shown(gear, units)
     note = friction_note(gearbox.friction_at_rest if is_drawn(gearbox) else gearbox.friction, units)
@@ -115,7 +115,7 @@ def _loop_rows(
         )
 
 
-def _stiffnesses(read: Readings, gear: Gear, units: Units) -> Iterator[tuple[str, Cell, str]]:
+def _stiffnesses(read: CurveReadings, gear: Gear, units: Units) -> Iterator[tuple[str, Cell, str]]:
     """Yield the rows of displacement, wind-up and stiffness, each with its definition."""
     asked, show, torque = (
         read.asked,
@@ -206,21 +206,21 @@ class Shown:
             return self.angle(np.zeros(2) if drawn is None else drawn.play)
         return play_figure(gearbox, self.units)
 
-    def wind_up(self, read: Readings) -> Cell:
+    def wind_up(self, read: CurveReadings) -> Cell:
         """Return the wind-up."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
             return self.angle(read.wind_up, "lower")
         return wind_up_figure(gearbox, float(read.wind_up[0]), self.units)
 
-    def displacement(self, read: Readings) -> Cell:
+    def displacement(self, read: CurveReadings) -> Cell:
         """Return the displacement."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
             return self.angle(read.displacement, "lower")
         return displacement_figure(gearbox, read, self.units)
 
-    def lost_motion(self, read: Readings) -> Cell:
+    def lost_motion(self, read: CurveReadings) -> Cell:
         """Return the lost motion."""
         gearbox = self.gear.gearbox
         if is_drawn(gearbox):
@@ -228,7 +228,9 @@ class Shown:
         return lost_motion_figure(gearbox, read, self.units)
 
 
-def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tuple[Section, ...]:
+def bands_sections(
+    bands: GearBands | None, read: CurveReadings, units: Units
+) -> tuple[Section, ...]:
     """Return the table of the bands, and that of the ranges behind them; none without ranges."""
     if bands is None:
         return ()
@@ -269,7 +271,7 @@ def bands_sections(bands: GearBands | None, read: Readings, units: Units) -> tup
 
 
 def _band_rows(
-    bands: GearBands, read: Readings, units: Units
+    bands: GearBands, read: CurveReadings, units: Units
 ) -> Iterator[tuple[str, Cell, Cell, Cell, str]]:
     torque = f"{stated_text(read.asked.torque)} {units.torque}"
     angle, stiff = units.angle, units.stiffness
@@ -291,7 +293,7 @@ def _figures(middle: float, unit: str, values: Floats) -> tuple[Cell, Cell, Cell
 
 
 def stiffness_band(
-    bands: GearBands | None, read: Readings | None, units: Units
+    bands: GearBands | None, read: CurveReadings | None, units: Units
 ) -> tuple[Cell, Cell, Cell] | None:
     """Return the stiffness by its definition, or else as secant, with the limits of its band: 5th
     percentile, middle, 95th percentile.

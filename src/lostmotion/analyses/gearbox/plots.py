@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from lostmotion.analyses.gearbox.gear import Gear, Loop
     from lostmotion.analyses.gearbox.stated import Units
-    from lostmotion.laws.torque_angle import Readings
+    from lostmotion.laws.torque_angle import CurveReadings
     from lostmotion.parts.gearbox.cycloidal.examined import Lobes, Transmission
     from lostmotion.spatial import Floats
 
@@ -64,7 +64,7 @@ def gearbox_plots(gear: Gear) -> list[Plot]:
     return plots
 
 
-def hysteresis(gear: Gear, loop: Loop, read: Readings, near: float = math.inf) -> Figure:
+def hysteresis(gear: Gear, loop: Loop, read: CurveReadings, near: float = math.inf) -> Figure:
     """Return the plot of the output's angle under loading and unloading: the whole loop, the
     friction loop alone, and the points of the lost motion. Only torques up to `near` (N m) are
     shown.

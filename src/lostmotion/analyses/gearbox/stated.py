@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lostmotion.analyses.gearbox.gear import Gear
-    from lostmotion.laws.torque_angle import Definitions, Readings
+    from lostmotion.laws.torque_angle import CurveReadings, Definitions
     from lostmotion.parts.error_source import Friction, PartFigure
     from lostmotion.parts.gearbox.kinds import AnyGearbox, StatedGearbox
     from lostmotion.reporting.sheet import Section
@@ -205,7 +205,7 @@ def wind_up_figure(gearbox: StatedGearbox, wound: float, units: Units) -> Cell:
     return _limited(wound, gearbox.stiffness_scatter * wound, units)
 
 
-def lost_motion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Cell:
+def lost_motion_figure(gearbox: StatedGearbox, read: CurveReadings, units: Units) -> Cell:
     """Return the lost motion with its limits: those of play and wind-up, independent of each other,
     by the root of their squares.
     """
@@ -216,7 +216,7 @@ def lost_motion_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> 
     return at_most(_limited(value, tolerance, units), gearbox, OF_PLAY)
 
 
-def displacement_figure(gearbox: StatedGearbox, read: Readings, units: Units) -> Cell:
+def displacement_figure(gearbox: StatedGearbox, read: CurveReadings, units: Units) -> Cell:
     """Return the displacement from the middle of the play with its limits: those of half the play
     and of the wind-up, independent of each other.
     """

@@ -85,7 +85,7 @@ def sheet(result: Selection) -> Sheet:
             seed=size.seed,
             facts=_facts(result),
         ),
-        result.arm,
+        result.sized,
         known,
         cards=(result.quantity, "as stated"),
         sections=("error",),

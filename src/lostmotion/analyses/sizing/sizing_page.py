@@ -91,7 +91,7 @@ def sheet(result: Size) -> Sheet:
             ),
             facts=_facts(result),
         ),
-        result.arm,
+        result.sized,
         known,
         cards=("r.m.s. tool error",),
         not_counted=not_counted(result),

@@ -25,7 +25,7 @@ from lostmotion.parts.gearbox.cycloidal.model import (
 from lostmotion.parts.gearbox.cycloidal.samples import gearboxes
 
 if TYPE_CHECKING:
-    from lostmotion.laws.torque_angle import Readings
+    from lostmotion.laws.torque_angle import CurveReadings
     from lostmotion.parts.bands import UnknownValue
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
     from lostmotion.parts.gearbox.kinds import StatedGearbox
@@ -52,7 +52,7 @@ class GearBands:
 
     unknown: tuple[UnknownValue, ...]
     shares: Floats
-    read: Readings
+    read: CurveReadings
     members: dict[str, Floats]
     middle: dict[str, float]
 

@@ -22,7 +22,7 @@ from lostmotion.laws.cycloid.geometry import arms, gaps, pin_angles, pressure_an
 from lostmotion.laws.cycloid.geometry import ratio as ratio_of
 from lostmotion.laws.cycloid.tolerances import sample as sample_within
 from lostmotion.laws.distributions import Normal
-from lostmotion.laws.torque_angle import Definitions, Readings, SampledCurve, readings
+from lostmotion.laws.torque_angle import CurveReadings, Definitions, SampledCurve, readings
 from lostmotion.parts.gearbox.bands import GearBands, Middle, bands_of_drawing
 from lostmotion.parts.gearbox.cycloidal.envelope import branches
 from lostmotion.parts.gearbox.cycloidal.materials import material_shares
@@ -123,7 +123,7 @@ class Drawn:
     lobes: tuple[Lobes, ...]
     play: Floats
     curve: SampledCurve
-    read: Readings
+    read: CurveReadings
     jammed: int
     members: dict[str, float]
     transmission: Transmission
