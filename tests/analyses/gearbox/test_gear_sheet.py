@@ -451,7 +451,7 @@ def test_without_a_torque_no_figure_is_invented(tmp_path):
 def test_arguments_that_cannot_be(more, said):
     """Each is refused with what is expected."""
     with pytest.raises(InputError, match=said):
-        lostmotion.gear(examined_gearbox("rv-like").gearbox, **more)
+        lostmotion.gear(EXAMPLES / "rv-like.toml", **more)
 
 
 def test_a_large_torque_is_printed_without_a_power_of_ten(tmp_path):
