@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.calibration.alignment import Alignment
+    from lostmotion.calibration.fit import Estimates
     from lostmotion.calibration.instruments import Instrument, MeasuredVisits
     from lostmotion.calibration.ladder import Climb, Terms
     from lostmotion.calibration.model import RobotModel
@@ -183,7 +184,7 @@ def _estimated(  # noqa: PLR0913, PLR0917 - what a robot is made of
     inflation = found.kept.blocked.inflation
     return Robot(
         arm,
-        _calibration(arm, found, chosen, inflation),
+        calibration_of(arm, found.model, found.kept.fit, chosen, inflation),
         found,
         instrument,
         frames,
@@ -191,7 +192,7 @@ def _estimated(  # noqa: PLR0913, PLR0917 - what a robot is made of
         inflation,
         alignment,
         sign,
-        _errors(found, instrument),
+        estimated_errors(found.model, found.kept.fit, instrument),
     )
 
 
@@ -237,36 +238,39 @@ def _in_base(
     return in_base(rigid.frame, point), turned, rigid
 
 
-def _calibration(arm: Arm, found: Climb, sizes: Deviations, inflation: float) -> Calibration:
-    """Return the estimates of all draws that the measurement is about."""
-    kept = np.flatnonzero(found.kept.fit.variances[: len(found.model.streams)])
-    streams = tuple((found.model.streams[k].name, found.model.streams[k].law) for k in kept)
+def calibration_of(
+    arm: Arm, model: RobotModel, best: Estimates, sizes: Deviations, inflation: float = 1.0
+) -> Calibration:
+    """Return the estimates of all draws that a measurement is about, with inflated covariance."""
+    kept = np.flatnonzero(best.variances[: len(model.streams)])
+    streams = tuple((model.streams[k].name, model.streams[k].law) for k in kept)
     names = {name for name, _ in streams}
     added = tuple(
         term
         for term in added_terms(arm, sizes)
         if term.term.robot is not None and term.term.robot.name(term.owner) in names
     )
-    covariance = inflation * found.kept.fit.covariance[np.ix_(kept, kept)]
+    covariance = inflation * best.covariance[np.ix_(kept, kept)]
     everywhere = model_of(arm, sample_poses(arm, _POSES, "sobol", 1).q, added)
     at = {stream.name: k for k, stream in enumerate(everywhere.streams)}
     columns = np.concatenate(
         [
-            found.model.columns[:, 3:, kept],
+            model.columns[:, 3:, kept],
             everywhere.columns[:, 3:, [at[name] for name, _ in streams]],
         ]
     )
     factor = reduced(columns, covariance)
-    return Calibration(streams, found.kept.fit.mean[kept], _symmetric(factor @ factor.T), added)
+    return Calibration(streams, best.mean[kept], _symmetric(factor @ factor.T), added)
 
 
 def _symmetric(matrix: Floats) -> Floats:
     return np.asarray((matrix + matrix.T) / 2)
 
 
-def _errors(found: Climb, instrument: Instrument) -> tuple[EstimatedError, ...]:
+def estimated_errors(
+    model: RobotModel, best: Estimates, instrument: Instrument
+) -> tuple[EstimatedError, ...]:
     """Return the errors of the robot, the largest effect on the tool first."""
-    model, best = found.model, found.kept.fit
     count = len(model.streams)
     deviation = np.sqrt(np.diag(best.covariance))
     free = np.flatnonzero(best.variances)

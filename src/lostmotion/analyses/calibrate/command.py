@@ -11,6 +11,7 @@ from lostmotion.analyses.arguments import (
     SeedArgument,
     SidecarArgument,
     Zone,
+    path_of,
     paths_of,
     zone_of,
 )
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan
+    from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan, MakerCalibration
     from lostmotion.io.measured.calibration_visits import CalibrationVisits
+    from lostmotion.mechanism.arm import Arm
 
 
 # Standard deviation of a coordinate by which poses are planned, m: of a laser tracker with what the
@@ -34,6 +36,21 @@ DEFAULT_NOISE: Final = 70e-6
 
 def _visits_of(name: str, value: Any, given: object) -> Any:  # noqa: ANN401 - whatever a user passes
     return value if hasattr(value, "difference") else paths_of(name, value, given)
+
+
+def _of_maker(arm: Arm, file: Path, seed: int) -> MakerCalibration:
+    """Return a maker's calibration as errors of the arm."""
+    import hashlib
+
+    from lostmotion.analyses.calibrate.result import MakerCalibration
+    from lostmotion.calibration.chain import errors_of_chain
+    from lostmotion.io.maker_calibration import read_maker_calibration
+
+    bare = arm.calibrated(None)
+    chain = read_maker_calibration(file, bare)
+    found = errors_of_chain(bare, chain.tool, with_tool=chain.with_tool, seed=seed)
+    digest = hashlib.blake2b(file.read_bytes(), digest_size=16).hexdigest()
+    return MakerCalibration(**vars(found), robot=bare, file=file, digest=digest)
 
 
 @question(folder="calibrate")
@@ -79,6 +96,16 @@ def calibrate(
         int | None,
         Argument("Choose so many poses to measure next, in place of estimates.", least=1, most=200),
     ] = None,
+    maker: Annotated[
+        "str | Path | None",
+        Argument(
+            "Calibration by the arm's maker, in place of measurements: calibration.conf of "
+            "Universal Robots, or the kinematics YAML of its ROS driver.",
+            path_of,
+            metavar="FILE",
+            aliases=("--import",),
+        ),
+    ] = None,
     zone: Annotated[
         "Zone | None",
         Argument(
@@ -92,7 +119,7 @@ def calibrate(
     sidecar: SidecarArgument = None,
     progress: ProgressArgument = None,
     ready: ReadyArgument = None,
-) -> Calibrated | CalibrationPlan:
+) -> Calibrated | CalibrationPlan | MakerCalibration:
     """Estimate the errors of one robot from measured poses, with the tolerances of its parts as
     prior, and predict the accuracy that remains.
 
@@ -106,8 +133,8 @@ def calibrate(
         With every mistake in the arguments and the files; for rows that belong to another arm.
 
     """
-    if measured is None and plan is None:
-        nothing = "neither measurements nor a number of poses to plan"
+    if measured is None and plan is None and maker is None:
+        nothing = "neither measurements, nor a number of poses to plan, nor a maker's file"
         raise refuse_argument("measured, plan", nothing, "one of them", measured="visits.csv")
     asked = read_arguments(calibrate, locals())
     from lostmotion.analyses.calibrate.answer import calibrated
@@ -121,6 +148,8 @@ def calibrate(
         else read_calibration_visits(asked.measured, asked.arm, asked.mapping)
     )
     asked.ready()
+    if asked.maker is not None:
+        return _of_maker(asked.arm, asked.maker, asked.seed)
     if asked.plan is not None:
         from lostmotion.analyses.calibrate.planned import planned_poses
         from lostmotion.analyses.calibrate.result import CalibrationPlan

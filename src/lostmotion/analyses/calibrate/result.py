@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lostmotion.analyses.calibrate.answer import MeasuredRobot
+from lostmotion.analyses.calibrate.imported import ImportedErrors
 from lostmotion.analyses.calibrate.planned import PlannedPoses
 from lostmotion.analyses.result import Result
 
@@ -90,3 +91,27 @@ class CalibrationPlan(PlannedPoses, Result):
         from lostmotion.analyses.calibrate.planned import poses_text
 
         return {"poses.csv": poses_text(self).encode()}
+
+
+@dataclass(frozen=True, repr=False)
+class MakerCalibration(ImportedErrors, Result):
+    """A maker's calibration: every attribute of `ImportedErrors`."""
+
+    @property
+    def arm(self) -> Arm:
+        """Return the arm of this robot."""
+        return self.robot.calibrated(self.calibration)
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        from lostmotion.analyses.calibrate.imported import imported_sheet
+
+        return imported_sheet(self)
+
+    def files(self) -> dict[str, bytes]:
+        """Return robot.toml, which every command takes as `--calibration`."""
+        from lostmotion.io.calibration_writer import calibration_text
+
+        text = calibration_text(self.calibration, self.sizes, poses=0, digest=self.digest)
+        return {"robot.toml": text.encode()}

@@ -1,0 +1,67 @@
+"""A maker's calibration as errors of the arm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from lostmotion.analyses.calibrate.answer import size
+from lostmotion.calibration.chain import ChainErrors
+from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.sheet import Card, Cell, Sheet, length, table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from lostmotion.mechanism.arm import Arm
+
+_SHOWN: Final = 60
+
+
+@dataclass(frozen=True, repr=False)
+class ImportedErrors(ChainErrors):
+    """A maker's calibration as errors of the arm: every attribute of `ChainErrors`."""
+
+    robot: Arm
+    file: Path
+    digest: str
+
+
+def imported_sheet(found: ImportedErrors) -> Sheet:
+    """Return the sheet of a maker's calibration."""
+    robot = [each for each in found.errors if not each.frame]
+    turns = [abs(each.value) for each in robot if each.unit == "rad"]
+    shifts = [abs(each.value) for each in robot if each.unit == "m"]
+    most = Cell(max(turns, default=0.0), "mrad"), length(max(shifts, default=0.0))
+    return Sheet(
+        name=found.robot.name,
+        subject="maker's calibration",
+        verdict=(
+            f"The maker's calibration moves the tool by {length(found.before)} on average: tilts "
+            f"and zeros of at most {most[0]}, offsets of at most {most[1]}."
+        ),
+        cards=(
+            Card("largest turn", str(most[0]), "of a seat"),
+            Card("largest offset", str(most[1]), "of a seat"),
+            Card("difference", str(length(found.left)), "largest, to the maker's chain"),
+        ),
+        sections=(
+            table(
+                "estimates",
+                "Errors by the maker's calibration, largest effect first",
+                ("value", "effect at the tool"),
+                [
+                    (
+                        short_name(each.name),
+                        size(each, each.value),
+                        length(each.effect),
+                        "frame" if each.frame else "",
+                    )
+                    for each in found.errors[:_SHOWN]
+                ],
+                "the smallest errors that lead to the maker's chain; r.m.s. motion of the tool",
+            ),
+        ),
+        source=f"{found.file.name}, {found.digest}",
+        facts={"arm": found.robot.name},
+    )
