@@ -40,6 +40,8 @@ FEWEST: Final = {"straightness": 3, "roundness": 4, "flatness": 4}
 _OFF: Final = 1e-6
 # Relative singular value below which places do not determine a motion of their frame.
 _SINGULAR: Final = 1e-9
+# m; features that are nearer are at one place.
+_NOTHING: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -222,6 +224,8 @@ def measure(
         counts = len(first.places), len(last.places)
         combine = np.repeat([-1 / counts[0], 1 / counts[1]], counts)[None]
         span, norm = (combine @ places.points[at])[0] / stated.size[0], "distance"
+        if not np.linalg.norm(span) * stated.size[0] > _NOTHING:
+            raise TaskGeometryError(stated, "features at one place", "a distance between them")
     else:
         rows, combine = _form(stated, places.points[at])
         norm = "length" if stated.kind == "straightness" else "spread"
@@ -282,7 +286,7 @@ def _form(stated: DrawingTolerance, points: Floats) -> tuple[Floats, Floats]:
     size = float(np.abs(off).max())
     _, values, (first, second, normal) = np.linalg.svd(off, full_matrices=False)
     if stated.kind == "straightness":
-        if values[1] > _OFF * values[0] or not size:
+        if values[1] > _OFF * values[0] or size < _NOTHING:
             raise TaskGeometryError(stated, "places that lie on no line", "a straight feature")
         rows = 2 / stated.size[0] * np.stack([second, normal])
         return _displaced(rows, count), _residual(

@@ -54,6 +54,8 @@ if TYPE_CHECKING:
 MOST_PLACES: Final = 2000
 _STEP: Final = 0.005
 _DOWN: Final = (math.pi, 0.0, 0.0)
+# Keys that belong to some kinds of tolerances alone.
+_BELONG: Final = {"length": ("cylinder",), "axis": ("cylinder", "orientation")}
 _EXAMPLE: Final = '{ of = "holes", cylinder = "0.4 mm" }'
 _SIGNS: Final = {"up": 1.0, "down": -1.0, "random": 0.0}
 
@@ -126,9 +128,8 @@ def _of_features(stated: TaskFile, arm: Arm, file: str) -> Task:
         try:
             points, axis = each.layout(stated.step)
         except ValueError as error:
-            example = 'diameter = "120 mm", count = 6'
-            expected = "a bolt circle (diameter, count) or a grid (pitch, grid)"
-            mistakes.append(Problem(file, key, str(error), expected, example))
+            found, _, expected = str(error).partition("; ")
+            mistakes.append(Problem(file, key, found, expected))
             continue
         if len(points) > MOST_PLACES:
             mistakes.append(
@@ -286,9 +287,17 @@ def _tolerance(
         mistakes.append(Problem(file, key, found, expected, _EXAMPLE))
         return None
     kind, size = kinds[0], getattr(stated, kinds[0])
+    for name, of in _BELONG.items():
+        if getattr(stated, name) and kind not in of:
+            found = f"{name} of a tolerance of {kind}"
+            expected = f"{name} with {' or '.join(of)} alone"
+            mistakes.append(Problem(file, f"{key}.{name}", found, expected))
 
     def numbers(names: str | list[str] | None, at: str) -> tuple[int, ...]:
         wanted = [] if names is None else [names] if isinstance(names, str) else names
+        if names is not None and not wanted:
+            expected = f"at least one feature of the task, of {listed(known)}"
+            mistakes.append(Problem(file, f"{key}.{at}", "an empty list", expected))
         for name in wanted:
             if name not in known:
                 expected = f"a feature of the task, one of {listed(known)}"

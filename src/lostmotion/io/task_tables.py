@@ -71,8 +71,10 @@ class LineTable(FeatureTable):
         """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
         start, end = np.array(self.start), np.array(self.end)
         far = float(np.linalg.norm(end - start))
+        if not far:
+            raise ValueError("a line whose start is its end; two ends apart")
         share = np.linspace(0, 1, _count(far, step) + 1)[:, None]
-        return start + share * (end - start), (end - start) / far if far else None
+        return start + share * (end - start), (end - start) / far
 
 
 class CircleTable(FeatureTable):
@@ -86,6 +88,8 @@ class CircleTable(FeatureTable):
 
     def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
         """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
+        if not self.sweep:
+            raise ValueError("a sweep of zero; an arc, or a whole circle")
         count = _count(abs(self.sweep) * self.diameter / 2, step)
         return self._ring(np.linspace(0, self.sweep, count + 1)), unit(self.normal)
 
@@ -120,7 +124,9 @@ class HolesTable(FeatureTable):
             steps = (np.arange(n) - (n - 1) / 2 for n in self.grid)
             off = np.stack(np.meshgrid(*steps, indexing="ij"), -1).reshape(-1, 2) * self.pitch
         else:
-            raise ValueError("neither diameter with count nor pitch with grid")
+            raise ValueError(
+                "neither diameter with count nor pitch with grid; a bolt circle or a grid"
+            )
         return np.array(self.centre) + off @ across, normal
 
 

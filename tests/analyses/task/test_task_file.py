@@ -60,6 +60,22 @@ MISTAKES = {
         "",
         ["task.toml:5: tolerances[0]", "a single place", "at least 4"],
     ),
+    "no feature": (POINT + HOLE + "of = []\n", "", ["tolerances[0].of", "an empty list"]),
+    "idle axis": (POINT + HOLE + 'axis = "x"\n', "", ["tolerances[0].axis", "with cylinder or"]),
+    "no distance": (
+        POINT + POINT.replace('"hole"', '"other"') + '[[tolerances]]\ndistance = "1 mm"\n',
+        "",
+        ["tolerances[0]", "features at one place"],
+    ),
+    "no line": (
+        POINT.replace("point", "line").replace("at =", 'end = ["0 mm", "0 mm", "0 mm"]\nstart =')
+        + HOLE
+        + POINT.replace("point", "line")
+        .replace("at =", 'end = ["450 mm", "150 mm", "0 mm"]\nstart =')
+        .replace('"hole"', '"other"'),
+        "",
+        ["features[1]", "a line whose start is its end"],
+    ),
     "neither": (HOLE, "", ["poses, program, features", "none of them"]),
     "wrong column": ('poses = "path.csv"\n' + HOLE, "x [mm],y [mm],h [mm]\n1,2,3\n", ["column 3"]),
     "wrong unit": ('poses = "path.csv"\n' + HOLE, "x [deg],y [mm],z [mm]\n1,2,3\n", ["column 1"]),
