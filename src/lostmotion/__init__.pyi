@@ -31,7 +31,7 @@ from lostmotion.analyses.targets.targets import Target as Target
 from lostmotion.analyses.targets.production import production_yield as production_yield
 from lostmotion.analyses.sizing.selection import Selection as Selection
 from lostmotion.analyses.sizing.sizing import Size as Size
-from lostmotion.analyses.statics.result import Statics as Statics
+from lostmotion.analyses.statics.page import Statics as Statics
 from lostmotion.analyses.task.result import TaskResult as TaskResult
 from lostmotion.analyses.calibrate.result import Calibrated as Calibrated, CalibrationPlan as CalibrationPlan, MakerCalibration as MakerCalibration
 from lostmotion.analyses.gearbox.gear import Gear as Gear
@@ -39,7 +39,7 @@ from lostmotion.analyses.bearing.command import BearingStudy as BearingStudy
 from lostmotion.analyses.catalog.command import Catalog as Catalog
 from lostmotion.analyses.compare.result import Compare as Compare
 from lostmotion.analyses.sweep.result import Sweep as Sweep
-from lostmotion.analyses.replay.result import Replayed as Replayed
+from lostmotion.analyses.replay.page import Replayed as Replayed
 from lostmotion.mechanism.arm import Arm as Arm
 from lostmotion.mechanism.tool import Payload as Payload, Tool as Tool
 from lostmotion.mechanism.state import State as State, state_of as state_of

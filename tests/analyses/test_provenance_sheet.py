@@ -8,8 +8,8 @@ import json
 import pytest
 
 import lostmotion
-from lostmotion.analyses.statics.survey import survey
-from lostmotion.analyses.statics.tables import statics_sheet
+from lostmotion.analyses.statics.page import statics_sheet
+from lostmotion.analyses.statics.survey import Survey
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.layout import plain
@@ -172,7 +172,7 @@ def test_iso_sheet_statics_and_sweep_say_so(tmp_path):
     assert states(arm).ideal_joints == ("roll",)
     sheets = [
         lostmotion.iso9283(arm, robots=3, visits=2).sheet,
-        statics_sheet(survey(arm, lostmotion.sample_poses(arm, 16))),
+        statics_sheet(Survey.of(arm, lostmotion.sample_poses(arm, 16))),
         lostmotion.sweep(path, poses=8, robots=3, visits=2, out=tmp_path / "run").sheet,
     ]
     for sheet in sheets:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.statics.survey import survey
+from lostmotion.analyses.statics.survey import Survey
 from lostmotion.error_model.budget import costs
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import (
@@ -313,7 +313,7 @@ def test_a_survey_agrees_with_compliance_and_deflection():
     `compliance` and `deflection`.
     """
     arm = elastic_arm(np.random.default_rng(13), 4)
-    found = survey(arm, lostmotion.sample_poses(arm, 64), 0.2)
+    found = Survey.of(arm, lostmotion.sample_poses(arm, 64), 0.2)
     q = found.poses.q
     whole = lostmotion.state_of(arm, q).compliance
     softest = np.linalg.eigvalsh(whole[:, 3:, 3:])[:, -1]
@@ -347,7 +347,7 @@ def test_a_rigid_arm_is_surveyed_too():
         "link": {"length": 0.5, "mass": 2.0},
         "gearbox": {"backlash": Toleranced(1e-4)},
     }
-    found = survey(
+    found = Survey.of(
         Arm(name="rigid", joints=[joint]),
         lostmotion.sample_poses(Arm(name="rigid", joints=[joint]), 64),
     )

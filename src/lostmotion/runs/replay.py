@@ -16,12 +16,12 @@ from lostmotion.runs.summary import Worst, with_pose, worst_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Self
 
     from lostmotion.error_model.provenance import States
     from lostmotion.runs.store import Store
     from lostmotion.spatial import Floats
 
-MOST: Final = 1000
 # Other processors and versions differ in the last bits; this is a thousand times more than they do.
 _SAME: Final = 1e-9
 _LARGEST: Final = COLUMNS.index("largest")
@@ -48,6 +48,7 @@ class DrawnParameters:
 class Replay:
     """One extreme, computed again.
 
+    store     the run, and `arm` the name of its design's arm
     found     the extreme as the store holds it
     joints    (name, type) of the moving joints, for found.q
     tool      (4, 4) where the tool should be, base frame
@@ -59,6 +60,8 @@ class Replay:
     known     states of the kinds of error of its design
     """
 
+    store: Store
+    arm: str
     found: Worst
     joints: tuple[tuple[str, str], ...]
     tool: Floats
@@ -88,89 +91,90 @@ class Replay:
             self.apart <= _SAME and abs(self.kernel - self.found.error) <= _SAME * self.found.error
         )
 
+    @classmethod
+    def largest(
+        cls,
+        store: Store,
+        design: int | None = None,
+        worst: int = 1,
+        progress: Callable[[str, int, int], None] | None = None,
+    ) -> list[Self]:
+        """Return the largest errors of a run, recomputed term by term. Of one design or of all,
+        each of a pose of its own, the largest first.
 
-def replays(
-    store: Store,
-    design: int | None = None,
-    worst: int = 1,
-    progress: Callable[[str, int, int], None] | None = None,
-) -> list[Replay]:
-    """Return the largest errors of a run, recomputed term by term. Of one design or of all, each of
-    a pose of its own, the largest first.
-
-    Raises InputError for a design or a number out of range, LostmotionError where blocks are
-    missing or damaged.
-    """
-    order = store.order
-    if design is not None and not 0 <= design < order.designs:
-        raise refuse_argument("design", design, f"from 0 to {order.designs - 1}", design=0)
-    if not 1 <= worst <= MOST:
-        raise refuse_argument("worst", worst, f"from 1 to {MOST}", worst=3)
-    looked_at = range(order.designs) if design is None else [design]
-    found: list[Worst] = []
-    for k, each in enumerate(looked_at):
-        for block in range(order.blocks):
-            found = worst_of(found, order, each, block, store.read(each, block), worst)
+        Raises InputError for a design out of range, LostmotionError where blocks are missing or
+        damaged.
+        """
+        order = store.order
+        if design is not None and not 0 <= design < order.designs:
+            raise refuse_argument("design", design, f"from 0 to {order.designs - 1}", design=0)
+        looked_at = range(order.designs) if design is None else [design]
+        found: list[Worst] = []
+        for k, each in enumerate(looked_at):
+            for block in range(order.blocks):
+                found = worst_of(found, order, each, block, store.read(each, block), worst)
+                if progress is not None:
+                    progress(
+                        "looking for the largest",
+                        k * order.blocks + block + 1,
+                        len(looked_at) * order.blocks,
+                    )
+        out = []
+        for extreme in found:
+            out.append(cls._of(store, with_pose(order, extreme)))
             if progress is not None:
-                progress(
-                    "looking for the largest",
-                    k * order.blocks + block + 1,
-                    len(looked_at) * order.blocks,
-                )
-    out = []
-    for extreme in found:
-        out.append(_replay(store, with_pose(order, extreme)))
-        if progress is not None:
-            progress("replaying", len(out), len(found))
-    return out
+                progress("replaying", len(out), len(found))
+        return out
 
-
-def _replay(store: Store, found: Worst) -> Replay:
-    order = store.order
-    first, _ = order.span(found.block)
-    row = found.pose - first
-    matrix = matrix_of(order, found.design, found.block)
-    draws = exact.draws_of(
-        matrix, row, order.seed, found.pose, np.array([found.robot]), np.array([found.visit])
-    )
-    shifts = matrix.tool[row, 3:] * draws[:, 0]
-    error = shifts.sum(axis=1)
-    size = float(np.linalg.norm(error))
-    terms = []
-    for k, info in enumerate(matrix.infos):
-        shift = shifts[:, k]
-        if info.mean_by is not None:
-            # Its mean over robots, and what this robot's friction changes about it: there, or not
-            # there.
-            changed = draws[k, 0] * draws[k + 1, 0]
-            if changed and (changed > 0) != info.mean_by.above:
-                continue
-            shift = shift + shifts[:, k + 1]
-        if info.closing is None and shift.any():
-            terms.append(
-                DrawnParameters(
-                    info.name,
-                    info.owner,
-                    info.level,
-                    float(draws[k, 0]),
-                    shift,
-                    float(error @ shift) / size if size else 0.0,
+    @classmethod
+    def _of(cls, store: Store, found: Worst) -> Self:
+        order = store.order
+        first, _ = order.span(found.block)
+        row = found.pose - first
+        matrix = matrix_of(order, found.design, found.block)
+        draws = exact.draws_of(
+            matrix, row, order.seed, found.pose, np.array([found.robot]), np.array([found.visit])
+        )
+        shifts = matrix.tool[row, 3:] * draws[:, 0]
+        error = shifts.sum(axis=1)
+        size = float(np.linalg.norm(error))
+        terms = []
+        for k, info in enumerate(matrix.infos):
+            shift = shifts[:, k]
+            if info.mean_by is not None:
+                # Its mean over robots, and what this robot's friction changes about it: there, or
+                # not there.
+                changed = draws[k, 0] * draws[k + 1, 0]
+                if changed and (changed > 0) != info.mean_by.above:
+                    continue
+                shift = shift + shifts[:, k + 1]
+            if info.closing is None and shift.any():
+                terms.append(
+                    DrawnParameters(
+                        info.name,
+                        info.owner,
+                        info.level,
+                        float(draws[k, 0]),
+                        shift,
+                        float(error @ shift) / size if size else 0.0,
+                    )
                 )
-            )
-    theirs, mine = order.made_with, made_with()
-    arm = design_of(order, found.design).arm
-    return Replay(
-        found,
-        tuple((joint.name, joint.type) for joint in arm.driven),
-        matrix.state.frames[-1, row],
-        error,
-        exact.compose(matrix, np.array([row]), draws[None])[0, 0],
-        float(compute(order, found.design, found.block).poses[row, _LARGEST]),
-        tuple(
-            f"{name} {theirs.get(name)} there, {mine[name]} here"
-            for name in mine
-            if theirs.get(name) != mine[name]
-        ),
-        tuple(sorted(terms, key=lambda term: -abs(term.along))),
-        states(arm),
-    )
+        theirs, mine = order.made_with, made_with()
+        arm = design_of(order, found.design).arm
+        return cls(
+            store,
+            order.read(found.design).name,
+            found,
+            tuple((joint.name, joint.type) for joint in arm.driven),
+            matrix.state.frames[-1, row],
+            error,
+            exact.compose(matrix, np.array([row]), draws[None])[0, 0],
+            float(compute(order, found.design, found.block).poses[row, _LARGEST]),
+            tuple(
+                f"{name} {theirs.get(name)} there, {mine[name]} here"
+                for name in mine
+                if theirs.get(name) != mine[name]
+            ),
+            tuple(sorted(terms, key=lambda term: -abs(term.along))),
+            states(arm),
+        )

@@ -14,9 +14,9 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.plots.study import plots as arm_plots
 from lostmotion.analyses.accuracy.tables.study import sections
+from lostmotion.analyses.statics.page import statics_sheet
 from lostmotion.analyses.statics.plots import statics_plots
-from lostmotion.analyses.statics.survey import survey
-from lostmotion.analyses.statics.tables import statics_sheet
+from lostmotion.analyses.statics.survey import Survey
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import searchable_figures
 from lostmotion.mechanism.arm import Arm
@@ -44,7 +44,7 @@ def ran(*words, cwd):
 def found():
     """Return the survey of the paper's arm."""
     arm = lostmotion.read(Z_ARM)
-    return survey(arm, lostmotion.sample_poses(arm, 256), TILT)
+    return Survey.of(arm, lostmotion.sample_poses(arm, 256), TILT)
 
 
 def test_torques_on_the_sheet_are_those_of_the_arm(found):
@@ -86,13 +86,15 @@ def test_the_headline_says_what_the_base_as_it_stands_asks_for_first():
     """
     examples = Z_ARM.parent
     level = statics_sheet(
-        survey(arm := lostmotion.read(examples / "scara.toml"), lostmotion.sample_poses(arm, 256))
+        Survey.of(
+            arm := lostmotion.read(examples / "scara.toml"), lostmotion.sample_poses(arm, 256)
+        )
     ).verdict
     assert level.startswith(
         "No joint holds a torque as the base stands; shoulder has 51.3 N m at any tilt of the base."
     )
     heavy = statics_sheet(
-        survey(
+        Survey.of(
             arm := lostmotion.read(examples / "palletiser.toml"), lostmotion.sample_poses(arm, 256)
         )
     ).verdict
@@ -117,7 +119,7 @@ def test_a_reducer_below_the_holding_torque_is_reported():
         ),
     ]
     arm = Arm(name="heavy", joints=joints, payload={"mass": 2000.0})
-    sheet = statics_sheet(survey(arm, lostmotion.sample_poses(arm, 16)))
+    sheet = statics_sheet(Survey.of(arm, lostmotion.sample_poses(arm, 16)))
     assert (
         find_row(sheet.sections, "reducers", "A").note
         == "the stated reducer is rated below this; none in the catalogue is rated for it"
@@ -216,7 +218,7 @@ def test_a_rigid_arm_has_a_sheet_without_compliance():
             RevoluteJoint(name="A", axis="y", limits=(-1, 1), link={"length": 0.5, "mass": 2.0})
         ],
     )
-    surveyed = survey(arm, lostmotion.sample_poses(arm, 16))
+    surveyed = Survey.of(arm, lostmotion.sample_poses(arm, 16))
     sheet = statics_sheet(surveyed)
     assert [section.key for section in sheet.sections] == [
         "torques",

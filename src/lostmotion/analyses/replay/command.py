@@ -10,7 +10,7 @@ from lostmotion.analyses.signature import Argument, question, read_arguments
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from lostmotion.analyses.replay.result import Replayed
+    from lostmotion.analyses.replay.page import Replayed
 
 
 @question(folder="")
@@ -27,7 +27,7 @@ def replay(
         int | None, Argument("Number of the design, from 0. Default: all of them.", least=0)
     ] = None,
     worst: Annotated[
-        int, Argument("How many of the largest errors, each of another pose.", least=1)
+        int, Argument("How many of the largest errors, each of another pose.", least=1, most=1000)
     ] = 1,
     progress: ProgressArgument = None,
 ) -> list[Replayed]:
@@ -45,12 +45,7 @@ def replay(
 
     """
     asked = read_arguments(replay, locals())
-    from lostmotion.analyses.replay.result import Replayed
-    from lostmotion.runs.replay import replays
+    from lostmotion.analyses.replay.page import Replayed
     from lostmotion.runs.store import Store
 
-    store = Store.open(asked.run)
-    return [
-        Replayed(**vars(each), arm=store.order.read(each.found.design).name, store=store)
-        for each in replays(store, asked.design, asked.worst, progress)
-    ]
+    return Replayed.largest(Store.open(asked.run), asked.design, asked.worst, progress)

@@ -25,7 +25,7 @@ from lostmotion.units import Quantity
 LENGTH: Final = Quantity("m", "0.5 mm", above=0, high=100)
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.statics.result import Statics
+    from lostmotion.analyses.statics.page import Statics
 
 
 @question(folder="statics")
@@ -83,8 +83,7 @@ def statics(
     """
     asked = read_arguments(statics, locals())
     asked.ready()
-    from lostmotion.analyses.statics.result import Statics
-    from lostmotion.analyses.statics.survey import survey
+    from lostmotion.analyses.statics.page import Statics
 
     visited = chosen_poses(asked.arm, asked.poses, asked.pose_law, asked.seed)
     payload = None
@@ -92,8 +91,10 @@ def statics(
         from lostmotion.analyses.statics.payload import max_payload as largest
 
         payload = largest(asked.arm, visited, asked.tilt, asked.sag_limit, asked.accuracy_limit)
-    return Statics(
-        **vars(survey(asked.arm, visited, asked.tilt)),
+    return Statics.of(
+        asked.arm,
+        visited,
+        asked.tilt,
         reducers=reducers_beside(arm, asked.reducers),
         payload=payload,
     )

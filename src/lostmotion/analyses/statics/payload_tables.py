@@ -9,12 +9,13 @@ import numpy as np
 
 from lostmotion.reporting.joint_values import joint_values, tool_place
 from lostmotion.reporting.provenance import share_within_bounded
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, in_words, length, several
+from lostmotion.reporting.sheet import Card, Cell, length, several, table
 
 if TYPE_CHECKING:
     from lostmotion.analyses.statics.payload import MaxPayload, PayloadLimit
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.reporting.sheet import Section
 
 _NO_LIMIT: Final = "no limit"
 
@@ -80,7 +81,7 @@ def payload_section(arm: Arm, found: MaxPayload | None, known: States) -> tuple[
     """
     if found is None:
         return ()
-    rows = tuple(_row(arm, found, each, known) for each in found.limits)
+    rows = [_row(arm, found, each, known) for each in found.limits]
     base = (
         "as the base stands"
         if found.tilt is None
@@ -96,9 +97,7 @@ def payload_section(arm: Arm, found: MaxPayload | None, known: States) -> tuple[
     if found.unrated:
         note += f". Not rated, so not counted: {', '.join(found.unrated)}"
     return (
-        Section(
-            "payload", "Largest payload", ("every pose", "median pose", "best pose"), rows, note
-        ),
+        table("payload", "Largest payload", ("every pose", "median pose", "best pose"), rows, note),
     )
 
 
@@ -133,12 +132,12 @@ def payload_facts(arm: Arm, found: MaxPayload | None) -> dict[str, Any]:
     }
 
 
-def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
+def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> tuple[Any, ...]:
     counted = several(len(each.values), "pose")
     unknown = each.criterion == "drives" and _nothing_rated(found)
     bound = bool(found.unrated if each.criterion == "drives" else known.lower_bound)
-    figures = tuple(
-        in_words("not rated" if unknown else _NO_LIMIT)
+    figures = (
+        ("not rated" if unknown else _NO_LIMIT)
         if math.isinf(value)
         else Cell(value, "kg", samples=counted, bound="upper" if bound else "")
         for value in (each.everywhere, float(np.median(each.values)), float(each.values.max()))
@@ -149,21 +148,16 @@ def _row(arm: Arm, found: MaxPayload, each: PayloadLimit, known: States) -> Row:
         else f"{each.criterion} within {length(each.limit, stated=True)}"
     )
     if math.isinf(each.everywhere):
-        return Row(name, figures, "")
+        return (name, *figures)
     cause = f"{arm.driven[int(each.joints[each.worst])].name} governs; " if len(each.joints) else ""
-    empty = (
-        f"; not met without payload at {int(each.empty.sum())} of {counted}"
-        if each.empty.any()
-        else ""
+    empty = int(each.empty.sum())
+    note = (
+        f"{cause}pose {each.worst}: {joint_values(arm, each.q[each.worst])}, "
+        f"{tool_place(each.tool[each.worst])}"
     )
-    return Row(
-        name,
-        figures,
-        (
-            f"{cause}pose {each.worst}: {joint_values(arm, each.q[each.worst])}, "
-            f"{tool_place(each.tool[each.worst])}{empty}"
-        ),
-    )
+    if empty:
+        note += f"; not met without payload at {empty} of {counted}"
+    return (name, *figures, note)
 
 
 def _cause(arm: Arm, each: PayloadLimit) -> str:

@@ -5,7 +5,7 @@ Deterministic: nothing is drawn at random.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from lostmotion.mechanism.state import state_of, states_of
 from lostmotion.spatial import cross
 
 if TYPE_CHECKING:
+    from typing import Self
+
     from numpy.typing import NDArray
 
     from lostmotion.error_model.poses import Poses
@@ -72,50 +74,52 @@ class Survey:
     guided: Ellipsoid
     rotational: Ellipsoid
 
-
-def survey(arm: Arm, poses: Poses, tilt: float | None = None) -> Survey:
-    """Return the static loads and the compliance of an arm over these poses; `tilt` (rad) as for
-    `static_loads`.
-    """
-    q = poses.q
-    blocks = [
-        (state.compliances, _payload_deflection(state)) for _, state in states_of(arm, q, _BLOCK)
-    ]
-    by_block = [compliances for compliances, _ in blocks]
-    largest = np.concatenate([ellipsoid(each.whole).values[:, 0] for each in by_block])
-    by_part = np.concatenate([each.mean_compliance for each in by_block], axis=1)
-    mean = by_part.sum(axis=0)
-    with np.errstate(invalid="ignore"):
-        shares = by_part / mean
-    softest = int(largest.argmax())
-    along = np.concatenate([np.einsum("pii->pi", each.whole[:, 3:, 3:]) for each in by_block])
-    of_axes = np.einsum(
-        "tpii->ipt", state_of(arm, q[along.argmax(axis=0)]).compliances.by_part[:, :, 3:, 3:]
-    )
-    matrix = state_of(arm, q[[softest]]).compliances.whole
-    swapped = np.roll(matrix, 3, axis=(1, 2))  # rotation and displacement exchanged
-    return Survey(
-        arm,
-        poses,
-        tilt,
-        static_loads(arm, q, tilt),
-        np.concatenate([each.tool for each in by_block]),
-        largest,
-        mean,
-        along,
-        along.argmax(axis=0),
-        of_axes[np.arange(3), np.arange(3)],
-        np.concatenate([each.asymmetry for each in by_block]),
-        np.concatenate([deflection for _, deflection in blocks]) if arm.payload.mass else None,
-        by_block[0].parts,
-        shares.mean(axis=1),
-        softest,
-        matrix[0],
-        shares[:, softest],
-        ellipsoid(matrix),
-        ellipsoid(matrix, rotation_fixed=True),
-        ellipsoid(swapped),
-    )
+    @classmethod
+    def of(cls, arm: Arm, poses: Poses, tilt: float | None = None, **beside: Any) -> Self:  # noqa: ANN401 - further fields of a subclass
+        """Return the static loads and the compliance of an arm over these poses; `tilt` (rad) as
+        for `static_loads`, `beside` the fields that a subclass has besides.
+        """
+        q = poses.q
+        blocks = [
+            (state.compliances, _payload_deflection(state))
+            for _, state in states_of(arm, q, _BLOCK)
+        ]
+        by_block = [compliances for compliances, _ in blocks]
+        largest = np.concatenate([ellipsoid(each.whole).values[:, 0] for each in by_block])
+        by_part = np.concatenate([each.mean_compliance for each in by_block], axis=1)
+        mean = by_part.sum(axis=0)
+        with np.errstate(invalid="ignore"):
+            shares = by_part / mean
+        softest = int(largest.argmax())
+        along = np.concatenate([np.einsum("pii->pi", each.whole[:, 3:, 3:]) for each in by_block])
+        of_axes = np.einsum(
+            "tpii->ipt", state_of(arm, q[along.argmax(axis=0)]).compliances.by_part[:, :, 3:, 3:]
+        )
+        matrix = state_of(arm, q[[softest]]).compliances.whole
+        swapped = np.roll(matrix, 3, axis=(1, 2))  # rotation and displacement exchanged
+        return cls(
+            arm,
+            poses,
+            tilt,
+            static_loads(arm, q, tilt),
+            np.concatenate([each.tool for each in by_block]),
+            largest,
+            mean,
+            along,
+            along.argmax(axis=0),
+            of_axes[np.arange(3), np.arange(3)],
+            np.concatenate([each.asymmetry for each in by_block]),
+            np.concatenate([deflection for _, deflection in blocks]) if arm.payload.mass else None,
+            by_block[0].parts,
+            shares.mean(axis=1),
+            softest,
+            matrix[0],
+            shares[:, softest],
+            ellipsoid(matrix),
+            ellipsoid(matrix, rotation_fixed=True),
+            ellipsoid(swapped),
+            **beside,
+        )
 
 
 def _payload_deflection(state: State) -> Floats:

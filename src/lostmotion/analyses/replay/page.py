@@ -1,19 +1,21 @@
-"""Sheet of one of the largest errors of a run, term by term."""
+"""One of the largest errors of a run, term by term, and its sheet."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.analyses.result import Result
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import digits
 from lostmotion.reporting.provenance import at_least, missing_sentences, provenance_facts
-from lostmotion.reporting.sheet import Cell, Row, Section, Sheet, length, several
+from lostmotion.reporting.sheet import Cell, Sheet, length, several, table
 from lostmotion.runs.design_names import design_name
+from lostmotion.runs.replay import Replay
 
 if TYPE_CHECKING:
-    from lostmotion.runs.job import Order
-    from lostmotion.runs.replay import Replay
+    from lostmotion.reporting.sheet import Section
 
 _MOST_TERMS: Final = 400
 # Terms below this share of the error are added up in one line.
@@ -25,9 +27,36 @@ _NOT_REPRODUCED: Final = (
 )
 
 
-def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
-    """Return the sheet of a replayed error."""
-    at = found.found
+@dataclass(frozen=True, repr=False)
+class Replayed(Replay, Result):
+    """One of the largest errors of a run: `found` has its pose, draws and terms."""
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed and written."""
+        return _sheet(self)
+
+    @property
+    def failure(self) -> str:
+        """Return that the error is not reproduced, where it is not."""
+        if self.reproduced:
+            return ""
+        return (
+            "an error is not reproduced: the store holds other figures than its job makes\n  run "
+            "the same `lostmotion sweep` in another folder"
+        )
+
+    def __repr__(self) -> str:
+        """Return what was replayed, in a line."""
+        at = self.found
+        return (
+            f"<Replay of design {at.design}, pose {at.pose}, robot {at.robot}, visit {at.visit}: "
+            f"{at.error:.6g} m>"
+        )
+
+
+def _sheet(found: Replay) -> Sheet:
+    at, order = found.found, found.store.order
     where = f"robot {at.robot}, visit {at.visit}, pose {at.pose}" + (
         f", {design_name(order.axes, at.design)}" if order.axes else ""
     )
@@ -46,43 +75,34 @@ def replay_sheet(name: str, order: Order, found: Replay) -> Sheet:
         if found.others
         else ()
     )
-    pose = tuple(
-        Row(
-            joint,
-            (
-                Cell(value, "°", stated=True)
-                if kind == "revolute"
-                else Cell(value, "mm", stated=True),
-            ),
-        )
+    pose = [
+        (joint, Cell(value, "°" if kind == "revolute" else "mm", stated=True))
         for (joint, kind), value in zip(found.joints, at.q, strict=True)
-    )
-    tool = tuple(
-        Row(axis, (length(float(found.tool[k, 3]), stated=True), length(float(found.error[k]))))
+    ]
+    tool = [
+        (axis, length(float(found.tool[k, 3]), stated=True), found.error[k])
         for k, axis in enumerate("XYZ")
-    )
+    ]
     composed = float(math.dist(found.exact[:3, 3], found.tool[:3, 3]))
     lengths = (
-        Row("stored", (length(at.error),), "from the run"),
-        Row("block recomputed", (length(found.kernel),), same),
-        Row("sum over terms", (length(found.length),), f"relative difference {found.apart:.1e}"),
-        Row(
+        ("stored", at.error, "from the run"),
+        ("block recomputed", found.kernel, same),
+        ("sum over terms", found.length, f"relative difference {found.apart:.1e}"),
+        (
             "exact composition",
-            (length(composed),),
+            composed,
             "with finite rotations; the study is of first order",
         ),
     )
+    columns = {"nominal": "m", "error": "m"}
     return Sheet(
-        name=name,
+        name=found.arm,
         subject="one of the largest errors, replayed",
         verdict=_verdict(found, where) if found.reproduced else f"{_NOT_REPRODUCED} {where}.",
-        cards=(),
         sections=(
-            Section("length", "Magnitude of the error", ("value",), lengths),
-            Section("pose", "Joint values", ("value",), pose),
-            Section(
-                "tool", "Tool position, base frame", ("nominal", "error"), tool, _attitude(found)
-            ),
+            table("length", "Magnitude of the error", ("value",), lengths, unit="m"),
+            table("pose", "Joint values", ("value",), pose),
+            table("tool", "Tool position, base frame", columns, tool, _attitude(found)),
             *_terms(found),
         ),
         counts=where,
@@ -150,26 +170,16 @@ def _terms(found: Replay) -> list[Section]:
         rows = []
         for term in (term for term in shown if term.level in levels):
             name = short_name(term.name)
-            rows.append(
-                Row(
-                    name,
-                    (
-                        Cell(term.draw, "1"),
-                        Cell(term.along, "µm"),
-                        Cell(_share(term.along, found), "%"),
-                    ),
-                )
-            )
-            moves.append(Row(name, tuple(Cell(float(value), "µm") for value in term.shift)))
+            rows.append((name, term.draw, term.along, _share(term.along, found)))
+            moves.append((name, *term.shift))
         if rows:
             whole = sum(term.along for term in found.terms if term.level in levels)
             note = (
                 f"together {digits(whole * 1e6)} µm, {Cell(_share(whole, found), '%')} of the "
                 "magnitude"
             )
-            out.append(
-                Section(f"terms_{key}", title, ("draw", "along", "share"), tuple(rows), note)
-            )
+            columns = {"draw": "1", "along": "µm", "share": "%"}
+            out.append(table(f"terms_{key}", title, columns, rows, note))
     note = (
         "along, above: component along the total error, so that all terms add up to its "
         "magnitude; draws have mean 0 and variance 1"
@@ -181,12 +191,8 @@ def _terms(found: Replay) -> list[Section]:
             f". {several(len(rest), 'more term')}, each below {100 * _LEAST_TERM:g} % of the "
             f"magnitude, add {together} µm"
         )
-    return [
-        *out,
-        Section(
-            "moves", "Tool displacement by each term, base frame", tuple("XYZ"), tuple(moves), note
-        ),
-    ]
+    title = "Tool displacement by each term, base frame"
+    return [*out, table("moves", title, ("X", "Y", "Z"), moves, note, unit="µm")]
 
 
 def _share(along: float, found: Replay) -> float:

@@ -1,12 +1,14 @@
-"""Sheet of an arm at rest: holding torques and their causes, suitable reducers, bearing loads,
-compliance, and the largest payload where it was asked for.
+"""Result and sheet of an arm at rest: holding torques and their causes, suitable reducers, bearing
+loads, compliance, and the largest payload where it was asked for.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from lostmotion.analyses.result import Result
 from lostmotion.analyses.statics.compliance_tables import (
     compliance_cards,
     compliance_facts,
@@ -21,6 +23,7 @@ from lostmotion.analyses.statics.payload_tables import (
     payload_section,
     payload_sentences,
 )
+from lostmotion.analyses.statics.survey import Survey
 from lostmotion.catalogue.gearboxes import gearboxes
 from lostmotion.catalogue.search import Criteria, search, searchable_figures
 from lostmotion.error_model.provenance import NOT_DESCRIBED, of_compliance, states
@@ -33,11 +36,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lostmotion.analyses.statics.payload import MaxPayload
-    from lostmotion.analyses.statics.survey import Survey
     from lostmotion.catalogue.gearbox_row import GearboxRow
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.holding_torques import DriveLoad, JointLoad
     from lostmotion.parts.moving_joint import MovingJoint
+    from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Section
 
 _SHOWN: Final = 3
@@ -78,6 +81,30 @@ _WORDS: Final = (
         ),
     ),
 )
+
+
+@dataclass(frozen=True, repr=False)
+class Statics(Survey, Result):
+    """Loads and compliance of an arm: every attribute of `Survey`.
+
+    `reducers` are the user's rows that are searched besides the catalogue, `payload` is the largest
+    payload where it was asked for.
+    """
+
+    reducers: Sequence[GearboxRow] = ()
+    payload: MaxPayload | None = None
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        return statics_sheet(self, self.reducers, self.payload)
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.statics.plots import statics_plots
+
+        return statics_plots(self, self.payload)
 
 
 def statics_sheet(
