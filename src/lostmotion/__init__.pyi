@@ -38,7 +38,7 @@ from lostmotion.analyses.gearbox.gear import Gear as Gear
 from lostmotion.analyses.bearing.command import BearingStudy as BearingStudy
 from lostmotion.analyses.catalog.command import Catalog as Catalog
 from lostmotion.analyses.compare.result import Compare as Compare
-from lostmotion.analyses.sweep.result import Sweep as Sweep
+from lostmotion.analyses.sweep.page import Sweep as Sweep
 from lostmotion.analyses.replay.page import Replayed as Replayed
 from lostmotion.mechanism.arm import Arm as Arm
 from lostmotion.mechanism.tool import Payload as Payload, Tool as Tool

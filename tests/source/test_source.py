@@ -142,8 +142,6 @@ STILL_LONG = {
     "analyses/accuracy/tables/study.py": 438,
     "analyses/compare/tables/headline.py": 457,
     "analyses/compare/tables/sheet.py": 494,
-    "analyses/sweep/plots.py": 408,
-    "analyses/sweep/tables/sweep.py": 515,
     "analyses/workspace_map/map.py": 435,
     "analyses/workspace_map/tables/map.py": 481,
     "cli/generator.py": 439,

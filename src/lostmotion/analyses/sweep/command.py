@@ -27,7 +27,7 @@ from lostmotion.analyses.signature import Argument, question, read_arguments, re
 from lostmotion.errors import refuse_argument, shown
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.sweep.result import Sweep
+    from lostmotion.analyses.sweep.page import Sweep
 
 
 def _file_of(name: str, value: object, _given: object) -> Path | Mapping[str, Any]:
@@ -162,7 +162,7 @@ def sweep(
 
     """
     asked = read_arguments(sweep, locals())
-    from lostmotion.analyses.sweep.result import Sweep
+    from lostmotion.analyses.sweep.page import Sweep
     from lostmotion.runs.execute import carry_out, check_workers, order
     from lostmotion.runs.store import Store
     from lostmotion.runs.summary import summarise

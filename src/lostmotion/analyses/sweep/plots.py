@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sweep.tables.designs import LEVEL
+from lostmotion.analyses.sweep.design_tables import LEVEL
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
@@ -56,6 +56,10 @@ _MOST_LABELLED: Final = 6
 _PAIRED: Final = "paired differences from the first design are more precise"
 
 
+def _plot(key: str, drawn: Figure, words: str) -> Plot:
+    return Plot(key, key, drawn, words)
+
+
 def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
     """Return the plots in reading order, over the keys that differ between designs."""
     order = order.model_copy(
@@ -64,8 +68,7 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
     out = []
     if len(order.axes) == 1:
         out.append(
-            Plot(
-                "designs",
+            _plot(
                 "designs",
                 over_one(order, outcomes),
                 "Curves of the 95th percentile and the mean of the error over the swept key.",
@@ -73,8 +76,7 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
         )
         if outcomes[0].ap is not None:
             out.append(
-                Plot(
-                    "iso9283",
+                _plot(
                     "iso9283",
                     iso_over_one(order, outcomes),
                     "Curves of AP and RP over the swept key.",
@@ -82,8 +84,7 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
             )
     elif len(order.axes) == 2:  # noqa: PLR2004 - a plane
         out.append(
-            Plot(
-                "designs",
+            _plot(
                 "designs",
                 over_two(order, *_errors(outcomes), _PAIRED),
                 "Map of the 95th percentile of the error over the two swept keys.",
@@ -92,8 +93,7 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
         if outcomes[0].rp is not None:
             estimates = [each.rp[1] for each in outcomes if each.rp is not None]
             out.append(
-                Plot(
-                    "iso9283",
+                _plot(
                     "iso9283",
                     over_two(
                         order, estimates, f"{rp_name(order.approach)}, 95th percentile of robots"
@@ -103,19 +103,16 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
             )
     elif order.axes:
         out.append(
-            Plot(
-                "designs",
+            _plot(
                 "designs",
                 effects(order, outcomes),
                 "For each key, the 95th percentile of every design and the mean of each value.",
             )
         )
     if len({each.mass for each in outcomes}) > 1 or len({each.price for each in outcomes}) > 1:
-        words = (
-            "Points: the 95th percentile of the error and RP of each design over its mass, and "
-            "over its price where stated."
-        )
-        out.append(Plot("masses", "masses", against_mass(outcomes), words))
+        words = "Points: the 95th percentile of the error and RP of each design over its mass, and "
+        words += "over its price where stated."
+        out.append(_plot("masses", against_mass(outcomes), words))
     if len(outcomes) <= _MOST_CURVES:
         out.append(
             Plot(

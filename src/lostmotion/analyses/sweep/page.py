@@ -1,0 +1,352 @@
+"""A run of many poses, or a grid of designs: result, headline, cards and sheet."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from lostmotion.analyses.result import Result
+from lostmotion.analyses.sweep.design_tables import (
+    LEVEL,
+    approach_text,
+    as_length,
+    design_cards,
+    design_sections,
+    known_of,
+)
+from lostmotion.error_model.arrival import rp_key, rp_name
+from lostmotion.error_model.provenance import States, states
+from lostmotion.reporting.first_order import failed, failure, unsure
+from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
+from lostmotion.reporting.provenance import (
+    assumed_value_sentences,
+    at_least,
+    bound,
+    caveats,
+    error_sentence,
+    provenance_facts,
+    provenance_sections,
+    repeatability_sentence,
+    upper_limit_sentences,
+)
+from lostmotion.reporting.sheet import Sheet, several
+from lostmotion.reporting.warnings import overload_warnings
+from lostmotion.runs.design_names import design_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    import xarray
+
+    from lostmotion.error_model.overload import Overload
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.reporting.figure_files import FigureKind
+    from lostmotion.reporting.plot import Plot
+    from lostmotion.reporting.table_files import TableKind
+    from lostmotion.runs.job import Order
+    from lostmotion.runs.store import Store
+    from lostmotion.runs.summary import Outcome
+
+# Longer tables are shortened; result.json has every design.
+_MOST_ROWS: Final = 60
+_WORDS: Final = (
+    (
+        "design",
+        "one combination of the swept values; all designs share poses and random draws.",
+    ),
+    (
+        "95th percentile",
+        (
+            "of the position error over all poses, robots and visits; its interval counts robots "
+            "and independent sets of poses."
+        ),
+    ),
+    (
+        "AP, RP",
+        (
+            "ISO 9283 pose accuracy and repeatability, predicted: 95th percentile over robots of "
+            "each robot's mean over the poses."
+        ),
+    ),
+    (
+        "difference",
+        (
+            "of the 95th percentile from that of the first design, with common random numbers: "
+            "more precise than the two intervals suggest."
+        ),
+    ),
+    (
+        "largest",
+        (
+            "the largest error of these samples; it grows with their number. `lostmotion replay` "
+            "lists its terms."
+        ),
+    ),
+)
+
+
+@dataclass(frozen=True, repr=False)
+class Sweep(Result):
+    """A completed run: `outcomes` by design; `store` has every block."""
+
+    arm: Arm
+    store: Store
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def states(self) -> States:
+        """Return what is known of each joint: stated, assumed, or ideal, and the assumed values of
+        the first design.
+        """
+        return states(self.arm)
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return every figure, as printed, reported and written."""
+        return _sheet(self.arm, self.store.order, self.outcomes)
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.sweep.plots import sweep_plots
+
+        return sweep_plots(self.store.order, self.outcomes)
+
+    def report(
+        self,
+        out: str | Path | None = None,
+        *,
+        force: bool = False,
+        figures: FigureKind | None = None,
+        tables: TableKind | None = None,
+    ) -> Path:
+        """Write report.html and result.json beside the blocks, or into the folder `out`, and return
+        the folder. Errors as `Result.report`.
+        """
+        from lostmotion.reporting.page.document import contents
+
+        if out is not None:
+            return super().report(out, force=force, figures=figures, tables=tables)
+        plots = self.plots
+        for name, content in {
+            **contents(self.sheet, plots),
+            **self.copies(plots, figures, tables),
+        }.items():
+            self.store.keep(name, content)
+        return self.store.folder
+
+    def arrays(self) -> xarray.Dataset:
+        """Return the figures of every design over the keys swept."""
+        from lostmotion.runs.arrays import dataset
+
+        return dataset(self.store.order, self.outcomes)
+
+    def __repr__(self) -> str:
+        """Return what was run, in a line."""
+        order = self.store.order
+        return (
+            f"<Sweep of '{self.arm.name}': {order.designs} designs x {order.poses} poses x "
+            f"{order.robots} robots x {order.visits} visits>"
+        )
+
+
+def _sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
+    """Return the sheet of a run of one or many designs."""
+    counted = (
+        f"{several(order.poses, 'pose')} ({order.law}) x {several(order.robots, 'robot')} x "
+        f"{several(order.visits, 'visit')}"
+    )
+    failing = [each.design for each in outcomes if failure(each.check, each.quantiles[LEVEL].value)]
+    outcomes = [unsure(each) if each.design in failing else each for each in outcomes]
+    ranked = sorted(
+        outcomes, key=lambda each: (each.design in failing, each.quantiles[LEVEL].value)
+    )
+    sound = ranked[: len(ranked) - len(failing)]
+    wrong = failed(
+        [outcomes[design] for design in failing],
+        len(outcomes),
+        lambda design: design_name(order.axes, design),
+    )
+    chosen = list(outcomes)
+    if len(outcomes) > _MOST_ROWS:
+        chosen = ranked[: _MOST_ROWS // 2] + ranked[-_MOST_ROWS // 2 :]
+    known = states(arm)
+    each = f"{several(len(outcomes), 'design')}, each of " if len(outcomes) > 1 else ""
+    return Sheet(
+        name=arm.name,
+        subject="a sweep of designs" if len(outcomes) > 1 else "a large run",
+        verdict=" ".join([*wrong, *([_verdict(order, sound)] if sound else [])]),
+        cards=tuple(design_cards(order, sound, outcomes)),
+        sections=(
+            *design_sections(order, outcomes, chosen, counted),
+            *provenance_sections(known),
+        ),
+        counts=each + counted,
+        warnings=(*arm.warnings, *_overloaded(order, outcomes)),
+        notes=(_not_counted(outcomes), *arm.remarks) if len(outcomes) > 1 else arm.remarks,
+        words=_WORDS,
+        source=_source(order, counted),
+        seed=order.seed,
+        facts={
+            **_facts(arm, order, outcomes),
+            "not_counted": _not_counted(outcomes),
+            **provenance_facts(known),
+        },
+    )
+
+
+def _overloaded(order: Order, outcomes: Sequence[Outcome]) -> tuple[str, ...]:
+    """Return a warning per overloaded drive, or for many designs the number of those in which it is
+    overloaded.
+    """
+    if len(outcomes) == 1:
+        return overload_warnings(outcomes[0].overloads)
+    worst: dict[str, tuple[Overload, Outcome]] = {}
+    counts: Counter[str] = Counter()
+    for outcome in outcomes:
+        for each in outcome.overloads:
+            counts[each.joint] += 1
+            if (
+                each.joint not in worst
+                or each.held / each.rated > worst[each.joint][0].held / worst[each.joint][0].rated
+            ):
+                worst[each.joint] = each, outcome
+    return tuple(
+        (
+            f"in {several(counts[joint], 'design')} of {len(outcomes)}, the worst "
+            f"{design_name(order.axes, outcome.design)}: {sentence}"
+        )
+        for joint, (each, outcome) in worst.items()
+        for sentence in overload_warnings([each])
+    )
+
+
+def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
+    best, worst = ranked[0], ranked[-1]
+    other = [
+        each
+        for each in worst.limits
+        if (each.joint, each.model, each.key)
+        not in {(one.joint, one.model, one.key) for one in best.limits}
+    ]
+    of_best, of_worst = (known_of(each) for each in (best, worst))
+    known = replace(
+        of_best if of_best.lower_bound or not of_worst.lower_bound else of_worst,
+        limits=(*best.limits, *other),
+    )
+    best_figure, worst_figure = (as_length(each.quantiles[LEVEL], "") for each in (best, worst))
+    if len(ranked) == 1:
+        repeats = (
+            (
+                " "
+                f"{repeatability_sentence(rp_name(order.approach), str(as_length(best.rp[1], '')), known)}"  # noqa: E501
+            )
+            if best.rp is not None
+            else ""
+        )
+        within = f"{best_figure} ({best_figure.interval or 'no interval'})"
+        return " ".join(
+            [
+                error_sentence(within, known) + repeats,
+                *upper_limit_sentences(known),
+                *assumed_value_sentences(known),
+            ]
+        )
+    text = (
+        f"Of {several(len(ranked), 'design')} the smallest 95th percentile of the position "
+        f"error is {at_least(best_figure, of_best)}, "
+        f"with {design_name(order.axes, best.design)}. "
+        f"The largest is {at_least(worst_figure, of_worst)}, with "
+        f"{design_name(order.axes, worst.design)}."
+    )
+    return " ".join([text, *caveats(known)])
+
+
+def _source(order: Order, counted: str) -> str:
+    versions = ", ".join(
+        f"{name} {version}" for name, version in order.made_with.items() if name != "lostmotion"
+    )
+    return (
+        f"seed {order.seed}: {counted}, in blocks of {several(order.block, 'pose')}; "
+        f"{approach_text(order)}. "
+        f"The same arm, values, counts, seed and versions ({versions}) "
+        "on the same kind of processor give the same bytes, for any number of workers and "
+        "interruptions."
+    )
+
+
+def _facts(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    return {
+        "arm": arm.name,
+        "seed": order.seed,
+        "poses": {"count": order.poses, "law": order.law, "independent_sets": order.sets},
+        "robots": order.robots,
+        "visits": order.visits,
+        "axes": [{"key": axis.key, "values": list(axis.values)} for axis in order.axes],
+        "designs": [
+            {"name": design_name(order.axes, each.design), **_plain(each, order.approach)}
+            for each in outcomes
+        ],
+    }
+
+
+def _plain(outcome: Outcome, approach: float) -> dict[str, Any]:
+    """Return a design as plain data, in m; `approach` of the joints names its repeatability."""
+    spread = {
+        name: pair
+        for name, pair in (("ap", outcome.ap), (rp_key(approach), outcome.rp))
+        if pair is not None
+    }
+    of_robots = {
+        f"{name}{level}_m": estimate
+        for name, pair in spread.items()
+        for level, estimate in zip(("", "95"), pair, strict=True)
+    }
+    lower = {} if outcome.lower is None else {"q95_lower_than_first_m": outcome.lower}
+    overall = {"mean_m": outcome.mean, "standard_deviation_m": outcome.deviation}
+    estimates = {
+        **overall,
+        **{f"q{100 * level:.0f}_m": estimate for level, estimate in outcome.quantiles.items()},
+        **of_robots,
+        **lower,
+    }
+    return {
+        "design": outcome.design,
+        "stated": outcome.stated,
+        **{
+            name: [_finite(each.value), _finite(each.low), _finite(each.high)]
+            for name, each in estimates.items()
+        },
+        "rms_m": outcome.rms,
+        "bound": bound(known_of(outcome)),
+        "missing": {joint: list(kinds) for joint, kinds in outcome.known.missing.items()},
+        "mass_kg": outcome.mass,
+        "mass_not_stated": list(outcome.gearboxes_without_mass),
+        "price": outcome.price,
+        "price_not_stated": list(outcome.joints_without_price),
+        "parts": [
+            {"part": cost.part, "alone_m": cost.alone, "share": cost.share}
+            for cost in outcome.costs
+        ],
+        "worst": [each.facts() for each in outcome.worst],
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _not_counted(outcomes: Sequence[Outcome]) -> str:
+    """Return what a sweep of designs does not count."""
+    prices = "" if any(each.price is not None for each in outcomes) else ", prices (none is stated)"
+    without = list(
+        dict.fromkeys(model for each in outcomes for model in each.gearboxes_without_mass)
+    )
+    return (
+        f"not counted: {NOT_COUNTED}, strength of parts{prices}{without_mass(without)}; "
+        "each design is compared by its position error at rest, its "
+        f"mass{'' if prices else ' and its price'}"
+    )
