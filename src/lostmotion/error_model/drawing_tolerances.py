@@ -121,7 +121,8 @@ class ToleranceCheck:
 
     places   (p,) the places that it reads
     rows     (p, c, 6) components of an error, as shares of the limit
-    combine  (o, p) residuals or differences over the places; None: each place by itself
+    weights  (p,) of a difference of means over the places; None where each place counts by itself
+    shapes   (p, parameter) orthonormal shapes of the reference that is fitted; None without one
     motion   (6, place, 6) motion of the fitted or datum frame per error; None: the base
     rigid    (p, 6, 6) error of a place that moves with that frame
     norm     "largest" component, "length" of all, "spread" between places, or "distance"
@@ -131,7 +132,8 @@ class ToleranceCheck:
     tolerance: DrawingTolerance
     places: NDArray[np.int64]
     rows: Floats
-    combine: Floats | None
+    weights: Floats | None
+    shapes: Floats | None
     motion: Floats | None
     rigid: Floats
     norm: Literal["largest", "length", "spread", "distance"]
@@ -148,7 +150,11 @@ class ToleranceCheck:
         if self.motion is not None:
             moved = np.tensordot(self.motion, errors, axes=2)
             found = found - (self.rows @ self.rigid) @ moved
-        return found if self.combine is None else np.tensordot(self.combine, found, axes=1)
+        if self.shapes is not None:
+            found = found - np.tensordot(
+                self.shapes, np.tensordot(self.shapes.T, found, axes=1), axes=1
+            )
+        return found if self.weights is None else np.tensordot(self.weights, found, axes=1)[None]
 
     def used(self, errors: Floats) -> tuple[Floats, Floats]:
         """Return the share of the tolerance that is used: (sample,) as a whole, and (o, sample) by
@@ -172,10 +178,11 @@ class ToleranceCheck:
         `count` places. A distance has one component, along its nominal direction.
         """
         weight = np.zeros(len(self.places))
-        if self.combine is None:
-            weight[output] = 1.0
-        else:
-            weight[:] = self.combine[output]
+        weight[output] = 1.0
+        if self.weights is not None:
+            weight = self.weights
+        elif self.shapes is not None:
+            weight -= self.shapes @ self.shapes[output]
         out = np.zeros((self.rows.shape[1], count, 6))
         for place, own, by in zip(self.places, self.rows, weight, strict=True):
             out[:, place] += by * own
@@ -198,7 +205,7 @@ def measure(
     """
     chosen = [features[k] for k in stated.features]
     at = np.concatenate([each.places for each in chosen])
-    combine, span, norm = None, np.zeros(3), "length"
+    weights, shapes, span, norm = None, None, np.zeros(3), "length"
     if stated.kind == "box":
         rows = _displaced(2 / np.array(stated.size)[:, None] * places.axes.T, len(at))
         norm = "largest"
@@ -222,19 +229,19 @@ def measure(
         rows = _displaced(np.eye(3) / stated.size[0], len(at))
         first, last = chosen
         counts = len(first.places), len(last.places)
-        combine = np.repeat([-1 / counts[0], 1 / counts[1]], counts)[None]
-        span, norm = (combine @ places.points[at])[0] / stated.size[0], "distance"
+        weights = np.repeat([-1 / counts[0], 1 / counts[1]], counts)
+        span, norm = weights @ places.points[at] / stated.size[0], "distance"
         if not np.linalg.norm(span) * stated.size[0] > _NOTHING:
             raise TaskGeometryError(stated, "features at one place", "a distance between them")
     else:
-        rows, combine = _form(stated, places.points[at])
+        rows, shapes = _form(stated, places.points[at])
         norm = "length" if stated.kind == "straightness" else "spread"
     motion = None if stated.datum == "base" else _motion(stated, features, places)
     about = places.points.mean(axis=0)
     rigid = np.zeros((len(at), 6, 6))
     rigid[:] = np.eye(6)
     rigid[:, 3:, :3] = -skew(places.points[at] - about)
-    found = ToleranceCheck(stated, at, rows, combine, motion, rigid, norm, span)  # type: ignore[arg-type]
+    found = ToleranceCheck(stated, at, rows, weights, shapes, motion, rigid, norm, span)  # type: ignore[arg-type]
     if isinstance(stated.datum, tuple):
         _refuse_loose(found, features, places)
     return found
@@ -274,7 +281,9 @@ def _axes(stated: DrawingTolerance, chosen: Sequence[Feature], places: TaskPlace
 
 
 def _form(stated: DrawingTolerance, points: Floats) -> tuple[Floats, Floats]:
-    """Return the rows (p, c, 6) and residuals (p, p) of a zone of form, from the nominal points."""
+    """Return the rows (p, c, 6) and the shapes of the reference of a zone of form, from the nominal
+    points.
+    """
     count = len(points)
     if count < FEWEST[stated.kind]:
         raise TaskGeometryError(
@@ -289,7 +298,7 @@ def _form(stated: DrawingTolerance, points: Floats) -> tuple[Floats, Floats]:
         if values[1] > _OFF * values[0] or size < _NOTHING:
             raise TaskGeometryError(stated, "places that lie on no line", "a straight feature")
         rows = 2 / stated.size[0] * np.stack([second, normal])
-        return _displaced(rows, count), _residual(
+        return _displaced(rows, count), _orthonormal(
             np.column_stack([np.ones(count), off @ first / size])
         )
     if values[2] > _OFF * values[0] or values[1] <= _OFF * values[0]:
@@ -297,7 +306,7 @@ def _form(stated: DrawingTolerance, points: Floats) -> tuple[Floats, Floats]:
     x, y = off @ first, off @ second
     if stated.kind == "flatness":
         rows = normal[None] / stated.size[0]
-        return _displaced(rows, count), _residual(
+        return _displaced(rows, count), _orthonormal(
             np.column_stack([np.ones(count), x / size, y / size])
         )
     # Circle through the points: x^2 + y^2 = 2 a x + 2 b y + c
@@ -309,14 +318,13 @@ def _form(stated: DrawingTolerance, points: Floats) -> tuple[Floats, Floats]:
     outward = cos[:, None] * first + sin[:, None] * second
     return (
         _displaced(outward[:, None] / stated.size[0]),
-        _residual(np.column_stack([np.ones(count), cos, sin])),
+        _orthonormal(np.column_stack([np.ones(count), cos, sin])),
     )
 
 
-def _residual(shapes: Floats) -> Floats:
-    """Return the residuals (p, p) of a least-squares fit of these shapes (p, parameter)."""
-    q, _ = np.linalg.qr(shapes)
-    return np.asarray(np.eye(len(shapes)) - q @ q.T)
+def _orthonormal(shapes: Floats) -> Floats:
+    """Return orthonormal shapes (p, parameter) with the span of these."""
+    return np.asarray(np.linalg.qr(shapes)[0])
 
 
 def _datum_rows(feature: Feature, places: TaskPlaces) -> Floats:
@@ -344,9 +352,9 @@ def _motion(stated: DrawingTolerance, features: Sequence[Feature], places: TaskP
     size = max(float(np.abs(off).max()), 1e-9)
     shape = np.concatenate([-skew(off) / size, np.broadcast_to(np.eye(3), (count, 3, 3))], axis=2)
     if stated.datum == "fitted":
-        steps = [np.eye(3 * count).reshape(-1, count, 3)]
-    else:
-        steps = [_datum_rows(features[k], places) for k in stated.datum if isinstance(k, int)]
+        fitted = np.linalg.pinv(shape.reshape(-1, 6), rcond=_SINGULAR)
+        return _of_displacements(fitted, size)
+    steps = [_datum_rows(features[k], places) for k in stated.datum if isinstance(k, int)]
     found, free = np.zeros((6, 3 * count)), np.eye(6)
     for rows in steps:
         reads = rows.reshape(len(rows), -1)
@@ -357,9 +365,14 @@ def _motion(stated: DrawingTolerance, features: Sequence[Feature], places: TaskP
         inverse = right[:rank].T @ ((left[:, :rank] / values[:rank]).T)
         found = found + free @ inverse @ (reads - moved @ found)
         free = free @ right[rank:].T
-    found[:3] /= size
-    out = np.zeros((6, count, 6))
-    out[..., 3:] = found.reshape(6, count, 3)
+    return _of_displacements(found, size)
+
+
+def _of_displacements(motion: Floats, size: float) -> Floats:
+    """Return a motion (6, 3 place), rotations times `size`, as (6, place, 6) of errors."""
+    out = np.zeros((6, motion.shape[1] // 3, 6))
+    out[..., 3:] = motion.reshape(6, -1, 3)
+    out[:3] /= size
     return out
 
 

@@ -38,6 +38,8 @@ _SKIPPED: Final = frozenset("NFSTMHDPEOLQ")
 _OFF: Final = 1e-3
 # rad; an arc that ends where it begins is a full circle.
 _CLOSED: Final = 1e-9
+# Steps along one move.
+_LONGEST: Final = 100_000
 _EXAMPLE: Final = "G1 X10 Y20"
 
 
@@ -181,8 +183,15 @@ def _mode(machine: _Machine, number: float) -> None:
         raise ValueError(f"G{number:g}; G0 to G3, G17 to G21, G90, G91 and codes without motion")
 
 
+def _count(length: float, step: float) -> int:
+    """Return the number of steps along a move. Raises ValueError where it is beyond any task."""
+    if not length <= _LONGEST * step:
+        raise ValueError(f"a move of {length:.3g} m; at most {_LONGEST} steps")
+    return max(math.ceil(length / step - 1e-9), 1)
+
+
 def _straight(start: Floats, end: Floats, step: float) -> Floats:
-    count = max(math.ceil(float(np.linalg.norm(end - start)) / step - 1e-9), 1)
+    count = _count(float(np.linalg.norm(end - start)), step)
     return np.asarray(start + np.arange(1, count + 1)[:, None] / count * (end - start))
 
 
@@ -207,7 +216,7 @@ def _arc(machine: _Machine, end: Floats, values: dict[str, float], step: float) 
     begin, close = math.atan2(first[1], first[0]), math.atan2(last[1], last[0])
     turn = (begin - close if clockwise else close - begin) % (2 * math.pi)
     turn = turn if turn > _CLOSED else 2 * math.pi
-    count = max(math.ceil(math.hypot(radius * turn, float(end[c] - start[c])) / step - 1e-9), 3)
+    count = max(_count(math.hypot(radius * turn, float(end[c] - start[c])), step), 3)
     share = np.arange(1, count + 1) / count
     angle = begin + (-turn if clockwise else turn) * share
     out = np.empty((count, 3))
