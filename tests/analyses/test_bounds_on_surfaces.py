@@ -15,7 +15,7 @@ from lostmotion.analyses.view.live import LiveArm
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.remedies import STAGES
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 from tests.reporting.first_screen import first_screen
 
 HEAD = 'name = "three"\n[payload]\nmass = "2 kg"\n'
@@ -233,12 +233,7 @@ def test_any_missing_kind_makes_the_figures_of_a_study_bounds(tmp_path, kind):
         # Nothing describes a scatter of servo or friction, from which RP from one side comes: a
         # lower bound on every surface in both cases.
         assert cards["RP, ISO cycle, 95 % of robots within"].startswith("≥")
-        assert (
-            find_row(sheet.sections, "iso9283", "RP, ISO cycle, 95th percentile of robots")
-            .cells[0]
-            .bound
-            == "lower"
-        )
+        assert row_at(sheet.sections, "iso9283", "rp_iso_p95").cells[0].bound == "lower"
 
 
 def test_a_target_is_met_by_what_is_described_alone(tmp_path):

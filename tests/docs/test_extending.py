@@ -75,7 +75,7 @@ class Copy(NamedTuple):
 
     def run(self, *words, check=0):
         """Run Python on the changed package; return what it prints, or what it complains of."""
-        path = os.pathsep.join([str(self.folder), os.environ.get("PYTHONPATH", "")])
+        path = os.pathsep.join([str(self.folder), os.environ.get("PYTHONPATH", ""), str(ROOT)])
         environment = {**os.environ, "PYTHONPATH": path, "COLUMNS": "200"}
         done = subprocess.run(
             [sys.executable, *words],
@@ -148,6 +148,7 @@ def outside(tmp_path_factory):
         entries,
         spur=every["parts/gearbox/spur.py"],
         joints=every["acme_robots/joints.py"],
+        figures=every["acme_robots/figures.py"],
     )
     work = tmp_path_factory.mktemp("asked")
     (work / "one-joint.toml").write_text(every["one-joint.toml"], "utf-8")
@@ -289,7 +290,7 @@ def test_the_new_question_is_asked_from_python_and_from_the_command_line(copy):
     assert "1 arcmin" in message
 
 
-def test_a_package_brings_a_gearbox_kind_and_a_question(outside):
+def test_a_package_brings_a_gearbox_kind_a_figure_and_a_question(outside):
     """The commands of the page run; help and Python have the question; another arm is as before."""
     names, checked = (outside.run("-m", *line) for line in _commands(outside=True))
     assert names == "A\n"
@@ -303,6 +304,13 @@ from lostmotion.runs.job import made_with
 print(made_with()["acme-robots"])
 """
     assert outside.run("-c", code) == "['A'] True SpurGearbox\n1.2\n"
+    code = """
+from lostmotion.propagation.figures import Drawn, figures_of
+from tests.arms import small_study
+errors = small_study(poses=8, robots=4, visits=2).errors
+print("p25" in figures_of(errors), errors.quantile(0.25) == figures_of(errors)["p25"].of(errors))
+"""
+    assert outside.run("-c", code) == "True True\n"
 
 
 BROKEN = {

@@ -18,7 +18,7 @@ from lostmotion.io.field_schema import inside, models, tag
 from lostmotion.parts.error_source import Friction
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
 from lostmotion.parts.term import Holding, Motion
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 from lostmotion.units import Toleranced
 from tests.parts.conditions import SLIDE_Z, TURN_Z
 from tests.parts.random_arms import BEARINGS
@@ -316,8 +316,8 @@ def test_the_sheet_of_a_gearbox_shows_the_friction_with_its_limits(tmp_path: Pat
         ]
         path.write_text("\n".join(lines))
         sheet = lostmotion.gear(path).sheet
-        found = find_row(sheet.sections, "stated", "friction without load, as torque")
-        assert find_row(sheet.sections, "loop", "play").note.endswith(
+        found = row_at(sheet.sections, "stated", "friction_without_load_as_torque")
+        assert row_at(sheet.sections, "loop", "play").note.endswith(
             f"overcome friction{found.note and f' ({found.note})'}"
         )
         figure = found.cells[0]

@@ -1,16 +1,24 @@
 """The declared figures of the error: each is what its definition states."""
 
+import re
+from functools import cached_property
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import lostmotion
+from lostmotion.analyses.result import Result
+from lostmotion.error_model.differences import deviation_difference
 from lostmotion.error_model.draws import robot_draws
+from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.propagation.figures import figures_of
 
+SOURCE = Path(lostmotion.__file__).parent
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
     (
@@ -71,3 +79,82 @@ def test_an_unknown_figure_is_refused_with_the_nearest(study):
     with pytest.raises(AttributeError, match="did you mean 'p95'"):
         _ = study.p9s5
     assert not hasattr(study, "_anything")
+
+
+def test_a_study_without_sampling_has_the_same_figures(study):
+    """By key, in SI, from the same declarations; it has no AP, RP and rotation."""
+    summed = lostmotion.study(study.arm, 16, method="analytic", seed=4)
+    assert set(summed.figures) >= {"mean", "standard_deviation", "rms", "p50", "p95", "rms_robot"}
+    assert summed.rms.value == study.rms.value
+    assert summed.p95.value == pytest.approx(study.p95.value, rel=0.1)
+    assert summed.p95.low < summed.p95.value < summed.p95.high
+    assert summed.frame().unit["p95"] == "m"
+    said = summed.result()["figures"]["analytic"]
+    for key in ("mean", "standard_deviation", "rms", "p50", "p95", "p99"):
+        assert said[key]["value"] == summed.figures[key].value
+    assert not hasattr(summed, "ap")
+
+
+def test_the_difference_of_standard_deviations_is_that_of_the_samples():
+    """Its value is the difference of both; its interval contains zero for two halves of one
+    population, in about 95 of 100 cases, and not for the double.
+    """
+    rng = np.random.default_rng(8)
+    edges, seen = bin_edges(), 0
+    for _ in range(100):
+        arms = [rng.rayleigh(1e-4, (20, 8, 100)) for _ in range(2)]
+        hists = [
+            [
+                np.array([np.histogram(each, edges)[0] for each in members])
+                for members in (arm, arm.swapaxes(0, 1))
+            ]
+            for arm in arms
+        ]
+        means, values = ([float(of(arm)) for arm in arms] for of in (np.mean, np.std))
+        found = deviation_difference(*map(tuple, hists), tuple(means), tuple(values))
+        assert found.value == pytest.approx(values[1] - values[0])
+        seen += found.low <= 0 <= found.high
+    assert seen >= 88
+    doubled = [np.array([np.histogram(2 * each, edges)[0] for each in arms[0]])] * 2
+    grown = deviation_difference(
+        tuple(hists[0]), tuple(doubled), (means[0], 2 * means[0]), (values[0], 2 * values[0])
+    )
+    assert grown.low > 0
+    assert grown.low < values[0] < grown.high
+
+
+def test_every_result_has_figures_and_a_table_of_them(study):
+    """By the keys of result.json, in its unit, without those that are words."""
+    assert all(
+        isinstance(each.__dict__.get("figures", Result.figures), property | cached_property)
+        for kind in (Result, *Result.__subclasses__())
+        for each in kind.__mro__
+    )
+    found = Result.figures.fget(study)
+    said = study.result()["figures"]
+    assert found["error.p95"] == study.p95
+    assert found["error.p95"].unit == said["error"]["p95"]["unit"] == "m"
+    of_budget = {key: each for key, each in found.items() if key.startswith("budget.")}
+    assert len(of_budget) == sum(len(row) for row in said["budget"].values())
+    table = Result.frame(study)
+    assert list(table.index) == list(found)
+    assert table.value["error.p95"] == study.p95.value
+
+
+# Error of each stage of the remedies, and of any share for a target: from samples of their own.
+OTHER_SAMPLES = {"propagation/montecarlo/waterfall.py", "analyses/targets/metrics.py"}
+
+
+def test_figures_are_declared_once():
+    """No other file of the source estimates a list of figures, and none finds one by its label."""
+    source = {
+        path.relative_to(SOURCE).as_posix(): path.read_text("utf-8")
+        for path in SOURCE.rglob("*.py")
+    }
+    assert {name for name, text in source.items() if re.search(r"\bfind_row\b", text)} == set()
+    listed = re.compile(
+        r"\bpooled_(mean|quantile|robots_quantile)\(.{0,400}\bpooled_(quantile|robots_quantile)\(",
+        re.DOTALL,
+    )
+    found = {name for name, text in source.items() if listed.search(text)}
+    assert found == {"propagation/figures.py", *OTHER_SAMPLES}

@@ -226,10 +226,8 @@ def test_a_study_with_a_stopping_rule_is_the_study_of_its_last_stage():
         found.sheet
     )
     rows = next(section for section in found.sheet.sections if section.key == "stopping").rows
-    assert [row.label for row in rows] == list(last.figures)
-    assert rows[1].cells[-1].as_shown == pytest.approx(
-        100 * last.figures["95th percentile"].relative
-    )
+    assert [row.key for row in rows] == list(last.figures)
+    assert rows[1].cells[-1].as_shown == pytest.approx(100 * last.figures["p95"].relative)
 
 
 def test_a_study_adds_poses_where_their_choice_limits_its_precision():

@@ -17,7 +17,8 @@ from lostmotion.mechanism.droop import droop
 from lostmotion.propagation.exact import ExactCheck
 from lostmotion.propagation.first_order import refuse_large_errors
 from lostmotion.reporting.first_order import failure
-from lostmotion.reporting.sheet import find_row, length
+from lostmotion.reporting.layout import row_at
+from lostmotion.reporting.sheet import length
 from tests.runs.conftest import ARM, SWEEP
 
 VALIDATES = (
@@ -49,7 +50,7 @@ def test_errors_of_many_degrees_are_no_accuracy(tmp_path, backlash):
     assert "95 % of positions" not in sheet.verdict
     assert (
         "first order fails"
-        in find_row(sheet.sections, "exact_check", "largest, share of the 95th percentile").note
+        in row_at(sheet.sections, "exact_check", "largest_share_of_the_p95").note
     )
     intervals = [
         figure.interval
@@ -134,10 +135,10 @@ def test_usual_errors_are_small_enough(tmp_path):
         sheet.verdict,
     )
     assert (
-        find_row(sheet.sections, "exact_check", "largest, share of the 95th percentile").note
+        row_at(sheet.sections, "exact_check", "largest_share_of_the_p95").note
         == "first order is enough"
     )
-    assert find_row(sheet.sections, "error", "95th percentile").cells[0].interval
+    assert row_at(sheet.sections, "error", "p95").cells[0].interval
 
 
 def test_the_iso_sheet_says_it_too(tmp_path):

@@ -11,8 +11,9 @@ from rich.console import Console
 
 import lostmotion
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import find_row, length
+from lostmotion.reporting.sheet import length
 from lostmotion.runs.blocks import COLUMNS
 from tests.runs.conftest import ARM, SWEEP
 from tests.runs.conftest import lostmotion as ran
@@ -97,8 +98,8 @@ def test_joint_values_are_those_of_the_pose(run):
 def test_the_sheet_compares_stored_and_replayed_error(run):
     """The sheet has the stored and the recomputed magnitude, and whether they are identical."""
     sheet = lostmotion.replay(run.store.folder)[0].sheet
-    assert find_row(sheet.sections, "length", "block recomputed").note == "identical"
-    stored = find_row(sheet.sections, "length", "stored").cells[0]
+    assert row_at(sheet.sections, "length", "block_recomputed").note == "identical"
+    stored = row_at(sheet.sections, "length", "stored").cells[0]
     assert stored.value == pytest.approx(sheet.facts["error_m"])
     assert sum(
         row.cells[2].as_shown

@@ -89,13 +89,16 @@ def test_blocks_hold_what_the_study_finds(small, tmp_path):
     np.testing.assert_allclose(levels, whole.tally.levels, rtol=1e-12)
     outcome = summarise(small)[0]
     assert outcome.rms == pytest.approx(np.sqrt(whole.tally.total / 64), rel=1e-12)
-    assert outcome.mean.value == pytest.approx(whole.robot_means[:, :, 0].mean(), rel=1e-12)
+    assert outcome.figures["mean"].value == pytest.approx(
+        whole.robot_means[:, :, 0].mean(), rel=1e-12
+    )
     assert outcome.worst[0].error == whole.per_pose[:, COLUMNS.index("largest")].max()
     square = whole.per_pose[:, COLUMNS.index("mean_square")].mean()
-    assert outcome.deviation.value == pytest.approx(
-        np.sqrt(square - outcome.mean.value**2), rel=1e-9
+    deviation = outcome.figures["standard_deviation"]
+    assert deviation.value == pytest.approx(
+        np.sqrt(square - outcome.figures["mean"].value ** 2), rel=1e-9
     )
-    assert outcome.deviation.low < outcome.deviation.value < outcome.deviation.high
+    assert deviation.low < deviation.value < deviation.high
 
 
 def test_quantiles_are_those_of_the_samples_within_the_bins(small):
@@ -115,7 +118,7 @@ def test_quantiles_are_those_of_the_samples_within_the_bins(small):
         for row in range(last - first):
             draws = draws_of(matrix, row, 1, first + row, robots, visits)
             lengths.append(np.linalg.norm(matrix.tool[row, 3:] @ draws, axis=0))
-    found = summarise(small)[0].quantiles[0.95].value
+    found = summarise(small)[0].p95.value
     assert found == pytest.approx(
         np.quantile(np.concatenate(lengths), 0.95, method="inverted_cdf"), rel=0.004
     )

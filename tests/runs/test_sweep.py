@@ -69,7 +69,7 @@ def test_an_arm_without_a_worst_case_is_swept(tmp_path):
         encoding="utf-8",
     )
     run = lostmotion.sweep(path, **SMALL, out=tmp_path / "run")
-    one, two = run.arrays()["rms"].values
+    one, two = run.arrays()["rms"].sel(end="value").values
     assert 1.5 * one < two < 2 * one
 
 
@@ -143,7 +143,7 @@ def test_a_urdf_is_swept_by_the_keys_of_its_sidecar(tmp_path):
         examples / "ur5e.urdf", by, **{**SMALL, "robots": 4}, out=tmp_path / "run", workers=1
     )
     assert set(found.store.order.files) == {"ur5e.urdf", "ur5e.toml"}
-    assert found.outcomes[1].mean.value > found.outcomes[0].mean.value
+    assert found.outcomes[1].figures["mean"].value > found.outcomes[0].figures["mean"].value
 
 
 def test_every_mistake_is_reported_at_once(tmp_path):
@@ -249,7 +249,9 @@ def test_outcomes_are_those_of_the_study_of_each_design(swept):
     for outcome in (swept.outcomes[0], swept.outcomes[3]):
         study = lostmotion.study(swept.store.order.read(outcome.design), 64, 20, 3, seed=1)
         table = study.sampled
-        assert outcome.mean.value == pytest.approx(table.robot_means[:, :, 0].mean(), rel=1e-12)
+        assert outcome.figures["mean"].value == pytest.approx(
+            table.robot_means[:, :, 0].mean(), rel=1e-12
+        )
         rows = {
             row.label: row
             for section in study.sheet.sections
@@ -265,7 +267,7 @@ def test_outcomes_are_those_of_the_study_of_each_design(swept):
                 "RP, any approach, 95th percentile of robots",
             )
         }
-        found = (outcome.mean, outcome.quantiles[0.95], outcome.ap[1], outcome.rp[1])
+        found = (outcome.figures["mean"], outcome.p95, outcome.ap, outcome.rp)
         for figure, estimate in zip(of_study.values(), found, strict=True):
             assert estimate.value == pytest.approx(figure.value, rel=1e-9)
             assert estimate.low == pytest.approx(figure.low, rel=1e-6)
@@ -298,8 +300,8 @@ def test_arrays_have_one_axis_for_each_key(swept):
         "0.5 arcmin",
         "1 arcmin ± 0.3 arcmin",
     ]
-    assert found["q95"].sel(end="value").to_numpy()[1, 0] == swept.outcomes[2].quantiles[0.95].value
-    assert np.isnan(found["q95_lower"].to_numpy()[0, 0]).all()
+    assert found["p95"].sel(end="value").to_numpy()[1, 0] == swept.outcomes[2].p95.value
+    assert np.isnan(found["p95_lower"].to_numpy()[0, 0]).all()
 
 
 def test_the_report_says_what_was_found(swept):
@@ -312,13 +314,13 @@ def test_the_report_says_what_was_found(swept):
         "1 kg",
         "3 kg",
     ]
-    assert said["designs"][3]["q95_m"][0] == swept.outcomes[3].quantiles[0.95].value
+    assert said["designs"][3]["p95"][0] == swept.outcomes[3].p95.value
     assert said["axes"][0]["values"] == ["0.5 arcmin", "1 arcmin ± 0.3 arcmin"]
     sheet = swept.sheet
     assert {plot.section for plot in sweep_plots(swept.store.order, swept.outcomes)} <= {
         section.key for section in sheet.sections
     }
-    best = min(swept.outcomes, key=lambda each: each.quantiles[0.95].value)
+    best = min(swept.outcomes, key=lambda each: each.p95.value)
     assert best.stated["gearboxes.small.backlash"] in sheet.verdict
     assert "Of 4 designs" in (folder / "report.html").read_text(encoding="utf-8")
 
@@ -351,7 +353,7 @@ def test_any_number_of_keys_is_shown(tmp_path, table, shape):
     path.write_text(ARM + table, encoding="utf-8")
     found = lostmotion.sweep(path, poses=8, robots=4, visits=1, out=tmp_path / "run", workers=1)
     assert len(found.outcomes) == math.prod(shape)
-    assert found.arrays()["rms"].shape == shape
+    assert found.arrays()["largest"].shape == shape
     plots = sweep_plots(found.store.order, found.outcomes)
     assert plots[0].section == "designs"
     assert found.outcomes[0].rp is None
@@ -442,7 +444,7 @@ def test_an_arm_in_memory_is_not_swept(tmp_path):
     path.write_text(ARM, encoding="utf-8")
     with pytest.raises(
         lostmotion.InputError,
-        match="a sweep changes keys of the file, which an arm in memory no longer has",
+        match="a sweep changes their keys, which an arm in memory no longer has",
     ) as caught:
         lostmotion.sweep(lostmotion.read(path), out=tmp_path / "run")
     assert caught.value.problems[0].found == "'an Arm, tiny'"
@@ -498,8 +500,8 @@ def test_designs_have_short_distinct_names(tmp_path):
     assert [each["name"] for each in told] == ["mass 1 kg", "mass 3 kg"]
     assert told[1]["stated"] == {"payload.mass": "3 kg", "gearboxes.small.ratio": 50}
     assert (
-        told[1]["standard_deviation_m"][0]
-        == found.outcomes[1].deviation.value
+        told[1]["standard_deviation"][0]
+        == found.outcomes[1].figures["standard_deviation"].value
         == found.arrays()["standard_deviation"].values[1, 0, 0]
     )
 
@@ -517,7 +519,7 @@ def test_designs_are_compared_at_the_users_own_poses(tmp_path):
     q = np.radians([[20, 10], [5, -30], [-80, 50]])
     for outcome in found.outcomes:
         study = lostmotion.study(found.store.order.read(outcome.design), q, 20, 3, seed=1)
-        assert outcome.mean.value == pytest.approx(
+        assert outcome.figures["mean"].value == pytest.approx(
             study.sampled.robot_means[:, :, 0].mean(), rel=1e-12
         )
     poses.unlink()

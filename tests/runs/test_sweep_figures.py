@@ -78,7 +78,7 @@ def test_a_sweep_states_mass_price_and_repeatability_of_each_design(arm, tmp_pat
     assert arrays["price"].values.tolist() == [[600, 1000], [1000, 1400]]
     assert arrays["mass"].values.tolist() == [[6, 8], [8, 10]]
     # what B carries closes its backlash: it does not repeat better with the other gearbox
-    repeats = arrays["rp_q95"].values[..., 0]
+    repeats = arrays["rp_any_p95"].values[..., 0]
     assert repeats[:, 0] == pytest.approx(repeats[:, 1], rel=1e-9)
     assert repeats[1, 0] < 0.6 * repeats[0, 0]
     assert [each["price"] for each in found.result()["designs"]] == [600, 1000, 1000, 1400]

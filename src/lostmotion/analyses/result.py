@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from lostmotion.errors import InputError, Problem, nearest, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
     from types import ModuleType
 
+    import pandas as pd
     import xarray
     from matplotlib.figure import Figure
 
+    from lostmotion.error_model.intervals import Estimate
     from lostmotion.reporting.figure_files import FigureKind
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
@@ -171,6 +173,25 @@ class Result:
 
         return plain(self.sheet, __version__)
 
+    @property
+    def figures(self) -> Mapping[str, Estimate]:
+        """Return every figure in SI with its interval, by its keys in result.json: "section.row",
+        or "section.row.column".
+        """
+        from lostmotion.reporting.layout import estimates_by_key
+
+        return {key: found for key, _, found in estimates_by_key(self.sheet.sections)}
+
+    def frame(self) -> pd.DataFrame:
+        """Return the same as a table: one row for each key, with name, value, ends of the 95 %
+        interval and SI unit.
+        """
+        from lostmotion.reporting.layout import estimates_by_key
+
+        return frame_of(
+            (key, name, found, "") for key, name, found in estimates_by_key(self.sheet.sections)
+        )
+
     def __repr__(self) -> str:
         """Return the figures that are asked for first, one a line."""
         sheet = self.sheet
@@ -196,6 +217,18 @@ class Result:
     def _repr_html_(self) -> str:
         """Show the same on hosts that ask for HTML alone."""
         return self._repr_mimebundle_()["text/html"]
+
+
+def frame_of(figures: Iterable[tuple[str, str, Estimate, str]]) -> pd.DataFrame:
+    """Return figures, each a key, a name, an estimate and a definition, as a table by key."""
+    import pandas as pd
+
+    rows = [
+        (key, name, found.value, found.low, found.high, found.unit, definition)
+        for key, name, found, definition in figures
+    ]
+    columns = ["key", "name", "value", "low", "high", "unit", "definition"]
+    return pd.DataFrame(rows, columns=columns).set_index("key")
 
 
 def netcdf(arrays: xarray.Dataset) -> bytes:

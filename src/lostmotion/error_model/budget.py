@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal, Self
 
 import numpy as np
 
-from lostmotion.error_model.few_poses import known_ends
+from lostmotion.error_model.few_poses import Squares
 from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
@@ -235,25 +235,13 @@ class Budget:
         are too few.
         """
         weights = np.isin(range(3), levels or (0, 1, 2)).astype(float)
-        return self.known_ends(root_mean_square(np.array(self.of_sets) @ weights), *weights)
+        squares = self.squares
+        return squares.known_ends(root_mean_square(squares.visited @ weights), weights)
 
-    def known_ends(self, found: Estimate, *weights: float) -> Estimate:
-        """Return a figure over these poses, its upper or lower end NaN where they lack rare poses
-        with larger or smaller errors.
-
-        weights: of the mean squares by design, by robot and by visit in the figure.
-        """
-        return known_ends(found, *self.beside_many(*weights)) if self.of_many else found
-
-    def beside_many(self, *weights: float) -> tuple[Estimate, Estimate]:
-        """Return the root mean square (m) of the levels with these weights over the poses, and over
-        those of `of_many`. Valid where there are any.
-        """
-        visited, many = (
-            root_mean_square(np.array(squares) @ np.array(weights))
-            for squares in (self.of_sets, self.of_many)
-        )
-        return visited, many
+    @property
+    def squares(self) -> Squares:
+        """Return the mean squares by level over each set of its poses, and of the many."""
+        return Squares(np.array(self.of_sets), np.array(self.of_many).reshape(-1, 3))
 
 
 def tally(arm: Arm, q: Floats, by: By = "part", *, approach: float = 0.0) -> Tally:

@@ -20,6 +20,7 @@ from lostmotion.error_model.intervals import (
     quantile_drop,
     robots_quantile,
     shrunk_means,
+    squares_about,
     student,
     two_way,
     variance_of_mean,
@@ -65,6 +66,37 @@ def quantile_difference(
     """
     larger, smaller = (before, after) if values[0] >= values[1] else (after, before)
     return _about(values[1] - values[0], quantile_drop(larger, smaller, level).half)
+
+
+def deviation_difference(
+    before: tuple[np.ndarray, np.ndarray],
+    after: tuple[np.ndarray, np.ndarray],
+    means: tuple[float, float],
+    values: tuple[float, float],
+) -> Estimate:
+    """Return the difference of the standard deviation of all samples, with its interval.
+
+    before, after  histograms by group of robots and by set of poses, as for `standard_deviation`
+    means, values  mean and standard deviation as reported, m
+
+    By the delta method on the differences of the groups and of the sets. NaN ends for a single
+    group.
+    """
+    value = values[1] - values[0]
+    if len(before[0]) < 2:  # noqa: PLR2004 - a single one shows no differences
+        return Estimate(value, math.nan, math.nan)
+    slopes = [
+        [
+            squares_about(mean, hists) / (2 * own) if own > 0 else np.zeros(len(hists))
+            for hists in arm
+        ]
+        for arm, mean, own in zip((before, after), means, values, strict=True)
+    ]
+    members = [other - one for one, other in zip(*slopes, strict=True)]
+    variance, freedom = satterthwaite(
+        [variance_of_mean(each) for each in members], [len(each) - 1 for each in members]
+    )
+    return _about(value, student(freedom) * math.sqrt(variance))
 
 
 def robots_quantile_difference(before: Floats, after: Floats, level: float = 0.95) -> Estimate:

@@ -10,15 +10,19 @@ and wrong. Mean squares need no sampling, so 2 048 more poses cost little and sh
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import rp_name
+from lostmotion.error_model.intervals import root_mean_square
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
 
 # Number of poses from which nothing is checked. With 95 % confidence they visit what occurs in
 # 3/2048 = 0.15 % of poses.
@@ -28,6 +32,29 @@ _ROUNDING: Final = 1e-9
 # Weights of the mean squares by design, by robot and by visit in the position error, and in RP.
 ERROR: Final = (1.0, 1.0, 1.0)
 RP: Final = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Exact mean squares by design, by robot and by visit over each independent set of poses, and
+    over each set of many poses to check them (set, 3), m^2; no sets where nothing is checked.
+    """
+
+    visited: Floats
+    many: Floats
+
+    def root_mean_squares(self, weights: Sequence[float] | Floats) -> tuple[Estimate, Estimate]:
+        """Return the root mean square (m) of the levels with these weights over the poses, and over
+        the many. Valid where there are any.
+        """
+        visited, many = (root_mean_square(each @ weights) for each in (self.visited, self.many))
+        return visited, many
+
+    def known_ends(self, found: Estimate, weights: Sequence[float] | Floats) -> Estimate:
+        """Return a figure over these poses, its upper or lower end NaN where they lack rare poses
+        with larger or smaller errors (`known_ends`); weights of the levels in the figure.
+        """
+        return known_ends(found, *self.root_mean_squares(weights)) if len(self.many) else found
 
 
 def ap_weights(visits: int) -> tuple[float, float, float]:

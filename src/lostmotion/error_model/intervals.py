@@ -170,12 +170,8 @@ def standard_deviation(
     if variance <= _ROUNDING * mean_square:
         return Estimate(0.0, 0.0, 0.0)
     value = math.sqrt(variance)
-    centres = np.sqrt(_edges()[:-1] * _edges()[1:])
-    off = (centres - mean) ** 2
-    members = [
-        hists @ off / np.maximum(hists.sum(axis=1), 1) for hists in (group_hist, replicate_hist)
-    ]
-    counted = float(group_hist.sum(axis=0) @ off / group_hist.sum())
+    members = [squares_about(mean, hists) for hists in (group_hist, replicate_hist)]
+    counted = float(squares_about(mean, group_hist.sum(axis=0, keepdims=True))[0])
     if len(group_hist) < 2 or abs(counted / variance - 1) > _RESOLVED:  # noqa: PLR2004 - a single one shows no differences
         return Estimate(value, math.nan, math.nan)
     of_variance, freedom = satterthwaite(
@@ -184,6 +180,14 @@ def standard_deviation(
     # Symmetric on the logarithm, so that no end is below zero.
     factor = math.exp(student(freedom) * math.sqrt(of_variance) / (2 * variance))
     return Estimate(value, value / factor, value * factor)
+
+
+def squares_about(mean: float, hists: np.ndarray) -> Floats:
+    """Return the mean square (m^2) about a mean (m) of the samples in each histogram (member,
+    bin).
+    """
+    off = (np.sqrt(_edges()[:-1] * _edges()[1:]) - mean) ** 2
+    return np.asarray(hists @ off / np.maximum(hists.sum(axis=1), 1))
 
 
 def share_spread(group_hist: np.ndarray, replicate_hist: np.ndarray, value: float) -> Spread:

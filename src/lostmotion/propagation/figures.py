@@ -1,89 +1,194 @@
 """Figures of the error, each declared once: key, name, SI unit, definition, and how it is estimated
-from a run. Tables, result.json, comparisons and Python read these declarations.
+from samples or sums. Tables, result.json, comparisons, sweeps, stopping rule and Python read these
+declarations; other packages add theirs (`lostmotion.extensions`).
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, Self, TypeAlias
 
 import numpy as np
 
 from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.error_model.differences import (
+    deviation_difference,
     mean_difference,
     quantile_difference,
     robots_quantile_difference,
     root_mean_square_difference,
 )
-from lostmotion.error_model.few_poses import ERROR, RP, ap_weights, known_ends
+from lostmotion.error_model.few_poses import ERROR, RP, Squares, ap_weights, known_ends
 from lostmotion.error_model.intervals import (
     Estimate,
+    Spread,
+    mean_spread,
     pooled_mean,
     pooled_quantile,
     pooled_robots_quantile,
+    quantile_spread,
     root_mean_square,
+    share_spread,
     standard_deviation,
 )
+from lostmotion.error_model.small_counts import counting_floor
+from lostmotion.extensions import extensions
 from lostmotion.propagation.montecarlo import kernel
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
 
-    from lostmotion.error_model.budget import Budget
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
+    from lostmotion.propagation.pooled import Pooled
     from lostmotion.spatial import Floats
 
 # Of the mean squares by design, by robot and by visit in a figure.
 Weights: TypeAlias = tuple[float, float, float]
+# The table that a figure stands in: the error, its parts by level of chance, AP and RP.
+Group: TypeAlias = Literal["error", "levels", "iso9283"]
+# Percentile that is asked for first, and its key.
+FIRST: Final = 0.95
+HEADLINE: Final = "p95"
+_NORMAL: Final = 1.96
+NOT_CHECKED: Final = Squares(np.zeros((0, 3)), np.zeros((0, 3)))
 
 
 @dataclass(frozen=True)
 class VisitFigures:
     """AP or RP of every robot, over poses that need not be those of the position error.
 
-    robot_means      (set, robot) m, averaged over each independent set of poses
-    of_poses         (pose,) m, averaged over robots
-    squares          (set, 3) mean squares by design, by robot and by visit over each set, m^2
-    squares_of_many  the same over each set of many poses; no sets where nothing is checked
+    robot_means  (set, robot) m, averaged over each independent set of poses
+    of_poses     (pose,) m, averaged over robots; None where they are too many to keep
+    squares      mean squares over its poses
     """
 
     robot_means: Floats
-    of_poses: Floats
-    squares: Floats
-    squares_of_many: Floats
+    of_poses: Floats | None
+    squares: Squares
 
 
-@dataclass(frozen=True)
-class Errors:
-    """What figures of the error are estimated from: a run of robots over poses.
+@dataclass(frozen=True, kw_only=True)
+class Errors(ABC):
+    """What figures of the error are estimated from, by samples or by sums over terms.
 
-    sampled          the run
-    squares          (set, 3) exact mean squares by design, by robot and by visit over each
-                     independent set of its poses, m^2
-    squares_of_many  the same over each set of many poses, to check whether the poses are too few;
-                     no sets where nothing is checked
-    repeats          RP by the sign of the joints' last motion, 0 where it is drawn; empty for a
-                     single visit
+    squares   exact mean squares over the poses
+    levels    of the percentiles
+    rotation  (set,) mean squares of the tool's rotation, rad^2; None where they are not computed
+    visits    of each robot to each pose
+    accuracy  AP of every robot; None without samples, and for a single visit
+    repeats   RP by the sign of the joints' last motion, 0 where it is drawn; empty likewise
     """
 
-    sampled: Sampled
-    squares: Floats
-    squares_of_many: Floats
-    repeats: dict[float, VisitFigures]
+    squares: Squares
+    levels: Sequence[float] = kernel.QUANTILES
+    rotation: Floats | None = None
+    visits: int = 1
+    accuracy: VisitFigures | None = None
+    repeats: Mapping[float, VisitFigures]
+
+    @abstractmethod
+    def mean(self) -> Estimate:
+        """Return the mean over all positions of all robots, m."""
+
+    @abstractmethod
+    def deviation(self) -> Estimate:
+        """Return the standard deviation about that mean, m."""
+
+    @abstractmethod
+    def quantile(self, level: float) -> Estimate:
+        """Return the quantile at this level, m; NaN where it is not known."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawn(Errors):
+    """Errors of drawn robots.
+
+    robot_means  (set, robot) m, averaged over each independent set of poses
+    of_poses     (pose,) m, averaged over robots; None where they are too many to keep
+    groups, sets counts of all samples by length (group of robots, bin), (set, bin)
+    largest      of all samples, m
+    mean_square  of all samples, m^2
+    """
+
+    robot_means: Floats
+    of_poses: Floats | None
+    groups: np.ndarray
+    sets: np.ndarray
+    largest: float
+    mean_square: float
+
+    @classmethod
+    def of(
+        cls,
+        sampled: Sampled,
+        squares: Squares = NOT_CHECKED,
+        approach: float = 0.0,
+        repeats: Mapping[float, VisitFigures] | None = None,
+    ) -> Self:
+        """Return those of a run whose joints arrive with this sign; `repeats` where RP is known for
+        other approaches, too.
+        """
+        ap, rp = (
+            VisitFigures(sampled.robot_means[:, :, k], sampled.of_poses(k), squares) for k in (1, 2)
+        )
+        several = sampled.visits > 1
+        of_sets = sampled.rotation_ms.reshape(len(sampled.replicate_hist), -1)
+        return cls(
+            squares=squares,
+            rotation=np.asarray(of_sets.mean(axis=1)),
+            visits=sampled.visits,
+            accuracy=ap if several else None,
+            repeats=repeats if repeats is not None else {approach: rp} if several else {},
+            robot_means=sampled.robot_means[:, :, 0],
+            of_poses=sampled.of_poses(0),
+            groups=sampled.group_hist,
+            sets=sampled.replicate_hist,
+            largest=float(sampled.per_pose[:, kernel.LARGEST].max()),
+            mean_square=float(sampled.per_pose[:, kernel.MEAN_SQUARE].mean()),
+        )
 
     @property
-    def accuracy(self) -> VisitFigures:
-        """Return AP of every robot."""
-        means = self.sampled.robot_means[:, :, 1]
-        return VisitFigures(means, self.sampled.of_poses(1), self.squares, self.squares_of_many)
+    def histograms(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the counts by group of robots and by set of poses."""
+        return self.groups, self.sets
+
+    def mean(self) -> Estimate:
+        """Return the mean over all positions of all robots, m."""
+        return pooled_mean(self.robot_means, self.of_poses)
+
+    def deviation(self) -> Estimate:
+        """Return the standard deviation about that mean, m."""
+        return standard_deviation(*self.histograms, self.mean().value, self.mean_square)
+
+    def quantile(self, level: float) -> Estimate:
+        """Return the quantile at this level, m."""
+        return pooled_quantile(*self.histograms, level, self.largest)
 
 
-def squares_of(budget: Budget) -> tuple[Floats, Floats]:
-    """Return the mean squares by level over each set of a budget's poses, and of the many (set, 3),
-    m^2.
-    """
-    return np.array(budget.of_sets), np.array(budget.of_many).reshape(-1, 3)
+@dataclass(frozen=True, kw_only=True)
+class Summed(Errors):
+    """Errors without sampling: their figures over all poses together."""
+
+    pooled: Pooled
+
+    @classmethod
+    def of(cls, pooled: Pooled, squares: Squares) -> Self:
+        """Return those of a study without sampling."""
+        return cls(squares=squares, levels=pooled.levels, repeats={}, pooled=pooled)
+
+    def mean(self) -> Estimate:
+        """Return the mean over all positions of all robots, m."""
+        return self.pooled.mean
+
+    def deviation(self) -> Estimate:
+        """Return the standard deviation about that mean, m."""
+        return self.pooled.deviation
+
+    def quantile(self, level: float) -> Estimate:
+        """Return the quantile at this level, m; NaN for one that was not computed."""
+        found = dict(zip(self.pooled.levels, self.pooled.quantiles, strict=True))
+        return found.get(level, Estimate(np.nan, np.nan, np.nan))
 
 
 @dataclass(frozen=True)
@@ -98,153 +203,156 @@ class Figure:
     difference  of two runs of the same draws, after minus before, with its paired interval
     weights     of the mean squares by design, by robot and by visit in it; None for one of another
                 kind
-    squares     the mean squares over sets of poses and of many poses that those weights are for
+    squares     the mean squares that those weights are for
+    group       of the table that it stands in
+    title       of a card and beside other arms, where it stands alone; default: its name
+    first       whether it is asked for first: it has a card, and a band where values are unknown
+    spread      its variance due to poses and to robots, by which a run continues until it is
+                precise; None for one that no run waits for
     """
 
     key: str
     name: str
     unit: str
     definition: str
-    estimate: Callable[[Errors], Estimate]
-    difference: Callable[[Errors, Errors], Estimate] | None = None
+    estimate: Callable[[Any], Estimate]
+    difference: Callable[[Drawn, Drawn], Estimate] | None = None
     weights: Weights | None = None
-    squares: Callable[[Errors], tuple[Floats, Floats]] = lambda of: (of.squares, of.squares_of_many)
+    squares: Callable[[Any], Squares] = lambda errors: errors.squares
+    group: Group = "error"
+    title: str = ""
+    first: bool = False
+    spread: Callable[[Drawn, Estimate], Spread] | None = None
 
     def of(self, errors: Errors) -> Estimate:
         """Return its value; an end of the interval is NaN where the poses are too few
         (`known_ends`).
         """
         found = replace(self.estimate(errors), unit=self.unit)
-        squares, of_many = self.squares(errors)
-        if self.weights is None or not len(of_many):
-            return found
-        visited, many = (root_mean_square(each @ self.weights) for each in (squares, of_many))
-        return known_ends(found, visited, many)
+        return (
+            found if self.weights is None else self.squares(errors).known_ends(found, self.weights)
+        )
 
-    def change(self, before: Errors, after: Errors) -> Estimate:
+    def change(self, before: Drawn, after: Drawn) -> Estimate:
         """Return its difference, after minus before; ends as for `of`. Raises ValueError for a
         figure without one.
         """
         if self.difference is None:
             raise ValueError(f"no difference of '{self.key}' is declared")
         found = replace(self.difference(before, after), unit=self.unit)
-        squares, of_many = zip(self.squares(before), self.squares(after), strict=True)
-        if self.weights is None or not all(len(each) for each in of_many):
+        both = self.squares(before), self.squares(after)
+        weights = self.weights
+        if weights is None or not all(len(each.many) for each in both):
             return found
         visited, many = (
-            root_mean_square_difference(*(each @ self.weights for each in of))
-            for of in (squares, of_many)
+            root_mean_square_difference(*(getattr(each, name) @ weights for each in both))
+            for name in ("visited", "many")
         )
-        size = max(root_mean_square(each @ self.weights).value for each in of_many)
+        size = max(root_mean_square(each.many @ weights).value for each in both)
         return known_ends(found, visited, many, size)
-
-
-def _largest(errors: Errors) -> float:
-    return float(errors.sampled.per_pose[:, kernel.LARGEST].max())
-
-
-def _mean(errors: Errors) -> Estimate:
-    return pooled_mean(errors.sampled.robot_means[:, :, 0], errors.sampled.of_poses(0))
-
-
-def _deviation(errors: Errors) -> Estimate:
-    sampled = errors.sampled
-    return standard_deviation(
-        sampled.group_hist,
-        sampled.replicate_hist,
-        _mean(errors).value,
-        float(sampled.per_pose[:, kernel.MEAN_SQUARE].mean()),
-    )
 
 
 def percentile(level: float) -> Figure:
     """Return the error that this share of all positions stays within."""
 
-    def estimate(errors: Errors) -> Estimate:
-        sampled = errors.sampled
-        return pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, _largest(errors))
+    def difference(before: Drawn, after: Drawn) -> Estimate:
+        values = before.quantile(level).value, after.quantile(level).value
+        return quantile_difference(before.histograms, after.histograms, level, values)
 
-    def difference(before: Errors, after: Errors) -> Estimate:
-        hists = [(each.sampled.group_hist, each.sampled.replicate_hist) for each in (before, after)]
-        values = (estimate(before).value, estimate(after).value)
-        return quantile_difference(hists[0], hists[1], level, values)
+    def spread(errors: Drawn, found: Estimate) -> Spread:
+        return share_spread(*errors.histograms, found.value)
 
-    share = f"{100 * level:.0f}"
+    share = f"{100 * level:.4g}"
     return Figure(
-        f"p{share}",
+        f"p{share.replace('.', '_')}",
         f"{share}th percentile",
         "m",
         f"position error that {share} % of all positions of all robots stay within",
-        estimate,
+        lambda errors: errors.quantile(level),
         difference,
         ERROR,
+        title=f"{share} % of positions within",
+        first=level == FIRST,
+        spread=spread if level == FIRST else None,
     )
 
 
-def _rms(key: str, name: str, definition: str, weights: Weights) -> Figure:
-    chosen = np.array(weights)
+def _rms(key: str, name: str, definition: str, weights: Weights, group: Group) -> Figure:
     return Figure(
         key,
         name,
         "m",
         definition,
-        lambda errors: root_mean_square(errors.squares @ chosen),
+        lambda errors: root_mean_square(errors.squares.visited @ weights),
         lambda before, after: root_mean_square_difference(
-            before.squares @ chosen, after.squares @ chosen
+            *(each.squares.visited @ weights for each in (before, after))
         ),
         weights,
+        group=group,
+        title="r.m.s. error" if group == "error" else "",
     )
 
 
 def _of_robots(
-    key: str, name: str, visits: Callable[[Errors], VisitFigures], weights: Weights
+    key: str, name: str, visits: Callable[[Any], VisitFigures], weights: Weights, title: str
 ) -> tuple[Figure, Figure]:
     """Return the mean over poses and robots, and the 95th percentile over robots, of AP or RP."""
 
-    def squares(errors: Errors) -> tuple[Floats, Floats]:
-        return visits(errors).squares, visits(errors).squares_of_many
-
-    def means(errors: Errors) -> tuple[Floats, Floats]:
+    def means(errors: Errors) -> tuple[Floats, Floats | None]:
         return visits(errors).robot_means, visits(errors).of_poses
 
-    return (
-        Figure(
-            f"{key}_mean",
-            f"{name}, mean over poses and robots",
-            "m",
-            f"{name} of ISO 9283, averaged over poses and robots",
-            lambda errors: pooled_mean(*means(errors)),
-            lambda one, other: mean_difference(means(one)[0], means(other)[0]),
-            weights,
-            squares,
-        ),
-        Figure(
-            f"{key}_p95",
-            f"{name}, 95th percentile of robots",
-            "m",
-            f"{name} of ISO 9283 that 95 % of robots stay within, averaged over poses",
-            lambda errors: pooled_robots_quantile(means(errors)[0], of_poses=means(errors)[1]),
-            lambda one, other: robots_quantile_difference(means(one)[0], means(other)[0]),
-            weights,
-            squares,
-        ),
+    def spread_of_percentile(errors: Drawn, found: Estimate) -> Spread:
+        robot_means, of_poses = means(errors)
+        floor = 0.0 if of_poses is None else counting_floor(of_poses, len(robot_means))
+        due_to_poses = max(quantile_spread(robot_means), (floor / _NORMAL) ** 2)
+        whole = (found.half / _NORMAL) ** 2
+        return Spread(max(whole - due_to_poses, 0.0), due_to_poses, found.half)
+
+    mean = Figure(
+        f"{key}_mean",
+        f"{name}, mean over poses and robots",
+        "m",
+        f"{name} of ISO 9283, averaged over poses and robots",
+        lambda errors: pooled_mean(*means(errors)),
+        lambda one, other: mean_difference(means(one)[0], means(other)[0]),
+        weights,
+        lambda errors: visits(errors).squares,
+        "iso9283",
+        spread=lambda errors, _: mean_spread(*means(errors)),
+    )
+    return mean, replace(
+        mean,
+        key=f"{key}_p95",
+        name=f"{name}, 95th percentile of robots",
+        definition=f"{name} of ISO 9283 that 95 % of robots stay within, averaged over poses",
+        estimate=lambda errors: pooled_robots_quantile(means(errors)[0], of_poses=means(errors)[1]),
+        difference=lambda one, other: robots_quantile_difference(means(one)[0], means(other)[0]),
+        title=f"{title}, 95 % of robots within",
+        first=True,
+        spread=spread_of_percentile,
     )
 
 
 def accuracy(visits: int) -> tuple[Figure, Figure]:
     """Return the figures of AP at this number of visits."""
-    return _of_robots("ap", "AP", lambda errors: errors.accuracy, ap_weights(visits))
+    of_visits = ap_weights(visits)
+    return _of_robots("ap", "AP", lambda errors: errors.accuracy, of_visits, "accuracy AP")
 
 
 def repeatability(approach: float) -> tuple[Figure, Figure]:
     """Return the figures of RP of joints that arrive this way (`arrival.rp_name`)."""
-    key = rp_key(approach)
-    return _of_robots(key, rp_name(approach), lambda errors: errors.repeats[approach], RP)
+    name = rp_name(approach)
+    return _of_robots(rp_key(approach), name, lambda errors: errors.repeats[approach], RP, name)
 
 
-def _rotation(errors: Errors) -> Floats:
-    sets = len(errors.sampled.replicate_hist)
-    return np.asarray(errors.sampled.rotation_ms.reshape(sets, -1).mean(axis=1))
+def _deviations(before: Drawn, after: Drawn) -> Estimate:
+    both = (before, after)
+    return deviation_difference(
+        before.histograms,
+        after.histograms,
+        (before.mean().value, after.mean().value),
+        (both[0].deviation().value, both[1].deviation().value),
+    )
 
 
 MEAN: Final = Figure(
@@ -252,48 +360,81 @@ MEAN: Final = Figure(
     "mean",
     "m",
     "mean position error over all positions of all robots",
-    _mean,
-    lambda one, other: mean_difference(
-        one.sampled.robot_means[:, :, 0], other.sampled.robot_means[:, :, 0]
-    ),
+    lambda errors: errors.mean(),
+    lambda one, other: mean_difference(one.robot_means, other.robot_means),
     ERROR,
+    title="mean position error",
+    first=True,
+    spread=lambda errors, _: mean_spread(errors.robot_means, errors.of_poses),
 )
 DEVIATION: Final = Figure(
     "standard_deviation",
     "standard deviation",
     "m",
     "of the position error about its mean, over all robots, poses and visits",
-    _deviation,
-    weights=ERROR,
+    lambda errors: errors.deviation(),
+    _deviations,
+    ERROR,
+    title="standard deviation of the error",
 )
-RMS: Final = _rms("rms", "r.m.s.", "root mean square of the position error", ERROR)
-RMS_BY_LEVEL: Final = (
-    _rms("rms_design", "r.m.s., follows load and pose", "of the same error of all", (1, 0, 0)),
-    _rms("rms_robot", "r.m.s., differs between robots", "of manufacture", (0, 1, 0)),
-    _rms("rms_visit", "r.m.s., differs between visits", "of each visit to a pose", (0, 0, 1)),
-)
-PERCENTILES: Final = {level: percentile(level) for level in kernel.QUANTILES}
+RMS: Final = _rms("rms", "r.m.s.", "root mean square of the position error", ERROR, "error")
 ROTATION: Final = Figure(
     "rotation_rms",
     "rotation of the tool, r.m.s.",
     "rad",
     "root mean square of the angle by which the tool is turned; exact at the visited poses",
-    lambda errors: root_mean_square(_rotation(errors)),
-    lambda one, other: root_mean_square_difference(_rotation(one), _rotation(other)),
+    lambda errors: root_mean_square(errors.rotation),
+    lambda one, other: root_mean_square_difference(one.rotation, other.rotation),  # type: ignore[arg-type] # `figures_of`
 )
-# Of the position error, in the order of tables.
-OF_POSITION: Final = (
+# Figures of every run, but for the percentiles, which stand before the last: of the position error
+# in the order of tables, of its levels, of the rotation.
+_EVERY: Final = (
     MEAN,
     DEVIATION,
     RMS,
-    *PERCENTILES.values(),
+    _rms(
+        "rms_design",
+        "r.m.s., follows load and pose",
+        "root mean square of the error that load and pose cause in all robots alike",
+        (1, 0, 0),
+        "levels",
+    ),
+    _rms(
+        "rms_robot",
+        "r.m.s., differs between robots",
+        "root mean square of the error that differs from robot to robot",
+        (0, 1, 0),
+        "levels",
+    ),
+    _rms(
+        "rms_visit",
+        "r.m.s., differs between visits",
+        "root mean square of the error that differs from visit to visit of a robot",
+        (0, 0, 1),
+        "levels",
+    ),
+    ROTATION,
 )
 
 
 def figures_of(errors: Errors) -> dict[str, Figure]:
-    """Return the figures that a run has, by key: AP and RP need two visits."""
-    found = [*OF_POSITION, *RMS_BY_LEVEL, ROTATION]
-    if errors.repeats:
-        found += accuracy(errors.sampled.visits)
-        found += [each for approach in errors.repeats for each in repeatability(approach)]
-    return {each.key: each for each in found}
+    """Return the figures that a run has, by key: AP and RP need two visits. Raises InputError for
+    one of another package that cannot be used.
+    """
+    found = [each for each in _EVERY if each is not ROTATION or errors.rotation is not None]
+    found[3:3] = map(percentile, errors.levels)
+    if errors.accuracy is not None:
+        found += accuracy(errors.visits)
+    found += [each for approach in errors.repeats for each in repeatability(approach)]
+    out = {each.key: each for each in found}
+    for extension in extensions("figures").values():
+        figure: Figure = extension.load("a Figure", lambda each: isinstance(each, Figure))
+        if figure.key in out:
+            raise extension.refusal(f"the key '{figure.key}', which is in use", "a key of its own")
+        out[figure.key] = figure
+    return out
+
+
+def estimates(errors: Errors) -> dict[str, Estimate]:
+    """Return every figure that a run has by key, in SI with its interval."""
+    return {key: each.of(errors) for key, each in figures_of(errors).items()}

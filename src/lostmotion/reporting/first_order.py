@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 # What exact composition may differ by, as a share of the error, for first order to be enough.
 ENOUGH: Final = 0.01
-_LEVEL: Final = 0.95
 # Share of the error that the sag makes at least in an arm that is called soft.
 _MOSTLY: Final = 0.5
 # rad; play and droop are smaller. A larger turn suggests a mistake in the description.
@@ -147,18 +146,10 @@ def _without_intervals(sections: Sequence[Section]) -> tuple[Section, ...]:
 
 def unsure(outcome: Outcome) -> Outcome:
     """Take the intervals off the figures of a design of a sweep."""
-    ap, rp = (
-        None if pair is None else (_alone(pair[0]), _alone(pair[1]))
-        for pair in (outcome.ap, outcome.rp)
-    )
     return replace(
         outcome,
-        mean=_alone(outcome.mean),
-        quantiles={level: _alone(found) for level, found in outcome.quantiles.items()},
-        ap=ap,
-        rp=rp,
+        figures={key: _alone(found) for key, found in outcome.figures.items()},
         lower=None if outcome.lower is None else _alone(outcome.lower),
-        rms_with_poses=_alone(outcome.rms_with_poses),
     )
 
 
@@ -172,8 +163,8 @@ def failed(failing: Sequence[Outcome], designs: int, named: Callable[[int], str]
     """
     if not failing:
         return []
-    worst = max(failing, key=lambda each: share_neglected(each.check, each.quantiles[_LEVEL].value))
-    message = failure(worst.check, worst.quantiles[_LEVEL].value)
+    worst = max(failing, key=lambda each: share_neglected(each.check, each.p95.value))
+    message = failure(worst.check, worst.p95.value)
     return [
         message
         if designs == 1

@@ -15,8 +15,10 @@ import re
 from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
+from lostmotion.error_model.intervals import Estimate
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from lostmotion.reporting.sheet import Cell, Row, Section, Sheet
 
@@ -32,7 +34,8 @@ def key_of(label: str) -> str:
     """Return the key of a label: its letters and digits, "p95" for the 95th percentile or a column
     "95 %", with "_" between words.
     """
-    return re.sub(r"\W+", "_", _PERCENTILE.sub(r"p\1\2", label)).strip("_") or "value"
+    text = _PERCENTILE.sub(r"p\1\2", label).replace("r.m.s.", "rms")
+    return re.sub(r"\W+", "_", text).strip("_") or "value"
 
 
 def figures_by_key(sections: Iterable[Section]) -> dict[str, Any]:
@@ -40,6 +43,39 @@ def figures_by_key(sections: Iterable[Section]) -> dict[str, Any]:
     column.
     """
     return {section.key: _rows(section) for section in sections}
+
+
+def estimates_by_key(sections: Iterable[Section]) -> Iterator[tuple[str, str, Estimate]]:
+    """Yield every figure with its keys joined by dots, what it is in words, and its value with
+    ends and SI unit; not those that are words alone.
+    """
+    for section in sections:
+        columns = _each_once([key_of(name) for name in section.columns])
+        keys = _each_once([row.key or key_of(row.label) for row in section.rows])
+        for key, row in zip(keys, section.rows, strict=True):
+            for column, name, each in zip(columns, section.columns, row.cells, strict=True):
+                if each.words and not math.isfinite(each.value):
+                    continue
+                alone = columns == ["value"]
+                yield (
+                    ".".join([section.key, key, *([] if alone else [column])]),
+                    row.label if alone else f"{row.label}, {name}",
+                    Estimate(each.value, each.low, each.high, unit=each.unit),
+                )
+
+
+def row_at(sections: Iterable[Section], section: str, row: str) -> Row | None:
+    """Return the row with these keys. None where there is none."""
+    return next(
+        (
+            each
+            for of in sections
+            if of.key == section
+            for each in of.rows
+            if (each.key or key_of(each.label)) == row
+        ),
+        None,
+    )
 
 
 def _rows(section: Section) -> dict[str, Any]:

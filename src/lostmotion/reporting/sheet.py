@@ -156,13 +156,14 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A figure that is asked for first: what it is, the number as text, and a quiet line below
-    it.
+    """A figure that is asked for first: what it is, the number as text, a quiet line below it, and
+    the key of the declared figure that it shows, if it is one.
     """
 
     title: str
     number: str
     quiet: str = ""
+    key: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -322,20 +323,6 @@ def _cell(value: Cell | Estimate | SupportsFloat | str | None, unit: str, sample
         return Cell(int(value), unit, samples=samples)
     number = math.nan if value is None else float(value)
     return Cell(number, suited(number, unit), samples=samples)
-
-
-def find_row(sections: Iterable[Section], key: str, label: str) -> Row | None:
-    """Return the row of the section `key` with this label. None where there is none."""
-    return next(
-        (
-            row
-            for section in sections
-            if section.key == key
-            for row in section.rows
-            if row.label == label
-        ),
-        None,
-    )
 
 
 def in_words(text: str) -> Cell:

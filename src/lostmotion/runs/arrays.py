@@ -28,16 +28,9 @@ def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
     import xarray
 
     found: dict[str, list[Estimate | None]] = {
-        "mean": [each.mean for each in outcomes],
-        "standard_deviation": [each.deviation for each in outcomes],
+        key: [each.figures[key] for each in outcomes] for key in outcomes[0].figures
     }
-    for level in outcomes[0].quantiles:
-        found[f"q{100 * level:.0f}"] = [each.quantiles[level] for each in outcomes]
-    for name in ("ap", "rp"):
-        for k, suffix in enumerate(("_mean", "_q95")):
-            pairs = [getattr(each, name) for each in outcomes]
-            found[name + suffix] = [None if pair is None else pair[k] for pair in pairs]
-    found["q95_lower"] = [each.lower for each in outcomes]
+    found["p95_lower"] = [each.lower for each in outcomes]
     shape = tuple(len(axis.values) for axis in order.axes)
     dims = tuple(axis.key for axis in order.axes)
     data: dict[str, Any] = {}
@@ -49,14 +42,11 @@ def dataset(order: Order, outcomes: Sequence[Outcome]) -> xarray.Dataset:
             ]
         )
         data[name] = ((*dims, "end"), table.reshape(*shape, len(_ENDS)), {"units": "m"})
-    data["q95_lower"][2]["long_name"] = (
+    data["p95_lower"][2]["long_name"] = (
         "by how much the 95 % error lies below that of the first design"
     )
-    for name, values in (
-        ("rms", [each.rms for each in outcomes]),
-        ("largest", [each.worst[0].error for each in outcomes]),
-    ):
-        data[name] = (dims, np.array(values).reshape(shape), {"units": "m"})
+    largest = np.array([each.worst[0].error for each in outcomes])
+    data["largest"] = (dims, largest.reshape(shape), {"units": "m"})
     data["mass"] = (
         dims,
         np.array([each.mass for each in outcomes]).reshape(shape),

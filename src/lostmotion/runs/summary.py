@@ -9,30 +9,32 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from lostmotion.error_model.arrival import rp_key
 from lostmotion.error_model.budget import Cost, Tally, costs
 from lostmotion.error_model.error_bins import bin_edges
-from lostmotion.error_model.intervals import (
-    Estimate,
-    pooled_mean,
-    pooled_quantile,
-    pooled_robots_quantile,
-    quantile_drop,
-    root_mean_square,
-    standard_deviation,
-)
+from lostmotion.error_model.few_poses import Squares
+from lostmotion.error_model.intervals import Estimate, quantile_drop
 from lostmotion.error_model.overload import Overload, overloads
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import limit_shares
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
-from lostmotion.propagation.montecarlo import kernel
+from lostmotion.propagation.figures import (
+    HEADLINE,
+    NOT_CHECKED,
+    Drawn,
+    VisitFigures,
+    estimates,
+    figures_of,
+)
 from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, BlockRecord, design_of, poses_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lostmotion.error_model.provenance import LimitShare, States
+    from lostmotion.propagation.figures import Figure
     from lostmotion.runs.job import Order
     from lostmotion.runs.store import Store
     from lostmotion.spatial import Floats
@@ -84,15 +86,12 @@ class Worst:
 class Outcome:
     """The results of one design; lengths in m.
 
-    deviation  standard deviation of the error, over all poses, robots and visits; quantiles
-               likewise, by level
-    ap, rp     mean over poses and robots, and what 95 % of the robots stay below on the average
-               over the poses; None for a single visit
+    declared   the figures of the error by key; figures: their values
+    approach   sign of the joints' last motion
     lower      by how much its 95 % error lies below the first design's, from the same draws; None
                for the first
     rms        root of the exact mean square, with the part of it that load and pose, each robot,
                and each visit make (3,), m^2
-    rms_with_poses   the same with its interval, due to the choice of poses
     worst      the largest errors, each of a pose of its own
     check      first order against exact composition
     overloads  drives that hold more than they are rated for, over the joint limits
@@ -108,14 +107,11 @@ class Outcome:
     design: int
     stated: dict[str, Any]
     joints: tuple[tuple[str, str], ...]
-    mean: Estimate
-    deviation: Estimate
-    quantiles: dict[float, Estimate]
-    ap: tuple[Estimate, Estimate] | None
-    rp: tuple[Estimate, Estimate] | None
+    declared: dict[str, Figure]
+    figures: dict[str, Estimate]
+    approach: float
     lower: Estimate | None
     rms: float
-    rms_with_poses: Estimate
     levels: Floats
     costs: list[Cost]
     worst: list[Worst]
@@ -128,6 +124,21 @@ class Outcome:
     joints_without_price: tuple[str, ...]
     spread: tuple[Floats, Floats]
     known: States
+
+    @property
+    def p95(self) -> Estimate:
+        """Return the error that 95 % of all positions stay within."""
+        return self.figures[HEADLINE]
+
+    @property
+    def ap(self) -> Estimate | None:
+        """Return AP that 95 % of the robots stay within; None for a single visit."""
+        return self.figures.get("ap_p95")
+
+    @property
+    def rp(self) -> Estimate | None:
+        """Return RP that 95 % of the robots stay within; None for a single visit."""
+        return self.figures.get(f"{rp_key(self.approach)}_p95")
 
 
 @dataclass
@@ -234,16 +245,21 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
     arm = design_of(order, design).arm
     robots = merged.robots * (order.sets / order.poses)
     at = list(np.concatenate(merged.at_poses).T) if merged.at_poses else [None] * robots.shape[2]
-    largest, mean = merged.worst[0].error, pooled_mean(robots[:, :, 0], at[0])
-    spread = [
-        None
-        if order.visits == 1
-        else (
-            pooled_mean(robots[:, :, k], at[k]),
-            pooled_robots_quantile(robots[:, :, k], of_poses=at[k]),
-        )
-        for k in (1, 2)
-    ]
+    squares = Squares(merged.levels * (order.sets / order.poses), NOT_CHECKED.many)
+    ap, rp = (VisitFigures(robots[:, :, k], at[k], squares) for k in (1, 2))
+    repeats = order.visits > 1
+    errors = Drawn(
+        squares=squares,
+        visits=order.visits,
+        accuracy=ap if repeats else None,
+        repeats={float(order.approach): rp} if repeats else {},
+        robot_means=robots[:, :, 0],
+        of_poses=at[0],
+        groups=merged.groups,
+        sets=merged.sets,
+        largest=merged.worst[0].error,
+        mean_square=merged.square / order.poses,
+    )
     levels = merged.levels.sum(axis=0)
     total = float(levels.sum())
     own, *shared = merged.parts[: len(order.parts)].T
@@ -252,19 +268,13 @@ def _outcome(store: Store, design: int, merged: _Merged, first: _Merged | None) 
         design,
         order.stated(design),
         tuple((joint.name, joint.type) for joint in arm.driven),
-        mean,
-        standard_deviation(merged.groups, merged.sets, mean.value, merged.square / order.poses),
-        {
-            level: pooled_quantile(merged.groups, merged.sets, level, largest)
-            for level in kernel.QUANTILES
-        },
-        spread[0],
-        spread[1],
+        figures_of(errors),
+        estimates(errors),
+        float(order.approach),
         None
         if first is None
         else quantile_drop((first.groups, first.sets), (merged.groups, merged.sets), _LEVEL),
         float(np.sqrt(total / order.poses)),
-        root_mean_square(merged.levels.sum(axis=1) * (order.sets / order.poses)),
         levels / order.poses,
         [cost for cost in costs(tally) if cost.alone or cost.share],
         [with_pose(order, each) for each in merged.worst],

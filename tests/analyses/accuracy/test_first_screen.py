@@ -12,7 +12,8 @@ from lostmotion.analyses.accuracy.tables.bars import blame_bars, remedy_bars
 from lostmotion.error_model.budget import Cost
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.remedies import STAGES
-from lostmotion.reporting.sheet import Bar, Bars, Cell, find_row
+from lostmotion.reporting.layout import key_of, row_at
+from lostmotion.reporting.sheet import Bar, Bars, Cell
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -28,7 +29,7 @@ def test_bars_show_the_figures_of_the_tables(z_arm_study):
     sheet = z_arm_study.sheet
     blame, remedies = sheet.bars
     for bar in blame.bars[:-1]:
-        row = find_row(sheet.sections, "budget", bar.label)
+        row = row_at(sheet.sections, "budget", key_of(bar.label))
         assert bar.figure.value == row.cells[1].value == pytest.approx(bar.size)
         assert bar.effect.value == pytest.approx(row.cells[2].value)
         assert sum(bar.parts) == pytest.approx(bar.size)
@@ -49,7 +50,7 @@ def test_without_sampling_bars_show_root_mean_squares():
     """
     found = lostmotion.study(EXAMPLES / "z-arm.toml", 64, method="analytic").sheet
     assert [bars.key for bars in found.bars] == ["budget", "remedies"]
-    row = find_row(found.sections, "levels", "left after compensation of load and pose")
+    row = row_at(found.sections, "levels", "left_after_compensation_of_load_and_pose")
     (compensated,) = [bar for bar in found.bars[1].bars if bar.label == "load compensated"]
     assert compensated.figure.value == pytest.approx(row.cells[0].value)
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import lostmotion
 from lostmotion.error_model.remedies import SIDE_KNOWN
-from lostmotion.reporting.sheet import Cell, find_row, length
+from lostmotion.reporting.layout import row_at
+from lostmotion.reporting.sheet import Cell, length
 from tests.reporting.first_screen import first_screen
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -61,7 +62,7 @@ def check_figures(study):
     contributor, and what is left by a remedy.
     """
     sheet = study.sheet
-    assert str(find_row(sheet.sections, "error", "95th percentile").cells[0]) in sheet.verdict
+    assert str(row_at(sheet.sections, "error", "p95").cells[0]) in sheet.verdict
     levels = study.budget.levels
     share, origin = re.search(
         r"(>?[\d.]+ %) of the mean square (follows|differs from robot|differs from visit)",
@@ -273,5 +274,5 @@ def test_without_sampling_the_remedy_is_in_root_mean_squares():
     table.
     """
     sheet = lostmotion.study(EXAMPLES / "z-arm.toml", 64, method="analytic").sheet
-    left = find_row(sheet.sections, "levels", "left after compensation of load and pose").cells[0]
+    left = row_at(sheet.sections, "levels", "left_after_compensation_of_load_and_pose").cells[0]
     assert (f"a controller that knows them leaves {length(left.value)} r.m.s. of") in sheet.verdict

@@ -226,7 +226,7 @@ def test_a_zone_stops_by_its_own_figures(arm, monkeypatch):
     last = found.stopping.stages[-1]
     assert found.stopping.reached
     assert len(found.poses) == last.poses > 16
-    assert last.figures["95th percentile"].relative <= 0.02
+    assert last.figures["p95"].relative <= 0.02
     assert found.budget.poses == last.poses
     monkeypatch.setattr(pose_selection, "MOST_TRIED", 4096)
     few = poses_in_zone(arm, 512, CORNER)

@@ -9,7 +9,8 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.tables.analytic import comparisons
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.reporting.sheet import Cell, find_row, in_one_unit, length, several
+from lostmotion.reporting.layout import row_at
+from lostmotion.reporting.sheet import Cell, in_one_unit, length, several
 from tests.reporting.first_screen import first_screen
 
 ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
@@ -100,10 +101,10 @@ def test_the_answer_without_sampling_has_its_interval_and_tiles(z_arm_study):
     """
     alone = lostmotion.study(lostmotion.read(ARM), 64, method="analytic", zone="x 0.1..0.6 m")
     sheet = alone.sheet
-    row = find_row(sheet.sections, "analytic", "95th percentile").cells[0]
+    row = row_at(sheet.sections, "analytic", "p95").cells[0]
     assert f"within {row} ({row.between})." in sheet.verdict
     assert "(poses, bound)" not in sheet.verdict
-    inside = find_row(sheet.sections, "zone_1_analytic", "95th percentile").cells[0]
+    inside = row_at(sheet.sections, "zone_1_analytic", "p95").cells[0]
     assert (
         f"In the zone x 100 … 600 mm expect 95 % within {inside} ({inside.between})."
         in first_screen(sheet)
@@ -136,18 +137,18 @@ def test_a_root_mean_square_over_all_poses_has_an_interval(z_arm_study):
     choice leaves; given poses are taken as they are.
     """
     sections = z_arm_study.sheet.sections
-    square = find_row(sections, "analytic", "root mean square").cells[0]
-    (whole,) = in_one_unit([find_row(sections, "levels", "all together").cells[0]])
+    square = row_at(sections, "analytic", "rms").cells[0]
+    (whole,) = in_one_unit([row_at(sections, "levels", "all_together").cells[0]])
     (square,) = in_one_unit([square])
     assert (square.value, square.low, square.high) == pytest.approx(
         (whole.value, whole.low, whole.high), rel=1e-9
     )
-    turned = find_row(sections, "error", "rotation of the tool, r.m.s.").cells[0]
+    turned = row_at(sections, "error", "rotation_rms").cells[0]
     for figure in (square, turned):
         assert figure.low < figure.value < figure.high < 1.5 * figure.value
     given = lostmotion.study(lostmotion.read(ARM), z_arm_study.poses.q, method="analytic").sheet
-    assert find_row(given.sections, "analytic", "root mean square").cells[0].interval == ""
-    assert find_row(given.sections, "levels", "all together").cells[0].interval == ""
+    assert row_at(given.sections, "analytic", "rms").cells[0].interval == ""
+    assert row_at(given.sections, "levels", "all_together").cells[0].interval == ""
 
 
 def test_without_sampling_the_effect_of_halving_is_reported(z_arm_study):

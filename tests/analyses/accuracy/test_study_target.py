@@ -8,7 +8,7 @@ import pytest
 import lostmotion
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.errors import InputError
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 from tests.parts.random_arms import EXAMPLES
 from tests.reporting.first_screen import first_screen
 
@@ -24,7 +24,7 @@ def test_the_share_within_the_target_is_that_of_all_samples(tmp_path):
     )
     hist = study.sampled.replicate_hist.sum(axis=0)
     counted = hist[: int(np.searchsorted(bin_edges(), 0.8e-3))].sum() / hist.sum()
-    figure = find_row(study.sheet.sections, "error", "within the target").cells[0]
+    figure = row_at(study.sheet.sections, "error", "within_the_target").cells[0]
     assert figure.value == pytest.approx(counted, abs=0.002)  # of one bin
     assert figure.low < figure.value < figure.high
     assert f"{figure} ({figure.interval}) of positions are within 0.8 mm." in " ".join(

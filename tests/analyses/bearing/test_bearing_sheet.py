@@ -25,7 +25,7 @@ from lostmotion.parts.bearing.crossed_roller import CrossedRoller
 from lostmotion.parts.bearing.pair import BallPair
 from lostmotion.parts.bearing.rolling import RollingPair
 from lostmotion.propagation.montecarlo import kernel
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "bearing"
@@ -68,7 +68,7 @@ def test_the_209_through_the_sheet():
         float(ball_pressure(4336.0, 12.7e-3, 65e-3)), rel=0.01
     )
     sheet = BearingStudy("209", of_209.bearing, of_209.load, of_209).sheet
-    assert find_row(sheet.sections, "shift", "shift across").cells[1].as_shown == pytest.approx(
+    assert row_at(sheet.sections, "shift", "shift_across").cells[1].as_shown == pytest.approx(
         51.5, rel=0.02
     )
 
@@ -117,7 +117,7 @@ def test_rollers_carry_no_axial_load():
     assert found.stiffness[2] == 0
     sheet = BearingStudy("x", part, found.load, found).sheet
     assert (
-        find_row(sheet.sections, "stiffness", "along the axis").note
+        row_at(sheet.sections, "stiffness", "along_the_axis").note
         == "no stiffness in this direction"
     )
 
@@ -212,7 +212,7 @@ def test_catalogue_bearings_have_a_sheet_too():
         assert [section.key for section in sheet.sections][:3] == ["stated", "terms", "inputs"]
         assert all(section.rows for section in sheet.sections)
     tilt = BearingStudy("x", RollingPair(clearance=6e-5, span=0.05), LOAD, None).sheet
-    assert find_row(tilt.sections, "stated", "tilt in it, either way").cells[
+    assert row_at(tilt.sections, "stated", "tilt_in_it_either_way").cells[
         0
     ].as_shown == pytest.approx(4.1, rel=0.01)
 
@@ -305,9 +305,9 @@ def test_a_single_209_by_itself(tmp_path):
     assert one.settled.displacement[1, 0] == pytest.approx(51.5e-6, rel=0.02)
     assert len(one.settled.loads) == 1
     sheet = BearingStudy("209", part, one.load, one).sheet
-    assert find_row(sheet.sections, "elements", "balls: largest").cells[
-        1
-    ].as_shown == pytest.approx(4336, rel=0.02)
+    assert row_at(sheet.sections, "elements", "balls_largest").cells[1].as_shown == pytest.approx(
+        4336, rel=0.02
+    )
     assert "terms" not in [section.key for section in sheet.sections]
     assert any("carries almost no moment" in note for note in sheet.notes)
     # as stiff across as each of two

@@ -15,7 +15,7 @@ from lostmotion.analyses.gearbox.gear import Gear, gear
 from lostmotion.parts.bands import band, influence
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.printed import ARCMIN
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -172,14 +172,12 @@ def test_a_stiffness_that_is_mostly_unknown_is_printed_as_its_band():
     (card,) = (card for card in unknown.sheet.cards if card.title == "stiffness")
     assert " .. " in card.number
     for found in (unknown, known):
-        row = find_row(found.sheet.sections, "bands", "stiffness, slope")
+        row = row_at(found.sheet.sections, "bands", "stiffness_slope")
         assert row is not None
         low, middle, high = (figure.value for figure in row.cells)
         assert low < middle < high
         assert middle == pytest.approx(float(found.read.slope.mean()))
-    assert (
-        find_row(asked(frame="20 N m/arcmin").sheet.sections, "bands", "stiffness, slope") is None
-    )
+    assert row_at(asked(frame="20 N m/arcmin").sheet.sections, "bands", "stiffness_slope") is None
 
 
 def test_result_json_has_bands_by_name():

@@ -16,7 +16,7 @@ from lostmotion.io.part_file import read_gearbox
 from lostmotion.parts.error_source import Friction as LoadFriction
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
 from lostmotion.parts.gearbox.cycloidal.dimensions import StageFriction
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 from tests.parts.conditions import condition, terms_at
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "gearbox" / "printed.toml"
@@ -72,7 +72,7 @@ def test_a_drive_that_friction_holds_says_so():
     assert backdriving(found) == ["not stated", "no", "no"]
     assert {"self_locking": False, "input_turns_output": False}.items() <= found.sheet.facts.items()
     assert (
-        find_row(found.sheet.sections, "friction", "at 4 N m").cells[0].words
+        row_at(found.sheet.sections, "friction", "at_4_N_m").cells[0].words
         == "the input cannot turn it"
     )
     locked = gear(printed(StageFriction(flank=0.0, bearing=0.3, bearing_radius=9e-3)), gearboxes=8)
@@ -84,10 +84,10 @@ def test_friction_without_load_is_the_backdriving_torque():
     assumed.
     """
     found = gear(printed(None, friction_torque=LoadFriction.of_load(0.3)), gearboxes=8)
-    assert find_row(found.sheet.sections, "backdriving", "backdriving torque").cells[
+    assert row_at(found.sheet.sections, "backdriving", "backdriving_torque").cells[
         0
     ].value == pytest.approx(0.3)
-    assert find_row(found.sheet.sections, "friction", "at 0.4 N m").cells[2].value == pytest.approx(
+    assert row_at(found.sheet.sections, "friction", "at_0_4_N_m").cells[2].value == pytest.approx(
         0.25
     )
 

@@ -34,7 +34,7 @@ from lostmotion.laws.cycloid.stage import Stage
 from lostmotion.laws.torque_angle import Definitions, SampledCurve, readings
 from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox, samples
 from lostmotion.printed import ARCMIN
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import key_of, row_at
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
@@ -122,7 +122,7 @@ def stated(tmp_path, name):
 
 def figure(found, section, label, column=0):
     """Return one figure of a sheet."""
-    return find_row(found.sheet.sections, section, label).cells[column]
+    return row_at(found.sheet.sections, section, key_of(label)).cells[column]
 
 
 def ran(*words, cwd):
@@ -344,7 +344,7 @@ def test_two_stages_have_two_families_of_harmonics():
 def test_efficiency_is_what_friction_leaves():
     """T/(T + M) at each load; without coefficients there is no such section."""
     found = examined_gearbox("rv-like")
-    row = find_row(found.sheet.sections, "friction", "at 412 N m")
+    row = row_at(found.sheet.sections, "friction", "at_412_N_m")
     assert row.cells[1].as_shown == pytest.approx(100 * 412 / (412 + row.cells[0].as_shown))
     assert row.cells[1].as_shown == pytest.approx(row.cells[2].as_shown, abs=0.5)
     assert "friction" not in [section.key for section in plain().sheet.sections]
@@ -497,11 +497,11 @@ def test_displacement_of_an_rv_is_read_as_its_maker_does(tmp_path):
         assert figure(found, section, label).bound == "upper"
     assert figure(found, "loop", "wind-up at 60 N m").bound == ""
     assert figure(found, "loop", "wind-up at 60 N m").as_shown == pytest.approx(60 / 113)
-    row = find_row(found.sheet.sections, "loop", "lost motion")
+    row = row_at(found.sheet.sections, "loop", "lost_motion")
     assert "± 12.36 N m, 3 % of the rated torque" in row.note
     assert (
         "from 206 to 412 N m, 50 to 100 % of the rated torque"
-        in find_row(found.sheet.sections, "loop", "stiffness, slope").note
+        in row_at(found.sheet.sections, "loop", "stiffness_slope").note
     )
 
 
@@ -592,7 +592,7 @@ def test_the_definition_of_the_stiffness_is_printed_beside_it(tmp_path):
         assert next(
             card for card in found.sheet.cards if card.title == "stiffness"
         ).quiet.startswith(text)
-        assert find_row(found.sheet.sections, "built", "stiffness: mean").note.startswith(text)
+        assert row_at(found.sheet.sections, "built", "stiffness_mean").note.startswith(text)
         assert found.sheet.facts["stiffness_definition"] == definition
         assert figure(found, "built", "stiffness: mean").as_shown == pytest.approx(
             figure(found, "loop", f"stiffness, {definition}").as_shown
@@ -611,7 +611,7 @@ def test_lost_motion_is_never_read_at_a_share_of_the_torque_asked_for(tmp_path):
     path.write_text(STATED["no torque"])
     for torque in ("20 N m", "60 N m"):
         found = lostmotion.gear(path, torque=torque)
-        assert find_row(found.sheet.sections, "loop", "lost motion") is None
+        assert row_at(found.sheet.sections, "loop", "lost_motion") is None
         assert any("--lost-motion-torque" in note for note in found.sheet.notes)
     asked = lostmotion.gear(
         path, torque="60 N m", lost_motion_torque="2 N m", slope_range=("14 N m", "48 N m")
@@ -773,7 +773,8 @@ def test_intervals_of_two_seeds_meet():
         (one, other)
         for sections in zip(*(sheet.sections for sheet in sheets), strict=True)
         for row in sections[0].rows
-        if (twin := find_row([sections[1]], sections[1].key, row.label)) is not None
+        if (twin := row_at([sections[1]], sections[1].key, row.key or key_of(row.label)))
+        is not None
         for one, other in zip(row.cells, twin.cells, strict=True)
         if math.isfinite(one.low) and one.high > one.low
     ]

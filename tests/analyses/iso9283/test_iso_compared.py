@@ -18,8 +18,9 @@ from lostmotion.propagation.iso9283.cube import (
     orientation_clause,
 )
 from lostmotion.propagation.iso9283.robots import predict_at, predict_robots
+from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import Cell, Row, Section, Sheet, find_row
+from lostmotion.reporting.sheet import Cell, Row, Section, Sheet
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 LOADS = EXAMPLES / "measured" / "z-arm-loads.csv"
@@ -70,7 +71,7 @@ def test_a_measured_orientation_is_shown_and_compared(arm, cube, tmp_path):
     robots of the same orientation.
     """
     found = lostmotion.iso9283(arm, written(tmp_path, cube), robots=20)
-    row = find_row(found.sheet.sections, "measured-axes", "P1-c")
+    row = row_at(found.sheet.sections, "measured-axes", "P1_c")
     assert row.cells[0].as_shown == pytest.approx(0.023 * 60, abs=1e-4)
     assert row.cells[1].as_shown == pytest.approx(3 * np.std(np.arange(5) * 0.06, ddof=1), rel=1e-3)
     assert {each.name for each in found.compared} >= {
@@ -81,7 +82,7 @@ def test_a_measured_orientation_is_shown_and_compared(arm, cube, tmp_path):
         "RP_b",
         "RP_c",
     }
-    assert find_row(found.sheet.sections, "compared", "RP_c, P1") is not None
+    assert row_at(found.sheet.sections, "compared", "RP_c_P1") is not None
     # Several orientations determine a tool frame too; predicted robots are fitted with a base frame
     # only.
     assert found.measured.loads[0].fit.rank > 6
@@ -96,9 +97,9 @@ def test_a_tool_held_otherwise_is_shown_and_not_compared(arm, cube, tmp_path):
         written(tmp_path, cube, held=Rotation.from_euler("x", 40, degrees=True).as_matrix()),
         robots=20,
     )
-    assert find_row(found.sheet.sections, "measured-axes", "P1-c").cells[
-        0
-    ].as_shown == pytest.approx(0.023 * 60, abs=1e-4)
+    assert row_at(found.sheet.sections, "measured-axes", "P1_c").cells[0].as_shown == pytest.approx(
+        0.023 * 60, abs=1e-4
+    )
     assert {each.name for each in found.compared} >= {"AP_p", "RP_l", "AP_x", "AP_p fitted"}
     assert not {each.name for each in found.compared} & {
         "AP_a",
@@ -120,9 +121,7 @@ def test_turns_without_a_command_scatter_all_the_same(cube, tmp_path):
     """
     found = lostmotion.iso9283(measured=written(tmp_path, cube, columns=11))
     whole = lostmotion.iso9283(measured=written(tmp_path, cube))
-    row, beside = (
-        find_row(each.sheet.sections, "measured-axes", "P3-c") for each in (found, whole)
-    )
+    row, beside = (row_at(each.sheet.sections, "measured-axes", "P3_c") for each in (found, whole))
     assert str(row.cells[0]) == "not known"
     assert row.cells[1].as_shown == pytest.approx(beside.cells[1].as_shown, rel=1e-4)
     assert any("ac, bc, cc" in note for note in found.sheet.notes)
@@ -145,7 +144,7 @@ def test_signed_parts_of_ap_are_compared(loads):
         each for each in loads.compared if (each.name, each.pose, each.load) == ("AP_y", "P1", 1.0)
     )
     assert one.measured.value < 0
-    row = find_row(loads.sheet.sections, "compared-axes", "AP_y, P1")
+    row = row_at(loads.sheet.sections, "compared-axes", "AP_y_P1")
     assert row.note == ("" if one.within else "low")
     assert row.cells[2].as_shown * 1e-3 == pytest.approx(one.measured.value)
     assert (one.measured.value < one.predicted.low.value) == (row.note == "low")

@@ -13,8 +13,8 @@ from rich.console import Console
 
 import lostmotion
 from lostmotion.analyses.iso9283.plots import iso_plots
+from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import find_row
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM, VISITS, LOADS = (
@@ -48,12 +48,12 @@ def test_the_sheet_says_what_was_found(both):
     section; all of it is plain data.
     """
     sheet, found = both.sheet, both.predicted
-    mean = find_row(sheet.sections, "ap100", "P4").cells[0]
+    mean = row_at(sheet.sections, "ap100", "P4").cells[0]
     assert mean.value == pytest.approx(found.loads[0].accuracy[3].mean())
-    most = find_row(sheet.sections, "rp10", "worst").cells[1]
+    most = row_at(sheet.sections, "rp10", "worst").cells[1]
     assert most.value == pytest.approx(np.sort(found.loads[1].repeatability.max(axis=0))[56])
     assert most.samples == "60 robots x 10 visits"
-    assert find_row(sheet.sections, "cube", "side").cells[0].as_shown == pytest.approx(500)
+    assert row_at(sheet.sections, "cube", "side").cells[0].as_shown == pytest.approx(500)
     keys = [section.key for section in sheet.sections]
     assert keys[:4] == ["cube", "poses", "ap100", "ap10"]
     assert {
@@ -106,10 +106,10 @@ def test_a_measured_robot_alone():
     """Without an arm the sheet has the measured robot only, with commands and frames."""
     found = lostmotion.iso9283(measured=VISITS)
     assert found.predicted is None
-    assert find_row(found.sheet.sections, "measured-data", "visits").cells[0].as_shown == 420
-    assert find_row(found.sheet.sections, "measured-poses", "P4").cells[
-        0
-    ].as_shown == pytest.approx(0.717, abs=1e-3)
+    assert row_at(found.sheet.sections, "measured-data", "visits").cells[0].as_shown == 420
+    assert row_at(found.sheet.sections, "measured-poses", "P4").cells[0].as_shown == pytest.approx(
+        0.717, abs=1e-3
+    )
     assert [
         row.label
         for section in found.sheet.sections
@@ -201,20 +201,20 @@ def test_both_loads_and_the_path_are_on_the_sheet(loads):
     sections, said = loads.sheet.sections, loads.result()
     heavy, light = loads.measured.loads
     for load, each, key in (("100%", heavy, "compared"), ("10%", light, "compared-10")):
-        row = find_row(sections, "measured-path", f"AT_p, P2-P4, {load}")
+        row = row_at(sections, "measured-path", key_of(f"AT_p, P2-P4, {load}"))
         assert row.cells[0].as_shown == pytest.approx(each.paths[0].figures[0] * 1e3)
         assert not row.cells[0].between
         assert row.cells[1].low < row.cells[1].value < row.cells[1].high
         assert row.cells[0].samples == "10 cycles x 20 places"
         assert row.cells[2].as_shown == pytest.approx(each.paths[0].worst[0] * 1e3)
-        assert find_row(sections, key, "AT_p, P2-P4").note == ""
-        assert find_row(sections, key, "RP_l, P3").cells[2].as_shown == pytest.approx(
+        assert row_at(sections, key, "AT_p, P2-P4").note == ""
+        assert row_at(sections, key, "RP_l, P3").cells[2].as_shown == pytest.approx(
             each.poses[2].repeatability.value * 1e6
         )
-        assert find_row(sections, "measured-poses", f"P4, {load}").cells[
+        assert row_at(sections, "measured-poses", key_of(f"P4, {load}")).cells[
             0
         ].as_shown == pytest.approx(each.poses[3].accuracy.value * 1e3)
-        assert find_row(sections, "path", f"AT_p, {load}").cells[0].low > 0
+        assert row_at(sections, "path", key_of(f"AT_p, {load}")).cells[0].low > 0
     assert {(each["figure"], each["load"]) for each in said["compared"]} >= {
         (name, load) for name in ("AT_p", "RT_p", "AP_p") for load in (1, 0.1)
     }
@@ -222,7 +222,7 @@ def test_both_loads_and_the_path_are_on_the_sheet(loads):
     assert said["measured"]["loads"][1]["paths"][0]["RT_p"]["value"] == pytest.approx(
         light.paths[0].figures[1]
     )
-    assert find_row(sections, "measured-data", "rows at 10 % load").cells[0].as_shown == 350
+    assert row_at(sections, "measured-data", "rows_at_10_load").cells[0].as_shown == 350
     keys = {section.key for section in sections}
     drawn = iso_plots(loads.predicted, loads.drift, loads.measured, list(loads.compared))
     assert {plot.section for plot in drawn} <= keys
@@ -472,7 +472,7 @@ def test_a_zero_is_never_a_headline(tmp_path, last):
     found = loops(tmp_path, LOOPS.replace("GEARBOX", last))
     sheet = found.sheet
     assert found.predicted.loads[0].repeatability.max() < 1e-15
-    either = find_row(sheet.sections, "either", "worst").cells[0]
+    either = row_at(sheet.sections, "either", "worst").cells[0]
     # stiffness and bearings are not described, so that every figure is a lower bound
     plain = str(either).removeprefix("≥ ")
     assert sheet.verdict.startswith(
@@ -483,7 +483,7 @@ def test_a_zero_is_never_a_headline(tmp_path, last):
         "is predicted"
     ) in sheet.verdict
     assert not re.search(r"(within|least|most) 0 ", sheet.verdict)
-    fitted = find_row(sheet.sections, "fitted", "worst").cells[0]
+    fitted = row_at(sheet.sections, "fitted", "worst").cells[0]
     assert (
         f"at least {str(fitted).removeprefix('≥ ')} ({fitted.interval}) with best-fit frames"
         in sheet.verdict

@@ -24,7 +24,7 @@ from lostmotion.io.sizing import read_request
 from lostmotion.io.sizing_options import parse_objective
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 from lostmotion.sizing.candidates import Objective
 from tests.analyses.sizing.chosen_parts import with_parts
 
@@ -184,16 +184,16 @@ def test_the_sheet_agrees_with_the_selected_arm(found):
     """
     selection = dataclasses.replace(found, notes=("a note",))
     sheet = selection.sheet
-    gearbox = find_row(sheet.sections, "parts", "A gearbox")
+    gearbox = row_at(sheet.sections, "parts", "A_gearbox")
     assert gearbox.cells[0].as_shown == 3.0
     assert gearbox.cells[1].as_shown == next(
         each.selected.mass for each in found.parts if each.slot.label == "A gearbox"
     )
-    assert find_row(sheet.sections, "error", "selected parts").cells[0].as_shown == pytest.approx(
+    assert row_at(sheet.sections, "error", "selected_parts").cells[0].as_shown == pytest.approx(
         found.error.value * 1e3
     )
-    assert find_row(sheet.sections, "trade", "1.1 mm").note == "stated target"
-    held, rated, share = (figure.value for figure in find_row(sheet.sections, "torques", "A").cells)
+    assert row_at(sheet.sections, "trade", "1_1_mm").note == "stated target"
+    held, rated, share = (figure.value for figure in row_at(sheet.sections, "torques", "A").cells)
     assert share == pytest.approx(held / rated)
     assert share <= 1
     assert "All cheaper selections miss the target" in sheet.verdict

@@ -18,7 +18,7 @@ from lostmotion.io import sizing as request
 from lostmotion.io.arm_writer import reads_back, sized_text
 from lostmotion.io.sizing import read_request
 from lostmotion.parts.section import Tube
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Z_ARM = EXAMPLES / "z-arm.toml"
@@ -67,7 +67,7 @@ def test_the_sheet_agrees_with_the_sized_arm(size):
     sheet, found = size.sheet, size
     for link in found.links:
         now, then = (
-            figure.value for figure in find_row(sheet.sections, "sections", link.joint).cells
+            figure.value for figure in row_at(sheet.sections, "sections", link.joint).cells
         )
         assert now == next(
             joint.link.total_mass for joint in found.arm.joints if joint.name == link.joint
@@ -75,10 +75,10 @@ def test_the_sheet_agrees_with_the_sized_arm(size):
         assert then == next(
             joint.link.total_mass for joint in found.sized.joints if joint.name == link.joint
         )
-        taken = [find_row(sheet.sections, "bending", link.joint).cells[k].as_shown for k in (1, 3)]
+        taken = [row_at(sheet.sections, "bending", link.joint).cells[k].as_shown for k in (1, 3)]
         assert max(taken) == pytest.approx(100 * max(link.utilisation))
         assert 70 < max(taken) <= 100  # usual sizes, so not quite up to the limit
-    assert find_row(sheet.sections, "trade", "0.5 arcmin, length/2500").note == "the paper's limits"
+    assert row_at(sheet.sections, "trade", "0_5_arcmin_length_2500").note == "the paper's limits"
     assert "Slope governs at every link" in sheet.verdict
     assert {plot.section for plot in sizing_plots(found)} <= {
         section.key for section in sheet.sections

@@ -12,7 +12,7 @@ from lostmotion.analyses.statics.payload import max_payload
 from lostmotion.error_model.poses import Poses
 from lostmotion.mechanism.holding_torques import worst_torques_over_tilts
 from lostmotion.mechanism.state import state_of
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import row_at
 
 VALIDATES = (
     (
@@ -163,7 +163,7 @@ def test_the_accuracy_limit_is_met_with_the_largest_payload_and_not_above(tmp_pa
     def within(mass):
         loaded = arm.with_payload(arm.payload.model_copy(update={"mass": mass}))
         study = lostmotion.study(loaded, Poses(q, "given"), robots=2000, visits=10)
-        return find_row(study.sheet.sections, "error", "95th percentile").cells[0].as_shown * 1e-3
+        return row_at(study.sheet.sections, "error", "p95").cells[0].as_shown * 1e-3
 
     assert within(found.everywhere) == pytest.approx(limit, rel=0.02)
     assert within(1.1 * found.everywhere) > limit
@@ -206,7 +206,7 @@ def test_drives_without_a_rating_set_no_payload_and_are_named(tmp_path):
         == "not known"
     )
     assert [
-        figure.words for figure in find_row(sheet.sections, "payload", "drives, rated torque").cells
+        figure.words for figure in row_at(sheet.sections, "payload", "drives_rated_torque").cells
     ] == ["not rated"] * 3
     one = lostmotion.statics(
         arm_of(tmp_path, PLANAR.replace('rated_torque = "100 N m", ', "")),
@@ -215,7 +215,7 @@ def test_drives_without_a_rating_set_no_payload_and_are_named(tmp_path):
     )
     assert "is at most " in one.sheet.verdict
     assert "No rated torque is stated for shoulder: its load is not counted" in one.sheet.verdict
-    assert find_row(one.sheet.sections, "payload", "drives, rated torque").cells[0].bound == "upper"
+    assert row_at(one.sheet.sections, "payload", "drives_rated_torque").cells[0].bound == "upper"
     assert one.result()["max_payload"]["not_rated"] == ["shoulder"]
 
 
@@ -251,10 +251,10 @@ def test_the_slides_of_a_mill_are_springs_in_series(tmp_path):
     yaw = 2 * 0.65e6 * 0.075**2  # N m/rad of two carriages 150 mm apart
     along_y = [1 / (1 / 0.39 + 1 / (2 * 3.9) + 1e6 * x**2 / yaw) for x in (0.0, 0.1)]
     worst_x, _, best_x = (
-        figure.as_shown for figure in find_row(found.sheet.sections, "axes", "along x").cells
+        figure.as_shown for figure in row_at(found.sheet.sections, "axes", "along_x").cells
     )
     worst_y, _, best_y = (
-        figure.as_shown for figure in find_row(found.sheet.sections, "axes", "along y").cells
+        figure.as_shown for figure in row_at(found.sheet.sections, "axes", "along_y").cells
     )
     assert worst_x == best_x == pytest.approx(along_x, rel=1e-6)
     assert (worst_y, best_y) == pytest.approx((along_y[1], along_y[0]), rel=1e-6)

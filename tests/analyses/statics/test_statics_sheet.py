@@ -22,7 +22,7 @@ from lostmotion.catalogue.search import searchable_figures
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import PrismaticJoint, RevoluteJoint
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import key_of, row_at
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 Z_ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
@@ -53,7 +53,7 @@ def test_torques_on_the_sheet_are_those_of_the_arm(found):
     """
     sheet = statics_sheet(found)
     for k, node in enumerate(found.joint_loads):
-        standing, tilted, anyhow = find_row(sheet.sections, "torques", node.joint).cells
+        standing, tilted, anyhow = row_at(sheet.sections, "torques", node.joint).cells
         assert standing.value == pytest.approx(
             state_of(found.arm, found.poses.q[node.nominal.index]).torques[0, k], abs=1e-9
         )
@@ -121,11 +121,11 @@ def test_a_reducer_below_the_holding_torque_is_reported():
     arm = Arm(name="heavy", joints=joints, payload={"mass": 2000.0})
     sheet = statics_sheet(Survey.of(arm, lostmotion.sample_poses(arm, 16)))
     assert (
-        find_row(sheet.sections, "reducers", "A").note
+        row_at(sheet.sections, "reducers", "A").note
         == "the stated reducer is rated below this; none in the catalogue is rated for it"
     )
-    assert find_row(sheet.sections, "reducers", "lift").note.startswith("prismatic joint")
-    assert find_row(sheet.sections, "torques", "lift").cells[-1].as_shown == pytest.approx(
+    assert row_at(sheet.sections, "reducers", "lift").note.startswith("prismatic joint")
+    assert row_at(sheet.sections, "torques", "lift").cells[-1].as_shown == pytest.approx(
         2000 * lostmotion.Arm.model_fields["gravity"].default
     )
     assert sheet.notes[-1] == (
@@ -141,11 +141,11 @@ def test_compliance_on_the_sheet_is_that_of_the_arm(found):
     sheet = statics_sheet(found)
     there = lostmotion.state_of(found.arm, found.poses.q[found.softest_pose]).compliance
     free = lostmotion.ellipsoid(there).values[0]
-    assert find_row(sheet.sections, "map", "most compliant direction, worst pose").cells[
+    assert row_at(sheet.sections, "map", "most_compliant_direction_worst_pose").cells[
         0
     ].value == pytest.approx(free[0])
     for k in range(3):
-        assert find_row(sheet.sections, "ellipsoid", f"free to rotate, {k + 1}").cells[
+        assert row_at(sheet.sections, "ellipsoid", key_of(f"free to rotate, {k + 1}")).cells[
             0
         ].value == pytest.approx(free[k])
     shares = next(section for section in sheet.sections if section.key == "shares")

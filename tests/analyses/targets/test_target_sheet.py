@@ -20,7 +20,7 @@ from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation import factor_metrics as metrics
-from lostmotion.reporting.sheet import find_row
+from lostmotion.reporting.layout import key_of, row_at
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 ARM = EXAMPLES / "paper" / "z-arm-lumped.toml"
@@ -62,7 +62,7 @@ def test_every_item_is_in_one_table(asked):
     keys = [section.key for section in sheet.sections]
     for each in found.allowances:
         if each.verdict == "sized":
-            row = find_row(sheet.sections, "single", short_name(each.item.name))
+            row = row_at(sheet.sections, "single", key_of(short_name(each.item.name)))
             assert row.cells[0].value == pytest.approx(size_at(each.item, each.factor).value)
             assert row.cells[1].as_shown > 0
         elif each.verdict == "none":
@@ -114,12 +114,10 @@ def test_items_that_do_not_limit_a_target_are_named_so():
         joints=({**joint, "encoder": {"zero": 3e-4, "resolution": 1e-6, "ratio": 100.0}},),
     )
     asked = lostmotion.target(arm, error="5 mm", poses=np.zeros((8, 1)), robots=100, visits=2)
-    row = find_row(asked.sheet.sections, "together", "A.encoder resolution")
+    row = row_at(asked.sheet.sections, "together", "A_encoder_resolution")
     assert str(row.cells[2]) == "not limiting"
-    assert find_row(asked.sheet.sections, "single", "A.encoder resolution") is None
-    assert (
-        str(find_row(asked.sheet.sections, "usual", "encoder resolution").cells[0]) == "216 arcmin"
-    )
+    assert row_at(asked.sheet.sections, "single", "A_encoder_resolution") is None
+    assert str(row_at(asked.sheet.sections, "usual", "encoder_resolution").cells[0]) == "216 arcmin"
     said = asked.result()
     assert "joints_A_encoder_resolution" in said["figures"]["together"]
     told = said["equal_effect"]["joints.A.encoder resolution"]

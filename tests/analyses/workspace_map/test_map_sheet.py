@@ -20,8 +20,9 @@ from lostmotion.analyses.workspace_map.plots import map_plots
 from lostmotion.analyses.workspace_map.radial import full_turn_axis, radial_section
 from lostmotion.analyses.workspace_map.tables.map_labels import percentile_label
 from lostmotion.propagation.analytic import analytic
+from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet
-from lostmotion.reporting.sheet import find_row, length
+from lostmotion.reporting.sheet import length
 from tests.reporting.chart_texts import axis_titles, crowded, unprinted
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -62,19 +63,19 @@ def test_the_sheet_says_what_was_found(mapped):
     JSON without NaN.
     """
     sheet, found = mapped.sheet, mapped
-    known = found.figures[QUANTILE, 2][found.centre]
+    known = found.errors[QUANTILE, 2][found.centre]
     for cell, value in (
         ("most accurate cell", known.min()),
         ("median cell", np.median(known)),
         ("least accurate cell", known.max()),
     ):
-        worst = find_row(sheet.sections, "map", f"95th percentile, {cell}").cells[
+        worst = row_at(sheet.sections, "map", key_of(f"95th percentile, {cell}")).cells[
             CONFIGURATIONS.index("worst")
         ]
         assert worst.value == pytest.approx(value)
         assert worst.low <= worst.value
         assert math.isnan(worst.high)  # how much worse other configurations are is not known
-    share, size = find_row(sheet.sections, "within", "within 1 mm").cells
+    share, size = row_at(sheet.sections, "within", "within_1_mm").cells
     assert share.value == pytest.approx(np.mean(found.validation.figures[QUANTILE, 2] <= 1e-3))
     assert share.low < share.value < share.high
     assert size.low < size.value < size.high
@@ -86,7 +87,7 @@ def test_the_sheet_says_what_was_found(mapped):
         section.key for section in sheet.sections
     }
     assert (
-        find_row(sheet.sections, "reach", "cells reached").cells[0].as_shown
+        row_at(sheet.sections, "reach", "cells_reached").cells[0].as_shown
         == np.isfinite(found.selected).sum()
     )
     box = found.placements.best[0]
@@ -133,10 +134,10 @@ def test_every_figure_of_a_map_has_its_interval(mapped):
                 assert np.nanmax([figure.high, figure.value]) == (
                     figure.value if math.isnan(figure.high) else figure.high
                 )
-    volume = find_row(mapped.sheet.sections, "reach", "volume").cells[0]
+    volume = row_at(mapped.sheet.sections, "reach", "volume").cells[0]
     assert volume.low < volume.value < volume.high
     assert "." not in str(
-        find_row(mapped.sheet.sections, "reach", "configurations in a cell, median").cells[0]
+        row_at(mapped.sheet.sections, "reach", "configurations_in_a_cell_median").cells[0]
     )
 
 
@@ -196,7 +197,7 @@ def test_plots_show_the_map(mapped):
     curve = plots["share"].figure.axes[0].lines[2]
     assert curve.get_ydata()[-1] == 100
     assert curve.get_xdata()[-1] == pytest.approx(
-        1e3 * found.figures[QUANTILE, 2][found.centre].max()
+        1e3 * found.errors[QUANTILE, 2][found.centre].max()
     )
     assert not set().union(*(unprinted(plot, found.sheet) for plot in plots.values()))
     assert all("[" in title for plot in plots.values() for title in axis_titles(plot))
@@ -271,7 +272,7 @@ def test_a_planar_arm_has_one_slice():
         box=(0.1, 0, 0.1),
     )
     assert {plot.key for plot in map_plots(mapped)} == {"slice-xz", "share", "budget"}
-    row = find_row(mapped.sheet.sections, "reach", "area")
+    row = row_at(mapped.sheet.sections, "reach", "area")
     assert row.cells[0].shown == "m²"
     assert row.cells[0].low < row.cells[0].as_shown <= row.cells[0].high
     json.dumps(mapped.result(), allow_nan=False)
@@ -344,12 +345,14 @@ def test_uncertain_figures_have_wide_intervals_and_are_counted(monkeypatch):
     assert any(
         f"{int(found.uncertain.sum())} cells without a valid figure" in note for note in sheet.notes
     )
-    share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").cells[0]
+    share = row_at(sheet.sections, "within", key_of(f"within {length(target, stated=True)}")).cells[
+        0
+    ]
     assert share.low < 0.01
     assert share.high == 1
     row = next(section for section in sheet.sections if section.key == "map").rows[0]
     assert row.cells[0].high - row.cells[0].low > 0.35 * row.cells[0].value
-    assert find_row(sheet.sections, "reach", "poses with valid figures").cells[0].as_shown == 0
+    assert row_at(sheet.sections, "reach", "poses_with_valid_figures").cells[0].as_shown == 0
 
 
 def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
@@ -357,7 +360,9 @@ def test_places_where_figures_are_valid_have_narrow_intervals(monkeypatch):
     target = 0.95 * float(np.nanmin(slid().selected))
     uncertain(monkeypatch, lambda q: q > 0.25)
     sheet = slid(target=target).sheet
-    share = find_row(sheet.sections, "within", f"within {length(target, stated=True)}").cells[0]
+    share = row_at(sheet.sections, "within", key_of(f"within {length(target, stated=True)}")).cells[
+        0
+    ]
     assert share.value < 0.01
     assert 0.4 < share.high < 0.75
 

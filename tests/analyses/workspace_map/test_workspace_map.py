@@ -138,10 +138,10 @@ def test_figures_are_the_closed_form(plane):
         values = [below(sag, covariance) for _, sag, covariance in known]
         at = np.unravel_index(cell, reached.grid.shape)
         expected = np.array([min(values), sum(values) / len(values), max(values)])
-        found = plane.figures[(QUANTILE, slice(None), *at)]
+        found = plane.errors[(QUANTILE, slice(None), *at)]
         # limits at three sigma are not quite normal
         assert found == pytest.approx(expected, rel=6e-3)
-    low, middle, high = (plane.figures[:, k][np.isfinite(plane.figures[:, k])] for k in range(3))
+    low, middle, high = (plane.errors[:, k][np.isfinite(plane.errors[:, k])] for k in range(3))
     assert (low <= middle).all()
     assert (middle <= high).all()
     assert (low < high).any()
@@ -243,7 +243,7 @@ def test_cells_are_judged_at_their_middles(plane):
     points = np.column_stack(
         [plane.reached.grid.centres_along(axis)[at[:, k]] for k, axis in enumerate((0, 2))]
     )
-    found = plane.figures[QUANTILE, 0, at[:, 0], 0, at[:, 1]]
+    found = plane.errors[QUANTILE, 0, at[:, 0], 0, at[:, 1]]
     ratio = found / best_below(points)
     assert (np.abs(ratio - 1) < 5e-3).mean() > 0.9
     assert (ratio > 1 - 5e-3).all()
@@ -279,7 +279,7 @@ def test_budgets_add_up(plane):
         assert sum(cost.share for cost in each.costs) == pytest.approx(1, abs=1e-12)
         assert each.poses == each.cells
     which = plane.evaluated.poses_of(
-        plane.placements.best[0].cells, "best", plane.figures.reshape(2, 3, -1)
+        plane.placements.best[0].cells, "best", plane.errors.reshape(2, 3, -1)
     )
     squares = [
         sag @ sag + np.trace(covariance)
@@ -297,7 +297,7 @@ def test_threads_change_no_bit(plane):
         ),
         threads=3,
     )
-    assert np.array_equal(plane.figures, other.figures, equal_nan=True)
+    assert np.array_equal(plane.errors, other.errors, equal_nan=True)
     assert np.array_equal(plane.reached.q, other.reached.q)
     assert plane.within_target.share == other.within_target.share
     assert plane.budgets == other.budgets
@@ -319,7 +319,7 @@ def test_turning_the_base_turns_the_map(plane):
     ).reshape(plane.selected.shape)[:, 0, :]
     assert sampled.sum() > 300
     for by in range(len(CONFIGURATIONS)):
-        one, two = plane.figures[QUANTILE, by, :, 0, :], other.figures[QUANTILE, by, 0]
+        one, two = plane.errors[QUANTILE, by, :, 0, :], other.errors[QUANTILE, by, 0]
         assert np.allclose(one[sampled], two[sampled], rtol=1e-9, equal_nan=True)
         assert np.nanmedian(np.abs(one / two - 1)) < 1e-9
 

@@ -13,7 +13,7 @@ from lostmotion.error_model.poses import POSE_LAWS
 from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
 from lostmotion.mechanism.load_causes import LinkBending, bending
 from lostmotion.mechanism.state import tool_points
-from lostmotion.propagation.figures import Errors, VisitFigures, figures_of, squares_of
+from lostmotion.propagation.figures import Drawn, VisitFigures, estimates
 from lostmotion.propagation.montecarlo.bands import bands
 from lostmotion.propagation.montecarlo.repeatability import both_repeatabilities
 from lostmotion.propagation.montecarlo.sensitivity import halving
@@ -79,25 +79,20 @@ class Answer:
     classes: tuple[ClassFigures, ...] = ()
 
     @functools.cached_property
-    def errors(self) -> Errors:
+    def errors(self) -> Drawn:
         """Return what the figures of the error are estimated from."""
-        return Errors(
-            self.sampled,
-            *squares_of(self.budget),
-            {
-                each.approach: VisitFigures(
-                    each.robot_means, each.per_pose[:, 0], *squares_of(each.budget)
-                )
-                for each in self.repeats
-            },
-        )
+        repeats = {
+            each.approach: VisitFigures(each.robot_means, each.per_pose[:, 0], each.budget.squares)
+            for each in self.repeats
+        }
+        return Drawn.of(self.sampled, self.budget.squares, repeats=repeats)
 
     @functools.cached_property
     def figures(self) -> dict[str, Estimate]:
         """Return every figure of the error by key, in SI with its interval; `rp` and `ap` are those
         of 95 % of robots, RP in the cycle of ISO 9283.
         """
-        return {key: each.of(self.errors) for key, each in figures_of(self.errors).items()}
+        return estimates(self.errors)
 
     @property
     def places(self) -> tuple[Budget, ...]:

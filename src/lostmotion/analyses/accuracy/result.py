@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.accuracy.answer import Answer
 from lostmotion.analyses.accuracy.attribution import Attributed
-from lostmotion.analyses.result import Result, netcdf
+from lostmotion.analyses.result import Result, frame_of, netcdf
 from lostmotion.errors import nearest
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic
+    from lostmotion.propagation.figures import Errors, Summed
     from lostmotion.propagation.pooled import Pooled
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
@@ -35,24 +36,21 @@ if TYPE_CHECKING:
 _SHORT: Final = {"ap": "ap_p95", "rp": "rp_iso_p95"}
 
 
-class Study(Answer, Attributed, Result):
-    """Accuracy of an arm by a Monte Carlo run: every attribute of `Answer`."""
+class Figured:
+    """A study with figures of the error: as attributes by key, as a mapping and as a table."""
 
-    @property
-    def sheet(self) -> Sheet:
-        """Return workspace, error, AP and RP, error budget and torques, each figure with its
-        interval and sample.
-        """
-        from lostmotion.analyses.accuracy.tables.study import sheet
+    if TYPE_CHECKING:
 
-        return sheet(self)
+        @property
+        def errors(self) -> Errors:
+            """Return what the figures are estimated from."""
 
-    @property
-    def plots(self) -> Sequence[Plot]:
-        """Return the plots of the report."""
-        from lostmotion.analyses.accuracy.plots.study import plots
+    @functools.cached_property
+    def figures(self) -> dict[str, Estimate]:
+        """Return every figure of the error by key, in SI with its interval."""
+        from lostmotion.propagation.figures import estimates
 
-        return plots(self)
+        return estimates(self.errors)
 
     def __getattr__(self, name: str) -> Estimate:
         """Return a figure of the error by its key: `study.p95.value`, `.low` and `.high` in SI;
@@ -72,17 +70,32 @@ class Study(Answer, Attributed, Result):
         """Return the figures of the error as a table: one row for each key, with name, value, ends
         of the 95 % interval, SI unit and definition.
         """
-        import pandas as pd
-
         from lostmotion.propagation.figures import figures_of
 
-        rows = [
-            (each.key, each.name, found.value, found.low, found.high, each.unit, each.definition)
-            for each in figures_of(self.errors).values()
-            for found in (self.figures[each.key],)
-        ]
-        columns = ["key", "name", "value", "low", "high", "unit", "definition"]
-        return pd.DataFrame(rows, columns=columns).set_index("key")
+        return frame_of(
+            (key, each.name, self.figures[key], each.definition)
+            for key, each in figures_of(self.errors).items()
+        )
+
+
+class Study(Answer, Figured, Attributed, Result):
+    """Accuracy of an arm by a Monte Carlo run: every attribute of `Answer`."""
+
+    @property
+    def sheet(self) -> Sheet:
+        """Return workspace, error, AP and RP, error budget and torques, each figure with its
+        interval and sample.
+        """
+        from lostmotion.analyses.accuracy.tables.study import sheet
+
+        return sheet(self)
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return the plots of the report."""
+        from lostmotion.analyses.accuracy.plots.study import plots
+
+        return plots(self)
 
     def _first_plot(self) -> Plot:
         from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace
@@ -122,7 +135,7 @@ class Study(Answer, Attributed, Result):
 
 
 @dataclass(frozen=True, repr=False)
-class AnalyticStudy(Attributed, Result):
+class AnalyticStudy(Figured, Attributed, Result):
     """Accuracy of an arm by sums over terms: `analytic` at every pose, `pooled` over all, `budget`
     by part and kind, `budgets` of poses and zones.
     """
@@ -138,6 +151,13 @@ class AnalyticStudy(Attributed, Result):
     seed: int = 1
     threads: int = 1
     classes: tuple[ClassFigures, ...] = ()
+
+    @functools.cached_property
+    def errors(self) -> Summed:
+        """Return what the figures of the error are estimated from."""
+        from lostmotion.propagation.figures import Summed
+
+        return Summed.of(self.pooled, self.budget.squares)
 
     @functools.cached_property
     def halving(self) -> Halving:
@@ -176,7 +196,7 @@ class AnalyticStudy(Attributed, Result):
             self.arm,
             self.poses,
             self.analytic,
-            self.pooled,
+            self.errors,
             blame,
             self.places,
             self.zones,

@@ -89,9 +89,9 @@ def catalog(
 class Catalog(Result):
     """Entries of the catalogue: `sheet.facts` has every row."""
 
-    figures: Sheet
+    printed: Sheet
 
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed and written."""
-        return self.figures
+        return self.printed

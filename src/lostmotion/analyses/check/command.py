@@ -98,14 +98,14 @@ class Check(Result):
     """
 
     file: Path
-    figures: Sheet
+    printed: Sheet
     arm: Arm | None = None
     out: Path | None = None
 
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed and written."""
-        return self.figures
+        return self.printed
 
     @property
     def picture(self) -> str:

@@ -10,20 +10,18 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from lostmotion.error_model.budget import Tally, costs, label_of, tallies, tally
-from lostmotion.error_model.few_poses import many_poses
-from lostmotion.error_model.intervals import root_mean_square
+from lostmotion.error_model.few_poses import Squares, many_poses
 from lostmotion.error_model.overload import Overload, overloads, rated_torques
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.state import states_of
-from lostmotion.propagation.figures import Errors, VisitFigures
+from lostmotion.propagation.figures import Drawn
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from lostmotion.error_model.columns import Column
-    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
@@ -64,43 +62,16 @@ class ComparedArm:
     approach: float
 
     @functools.cached_property
-    def squares(self) -> Floats:
-        """Return the mean squares of the error by design, by robot and by visit over each set of
-        poses (set, 3), m^2.
-        """
-        return np.array([each[0].levels / each[0].poses for each in self.tallies])
+    def squares(self) -> Squares:
+        """Return the mean squares of the error by level over each set of poses, and of the many."""
+        visited = [each[0].levels / each[0].poses for each in self.tallies]
+        many = [each.levels / each.poses for each in self.many]
+        return Squares(np.array(visited), np.array(many).reshape(-1, 3))
 
     @functools.cached_property
-    def squares_of_many(self) -> Floats:
-        """Return the mean squares by design, by robot and by visit over each set of many poses
-        (set, 3), m^2; no sets where nothing is checked.
-        """
-        return np.array([each.levels / each.poses for each in self.many]).reshape(-1, 3)
-
-    @functools.cached_property
-    def errors(self) -> Errors:
+    def errors(self) -> Drawn:
         """Return what the figures of the error are estimated from."""
-        squares = (self.squares, self.squares_of_many)
-        repeats = (
-            {}
-            if self.sampled.visits < 2  # noqa: PLR2004 - a scatter needs two
-            else {
-                self.approach: VisitFigures(
-                    self.sampled.robot_means[:, :, 2], self.sampled.of_poses(2), *squares
-                )
-            }
-        )
-        return Errors(self.sampled, *squares, repeats)
-
-    def beside_many(self, weights: Sequence[float]) -> tuple[Estimate, Estimate]:
-        """Return the root mean square (m) of the levels with these weights over the poses and over
-        the many. Valid where there are any.
-        """
-        visited, many = (
-            root_mean_square(squares @ np.array(weights))
-            for squares in (self.squares, self.squares_of_many)
-        )
-        return visited, many
+        return Drawn.of(self.sampled, self.squares, self.approach)
 
     @functools.cached_property
     def sag(self) -> Floats:
@@ -144,7 +115,7 @@ class ComparedArm:
         """Return the part with the largest share of the mean square, and that share; None where
         nothing errs.
         """
-        total, of_parts = float(self.squares.sum()), self.contributions["parts"]
+        total, of_parts = float(self.squares.visited.sum()), self.contributions["parts"]
         if not total > 0:
             return None
         part = max(of_parts, key=lambda name: float(of_parts[name][:, 0].sum()))

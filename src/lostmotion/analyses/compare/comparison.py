@@ -147,8 +147,8 @@ def same_errors(before: ComparedArm, after: ComparedArm) -> bool:
         np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
         for name in ("robot_means", "group_hist", "per_pose", "bias")
     ) and all(
-        np.array_equal(getattr(before, name), getattr(after, name))
-        for name in ("squares", "squares_of_many")
+        np.array_equal(getattr(before.squares, name), getattr(after.squares, name))
+        for name in ("visited", "many")
     )
 
 
@@ -164,7 +164,7 @@ def _part_changes(
     the mean square over each set of poses, m^2.
     """
     found = [each.contributions[grouping] for each in (before, after)]
-    totals = [each.squares.sum(axis=1) for each in (before, after)]
+    totals = [each.squares.visited.sum(axis=1) for each in (before, after)]
     nothing = NOTHING * float(sum(total.mean() for total in totals))
     without = np.zeros(len(before.tallies))
     out = []

@@ -4,30 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
 from lostmotion.error_model.differences import sets_difference
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.propagation.figures import (
-    MEAN,
-    PERCENTILES,
-    RMS,
-    RMS_BY_LEVEL,
-    ROTATION,
-    Figure,
-    accuracy,
-    repeatability,
-)
+from lostmotion.propagation.figures import figures_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from lostmotion.analyses.compare.compared_arm import ComparedArm
+    from lostmotion.propagation.figures import Figure
 
 Group: TypeAlias = Literal["accuracy", "levels", "arm"]
-LEVEL: Final = 0.95
 
 
 @dataclass(frozen=True)
@@ -36,7 +27,7 @@ class Measure:
 
     key     of its row
     name    of its row
-    unit    "m", "rad", "kg", "price" in the currency of the files, or "1" for a share
+    unit    "m", "rad", "kg", "price" in the currency of the files, or "%" for a share
     value   its value for one arm, with its interval
     change  its difference, after minus before, with its paired interval
     group   of the table that it stands in
@@ -54,23 +45,8 @@ class Measure:
 
 def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
     """Return the figures by which these arms are compared."""
-    out = [
-        *(
-            _of_error(PERCENTILES[level], f"{100 * level:.0f} % of positions within")
-            for level in (LEVEL, 0.99)
-        ),
-        _of_error(MEAN, "mean position error"),
-    ]
-    if arms[0].sampled.visits > 1:
-        of_robots = (accuracy(arms[0].sampled.visits)[1], repeatability(arms[0].approach)[1])
-        out += [
-            _of_error(each, f"{each.name.rpartition(',')[0]}, 95 % of robots within")
-            for each in of_robots
-        ]
-    out += [
-        _of_error(RMS, "r.m.s. error"),
-        *(_of_error(each, each.name, "levels") for each in RMS_BY_LEVEL),
-    ]
+    of_error = figures_of(arms[0].errors).values()
+    out = [_of_error(each) for each in of_error if each.difference is not None]
     if any(each.sag.any() for each in arms):
         out.append(
             Measure(
@@ -82,10 +58,7 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
                 "levels",
             )
         )
-    out += [
-        _of_error(ROTATION, ROTATION.name),
-        _exact("mass", "mass of the arm", "kg", lambda each: each.arm.mass),
-    ]
+    out.append(_exact("mass", "mass of the arm", "kg", lambda each: each.arm.mass))
     if any(each.arm.price is not None for each in arms):
         out.append(
             _exact(
@@ -97,20 +70,20 @@ def measures(arms: Sequence[ComparedArm]) -> tuple[Measure, ...]:
         )
     if any(math.isfinite(each.load) for each in arms):
         out.append(
-            _exact("load", "most loaded drive, of its rated load", "1", lambda each: each.load)
+            _exact("load", "most loaded drive, of its rated load", "%", lambda each: each.load)
         )
     return tuple(out)
 
 
-def _of_error(figure: Figure, name: str, group: Group = "accuracy") -> Measure:
+def _of_error(figure: Figure) -> Measure:
     """Return a declared figure of the error by the name that it has beside other arms."""
     return Measure(
         figure.key,
-        name,
+        figure.title or figure.name,
         figure.unit,
         lambda each: figure.of(each.errors),
         lambda one, other: figure.change(one.errors, other.errors),
-        group,
+        "levels" if figure.group == "levels" else "accuracy",
     )
 
 

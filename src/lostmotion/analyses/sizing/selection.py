@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.sizing.sizing import SizedArmResult
-from lostmotion.error_model.intervals import Estimate, pooled_quantile, pooled_robots_quantile
+from lostmotion.error_model.arrival import rp_key
 from lostmotion.io.arm_writer import NewParts
-from lostmotion.propagation.montecarlo import kernel
+from lostmotion.propagation.figures import HEADLINE, Drawn, figures_of
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.propagation.montecarlo.sensitivity import halving
 from lostmotion.sizing.error_cache import TARGETS, TargetOf, approach_for
-from lostmotion.sizing.evaluation import LEVEL, Choice, Constraints
+from lostmotion.sizing.evaluation import Choice, Constraints
 from lostmotion.sizing.search import Search
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lostmotion.error_model.budget import Halving
+    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.sizing.candidates import Objective, PartCandidate, Slot
@@ -307,19 +308,19 @@ def _selected(search: Search, inner: float, starts: tuple[Choice, ...]) -> tuple
 
 def _studied(arm: Arm, poses: Poses, size: StudySize) -> Estimate:
     """Return the 95 % error of an arm by a full study, or the RP of 95 % of robots."""
+    approach = approach_for(size.of)
     sampled = run(
         arm,
         poses,
         size.robots,
         size.visits,
         size.seed,
-        approach=approach_for(size.of),
+        approach=approach,
         threads=size.threads,
     )
-    if size.of != "error":
-        return pooled_robots_quantile(sampled.robot_means[:, :, 2], LEVEL, sampled.of_poses(2))
-    largest = float(sampled.per_pose[:, kernel.LARGEST].max())
-    return pooled_quantile(sampled.group_hist, sampled.replicate_hist, LEVEL, largest)
+    errors = Drawn.of(sampled, approach=approach)
+    key = HEADLINE if size.of == "error" else f"{rp_key(approach)}_p95"
+    return figures_of(errors)[key].estimate(errors)
 
 
 def _few_visits(size: StudySize) -> int:

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from lostmotion.runs.job import Order
     from lostmotion.runs.summary import Outcome
 
-LEVEL: Final = 0.95
 _MOST_PARTS: Final = 3
 _MOST_EXTREMES: Final = 10
 _RESOLUTION: Final = "quantiles by linear interpolation in bins at most 0.4 % wide"
@@ -73,12 +72,13 @@ def _as_error(each: Outcome, estimate: Estimate, samples: str) -> Cell:
 def _designs(
     order: Order, outcomes: Sequence[Outcome], chosen: Sequence[Outcome], counted: str
 ) -> Section:
+    columns = {key: of for key, of in chosen[0].declared.items() if of.group == "error"}
     rows = [
         (
             design_name(order.axes, each.design),
             *(
                 _as_error(each, figure, counted)
-                for figure in (each.quantiles[LEVEL], each.mean, each.deviation)
+                for figure in (each.figures[key] for key in columns)
             ),
         )
         for each in chosen
@@ -109,7 +109,7 @@ def _designs(
     return table(
         "designs",
         "Position error",
-        ("95th percentile", "mean", "standard deviation"),
+        tuple(of.name for of in columns.values()),
         rows,
         _RESOLUTION + swept + shortened + omitted,
     )
@@ -120,7 +120,7 @@ def _iso(order: Order, chosen: Sequence[Outcome], counted: str) -> Section:
     rows = [
         (
             design_name(order.axes, each.design),
-            *(_as_error(each, pair[1], counted) for pair in (each.ap, each.rp)),
+            *(_as_error(each, of, counted) for of in (each.ap, each.rp) if of is not None),
         )
         for each in chosen
         if each.ap is not None and each.rp is not None
@@ -219,7 +219,7 @@ def _levels(order: Order, chosen: Sequence[Outcome]) -> Section:
         [
             (
                 design_name(order.axes, each.design),
-                each.rms_with_poses,
+                each.figures["rms"],
                 *(level / each.rms**2 if each.rms else 0.0 for level in each.levels),
             )
             for each in chosen
@@ -263,9 +263,9 @@ def _joints(joints: Sequence[tuple[str, str]], q: Any) -> str:  # noqa: ANN401 -
 
 
 def _check(order: Order, chosen: Sequence[Outcome]) -> Section:
-    each = max(chosen, key=lambda each: share_neglected(each.check, each.quantiles[LEVEL].value))
+    each = max(chosen, key=lambda each: share_neglected(each.check, each.p95.value))
     counted = several(each.check.samples, "sample")
-    error = each.quantiles[LEVEL].value
+    error = each.p95.value
     share, warn = share_neglected(each.check, error), judged(each.check, error)
     where = design_name(order.axes, each.design) if order.axes else ""
     return table(
@@ -302,7 +302,7 @@ def design_cards(
         strict=False,
     )
     for title, each in ends:
-        figure = as_length(each.quantiles[LEVEL], "")
+        figure = as_length(each.p95, "")
         named = title if len(ranked) > 1 else "95th percentile of the error"
         out.append(_bounded(each, Card(named, str(figure), design_name(order.axes, each.design))))
     if len(ranked) > 1:
@@ -328,7 +328,7 @@ def _best_of_other_figures(order: Order, ranked: Sequence[Outcome]) -> Iterator[
     """Yield the designs with the smallest repeatability, mass and price, where designs differ in
     it.
     """
-    repeats = {each.design: each.rp[1] for each in ranked if each.rp is not None}
+    repeats = {each.design: each.rp for each in ranked if each.rp is not None}
     if len({each.value for each in repeats.values()}) > 1:
         best = min(repeats, key=lambda design: repeats[design].value)
         of = next(each for each in ranked if each.design == best)

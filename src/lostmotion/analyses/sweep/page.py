@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.result import Result
 from lostmotion.analyses.sweep.design_tables import (
-    LEVEL,
     approach_text,
     as_length,
     design_cards,
     design_sections,
     known_of,
 )
-from lostmotion.error_model.arrival import rp_key, rp_name
+from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.provenance import States, states
 from lostmotion.reporting.first_order import failed, failure, unsure
 from lostmotion.reporting.not_counted import NOT_COUNTED, without_mass
@@ -159,11 +158,9 @@ def _sheet(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> Sheet:
         f"{several(order.poses, 'pose')} ({order.law}) x {several(order.robots, 'robot')} x "
         f"{several(order.visits, 'visit')}"
     )
-    failing = [each.design for each in outcomes if failure(each.check, each.quantiles[LEVEL].value)]
+    failing = [each.design for each in outcomes if failure(each.check, each.p95.value)]
     outcomes = [unsure(each) if each.design in failing else each for each in outcomes]
-    ranked = sorted(
-        outcomes, key=lambda each: (each.design in failing, each.quantiles[LEVEL].value)
-    )
+    ranked = sorted(outcomes, key=lambda each: (each.design in failing, each.p95.value))
     sound = ranked[: len(ranked) - len(failing)]
     wrong = failed(
         [outcomes[design] for design in failing],
@@ -237,12 +234,12 @@ def _verdict(order: Order, ranked: Sequence[Outcome]) -> str:
         of_best if of_best.lower_bound or not of_worst.lower_bound else of_worst,
         limits=(*best.limits, *other),
     )
-    best_figure, worst_figure = (as_length(each.quantiles[LEVEL], "") for each in (best, worst))
+    best_figure, worst_figure = (as_length(each.p95, "") for each in (best, worst))
     if len(ranked) == 1:
         repeats = (
             (
                 " "
-                f"{repeatability_sentence(rp_name(order.approach), str(as_length(best.rp[1], '')), known)}"  # noqa: E501
+                f"{repeatability_sentence(rp_name(order.approach), str(as_length(best.rp, '')), known)}"  # noqa: E501
             )
             if best.rp is not None
             else ""
@@ -287,40 +284,21 @@ def _facts(arm: Arm, order: Order, outcomes: Sequence[Outcome]) -> dict[str, Any
         "visits": order.visits,
         "axes": [{"key": axis.key, "values": list(axis.values)} for axis in order.axes],
         "designs": [
-            {"name": design_name(order.axes, each.design), **_plain(each, order.approach)}
-            for each in outcomes
+            {"name": design_name(order.axes, each.design), **_plain(each)} for each in outcomes
         ],
     }
 
 
-def _plain(outcome: Outcome, approach: float) -> dict[str, Any]:
-    """Return a design as plain data, in m; `approach` of the joints names its repeatability."""
-    spread = {
-        name: pair
-        for name, pair in (("ap", outcome.ap), (rp_key(approach), outcome.rp))
-        if pair is not None
-    }
-    of_robots = {
-        f"{name}{level}_m": estimate
-        for name, pair in spread.items()
-        for level, estimate in zip(("", "95"), pair, strict=True)
-    }
-    lower = {} if outcome.lower is None else {"q95_lower_than_first_m": outcome.lower}
-    overall = {"mean_m": outcome.mean, "standard_deviation_m": outcome.deviation}
-    estimates = {
-        **overall,
-        **{f"q{100 * level:.0f}_m": estimate for level, estimate in outcome.quantiles.items()},
-        **of_robots,
-        **lower,
-    }
+def _plain(outcome: Outcome) -> dict[str, Any]:
+    """Return a design as plain data, in SI."""
+    lower = {} if outcome.lower is None else {"p95_lower_than_first": outcome.lower}
     return {
         "design": outcome.design,
         "stated": outcome.stated,
         **{
             name: [_finite(each.value), _finite(each.low), _finite(each.high)]
-            for name, each in estimates.items()
+            for name, each in (outcome.figures | lower).items()
         },
-        "rms_m": outcome.rms,
         "bound": bound(known_of(outcome)),
         "missing": {joint: list(kinds) for joint, kinds in outcome.known.missing.items()},
         "mass_kg": outcome.mass,

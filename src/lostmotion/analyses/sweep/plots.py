@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.sweep.design_tables import LEVEL
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
@@ -91,7 +90,7 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
             )
         )
         if outcomes[0].rp is not None:
-            estimates = [each.rp[1] for each in outcomes if each.rp is not None]
+            estimates = [each.rp for each in outcomes if each.rp is not None]
             out.append(
                 _plot(
                     "iso9283",
@@ -126,7 +125,7 @@ def sweep_plots(order: Order, outcomes: Sequence[Outcome]) -> list[Plot]:
 
 
 def _errors(outcomes: Sequence[Outcome]) -> tuple[list[Estimate], str]:
-    return [each.quantiles[LEVEL] for each in outcomes], "95th percentile of the position error"
+    return [each.p95 for each in outcomes], "95th percentile of the position error"
 
 
 def _positions(on: Axes, axis: Axis, name: str) -> Floats:
@@ -208,8 +207,8 @@ def _curves(
 def over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the error over one key, with 95 % confidence intervals."""
     curves = (
-        ("95th percentile", LIGHT["robot"], lambda each: each.quantiles[LEVEL]),
-        ("mean", LIGHT["design"], lambda each: each.mean),
+        ("95th percentile", LIGHT["robot"], lambda each: each.p95),
+        ("mean", LIGHT["design"], lambda each: each.figures["mean"]),
     )
     return _curves(order, outcomes, curves, "Position error, with 95 % confidence interval")
 
@@ -217,11 +216,11 @@ def over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
 def iso_over_one(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot AP and RP over one key, with 95 % confidence intervals."""
     curves = (
-        ("AP, 95th percentile of robots", LIGHT["visit"], lambda each: each.ap and each.ap[1]),
+        ("AP, 95th percentile of robots", LIGHT["visit"], lambda each: each.ap),
         (
             f"{rp_name(order.approach)}, 95th percentile of robots",
             LIGHT["warn"],
-            lambda each: each.rp and each.rp[1],
+            lambda each: each.rp,
         ),
     )
     return _curves(
@@ -301,19 +300,19 @@ def against_mass(outcomes: Sequence[Outcome]) -> Figure:
         if len({each for each in prices if math.isfinite(each)}) > 1
         else []
     )
-    unit = unit_of_length(max(each.quantiles[LEVEL].value for each in outcomes))
+    unit = unit_of_length(max(each.p95.value for each in outcomes))
     made = figure(22 + 62.0 * len(along))
     for on, (name, x) in zip(
         axes(made, "Error over mass and price", rows=len(along))[:, 0], along, strict=True
     ):
         grid(on, "both")
-        curves = [("95th percentile", "robot", [each.quantiles[LEVEL] for each in outcomes])]
+        curves = [("95th percentile", "robot", [each.p95 for each in outcomes])]
         curves += (
             [
                 (
                     "RP, 95th percentile of robots",
                     "warn",
-                    [each.rp[1] for each in outcomes if each.rp is not None],
+                    [each.rp for each in outcomes if each.rp is not None],
                 )
             ]
             if outcomes[0].rp
@@ -345,10 +344,10 @@ def against_mass(outcomes: Sequence[Outcome]) -> Figure:
 def effects(order: Order, outcomes: Sequence[Outcome]) -> Figure:
     """Plot the main effect of each key: the mean over all other keys, and every design."""
     shape = tuple(len(axis.values) for axis in order.axes)
-    unit = unit_of_length(max(each.quantiles[LEVEL].value for each in outcomes))
-    errors: Floats = np.array(
-        [each.quantiles[LEVEL].value * factor_of(unit) for each in outcomes]
-    ).reshape(shape)
+    unit = unit_of_length(max(each.p95.value for each in outcomes))
+    errors: Floats = np.array([each.p95.value * factor_of(unit) for each in outcomes]).reshape(
+        shape
+    )
     made = figure(22 + 56.0 * len(shape))
     panels = axes(
         made, "Main effects on the 95th percentile of the error", rows=len(shape), sharey=True

@@ -32,7 +32,7 @@ def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
         ):
             data[f"{name}_{by}"] = (
                 space,
-                found.figures[measure, k],
+                found.errors[measure, k],
                 {"units": "m", "long_name": f"{text}, {configuration} in the cell"},
             )
     data["configurations"] = (

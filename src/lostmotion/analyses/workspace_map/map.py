@@ -116,7 +116,7 @@ class ZoneBudget:
 
 @dataclass(frozen=True, repr=False)
 class WorkspaceMap:
-    """The accuracy map of an arm; figures (measure, configuration, x, y, z) in m, NaN where no pose
+    """The accuracy map of an arm; errors (measure, configuration, x, y, z) in m, NaN where no pose
     was found.
 
     bounds         (end, measure, configuration, x, y, z) lower and upper bounds of each figure, as
@@ -135,7 +135,7 @@ class WorkspaceMap:
     seed: int
     approach: float
     evaluated: EvaluatedPoses
-    figures: Floats
+    errors: Floats
     bounds: Floats
     uncertain: np.ndarray
     validation: ValidationPoints | None
@@ -157,7 +157,7 @@ class WorkspaceMap:
     @property
     def selected(self) -> Floats:
         """Return the quantile (x, y, z) for the selected configuration."""
-        return np.asarray(self.figures[QUANTILE, CONFIGURATIONS.index(self.by)])
+        return np.asarray(self.errors[QUANTILE, CONFIGURATIONS.index(self.by)])
 
     @property
     def centre(self) -> np.ndarray:

@@ -187,7 +187,7 @@ def share_by_error(found: WorkspaceMap) -> Figure:
     made, on = one("Share of the workspace by error", 84)
     grid(on, "both")
     for k, by in enumerate(CONFIGURATIONS):
-        values = found.figures[QUANTILE, k][found.centre]
+        values = found.errors[QUANTILE, k][found.centre]
         values = np.sort(values[np.isfinite(values)]) * factor
         shares = 100 * np.arange(1, len(values) + 1) / len(values)
         thin = np.unique(np.linspace(0, len(values) - 1, min(len(values), _POINTS)).astype(int))

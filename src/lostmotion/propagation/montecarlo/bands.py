@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.arrival import rp_name
-from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, pooled_robots_quantile
 from lostmotion.parts.bands import band, draws, influence, latin_hypercube, unknown_values
+from lostmotion.propagation.figures import Drawn, figures_of
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.montecarlo import run
 
@@ -26,13 +25,11 @@ if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.bands import UnknownValue
-    from lostmotion.propagation.montecarlo.montecarlo import Sampled
     from lostmotion.spatial import Floats
 
 DRAWS: Final = 32
 _POSES: Final = 256
 _ROBOTS: Final = 128
-_LEVEL: Final = 0.95
 
 
 @dataclass(frozen=True)
@@ -42,41 +39,29 @@ class Bands:
 
     unknown  the ranges
     shares   (draw, value) at which each range was taken
-    ratios   (figure, draw) of each of `figures` to the one with the middle of every range; NaN for
-             a figure that is zero there
-    approach sign of the joints' last motion, 0 where it is drawn
+    ratios   by key of a figure, (draw,): to the one with the middle of every range; NaN for a
+             figure that is zero there
     """
 
     unknown: tuple[UnknownValue, ...]
     shares: Floats
-    ratios: Floats
+    ratios: dict[str, Floats]
     poses: int
     robots: int
     visits: int
-    approach: float = 0.0
-
-    @property
-    def figures(self) -> tuple[str, ...]:
-        """Return the names of the figures that have a band."""
-        return (
-            "mean",
-            "95th percentile",
-            "AP, 95th percentile of robots",
-            f"{rp_name(self.approach)}, 95th percentile of robots",
-        )
 
     def band(self, figure: str, value: float) -> tuple[float, float]:
-        """Return the 5th and 95th percentile of a figure of `figures` that has this value with the
+        """Return the 5th and 95th percentile of a figure, by its key, that has this value with the
         middle of every range.
         """
-        low, high = band(self.ratios[self.figures.index(figure)])
+        low, high = band(self.ratios[figure])
         return low * value, high * value
 
     def influence(self, figure: str) -> dict[str, float]:
         """Return the share of a figure's variance over the draws that each range explains alone:
         its name to the share, largest first.
         """
-        shares = influence(self.shares, self.ratios[self.figures.index(figure)])
+        shares = influence(self.shares, self.ratios[figure])
         each = {
             unknown.name: float(share) for unknown, share in zip(self.unknown, shares, strict=True)
         }
@@ -106,8 +91,15 @@ def bands(  # noqa: PLR0913 - a study is these numbers
         return None
     chosen, robots = thinned(poses, _POSES), min(robots, _ROBOTS)
 
-    def figures(each: Arm) -> Floats:
-        return _figures(run(each, chosen, robots, visits, seed, approach=approach, threads=threads))
+    def figures(each: Arm) -> dict[str, float]:
+        """Return the figures that are asked for first, m."""
+        sampled = run(each, chosen, robots, visits, seed, approach=approach, threads=threads)
+        errors = Drawn.of(sampled, approach=approach)
+        return {
+            key: figure.estimate(errors).value
+            for key, figure in figures_of(errors).items()
+            if figure.first
+        }
 
     shares = latin_hypercube(unknown, DRAWS, seed)
     middle, found = figures(arm), []
@@ -115,21 +107,8 @@ def bands(  # noqa: PLR0913 - a study is these numbers
         if progress is not None:
             progress("drawing what is unknown", k, DRAWS)
         found.append(figures(known))
-    ratios = np.array(found).T / np.where(middle > 0, middle, np.nan)[:, None]
-    return Bands(unknown, shares, ratios, len(chosen), robots, visits, approach)
-
-
-def _figures(sampled: Sampled) -> Floats:
-    """Return the figures of `Bands` of a run, m; those of ISO 9283 are zero where there is one
-    visit alone.
-    """
-    means = sampled.robot_means
-    error = [
-        pooled_mean(means[:, :, 0]).value,
-        pooled_quantile(sampled.group_hist, sampled.replicate_hist, _LEVEL).value,
-    ]
-    if sampled.visits < 2:  # noqa: PLR2004 - a scatter needs two
-        return np.array([*error, 0.0, 0.0])
-    return np.array(
-        [*error, *(pooled_robots_quantile(means[:, :, column], _LEVEL).value for column in (1, 2))]
-    )
+    ratios = {
+        key: np.array([each[key] for each in found]) / (value if value > 0 else np.nan)
+        for key, value in middle.items()
+    }
+    return Bands(unknown, shares, ratios, len(chosen), robots, visits)

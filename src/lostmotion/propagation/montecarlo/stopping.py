@@ -19,27 +19,15 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
-import numpy as np
-
-from lostmotion.error_model.arrival import rp_name
-from lostmotion.error_model.intervals import (
-    Spread,
-    mean_spread,
-    pooled_mean,
-    pooled_quantile,
-    pooled_robots_quantile,
-    quantile_spread,
-    share_spread,
-)
-from lostmotion.error_model.small_counts import counting_floor
 from lostmotion.errors import refuse_argument
+from lostmotion.propagation.figures import Drawn, figures_of
 from lostmotion.propagation.montecarlo.blocks import MOST_ROBOTS as ROBOTS_THERE_CAN_BE
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.error_model.intervals import Estimate, Spread
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.montecarlo.blocks import Device
@@ -123,10 +111,12 @@ class Tolerance:
 class Watched:
     """A figure that the stopping rule tests.
 
+    name         as printed
     value, half  the figure and the half-width of its 95 % interval, m
     of_poses     share of its variance that more poses would reduce, 0..1
     """
 
+    name: str
     value: float
     half: float
     of_poses: float
@@ -139,7 +129,7 @@ class Watched:
 
 @dataclass(frozen=True, slots=True)
 class SamplingStage:
-    """One run: its numbers of poses and robots, and its figures by name."""
+    """One run: its numbers of poses and robots, and its figures by key."""
 
     poses: int
     robots: int
@@ -162,8 +152,8 @@ class Stopping:
 
     @property
     def missed(self) -> tuple[str, ...]:
-        """Return the figures of the last stage that are not precise enough, the least precise
-        first.
+        """Return the keys of the figures of the last stage that are not precise enough, the least
+        precise first.
         """
         found = self.stages[-1].figures
         ratios = {name: _ratio(self.tolerance, each) for name, each in found.items()}
@@ -375,40 +365,23 @@ def _doubled(count: int, most: int) -> Iterator[int]:
 
 
 def watched(found: Sampled, approach: float = 0.0) -> dict[str, Watched]:
-    """Return the figures that the stopping rule tests: mean and 95th percentile of all errors; mean
-    and 95th percentile over robots of AP and RP.
-
+    """Return the figures that the stopping rule tests by key: those that declare a spread.
     `approach` of the joints names RP.
     """
-    means, at_poses = found.robot_means[:, :, 0], found.of_poses(0)
-    out = {"mean": _watched(pooled_mean(means, at_poses), mean_spread(means, at_poses))}
-    q95 = pooled_quantile(found.group_hist, found.replicate_hist, 0.95)
-    out["95th percentile"] = _watched(
-        q95, share_spread(found.group_hist, found.replicate_hist, q95.value)
-    )
-    if np.isfinite(found.robot_means[:, :, 1:]).all():
-        for column, name in ((1, "AP"), (2, rp_name(approach))):
-            means, at_poses = found.robot_means[:, :, column], found.of_poses(column)
-            of_mean = mean_spread(means, at_poses)
-            out[f"{name}, mean over poses and robots"] = _watched(
-                pooled_mean(means, at_poses), of_mean
-            )
-            highest = pooled_robots_quantile(means, of_poses=at_poses)
-            half = highest.half
-            variance = (half / 1.96) ** 2
-            of_poses = max(
-                quantile_spread(means), counting_floor(at_poses, len(means)) ** 2 / 1.96**2
-            )
-            out[f"{name}, 95th percentile of robots"] = _watched(
-                highest, Spread(max(variance - of_poses, 0.0), of_poses, half)
-            )
+    errors = Drawn.of(found, approach=approach)
+    out = {}
+    for key, figure in figures_of(errors).items():
+        if figure.spread is not None:
+            estimate = figure.estimate(errors)
+            out[key] = _watched(figure.name, estimate, figure.spread(errors, estimate))
     return out
 
 
-def _watched(estimate: Estimate, spread: Spread) -> Watched:
+def _watched(name: str, estimate: Estimate, spread: Spread) -> Watched:
     half = estimate.half
     whole = spread.of_poses + spread.of_robots
     return Watched(
+        name,
         estimate.value,
         half if math.isfinite(half) else math.inf,
         spread.of_poses / whole if whole > 0 else 0.0,

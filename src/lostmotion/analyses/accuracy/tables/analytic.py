@@ -20,24 +20,27 @@ from lostmotion.analyses.accuracy.tables.error import few_poses, limit_rows
 from lostmotion.analyses.accuracy.tables.headline import headline, on_condition, rms_remedy_sentence
 from lostmotion.analyses.accuracy.tables.waterfall import rms_section
 from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
-from lostmotion.error_model.few_poses import ERROR
-from lostmotion.error_model.intervals import (
-    Estimate,
-    of_length,
-    pooled_mean,
-    pooled_quantile,
-    root_mean_square,
-    standard_deviation,
-)
+from lostmotion.error_model.intervals import Estimate, of_length
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
+from lostmotion.propagation.figures import (
+    FIRST,
+    HEADLINE,
+    MEAN,
+    RMS,
+    Drawn,
+    Summed,
+    figures_of,
+    percentile,
+)
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.joint_values import joint_values
+from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.provenance import (
     at_least,
     missing_sentences,
@@ -45,7 +48,7 @@ from lostmotion.reporting.provenance import (
     provenance_sections,
     rests_on_sentences,
 )
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, find_row, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
@@ -59,7 +62,6 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic
     from lostmotion.propagation.montecarlo.montecarlo import Sampled
-    from lostmotion.propagation.pooled import Pooled
     from lostmotion.spatial import Floats
 
 _UNKNOWN: Final = "uncertain by more than 5 %: use Monte Carlo"
@@ -67,6 +69,10 @@ _REMEDY: Final = 'use Monte Carlo (--method montecarlo, in Python method="montec
 # First order in the errors is no more precise than this share, however small the uncertainty of the
 # figures is.
 _LEAST_UNCERTAIN: Final = 1e-4
+_REMARKS: Final = {
+    "standard_deviation": "of the position error about its mean",
+    "rms": "exact at the visited poses",
+}
 _WORDS: Final = (
     (
         "position error",
@@ -103,7 +109,7 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     arm: Arm,
     poses: Poses,
     found: Analytic,
-    whole: Pooled,
+    errors: Summed,
     blame: Budget,
     places: Sequence[Budget] = (),
     zones: Sequence[FoundInZone] = (),
@@ -118,29 +124,28 @@ def analytic_sheet(  # noqa: PLR0913 - what one study found
     r.m.s. error that each
     remedy leaves (`remaining_rms`), m. approach: the sign of the joints' last motion.
     """
-    section = analytic_section(arm, poses, found, whole, blame)
+    section = analytic_section(arm, poses, found, errors)
     known = with_limits(states(arm), arm, poses.q, approach)
     in_zones = analytic_zone_sections(arm, zones, section)
     inside = [
-        (zone.name, find_row(in_zones, f"zone_{k}_analytic", "95th percentile"))
+        (zone.name, row_at(in_zones, f"zone_{k}_analytic", HEADLINE))
         for k, zone in enumerate(zones, 1)
     ]
     found_in = {
         name: row.cells[0]
-        for name, row in (("", find_row([section], "analytic", "95th percentile")), *inside)
+        for name, row in (("", row_at([section], "analytic", HEADLINE)), *inside)
         if row is not None
     }
     halved = halved_sections("halving", "Effect of halving on the 95th percentile", blame)
     overloaded = overloads(arm, poses)
     largest = blame.parts[0] if blame.parts and blame.parts[0].share > 0 else None
+    cards = _cards(section, found_in, largest)
     return Sheet(
         name=arm.name,
         subject="predicted accuracy, without sampling",
         counts=f"{several(len(poses), 'pose')}, exact sums over terms",
         verdict=_verdict(found_in[""], blame, known, arm, overloaded),
-        cards=bounded_cards(
-            _cards(section, found_in, largest), known, ("95 % of", "mean", "root", "worst")
-        ),
+        cards=bounded_cards(cards, known, [card.title for card in cards if card.key]),
         sections=(
             *bounded_sections((section, *in_zones), known, ("analytic", "zone_")),
             levels_section(blame),
@@ -223,20 +228,17 @@ def _brief(
 
 def _cards(section: Section, found_in: dict[str, Cell], largest: Cost | None) -> list[Card]:
     """Show the figures that are asked for first, each with its interval."""
-    wanted = (
-        ("95 % of positions within", "95th percentile"),
-        ("mean position error", "mean"),
-        ("root mean square", "root mean square"),
-        ("worst pose, 95 % within", "worst pose, 95th percentile"),
-    )
-    rows = [(title, find_row([section], "analytic", label)) for title, label in wanted]
-    found = [(title, row.cells[0]) for title, row in rows if row is not None]
+    within = percentile(FIRST)
+    wanted = [(each.title, each.key) for each in (within, MEAN, RMS)]
+    wanted.append(("worst pose, 95 % within", f"worst_pose_{HEADLINE}"))
+    rows = [(title, key, row_at([section], "analytic", key)) for title, key in wanted]
+    found = [(title, key, row.cells[0]) for title, key, row in rows if row is not None]
     found += [
-        (f"95 % of positions within, {zone}", figure) for zone, figure in found_in.items() if zone
+        (f"{within.title}, {zone}", HEADLINE, figure) for zone, figure in found_in.items() if zone
     ]
     out = [
-        Card(title, str(figure), f"interval {figure.between}" if figure.between else "")
-        for title, figure in found
+        Card(title, str(figure), f"interval {figure.between}" if figure.between else "", key)
+        for title, key, figure in found
     ]
     if largest is not None:
         out.append(
@@ -257,7 +259,8 @@ def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Sectio
     for k, zone in enumerate(zones, 1):
         if zone.analytic is None or zone.pooled is None:
             continue
-        here = analytic_section(arm, zone.poses, zone.analytic, zone.pooled, zone.budget, OWN)
+        errors = Summed.of(zone.pooled, zone.budget.squares)
+        here = analytic_section(arm, zone.poses, zone.analytic, errors, OWN)
         title = f"{whole.title}, in the zone {zone.name}"
         out.append(
             Section(
@@ -275,27 +278,23 @@ def analytic_zone_sections(arm: Arm, zones: Sequence[FoundInZone], whole: Sectio
                     key=f"zone_{k}_{apart.key}",
                     title=f"{apart.title}, in the zone {zone.name}",
                 )
-                for apart in comparisons(zone.analytic, zone.pooled, zone.sampled)
+                for apart in comparisons(zone.analytic, errors, zone.sampled)
             ]
     return out
 
 
 def analytic_section(
-    arm: Arm, poses: Poses, found: Analytic, whole: Pooled, blame: Budget, where: str = ""
+    arm: Arm, poses: Poses, found: Analytic, errors: Summed, where: str = ""
 ) -> Section:
     """Return mean and quantiles over all poses and at the worst one, limits, and how many poses are
     valid. `where` follows the number of poses.
     """
-    mean, deviation, *quantiles = (
-        blame.known_ends(each, *ERROR) for each in (whole.mean, whole.deviation, *whole.quantiles)
-    )
     counted = f"sums over terms, {several(len(poses), 'pose')}{where}"
     rows = [
-        _row("mean", mean, counted),
-        _row("standard deviation", deviation, counted, "of the position error about its mean"),
         *(
-            _row(f"{100 * level:.4g}th percentile", one, counted)
-            for level, one in zip(whole.levels, quantiles, strict=True)
+            replace(_row(each.name, each.of(errors), counted, _REMARKS.get(key, "")), key=key)
+            for key, each in figures_of(errors).items()
+            if each.group == "error"
         ),
         *_worst_pose(arm, poses, found),
     ]
@@ -303,15 +302,7 @@ def analytic_section(
         Cell(float(each.mean()), "%", samples=counted)
         for each in (found.nearly_normal, found.valid)
     )
-    square = blame.known_ends(
-        root_mean_square(found.mean_square.reshape(poses.replicates, -1).mean(axis=1)), *ERROR
-    )
     rows += [
-        Row(
-            "root mean square",
-            (length(square.value, square.low, square.high, counted),),
-            "exact at the visited poses",
-        ),
         *limit_rows(arm, float(found.rss.max()), float(found.worst.max()), counted),
         Row(
             "poses with a nearly normal error",
@@ -342,7 +333,7 @@ def _worst_pose(arm: Arm, poses: Poses, found: Analytic) -> list[Row]:
         ("standard deviation", found.deviation, found.deviation_uncertainty, ""),
         *(
             (
-                f"{100 * level:.4g}th percentile",
+                percentile(level).name,
                 found.quantiles[:, k],
                 found.quantiles_uncertainty[:, k],
                 "",
@@ -374,33 +365,22 @@ def _row(label: str, one: Estimate, counted: str, note: str = "") -> Row:
     return Row(label, (length(one.value, one.low, one.high, counted),), note)
 
 
-def comparisons(found: Analytic, whole: Pooled, sampled: Sampled) -> tuple[Section, Section]:
+def comparisons(found: Analytic, summed: Summed, sampled: Sampled) -> tuple[Section, Section]:
     """Return the differences between both routes over all poses, and at each pose, in half-widths
     of Monte Carlo's interval.
     """
-    return _over_all(whole, sampled), _at_each(found, sampled)
+    return _over_all(summed, sampled), _at_each(found, sampled)
 
 
-def _over_all(whole: Pooled, sampled: Sampled) -> Section:
-    """Compare every figure that is printed over all poses; 99.7 % here alone, since Monte Carlo
-    keeps no such quantile at each pose.
+def _over_all(summed: Summed, sampled: Sampled) -> Section:
+    """Compare every figure that both routes compute; 99.7 % here alone, since Monte Carlo keeps no
+    such quantile at each pose.
     """
-    largest = float(sampled.per_pose[:, kernel.LARGEST].max())
-    by_samples = [
-        pooled_mean(sampled.robot_means[:, :, 0], sampled.of_poses(0)),
-        *(
-            pooled_quantile(sampled.group_hist, sampled.replicate_hist, level, largest)
-            for level in whole.levels
-        ),
-    ]
-    square = float(sampled.per_pose[:, kernel.MEAN_SQUARE].mean())
-    by_samples.append(
-        standard_deviation(sampled.group_hist, sampled.replicate_hist, by_samples[0].value, square)
-    )
-    names = [
-        "mean",
-        *(f"{100 * level:.4g}th percentile" for level in whole.levels),
-        "standard deviation",
+    drawn_errors = replace(Drawn.of(sampled), levels=summed.levels)
+    compared = [
+        (key, each.name, each.estimate(summed), each.estimate(drawn_errors))
+        for key, each in figures_of(summed).items()
+        if each.group == "error" and each is not RMS
     ]
     poses = len(sampled.per_pose)
     drawn = (
@@ -408,12 +388,10 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
         f"{several(sampled.visits, 'visit')}"
     )
     rows = []
-    for name, summed, one in zip(
-        names, (whole.mean, *whole.quantiles, whole.deviation), by_samples, strict=True
-    ):
+    for key, name, exact, one in compared:
         half = one.half
-        apart = abs(summed.value - one.value) / half if half > 0 else math.nan
-        if not math.isfinite(summed.value):
+        apart = abs(exact.value - one.value) / half if half > 0 else math.nan
+        if not math.isfinite(exact.value):
             why = f"nothing to compare: {_UNKNOWN}"
         elif not math.isfinite(apart):
             why = "nothing to compare: " + (
@@ -422,7 +400,7 @@ def _over_all(whole: Pooled, sampled: Sampled) -> Section:
         else:
             why = "" if apart <= 1 else "beyond the interval"
         values = (length(one.value, one.low, one.high, drawn), Cell(apart, "1", samples=drawn))
-        rows.append(Row(name, values, why))
+        rows.append(Row(name, values, why, key))
     note = (
         "over all poses, which both routes share: how far the figure without sampling lies "
         "from Monte Carlo's, in half-widths of the latter's 95 % "

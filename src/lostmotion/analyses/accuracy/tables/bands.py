@@ -3,29 +3,28 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from lostmotion.error_model.arrival import rp_name
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, find_row, length, several
+from lostmotion.propagation.figures import HEADLINE as _HEADLINE
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, length, several
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Mapping
 
+    from lostmotion.error_model.intervals import Estimate
+    from lostmotion.propagation.figures import Figure
     from lostmotion.propagation.montecarlo.bands import Bands
 
 COLUMNS: Final = ("5th percentile", "middle", "95th percentile")
-# Titles of the cards of the figures, in their order; that of RP names the approach.
-_CARDS: Final = (
-    "mean position error",
-    "95 % of positions within",
-    "accuracy AP, 95 % of robots within",
-)
 _MOST_NAMES: Final = 3
 # Share of a range in the variance of a figure from which it is named with the figure.
 _NAMED: Final = 0.2
 
 
-def bands_sections(found: Bands | None, sections: Sequence[Section]) -> tuple[Section, ...]:
+def bands_sections(
+    found: Bands | None, declared: Iterable[Figure], figures: Mapping[str, Estimate]
+) -> tuple[Section, ...]:
     """Return the table of the bands, and that of the ranges behind them; none where every value is
     known.
     """
@@ -33,9 +32,12 @@ def bands_sections(found: Bands | None, sections: Sequence[Section]) -> tuple[Se
         return ()
     drawn = f"{several(len(found.shares), 'draw')} of {several(len(found.unknown), 'range')}"
     rows = []
-    for name, value in _values(found, sections).items():
-        low, high = found.band(name, value)
-        rows.append(Row(name, tuple(length(each, samples=drawn) for each in (low, value, high))))
+    for each in declared:
+        value = _value(found, each.key, figures)
+        if value:
+            low, high = found.band(each.key, value)
+            cells = (length(end, samples=drawn) for end in (low, value, high))
+            rows.append(Row(each.name, tuple(cells), key=each.key))
     note = (
         f"over {drawn}: a value known only as a range is the same for all robots. Every draw "
         f"has the same {several(found.robots, 'robot')}, "
@@ -45,7 +47,7 @@ def bands_sections(found: Bands | None, sections: Sequence[Section]) -> tuple[Se
     )
     ranges = [
         Row(key, (Cell(share, "%", samples=drawn),))
-        for key, share in found.influence("95th percentile").items()
+        for key, share in found.influence(_HEADLINE).items()
     ]
     of_ranges = (
         "share of the variance of the 95th percentile that each range explains by itself; the "
@@ -57,47 +59,30 @@ def bands_sections(found: Bands | None, sections: Sequence[Section]) -> tuple[Se
     )
 
 
-def bands_clause(found: Bands | None, sections: Sequence[Section]) -> str:
+def bands_clause(found: Bands | None, figures: Mapping[str, Estimate]) -> str:
     """Return the clause of the headline on how far the 95 % error depends on ranges; empty where it
     does not.
     """
-    value = 0.0 if found is None else _values(found, sections).get("95th percentile", 0.0)
+    value = 0.0 if found is None else _value(found, _HEADLINE, figures)
     if found is None or not value:
         return ""
-    causes = [key for key, share in found.influence("95th percentile").items() if share > _NAMED][
+    causes = [key for key, share in found.influence(_HEADLINE).items() if share > _NAMED][
         :_MOST_NAMES
     ]
     mostly = f" (first of all {', '.join(causes)})" if causes else ""
     return (
-        f"values known only as ranges{mostly} leave {_text(found, '95th percentile', value)} open "
+        f"values known only as ranges{mostly} leave {_text(found, _HEADLINE, value)} open "
         "(5 to 95 %)"
     )
 
 
-def with_band(card: Card, found: Bands | None, sections: Sequence[Section]) -> Card:
+def with_band(card: Card, found: Bands | None, figures: Mapping[str, Estimate]) -> Card:
     """Return the card of a figure with its band beside the interval."""
-    if found is None:
+    value = 0.0 if found is None else _value(found, card.key, figures)
+    if found is None or not value:
         return card
-    figures = dict(
-        zip(
-            (*_CARDS, f"{rp_name(found.approach)}, 95 % of robots within"),
-            found.figures,
-            strict=True,
-        )
-    )
-    if card.title not in figures:
-        return card
-    name = figures[card.title]
-    value = _values(found, sections).get(name, 0.0)
-    return (
-        Card(
-            card.title,
-            card.number,
-            f"{card.quiet}; ranges {_text(found, name, value)}" if card.quiet else "",
-        )
-        if value
-        else card
-    )
+    quiet = f"{card.quiet}; ranges {_text(found, card.key, value)}" if card.quiet else ""
+    return replace(card, quiet=quiet)
 
 
 def bands_facts(found: Bands | None) -> dict[str, Any]:
@@ -114,20 +99,12 @@ def bands_facts(found: Bands | None) -> dict[str, Any]:
     }
 
 
-def _text(found: Bands, name: str, value: float) -> str:
-    low, high = (length(end) for end in found.band(name, value))
+def _text(found: Bands, key: str, value: float) -> str:
+    low, high = (length(end) for end in found.band(key, value))
     return f"{low} .. {high}"
 
 
-def _values(found: Bands, sections: Sequence[Section]) -> dict[str, float]:
-    """Return the figures that have a band, m."""
-    rows = (
-        (name, find_row(sections, key, name))
-        for name, key in zip(found.figures, ("error", "error", "iso9283", "iso9283"), strict=True)
-    )
-    figures = {name: row.cells[0] for name, row in rows if row is not None}
-    return {
-        name: each.value
-        for name, each in figures.items()
-        if each.value and math.isfinite(each.value)
-    }
+def _value(found: Bands, key: str, figures: Mapping[str, Estimate]) -> float:
+    """Return a figure that has a band, m; zero for others."""
+    value = figures[key].value if key in found.ratios and key in figures else 0.0
+    return value if math.isfinite(value) else 0.0

@@ -13,7 +13,9 @@ from lostmotion.analyses.accuracy.tables.error import WITHIN_TARGET
 from lostmotion.analyses.accuracy.tables.repeatability import repeatability_statement
 from lostmotion.analyses.accuracy.tables.stopping import outcome
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in
+from lostmotion.propagation.figures import HEADLINE
 from lostmotion.propagation.montecarlo import kernel
+from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.provenance import (
     at_least,
     headline_names_all,
@@ -21,7 +23,7 @@ from lostmotion.reporting.provenance import (
     share_within_bounded,
     upper_limit_sentences,
 )
-from lostmotion.reporting.sheet import Cell, find_row, length, several
+from lostmotion.reporting.sheet import Cell, length, several
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -52,7 +54,7 @@ def brief_of(
         ("Target", _within_target(found, answer, known)),
     ]
     for k, zone in enumerate(answer.zones, 1):
-        row = find_row(found, f"zone_{k}", "95th percentile")
+        row = row_at(found, f"zone_{k}", HEADLINE)
         out += [("Zone", zone_sentence(zone.name, row.cells[0], known))] if row is not None else []
     out += [
         (
@@ -85,7 +87,7 @@ def brief_of(
 
 def _within_target(found: Sequence[Section], answer: Answer, known: States) -> str:
     """Return the sentence on the share of positions within the target; empty without one."""
-    row = find_row(found, "error", WITHIN_TARGET)
+    row = row_at(found, "error", WITHIN_TARGET)
     if row is None or answer.target is None:
         return ""
     share = row.cells[0]

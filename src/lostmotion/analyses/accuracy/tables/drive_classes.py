@@ -30,7 +30,6 @@ _NOTE: Final = (
     "assumed. RP: pose repeatability of ISO 9283, each joint arriving from one side"
 )
 # Cards of errors, which have more digits than a class supports.
-_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "repeatability RP", "RP, ")
 _SLACK: Final = 0.03
 _SMALLEST_MM: Final = 1e-4
 
@@ -92,7 +91,7 @@ def with_classes(sheet: Sheet, figures: Sequence[ClassFigures], known: States) -
         verdict=" ".join(
             [class_sentence(figures), *missing_sentences(known), *rests_on_sentences(known)]
         ),
-        cards=tuple(card for card in sheet.cards if not card.title.startswith(_ERRORS)),
+        cards=tuple(card for card in sheet.cards if not card.key),
         brief=(
             *class_brief(figures),
             *(each for each in sheet.brief if not each[0].startswith("RP")),

@@ -13,7 +13,13 @@ from lostmotion.error_model.intervals import (
 )
 from lostmotion.error_model.share_intervals import share_below
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.propagation.figures import DEVIATION, OF_POSITION, ROTATION, accuracy, repeatability
+from lostmotion.propagation.figures import (
+    DEVIATION,
+    ROTATION,
+    accuracy,
+    figures_of,
+    repeatability,
+)
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import Cell, Row, Section, cell, length, several
@@ -27,8 +33,8 @@ if TYPE_CHECKING:
     from lostmotion.propagation.figures import Figure as Declared
     from lostmotion.spatial import Floats
 
-# Label of the share of positions within the target.
-WITHIN_TARGET: Final = "within the target"
+# Key of the share of positions within the target.
+WITHIN_TARGET: Final = "within_the_target"
 # Of the errors without limits, how many are named.
 _MOST_NAMES: Final = 3
 
@@ -47,7 +53,8 @@ def error_section(answer: Answer, where: str = "") -> Section:
         figure_row(
             each, answer.figures[each.key], counted, each.definition if each is DEVIATION else ""
         )
-        for each in OF_POSITION
+        for each in figures_of(answer.errors).values()
+        if each.group == "error" and each is not ROTATION
     ]
     if answer.target is not None:
         within = share_below(
@@ -55,9 +62,10 @@ def error_section(answer: Answer, where: str = "") -> Section:
         )
         rows.append(
             Row(
-                WITHIN_TARGET,
+                "within the target",
                 (as_share(within, counted),),
                 f"target: {length(answer.target, stated=True)}",
+                WITHIN_TARGET,
             )
         )
     at = int(table[:, kernel.LARGEST].argmax())
@@ -213,7 +221,7 @@ def few_poses(blame: Budget, visits: int, approach: float) -> tuple[str, ...]:
     return few_poses_warnings(
         blame.poses,
         {
-            name: blame.beside_many(*weights)
+            name: blame.squares.root_mean_squares(weights)
             for name, weights in weights_of(visits, approach).items()
         },
     )

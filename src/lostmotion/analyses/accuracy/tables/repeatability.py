@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Final
 
 from lostmotion.error_model.arrival import arrival, rp_key, rp_name
 from lostmotion.mechanism.placed_terms import short_name
+from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.provenance import repeats_bounded
-from lostmotion.reporting.sheet import Bar, Bars, Cell, Row, Section, find_row, in_words, several
+from lostmotion.reporting.sheet import Bar, Bars, Cell, Row, Section, in_words, several
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -116,7 +117,7 @@ def repeatability_statement(
 
 def _row_of(found: Sequence[Section], each: Repeatability) -> Row | None:
     """Return the row of this RP, of which 95 % of the robots are within."""
-    return find_row(found, "iso9283", f"{rp_name(each.approach)}, 95th percentile of robots")
+    return row_at(found, "iso9283", f"{rp_key(each.approach)}_p95")
 
 
 def _bounded(figure: Cell, each: Repeatability, arm: Arm, known: States) -> str:

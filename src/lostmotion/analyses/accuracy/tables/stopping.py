@@ -31,7 +31,8 @@ def stopping_section(
             )
             for stage in found.stages
         )
-        rows.append(Row(name, figures, _asked(found, figure, missed=name in found.missed)))
+        asked = _asked(found, figure, missed=name in found.missed)
+        rows.append(Row(figure.name, figures, asked, name))
     note = (
         "half of each 95 % interval, as a share of the figure, at each stage; asked for: "
         f"{found.tolerance}. The first stage shows how many robots "
@@ -51,14 +52,15 @@ def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
     where = where and f" {where}"
     if found.reached:
         watched = ", ".join(
-            dict.fromkeys(name.rpartition(", ")[0] or name for name in last.figures)
+            dict.fromkeys(
+                each.name.rpartition(", ")[0] or each.name for each in last.figures.values()
+            )
         )
         return (
             f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after "
             f"{several(last.robots, 'robot')} and {several(last.poses, 'pose')}"
         )
-    name = found.missed[0]
-    figure = last.figures[name]
+    figure = last.figures[found.missed[0]]
     half = (
         f"half-width {100 * figure.relative:.2g} %"
         if math.isfinite(figure.relative)
@@ -77,7 +79,7 @@ def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
             f"{several(last.poses, 'pose')}"
         ),
     }[found.limited_by]
-    return f"Did not reach ±{found.tolerance}{where}: {half} ({name}), {why}"
+    return f"Did not reach ±{found.tolerance}{where}: {half} ({figure.name}), {why}"
 
 
 def _half(figure: Watched, counted: str) -> Cell:

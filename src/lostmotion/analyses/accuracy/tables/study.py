@@ -31,29 +31,30 @@ from lostmotion.analyses.accuracy.tables.repeatability import (
 from lostmotion.analyses.accuracy.tables.stopping import stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
-from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.budget import costs
-from lostmotion.error_model.intervals import pooled_quantile
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.exact import share_neglected
+from lostmotion.propagation.figures import HEADLINE, Summed, figures_of
 from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
+from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.provenance import provenance_facts, provenance_sections
-from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, find_row, length, several
+from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, cell, length, several
 from lostmotion.reporting.warnings import overload_warnings
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.analyses.accuracy.workspace import Workspace
     from lostmotion.error_model.overload import Overload
     from lostmotion.error_model.provenance import States
+    from lostmotion.propagation.figures import Figure
     from lostmotion.reporting.sheet import Bars
 
 # What the words mean, for whoever reads the report without the manual.
@@ -103,8 +104,6 @@ _WORDS: Final = (
         "small errors are added. An exact composition of a sample shows what is neglected.",
     ),
 )
-# Cards that are lower bounds where joints are taken as perfect.
-_ERRORS: Final = ("95 % of positions", "mean position", "accuracy AP", "RP,")
 # Sections of which every length is an error.
 _BOUNDED: Final = ("error", "iso9283", "zone_", "analytic")
 
@@ -123,10 +122,8 @@ def sheet(answer: Answer) -> Sheet:
             f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} x "
             f"{several(len(poses), 'pose')}, seed {answer.seed}"
         ),
-        verdict=_verdict(found, answer, known, overloaded),
-        cards=bounded_cards(
-            [with_band(card, answer.bands, found) for card in _cards(shown, answer)], known, _ERRORS
-        ),
+        verdict=_verdict(answer, known, overloaded),
+        cards=bounded_figure_cards(_cards(shown, answer), known),
         sections=(*bounded_sections(shown, known, _BOUNDED), *provenance_sections(known)),
         warnings=(
             *answer.arm.warnings,
@@ -154,7 +151,9 @@ def sheet(answer: Answer) -> Sheet:
         brief=brief_of(found, answer, known),
     )
     return with_classes(
-        checked(whole, sampled.exact, _q95(answer), answer.arm), answer.classes, known
+        checked(whole, sampled.exact, answer.figures[HEADLINE].value, answer.arm),
+        answer.classes,
+        known,
     )
 
 
@@ -168,11 +167,11 @@ def _bars(answer: Answer) -> tuple[Bars, ...]:
 
 def sections(answer: Answer) -> list[Section]:
     """Return the sections of a study in reading order."""
-    errors = (error_section(answer), iso_section(answer))
     found = [
         workspace_section(answer.workspace),
-        *errors,
-        *bands_sections(answer.bands, errors),
+        error_section(answer),
+        iso_section(answer),
+        *bands_sections(answer.bands, figures_of(answer.errors).values(), answer.figures),
         *zone_sections(answer),
         levels_section(answer.budget),
         *made_of_sections(answer.repeats),
@@ -195,12 +194,11 @@ def sections(answer: Answer) -> list[Section]:
             comparisons,
         )
 
-        whole = analytic_section(
-            answer.arm, answer.poses, answer.analytic, answer.pooled, answer.budget
-        )
+        errors = Summed.of(answer.pooled, answer.budget.squares)
+        whole = analytic_section(answer.arm, answer.poses, answer.analytic, errors)
         found += [
             whole,
-            *comparisons(answer.analytic, answer.pooled, answer.sampled),
+            *comparisons(answer.analytic, errors, answer.sampled),
             *analytic_zone_sections(answer.arm, answer.zones, whole),
         ]
     return found
@@ -300,12 +298,8 @@ def _bending(answer: Answer) -> list[Section]:
     ]
 
 
-def _q95(answer: Answer) -> float:
-    return pooled_quantile(answer.sampled.group_hist, answer.sampled.replicate_hist, 0.95).value
-
-
 def _check(answer: Answer) -> Section:
-    exact, q95 = answer.sampled.exact, _q95(answer)
+    exact, q95 = answer.sampled.exact, answer.figures[HEADLINE].value
     counted = several(exact.samples, "sample")
     rows = (
         Row("largest difference", (length(exact.largest, samples=counted),)),
@@ -319,27 +313,20 @@ def _check(answer: Answer) -> Section:
     return Section("exact_check", "First order against exact composition", ("value",), rows)
 
 
-def _verdict(
-    found: Sequence[Section], answer: Answer, known: States, overloaded: Sequence[Overload]
-) -> str:
+def _verdict(answer: Answer, known: States, overloaded: Sequence[Overload]) -> str:
     """Return the headline: position error, the remedy that takes most off it, and what is assumed
     or missing.
     """
-    error = find_row(found, "error", "95th percentile")
-    if error is None:
-        return ""
     remedy = remedy_sentence(
         answer.budget, answer.waterfall, known, temperature=answer.arm.has_temperatures
     )
-    return headline(error.cells[0], bands_clause(answer.bands, found), remedy, known, overloaded)
+    within = cell(answer.figures[HEADLINE], "m")
+    return headline(within, bands_clause(answer.bands, answer.figures), remedy, known, overloaded)
 
 
 def _in_zones(found: Sequence[Section], answer: Answer) -> list[tuple[FoundInZone, Row]]:
     """Return each zone with the row of its 95th percentile."""
-    rows = (
-        (zone, find_row(found, f"zone_{k}", "95th percentile"))
-        for k, zone in enumerate(answer.zones, 1)
-    )
+    rows = ((zone, row_at(found, f"zone_{k}", HEADLINE)) for k, zone in enumerate(answer.zones, 1))
     return [(zone, row) for zone, row in rows if row is not None]
 
 
@@ -359,27 +346,13 @@ def _zone_facts(answer: Answer) -> dict[str, Any]:
 
 def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
     """Return the main figures and the 95th percentile of each zone, each with its interval."""
-    wanted = (
-        ("95 % of positions within", "error", "95th percentile"),
-        ("mean position error", "error", "mean"),
-        ("accuracy AP, 95 % of robots within", "iso9283", "AP, 95th percentile of robots"),
-        *(
-            (f"{name}, 95 % of robots within", "iso9283", f"{name}, 95th percentile of robots")
-            for name in map(rp_name, (1.0, 0.0))
-        ),
-        ("reach from the base", "workspace", "reach from the base"),
-    )
-    rows = [(title, find_row(found, section, label)) for title, section, label in wanted]
     cards = [
-        Card(
-            title,
-            str(row.cells[0]),
-            f"interval {row.cells[0].interval}" if row.cells[0].interval else row.note,
-        )
-        for title, row in rows
-        # nothing described errs so: zero is not a prediction
-        if row is not None and row.cells[0].value
+        with_band(card, answer.bands, answer.figures)
+        for card in first_cards(found, figures_of(answer.errors).values())
     ]
+    reach = row_at(found, "workspace", "reach_from_the_base")
+    if reach is not None and reach.cells[0].value:
+        cards.append(Card(reach.label, str(reach.cells[0]), reach.note))
     parts = next((section.rows for section in found if section.key == "budget"), ())
     if parts:
         cards.append(
@@ -396,9 +369,33 @@ def _cards(found: Sequence[Section], answer: Answer) -> list[Card]:
                 f"95 % of positions within, {zone.name}",
                 str(figure),
                 f"interval {figure.interval}" if figure.interval else "",
+                HEADLINE,
             )
         )
     return cards
+
+
+def first_cards(found: Sequence[Section], figures: Iterable[Figure]) -> list[Card]:
+    """Return the cards of the figures that are asked for first, of those that are not zero: where
+    nothing described errs so, zero is not a prediction.
+    """
+    chosen = sorted((each for each in figures if each.first), key=lambda of: of.key != HEADLINE)
+    rows = ((each, row_at(found, each.group, each.key)) for each in chosen)
+    return [
+        Card(
+            each.title,
+            str(row.cells[0]),
+            f"interval {row.cells[0].interval}" if row.cells[0].interval else row.note,
+            each.key,
+        )
+        for each, row in rows
+        if row is not None and row.cells[0].value
+    ]
+
+
+def bounded_figure_cards(cards: Sequence[Card], known: States) -> tuple[Card, ...]:
+    """Return cards, those of declared figures as bounds where kinds of error are missing."""
+    return bounded_cards(cards, known, [card.title for card in cards if card.key])
 
 
 def _source(answer: Answer) -> str:

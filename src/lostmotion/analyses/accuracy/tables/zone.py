@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
 from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
+from lostmotion.reporting.layout import key_of
 from lostmotion.reporting.sheet import Cell, Row, Section, several
 
 if TYPE_CHECKING:
@@ -114,14 +115,15 @@ def _counted(here: Poses, whole: Poses) -> Row:
 
 
 def beside(here: Section, whole: Section) -> tuple[Row, ...]:
-    """Put the rows of two sections side by side, by label; with the first one's remark, unless it
+    """Put the rows of two sections side by side, by key; with the first one's remark, unless it
     is that of both and there is a figure.
     """
-    others = {row.label: row for row in whole.rows}
+    others = {row.key or key_of(row.label): row for row in whole.rows}
     none = Row("", (Cell(math.nan, "1"),))
-    pairs = ((row, others.get(row.label, none)) for row in here.rows)
+    pairs = ((row, others.get(row.key or key_of(row.label), none)) for row in here.rows)
     return tuple(
-        Row(row.label, (row.cells[0], other.cells[0]), _remark(row, other)) for row, other in pairs
+        Row(row.label, (row.cells[0], other.cells[0]), _remark(row, other), row.key)
+        for row, other in pairs
     )
 
 

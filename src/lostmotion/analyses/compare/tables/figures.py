@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.reporting.sheet import Cell, length, several
+from lostmotion.reporting.sheet import Cell, cell, several
 
 if TYPE_CHECKING:
     from lostmotion.analyses.compare.compared_arm import ComparedArm
@@ -15,17 +15,13 @@ if TYPE_CHECKING:
 
 NO_DIFFERENCE_SEEN: Final = "no difference seen"
 EQUAL: Final = "equal"
-_SHOWN: Final = {"rad": "arcmin", "kg": "kg", "price": "1", "1": "%"}
 
 
 def figure(found: Estimate, unit: str, samples: str = "") -> Cell:
-    """Return an estimate in the unit that people read: lengths by their size, angles in arcmin,
-    shares in per cent.
-    """
-    if unit == "m":
-        return length(found.value, found.low, found.high, samples)
-    shown = _SHOWN[unit]
-    return Cell(found.value, shown, found.low, found.high, samples, stated=unit == "price")
+    """Return an estimate as people read it (`printed.suited`); a price has no unit."""
+    if unit == "price":
+        return Cell(found.value, "1", samples=samples, stated=True)
+    return cell(found, unit, samples)
 
 
 def is_decided(change: Estimate) -> bool:

@@ -428,7 +428,8 @@ def warnings(found: Comparison) -> tuple[str, ...]:
     for each in found.arms:
         weights = weights_of(each.sampled.visits, each.approach) if each.many else {}
         few = few_poses_warnings(
-            len(each.poses), {name: each.beside_many(of) for name, of in weights.items()}
+            len(each.poses),
+            {name: each.squares.root_mean_squares(of) for name, of in weights.items()},
         )
         out += [
             f"{each.label}: {text}"

@@ -213,7 +213,7 @@ def _map(found: WorkspaceMap) -> Section:
     uniform: list[str] = []
     measures = ((QUANTILE, percentile_label(found)), (MEAN, "mean error"))
     for measure, name in measures:
-        every = found.figures[measure][:, known]
+        every = found.errors[measure][:, known]
         # one configuration, or all have the same error
         if np.allclose(every, every[1], rtol=SAME, atol=0):
             uniform.append(name)
@@ -224,7 +224,7 @@ def _map(found: WorkspaceMap) -> Section:
         }
         for k in range(len(CONFIGURATIONS)):
             values, (low, high) = (
-                found.figures[measure, k][known],
+                found.errors[measure, k][known],
                 found.bounds[:, measure, k][:, known],
             )
             for cell, at in (
@@ -270,7 +270,7 @@ def _median(found: WorkspaceMap, measure: int, column: int) -> tuple[float, floa
     """
     known = counted_cells(found)
     value, bounds = (
-        float(np.median(found.figures[measure, column][known])),
+        float(np.median(found.errors[measure, column][known])),
         found.bounds[:, measure, column][:, known],
     )
     # An unknown bound of a cell may be anywhere; the median's bound is unknown if it depends on

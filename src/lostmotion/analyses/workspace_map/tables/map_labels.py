@@ -95,7 +95,7 @@ def figure_over_cells(
     found: WorkspaceMap, measure: int, column: int, what: Callable[[Floats], float]
 ) -> Cell:
     """Return the minimum, median or maximum of a figure over the cells."""
-    return length(float(what(found.figures[measure, column][counted_cells(found)])))
+    return length(float(what(found.errors[measure, column][counted_cells(found)])))
 
 
 def share_within(found: WorkspaceMap, error: float) -> tuple[Cell, Cell]:
