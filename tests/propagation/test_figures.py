@@ -115,9 +115,12 @@ def test_the_difference_of_standard_deviations_is_that_of_the_samples():
         assert found.value == pytest.approx(values[1] - values[0])
         seen += found.low <= 0 <= found.high
     assert seen >= 88
-    doubled = [np.array([np.histogram(2 * each, edges)[0] for each in arms[0]])] * 2
+    doubled = tuple(
+        np.array([np.histogram(2 * each, edges)[0] for each in members])
+        for members in (arms[0], arms[0].swapaxes(0, 1))
+    )
     grown = deviation_difference(
-        tuple(hists[0]), tuple(doubled), (means[0], 2 * means[0]), (values[0], 2 * values[0])
+        tuple(hists[0]), doubled, (means[0], 2 * means[0]), (values[0], 2 * values[0])
     )
     assert grown.low > 0
     assert grown.low < values[0] < grown.high

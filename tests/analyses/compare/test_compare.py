@@ -112,7 +112,7 @@ def test_a_change_is_the_difference_of_two_studies(files, found):
         ):
             one, other = (
                 result["figures"][key][label],
-                alone[name]["r_m_s_error"] if key in OF_LEVELS else alone[name],
+                alone[name]["rms_error"] if key in OF_LEVELS else alone[name],
             )
             ends = [[each[end] for end in ("value", "low", "high")] for each in (one, other)]
             assert [end is None for end in ends[0]] == [end is None for end in ends[1]], key
