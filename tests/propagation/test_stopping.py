@@ -55,7 +55,7 @@ def watch(values):
     """
     spread = two_way(values)
     whole = spread.of_poses + spread.of_robots
-    return {"mean": Watched(float(values.mean()), spread.half, spread.of_poses / whole)}
+    return {"mean": Watched("mean", float(values.mean()), spread.half, spread.of_poses / whole)}
 
 
 @pytest.mark.slow
@@ -181,7 +181,7 @@ def test_a_precise_pilot_run_ends_the_study():
     assert easy.reached
     ideal = settle(
         lambda *_: 0,
-        lambda _: {"mean": Watched(0.0, 0.0, 0.0)},
+        lambda _: {"mean": Watched("mean", 0.0, 0.0, 0.0)},
         64,
         10,
         Tolerance.of("3 digits"),
@@ -282,7 +282,7 @@ def test_the_last_stage_takes_a_larger_margin_only_where_an_earlier_one_was_capp
     runs = []
     _, stopping = settle(
         lambda _, robots: runs.append(robots) or len(runs),
-        lambda run: {"mean": Watched(1.0, halves[run], 0.0)},
+        lambda run: {"mean": Watched("mean", 1.0, halves[run], 0.0)},
         64,
         pilot,
         Tolerance.of("10 %"),
