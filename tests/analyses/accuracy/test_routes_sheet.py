@@ -9,6 +9,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.tables.analytic import comparisons
 from lostmotion.error_model.intervals import Estimate
+from lostmotion.propagation.figures import Summed
 from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.sheet import Cell, in_one_unit, length, several
 from tests.reporting.first_screen import first_screen
@@ -16,16 +17,21 @@ from tests.reporting.first_screen import first_screen
 ARM = Path(__file__).parents[3] / "examples" / "z-arm.toml"
 
 
+def summed(study, pooled=None):
+    """Return the errors without sampling, with other figures where they are given."""
+    return Summed.of(pooled or study.pooled, study.budget.squares)
+
+
 def test_every_figure_over_all_poses_is_compared(z_arm_study):
     """Mean, 50, 95, 99 and 99.7 %, the standard deviation, and the two routes agree."""
     whole = next(section for section in z_arm_study.sheet.sections if section.key == "routes_all")
     assert [row.label for row in whole.rows] == [
         "mean",
+        "standard deviation",
         "50th percentile",
         "95th percentile",
         "99th percentile",
         "99.7th percentile",
-        "standard deviation",
     ]
     assert all(row.cells[1].as_shown < 1 for row in whole.rows)
     assert all(row.note == "" for row in whole.rows)
@@ -40,18 +46,18 @@ def test_a_wrong_quantile_over_all_poses_is_seen(z_arm_study, at):
     wrong[at] = Estimate(*(1.5 * end for end in (wrong[at].value, wrong[at].low, wrong[at].high)))
     whole, _ = comparisons(
         z_arm_study.analytic,
-        replace(z_arm_study.pooled, quantiles=tuple(wrong)),
+        summed(z_arm_study, replace(z_arm_study.pooled, quantiles=tuple(wrong))),
         z_arm_study.sampled,
     )
     assert [row.note for row in whole.rows] == [
-        "beyond the interval" if k == at + 1 else "" for k in range(6)
+        "beyond the interval" if k == at + 2 else "" for k in range(6)
     ]
-    assert whole.rows[at + 1].cells[1].as_shown > 1
+    assert whole.rows[at + 2].cells[1].as_shown > 1
 
 
 def test_the_reason_for_no_comparison_is_stated(z_arm_study):
     """Too few robots for Monte Carlo's interval, no figure without sampling."""
-    _, each = comparisons(z_arm_study.analytic, z_arm_study.pooled, z_arm_study.sampled)
+    _, each = comparisons(z_arm_study.analytic, summed(z_arm_study), z_arm_study.sampled)
     row = next(row for row in each.rows if row.label == "99th percentile")
     assert "no pose to compare" in row.note
     assert "too few robots" in row.note
@@ -60,8 +66,8 @@ def test_the_reason_for_no_comparison_is_stated(z_arm_study):
         z_arm_study.pooled,
         quantiles=(*z_arm_study.pooled.quantiles[:3], Estimate(*[float("nan")] * 3)),
     )
-    whole, _ = comparisons(z_arm_study.analytic, untold, z_arm_study.sampled)
-    assert whole.rows[-2].note == "nothing to compare: uncertain by more than 5 %: use Monte Carlo"
+    whole, _ = comparisons(z_arm_study.analytic, summed(z_arm_study, untold), z_arm_study.sampled)
+    assert whole.rows[-1].note == "nothing to compare: uncertain by more than 5 %: use Monte Carlo"
 
 
 def test_one_is_not_several_and_what_was_stated_has_no_zeros_behind():
