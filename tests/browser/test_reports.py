@@ -41,6 +41,9 @@ REPORTS = {
     "compare two": lambda _: lostmotion.compare(
         Z_ARM, EXAMPLES / "z-arm-drawn.toml", poses=64, robots=60, visits=4
     ),
+    "task": lambda _: lostmotion.task(
+        EXAMPLES / "six-axis.toml", EXAMPLES / "tasks" / "pocket.toml", robots=40, runs=2
+    ),
     "statics": lambda _: lostmotion.statics(Z_ARM, poses=64, tilt="10 deg"),
     "sweep": lambda folder: lostmotion.sweep(
         Z_ARM, folder / "sweep.toml", poses=64, robots=20, visits=4, out=folder / "run"

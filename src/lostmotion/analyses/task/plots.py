@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.chart import label_axes, legend, named_rows, one, swatch
+from lostmotion.reporting.chart import label_axes, legend, named_rows, one, ringed, swatch
 from lostmotion.reporting.palette import LIGHT
 from lostmotion.reporting.plot import Plot
 
@@ -61,6 +61,8 @@ def _path(found: TaskResult) -> Figure:
     for each in found.program.features:
         if each.kind in {"line", "circle", "path"}:
             on.plot(*points[each.places][:, [across, up]].T, color=LIGHT["line"], linewidth=0.8)
+    worst = points[found.outcomes[found.decisive].worst]
+    ringed(on, worst[across], worst[up], "worst place")
     _dots(on, points[:, [across, up]], found.place_used)
     on.set_aspect("equal", adjustable="datalim")
     label_axes(on, f"{'xyz'[across]} [mm]", f"{'xyz'[up]} [mm]")

@@ -16,7 +16,18 @@ from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.joint_values import joint_values, tool_place
 from lostmotion.reporting.provenance import caveats
-from lostmotion.reporting.sheet import Card, Cell, Row, Sheet, in_words, length, several, table
+from lostmotion.reporting.sheet import (
+    Bar,
+    Bars,
+    Card,
+    Cell,
+    Row,
+    Sheet,
+    in_words,
+    length,
+    several,
+    table,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +40,7 @@ if TYPE_CHECKING:
     from lostmotion.reporting.sheet import Section
 
 _PARTS: Final = 12
+_BARS: Final = 5
 _PLACES: Final = 40
 _LEAST: Final = 0.005
 _WORDS: Final = (
@@ -86,6 +98,7 @@ def task_sheet(found: TaskResult) -> Sheet:
         "same bytes.",
         seed=found.seed,
         facts=found.facts,
+        bars=_bars(found),
     )
     sheet = with_arm(sheet, arm, known, sections=("reversal",))
     return checked(sheet, found.check, found.check.length, arm)
@@ -172,6 +185,19 @@ def _limit(stated: DrawingTolerance) -> Cell:
         sizes = " x ".join(f"{1e3 * each:.4g}" for each in stated.size)
         return in_words(f"{sizes} mm")
     return Cell(stated.size[0], "mm", stated=True)
+
+
+def _bars(found: TaskResult) -> tuple[Bars, ...]:
+    """Return the bars of the first screen: the largest contributors, and what remedies leave."""
+    shown = [each for each in found.parts.items() if abs(each[1]) >= _LEAST][:_BARS]
+    parts = (Bar(short_name(name), Cell(value, "%"), 100 * value) for name, value in shown)
+    lines = (found.helps.before, *found.helps.stages)
+    helps = (Bar(each.name, _share(each.success), 100 * each.success.value) for each in lines)
+    blame, held = "Largest contributors to the decisive tolerance", "All tolerances hold with"
+    return (
+        Bars("parts", blame, "share of the mean square", tuple(parts)),
+        Bars("remedies", held, "probability", tuple(helps), note="ideal remedies", most=100.0),
+    )
 
 
 def _success(found: TaskResult, counted: str) -> Section:
