@@ -29,7 +29,7 @@ _RANK: Final = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class PosePlan:
     """Poses to measure, in the order of a short tour of the joints.
 
     chosen  (pose,) rows of the candidates
@@ -52,7 +52,7 @@ def plan(
     covariance: Floats,
     *,
     noise: float,
-) -> Plan:
+) -> PosePlan:
     """Return `count` of the candidate poses, one after another, then by exchanges.
 
     working     model at the poses where the robot will work, with the same draws
@@ -67,7 +67,7 @@ def plan(
     chosen = _exchanged(white, root, covariance, chosen)
     whole = _posterior(covariance, white[chosen])
     radius[-1] = min(radius[-1], _radius(wanted, whole))
-    return Plan(
+    return PosePlan(
         _tour(candidates.matrix.state.q, chosen),
         radius,
         _enough(radius),

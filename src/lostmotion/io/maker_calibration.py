@@ -36,7 +36,7 @@ _MEGABYTES: Final = 1
 
 
 @dataclass(frozen=True, eq=False)
-class Chain:
+class MakerChain:
     """A calibrated chain: frames (joint + 1, 4, 4), m, before each joint, which turns about z, and
     after the last one.
 
@@ -59,7 +59,7 @@ class Chain:
         return out
 
 
-def read_maker_calibration(path: Path, arm: Arm) -> Chain:
+def read_maker_calibration(path: Path, arm: Arm) -> MakerChain:
     """Return the calibrated chain of an arm by its maker's file. Raises InputError for a file of
     another kind, and for one of another number of joints.
     """
@@ -80,7 +80,7 @@ def _numbers(file: str, name: str, cells: str) -> Floats:
     return found
 
 
-def _of_differences(file: str, rows: dict[str, Floats], arm: Arm) -> Chain:
+def _of_differences(file: str, rows: dict[str, Floats], arm: Arm) -> MakerChain:
     count = len(arm.driven)
     for name in ("theta", "a", "d", "alpha"):
         if name not in rows or len(rows[name]) != count:
@@ -93,7 +93,7 @@ def _of_differences(file: str, rows: dict[str, Floats], arm: Arm) -> Chain:
         values = (("theta", theta), ("d", d), ("a", a), ("alpha", alpha))
         steps.append(_dh(*(value + rows[name][k] for name, value in values)))
     steps.append(_dh(rows["theta"][-1], rows["d"][-1], rows["a"][-1], rows["alpha"][-1]) @ last)
-    return Chain(np.array(steps), with_tool=True)
+    return MakerChain(np.array(steps), with_tool=True)
 
 
 def _dh(theta: float, d: float, a: float, alpha: float) -> Floats:
@@ -120,7 +120,7 @@ def _row(file: str, step: Floats, name: str) -> tuple[float, float, float, float
     return theta, d, a, alpha
 
 
-def _of_frames(file: str, text: str, arm: Arm) -> Chain:
+def _of_frames(file: str, text: str, arm: Arm) -> MakerChain:
     """Return the chain of a kinematics YAML: for each joint x, y, z, roll, pitch and yaw."""
     frames: list[dict[str, float]] = []
     for line in text.splitlines():
@@ -143,4 +143,4 @@ def _of_frames(file: str, text: str, arm: Arm) -> Chain:
         pose_of((each["x"], each["y"], each["z"]), (each["roll"], each["pitch"], each["yaw"]))
         for each in whole
     ]
-    return Chain(np.array([*steps, np.eye(4)]), with_tool=False)
+    return MakerChain(np.array([*steps, np.eye(4)]), with_tool=False)

@@ -37,7 +37,7 @@ PARTLY: Final = 0.75
 
 
 @dataclass(frozen=True, repr=False)
-class MeasuredRobot:
+class CalibrationAnswer:
     """What the measurement of one robot shows.
 
     robot      estimates, held-out measurements and families of errors
@@ -68,7 +68,7 @@ def calibrated(
     noise: float | None,
     seed: int,
     progress: Callable[[str, int, int], None] | None = None,
-) -> MeasuredRobot:
+) -> CalibrationAnswer:
     """Return what the visits show of the robot; arguments as for `robot_of`, whose WrongArmError is
     raised.
     """
@@ -87,7 +87,7 @@ def calibrated(
     raw = robot.instrument.rows(robot.frames, np.zeros_like(unknowns)).residual[:, lengths]
     count = len(model.streams)
     elsewhere = variance_elsewhere(model, best.covariance[:count, :count])
-    return MeasuredRobot(
+    return CalibrationAnswer(
         robot,
         visits,
         np.linalg.norm(raw, axis=1),

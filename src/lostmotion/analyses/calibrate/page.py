@@ -19,7 +19,7 @@ from lostmotion.reporting.sheet import Card, Cell, Row, Sheet, in_words, length,
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.calibrate.answer import MeasuredRobot
+    from lostmotion.analyses.calibrate.answer import CalibrationAnswer
     from lostmotion.calibration.robot import EstimatedError
     from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
@@ -79,7 +79,7 @@ _ORIENTATION: Final = (
 )
 
 
-def calibrated_sheet(found: MeasuredRobot) -> Sheet:
+def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
     """Return the sheet of a calibration."""
     robot = found.robot
     counted = several(len(found.visits), "pose")
@@ -115,7 +115,7 @@ def calibrated_sheet(found: MeasuredRobot) -> Sheet:
     )
 
 
-def _verdict(found: MeasuredRobot) -> str:
+def _verdict(found: CalibrationAnswer) -> str:
     held = found.robot.climb.random
     before, after, most = (
         length(float(each))
@@ -128,7 +128,7 @@ def _verdict(found: MeasuredRobot) -> str:
     return " ".join([text, *(f"{each[0].upper()}{each[1:]}." for each in found.findings)])
 
 
-def _cards(found: MeasuredRobot) -> tuple[Card, ...]:
+def _cards(found: CalibrationAnswer) -> tuple[Card, ...]:
     climb = found.robot.climb
     cards = [
         Card("before", str(length(float(found.before.mean()))), "base and tool frame alone"),
@@ -142,7 +142,7 @@ def _cards(found: MeasuredRobot) -> tuple[Card, ...]:
     return tuple(cards)
 
 
-def _accuracy(found: MeasuredRobot, counted: str) -> Section:
+def _accuracy(found: CalibrationAnswer, counted: str) -> Section:
     climb = found.robot.climb
 
     def row(label: str, error: Floats, note: str, key: str) -> Row:
@@ -175,7 +175,7 @@ def _accuracy(found: MeasuredRobot, counted: str) -> Section:
     )
 
 
-def _families(found: MeasuredRobot, counted: str) -> Section:
+def _families(found: CalibrationAnswer, counted: str) -> Section:
     rows = [
         (
             rung.name,
@@ -198,7 +198,7 @@ def _families(found: MeasuredRobot, counted: str) -> Section:
     )
 
 
-def _released(found: MeasuredRobot) -> list[Section]:
+def _released(found: CalibrationAnswer) -> list[Section]:
     released = found.robot.climb.kept.fit.released
     if not released:
         return []
@@ -226,7 +226,7 @@ def _released(found: MeasuredRobot) -> list[Section]:
     ]
 
 
-def _estimates(found: MeasuredRobot) -> Section:
+def _estimates(found: CalibrationAnswer) -> Section:
     shown = [each for each in found.robot.errors if not each.periodic][:_SHOWN]
     return table(
         "estimates",
@@ -258,7 +258,7 @@ def _estimate(error: EstimatedError) -> tuple[Any, ...]:
     )
 
 
-def _periodic(found: MeasuredRobot) -> list[Section]:
+def _periodic(found: CalibrationAnswer) -> list[Section]:
     """Return the largest periodic errors, both phases together."""
     of: dict[tuple[str, str], list[EstimatedError]] = {}
     for error in found.robot.errors:
@@ -289,7 +289,7 @@ def _periodic(found: MeasuredRobot) -> list[Section]:
     ]
 
 
-def _refusals(found: MeasuredRobot) -> Section:
+def _refusals(found: CalibrationAnswer) -> Section:
     kinds = [_STIFFNESS, _DRIFT]
     kinds += [] if np.any(found.visits.approach) else [_SIDE]
     kinds += [_ORIENTATION] if found.visits.rotation is None else []
@@ -297,7 +297,7 @@ def _refusals(found: MeasuredRobot) -> Section:
     return table("refused", "Not estimated", ("measure instead",), rows)
 
 
-def _rows(found: MeasuredRobot) -> Section:
+def _rows(found: CalibrationAnswer) -> Section:
     climb = found.robot.climb
     order = np.argsort(-climb.random.error, kind="stable")[:_WORST]
     rows = [
@@ -313,7 +313,7 @@ def _rows(found: MeasuredRobot) -> Section:
     return table("rows", "Rows with the largest error", ("held out", "fitted", "weight"), rows)
 
 
-def calibrated_plots(found: MeasuredRobot) -> list[Plot]:
+def calibrated_plots(found: CalibrationAnswer) -> list[Plot]:
     """Return the distributions of the error before and after, and the held-out errors over the
     workspace.
     """
@@ -333,7 +333,7 @@ def calibrated_plots(found: MeasuredRobot) -> list[Plot]:
     ]
 
 
-def _distributions(found: MeasuredRobot) -> Figure:
+def _distributions(found: CalibrationAnswer) -> Figure:
     made, on = one("Error at poses that were not used", 80)
     climb = found.robot.climb
     for name, error, colour in (
@@ -350,7 +350,7 @@ def _distributions(found: MeasuredRobot) -> Figure:
     return made
 
 
-def _places(found: MeasuredRobot) -> Figure:
+def _places(found: CalibrationAnswer) -> Figure:
     points = 1e3 * found.robot.frames[:, :3, 3]
     error = found.robot.climb.random.error
     made, on = one("Held-out error over the workspace, seen from above", 110)

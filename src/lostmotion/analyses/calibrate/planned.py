@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from lostmotion.calibration.instruments import MeasuredVisits
     from lostmotion.calibration.model import RobotModel
-    from lostmotion.calibration.plan import Plan
+    from lostmotion.calibration.plan import PosePlan
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -59,7 +59,7 @@ class PlannedPoses:
 
     arm: Arm
     q: Floats
-    plan: Plan
+    plan: PosePlan
     measured: int
     noise: float
     seed: int

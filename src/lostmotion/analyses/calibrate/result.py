@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lostmotion.analyses.calibrate.answer import MeasuredRobot
+from lostmotion.analyses.calibrate.answer import CalibrationAnswer
 from lostmotion.analyses.calibrate.imported import ImportedErrors
 from lostmotion.analyses.calibrate.planned import PlannedPoses
 from lostmotion.analyses.result import Result
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Calibrated(MeasuredRobot, Result):
-    """The robot that was measured: every attribute of `MeasuredRobot`."""
+class Calibrated(CalibrationAnswer, Result):
+    """The robot that was measured: every attribute of `CalibrationAnswer`."""
 
     @property
     def calibration(self) -> Calibration:
