@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 
-from lostmotion.error_model.intervals import Estimate
 from lostmotion.printed import (
     between,
     digits,
@@ -28,6 +27,8 @@ from lostmotion.printed import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import SupportsFloat
+
+    from lostmotion.error_model.intervals import Estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -313,6 +314,9 @@ def _row(row: Sequence[Any], units: Sequence[str], samples: str) -> Row:
 
 
 def _cell(value: Cell | Estimate | SupportsFloat | str | None, unit: str, samples: str) -> Cell:
+    # not above: the command line reads this file before anything of NumPy
+    from lostmotion.error_model.intervals import Estimate
+
     if isinstance(value, str):
         return in_words(value)
     if isinstance(value, Cell):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import pkgutil
 from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from lostmotion.controller_model.c_source import (
     bytes_of,
@@ -308,3 +311,15 @@ def _left(found: Remainder) -> str:
         if found.poses
         else "none | none | none"
     )
+
+
+def input_hash(arm: Arm) -> str:
+    """Return the SHA-256 hash of everything that describes the arm, without the way in which a file
+    spells it, and of the estimates of its errors.
+    """
+    found = hashlib.sha256(repr(arm.model_dump()).encode())
+    if (calibration := arm.calibration) is not None:
+        found.update(repr(calibration.streams).encode())
+        for values in (calibration.mean, calibration.covariance):
+            found.update(np.asarray(values, dtype=float).tobytes())
+    return found.hexdigest()

@@ -96,10 +96,9 @@ def export_c(
 
     """
     asked = read_arguments(export_c, locals())
-    from lostmotion.analyses.export.c_files import c_files, remarks_on
+    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
     from lostmotion.analyses.export.controller import controller
     from lostmotion.analyses.export.folder import write_files
-    from lostmotion.analyses.export.input_hash import input_hash
 
     model = controller(asked.arm, largest_payload=asked.largest_payload)
     remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
@@ -147,11 +146,10 @@ def export_fmu(
 
     """
     asked = read_arguments(export_fmu, locals())
-    from lostmotion.analyses.export.c_files import c_files, remarks_on
+    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
     from lostmotion.analyses.export.controller import controller
     from lostmotion.analyses.export.fmu import fmu
     from lostmotion.analyses.export.folder import write_fmu
-    from lostmotion.analyses.export.input_hash import input_hash
 
     model = controller(asked.arm, largest_payload=asked.largest_payload)
     remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
