@@ -11,7 +11,7 @@ import pytest
 
 import lostmotion
 from lostmotion.analyses.view import panel
-from lostmotion.analyses.view.live import LiveArm
+from lostmotion.analyses.view.session import LiveArm
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.remedies import STAGES

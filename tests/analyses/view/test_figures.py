@@ -18,7 +18,7 @@ from lostmotion.analyses.view.choices import (
     gearbox_names,
     section_names,
 )
-from lostmotion.analyses.view.live import LiveArm
+from lostmotion.analyses.view.session import LiveArm
 from lostmotion.error_model.budget import budget
 from lostmotion.error_model.remedies import STAGES
 from lostmotion.propagation.analytic import Analytic, analytic

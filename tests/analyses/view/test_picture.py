@@ -12,9 +12,16 @@ import pytest
 import lostmotion
 from lostmotion import sample_poses
 from lostmotion.analyses.view import panel
-from lostmotion.analyses.view.classes import COLOURS, classes_of, enlargement
-from lostmotion.analyses.view.framing import Framing, first_pose, picked, visible
-from lostmotion.analyses.view.live import LiveArm
+from lostmotion.analyses.view.picture import (
+    COLOURS,
+    Framing,
+    classes_of,
+    enlargement,
+    first_pose,
+    picked,
+    visible,
+)
+from lostmotion.analyses.view.session import LiveArm
 from lostmotion.error_model.budget import Cost
 from lostmotion.io.pose_and_zone_text import read_pose
 from lostmotion.mechanism.state import state_of, tool_points

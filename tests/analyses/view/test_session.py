@@ -9,8 +9,7 @@ import pytest
 
 import lostmotion
 from lostmotion import sample_poses
-from lostmotion.analyses.view.live import Figures, LiveArm, Workspace
-from lostmotion.analyses.view.session import Refused, Session
+from lostmotion.analyses.view.session import Figures, LiveArm, Refused, Session, Workspace
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 POSES = 256

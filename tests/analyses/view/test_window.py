@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion.analyses.view.classes import COLOURS as CLASSES
+from lostmotion.analyses.view.picture import COLOURS as CLASSES
 from lostmotion.analyses.view.session import Session
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
@@ -90,7 +90,7 @@ def test_meshes_are_read_within_the_folder_of_the_urdf_alone(tmp_path, mesh, sho
     """
     import viser
 
-    from lostmotion.analyses.view.meshes import meshes_of
+    from lostmotion.analyses.view.scene import meshes_of
 
     folder = tmp_path / "robot"
     folder.mkdir()
@@ -135,7 +135,7 @@ def test_meshes_of_xacro_are_read_within_its_package_alone(tmp_path, mesh, shown
     """
     import viser
 
-    from lostmotion.analyses.view.meshes import meshes_of
+    from lostmotion.analyses.view.scene import meshes_of
 
     package = tmp_path / "bar"
     for folder in (package / "urdf", package / "meshes"):
@@ -166,7 +166,7 @@ def test_meshes_beyond_the_bound_are_not_read(tmp_path, monkeypatch):
     """A warning states the bound, and the arm is drawn by its bodies."""
     import viser
 
-    from lostmotion.analyses.view import meshes
+    from lostmotion.analyses.view import scene as meshes
 
     monkeypatch.setattr(meshes, "_MEGABYTES", 0)
     (tmp_path / "cube.stl").write_text(CUBE)

@@ -74,8 +74,8 @@ def view(
 
     import numpy as np
 
-    from lostmotion.analyses.view.framing import first_pose
     from lostmotion.analyses.view.panel import pose_option
+    from lostmotion.analyses.view.picture import first_pose
     from lostmotion.analyses.view.session import Session
     from lostmotion.analyses.view.window import Window
     from lostmotion.error_model.poses import sample_poses

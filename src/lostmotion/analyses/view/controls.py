@@ -16,9 +16,8 @@ from lostmotion.reporting.palette import round_number
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lostmotion.analyses.view.classes import Classes
-    from lostmotion.analyses.view.live import Figures, Workspace
-    from lostmotion.analyses.view.session import Session
+    from lostmotion.analyses.view.picture import Classes
+    from lostmotion.analyses.view.session import Figures, Session, Workspace
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.view.classes import COLOURS
+from lostmotion.analyses.view.picture import COLOURS
 from lostmotion.errors import legible
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import digits, factor_of, unit_of_length
@@ -19,8 +19,8 @@ from lostmotion.reporting.sheet import length
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.view.classes import Classes
-    from lostmotion.analyses.view.live import Figures, Workspace
+    from lostmotion.analyses.view.picture import Classes
+    from lostmotion.analyses.view.session import Figures, Workspace
     from lostmotion.error_model.budget import Cost
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm

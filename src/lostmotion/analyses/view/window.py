@@ -13,20 +13,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from lostmotion.analyses.view.classes import classes_of, enlargement
 from lostmotion.analyses.view.controls import Controls
-from lostmotion.analyses.view.framing import Framing, picked, visible
 from lostmotion.analyses.view.guard import Guard
-from lostmotion.analyses.view.live import Figures, Workspace
+from lostmotion.analyses.view.picture import Framing, classes_of, enlargement, picked, visible
 from lostmotion.analyses.view.scene import Scene
-from lostmotion.analyses.view.session import Refused
+from lostmotion.analyses.view.session import Figures, Refused, Workspace
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from lostmotion.analyses.view.classes import Classes
+    from lostmotion.analyses.view.picture import Classes
     from lostmotion.analyses.view.session import Session
     from lostmotion.error_model.poses import Poses
 
@@ -59,7 +57,7 @@ class Window:
         """
         import viser
 
-        from lostmotion.analyses.view.meshes import meshes_of
+        from lostmotion.analyses.view.scene import meshes_of
 
         self._session, self._arm = session, session.arm
         self._guard = Guard()
