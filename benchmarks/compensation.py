@@ -90,7 +90,7 @@ def main() -> None:
                 np.linalg.norm(reached(arm, each) - found.prediction.point, axis=1)
                 for each in (q, found.command)
             )
-            ratio = after / np.where(before > 0, before, np.inf)
+            ratio = after / np.where(before > 1e-12, before, np.inf)
             stands = np.isfinite(ratio)
             print(
                 f"{name}, {passes}: {np.count_nonzero(stands)} | "

@@ -19,6 +19,7 @@ from lostmotion.analyses.catalog.command import catalog as catalog
 from lostmotion.analyses.compare.command import compare as compare
 from lostmotion.analyses.sweep.command import sweep as sweep
 from lostmotion.analyses.replay.command import replay as replay
+from lostmotion.analyses.compensate.command import compensate as compensate
 from lostmotion.analyses.export.command import export_c as export_c
 from lostmotion.analyses.export.command import export_fmu as export_fmu
 from lostmotion.analyses.schema.command import schema as schema

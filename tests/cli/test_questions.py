@@ -46,6 +46,7 @@ def test_the_command_line_asks_what_python_asks():
         "compare",
         "sweep",
         "replay",
+        "compensate",
         "export_c",
         "export_fmu",
         "schema",

@@ -20,7 +20,7 @@ from lostmotion.spatial import cross
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lostmotion.controller_model.controller import Prediction
+    from lostmotion.controller_model.prediction import ToolError
     from lostmotion.controller_model.standing import Standing
     from lostmotion.controller_model.tables import Tables
     from lostmotion.spatial import Floats
@@ -40,6 +40,8 @@ REGULAR: Final = 0.1
 # A change of the command is sent whole where the share of it that makes the error smallest is at
 # least the inverse, as at regular poses.
 _NEAR_BEST: Final = 1.25
+# A command is sent that leaves at most this share of the squared error: both are computed to less.
+_WORTH: Final = 0.98
 # A smaller square of a motion of the tool, m^2, is none.
 _TINY: Final = 1e-300
 # A motion of the tool by a smaller share of the reach is rounding.
@@ -79,25 +81,6 @@ class Options:
         return np.array([ROTATION_LENGTH * self.whole_pose] * 3 + [1.0] * 3)
 
 
-@dataclass(frozen=True)
-class Compensation:
-    """A joint command and what remains of the expected error.
-
-    command     (pose, joint) rad or m, within the limits
-    left        (pose, 6) expected motion of the tool that remains, under the loads that act where
-                the arm then stands
-    prediction  the prediction at the wanted pose
-    status      (pose,) as in `Prediction`; SINGULAR where a step was reduced or the limits cut the
-                command, so that more than usual is left, and where more would be left than without
-                a correction: then the command is not corrected
-    """
-
-    command: Floats
-    left: Floats
-    prediction: Prediction
-    status: NDArray[np.int64]
-
-
 class Corrected(NamedTuple):
     """The command (pose, joint), what it leaves of the tool's error (pose, 6), whether the
     correction was reduced (pose,), and whether a load is beyond a table (pose,).
@@ -111,19 +94,18 @@ class Corrected(NamedTuple):
 
 def corrected(
     tables: Tables,
-    at: Prediction,
-    start: Floats,
+    at: ToolError,
     given: tuple[Floats, Floats, Floats, Floats],
     options: Options,
 ) -> Corrected:
     """Return the command for each wanted pose.
 
-    at, start  the prediction there, and the twists of all places (place, pose, 6)
-    given      wanted joint values (pose, joint), and load, gravity and last motions as
-               `Controller.predict`
+    at     the prediction there
+    given  wanted joint values (pose, joint), and load, gravity and last motions as
+           `Controller.predict`
     """
     wanted, load, gravity, side = given
-    sent, twists, left = wanted, start, at.screw
+    sent, twists, left = wanted, at.twists, at.screw
     drift, moved = at.joints, at.screw - at.elsewhere
     short, beyond = np.zeros((2, len(wanted)), dtype=bool)
     for _ in range(2 * options.passes - 1):
@@ -145,20 +127,21 @@ def corrected(
         moved, twists = _displaced(at.jacobian, drift), stands.twists
         short, beyond = short | reduced, beyond | stands.beyond
     # A joint limit, or a play that turns over, may leave more than there was.
-    without = _off(at, standing(tables, wanted, load, gravity, side, start))
-    most = _product(without, without, options) + (_UNSEEN * tables.valid.reach) ** 2
-    worse = _product(left, left, options) > most
+    without = _off(at, standing(tables, wanted, load, gravity, side, at.twists))
+    before, after = (_product(each, each, options) for each in (without, left))
+    unseen = (_UNSEEN * tables.valid.reach) ** 2
     if any(record.seats for record in tables.records):
         # On the way from the command to where it stands, a play may stay on the side that the loads
         # at the command close.
-        begun = standing(tables, sent, load, gravity, side, np.zeros_like(start))
+        begun = standing(tables, sent, load, gravity, side, np.zeros_like(at.twists))
         begun = standing(tables, sent, load, gravity, side, begun.twists)
         off = _off(at, begun)
-        worse |= _product(off, off, options) > most
+        after = np.maximum(after, _product(off, off, options))
+    kept = (after <= _WORTH * before + unseen)[:, None]
     return Corrected(
-        np.where(worse[:, None], wanted, sent),
-        np.where(worse[:, None], without, left),
-        short | worse,
+        np.where(kept, sent, wanted),
+        np.where(kept, left, without),
+        short | (after > before + unseen),
         beyond,
     )
 
@@ -172,7 +155,7 @@ def _along_joints(tables: Tables, twists: Floats) -> Floats:
     return out
 
 
-def _off(at: Prediction, stands: Standing) -> Floats:
+def _off(at: ToolError, stands: Standing) -> Floats:
     """Return how far the tool stands (pose, 6) from where it does without errors: rotation, of
     first order, and displacement.
     """

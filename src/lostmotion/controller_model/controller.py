@@ -13,7 +13,6 @@ from lostmotion.controller_model.accurate_percentile import accurate95
 from lostmotion.controller_model.compensation import (
     DAMPING,
     LARGEST_STEP,
-    Compensation,
     Options,
     corrected,
 )
@@ -69,6 +68,25 @@ class Prediction:
     jacobian: Floats
 
 
+@dataclass(frozen=True)
+class Compensation:
+    """A joint command and what remains of the expected error.
+
+    command     (pose, joint) rad or m, within the limits
+    left        (pose, 6) expected motion of the tool that remains, under the loads that act where
+                the arm then stands
+    prediction  the prediction at the wanted pose
+    status      (pose,) as in `Prediction`; SINGULAR where a step was reduced or the limits cut the
+                command, so that more than usual is left, and where more would be left than without
+                a correction: then the command is not corrected
+    """
+
+    command: Floats
+    left: Floats
+    prediction: Prediction
+    status: NDArray[np.int64]
+
+
 def play_flags(record: Record) -> int:
     """Return the flags where a play of a place is open; joints behind the 29th have none of their
     own.
@@ -111,7 +129,7 @@ class Controller:
         values, loads, falls, sides = self._inputs(q, load, gravity, side)
         status = self._status(values, loads, falls, sides)
         good = status == OK
-        found, _ = self._evaluate(values[good], loads[good], falls[good], sides[good])
+        found = self._evaluate(values[good], loads[good], falls[good], sides[good])
         out = {
             each.name: np.zeros(
                 (len(values), *getattr(found, each.name).shape[1:]), getattr(found, each.name).dtype
@@ -170,10 +188,7 @@ class Controller:
         )
         return np.select([bad, outside, heavy], [INPUT, RANGE, LOAD], OK)
 
-    def _evaluate(
-        self, q: Floats, load: Floats, gravity: Floats, side: Floats
-    ) -> tuple[Prediction, Floats]:
-        """Return the prediction at valid inputs, and the twists of all places (place, pose, 6)."""
+    def _evaluate(self, q: Floats, load: Floats, gravity: Floats, side: Floats) -> Prediction:
         found = tool_error(self.tables, q, load, gravity, side, factors_of)
         places = [record for record in self.tables.records if record.carries_tool]
         opens = [
@@ -183,7 +198,7 @@ class Controller:
         beyond = np.any([each.beyond for each in found.factors], axis=0)
         overload = (np.abs(found.torques) > self.tables.rated).any(axis=1)
         mean_square = np.einsum("pii->p", found.covariance) + (found.screw[:, 3:] ** 2).sum(axis=1)
-        out = Prediction(
+        return Prediction(
             status=np.where(beyond, LOAD, OK),
             flags=np.bitwise_or.reduce([*opens, np.where(overload, OVERLOAD, 0)]),
             mean_square=mean_square,
@@ -194,7 +209,6 @@ class Controller:
                 if name not in {"factors", "twists"}
             },
         )
-        return out, found.twists
 
     def compensate(  # noqa: PLR0913 - the inputs and the options of lm_compensate
         self,
@@ -228,17 +242,18 @@ class Controller:
         options = Options(passes, whole_pose, damping, largest_step)
         first = self.predict(q, load, gravity, side)
         good = first.status == OK
-        wanted, loads, falls, sides = (each[good] for each in self._inputs(q, load, gravity, side))
-        at, start = self._evaluate(wanted, loads, falls, sides)
-        sent, left, short, beyond = corrected(
-            self.tables, at, start, (wanted, loads, falls, sides), options
-        )
+        values, loads, falls, sides = (each[good] for each in self._inputs(q, load, gravity, side))
+        at = tool_error(self.tables, values, loads, falls, sides, factors_of)
+        found = corrected(self.tables, at, (values, loads, falls, sides), options)
         status, command, remains = (
             first.status.copy(),
             np.zeros((len(good), len(self.tables.joints))),
             np.zeros((len(good), 6)),
         )
-        within = ~beyond[:, None]
-        command[good], remains[good] = np.where(within, sent, 0.0), np.where(within, left, 0.0)
-        status[good] = np.select([beyond, short], [LOAD, SINGULAR], OK)
+        within = ~found.beyond[:, None]
+        command[good], remains[good] = (
+            np.where(within, found.command, 0.0),
+            np.where(within, found.left, 0.0),
+        )
+        status[good] = np.select([found.beyond, found.reduced], [LOAD, SINGULAR], OK)
         return Compensation(command, remains, first, status)

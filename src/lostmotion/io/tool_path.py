@@ -182,9 +182,11 @@ def _columns(
                 )
         else:
             columns[name] = at
-    of_joints = set(joints) <= set(columns) or set(joints) & (set(columns) - set(_POSITION))
+    # A joint may be named as an angle of the tool.
+    of_tool = {*_POSITION, *_ANGLES}
+    of_joints = set(joints) <= set(columns) or set(joints) & (set(columns) - of_tool)
     wanted = joints if of_joints else list(_POSITION)
-    if set(_ANGLES) & set(columns):
+    if set(_ANGLES) & (set(columns) - (set(joints) if of_joints else set())):
         wanted = [*wanted, *_ANGLES]
     missing = [name for name in wanted if name not in columns]
     if missing and not mistakes:

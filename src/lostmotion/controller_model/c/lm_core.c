@@ -54,6 +54,8 @@
 /* A pose whose position Jacobian has a smaller singular value (m) is near a singular one: elsewhere a step is as large as the bending that it
  * corrects, and has no limit. */
 #define LM_REGULAR ((lm_real)0.1)
+/* A command is sent that leaves at most this share of the squared error: both are computed to less. */
+#define LM_WORTH ((lm_real)0.98)
 /* Motions of the tool that are rounding, m. */
 #define LM_UNSEEN (LM_AFAR * lm_valid.reach)
 
@@ -1412,10 +1414,10 @@ static void lm_correct(const lm_input *input, const lm_options *options, const l
     lm_real moved[6];
     lm_real gap[6];
     lm_real without[6];
-    lm_real most;
+    lm_real before;
+    lm_real after;
     int reduced = 0;
     int valid = 1;
-    int worse;
     int pass;
     int j;
     lm_find_normal(at->jacobian, options, &normal);
@@ -1452,17 +1454,17 @@ static void lm_correct(const lm_input *input, const lm_options *options, const l
     /* A joint limit, or a play that turns over, may leave more than there was. */
     lm_copy_twists(start, twists);
     (void)lm_stand(input, at, input->q, twists, without);
-    most = lm_inner(without, without, options->whole_pose) + LM_UNSEEN * LM_UNSEEN;
-    worse = (lm_inner(command->left, command->left, options->whole_pose) > most) ? 1 : 0;
+    before = lm_inner(without, without, options->whole_pose);
+    after = lm_inner(command->left, command->left, options->whole_pose);
 #if LM_SEATS > 0
     /* On the way from the command to where it stands, a play may stay on the side that the loads at the command close. */
     lm_copy_twists(lm_rigid, twists);
     (void)lm_stand(input, at, command->q, twists, gap);
     (void)lm_stand(input, at, command->q, twists, gap);
-    worse |= (lm_inner(gap, gap, options->whole_pose) > most) ? 1 : 0;
+    after = lm_largest_of(after, lm_inner(gap, gap, options->whole_pose));
 #endif
-    if (worse != 0) {
-        reduced = 1;
+    reduced = (after > before + LM_UNSEEN * LM_UNSEEN) ? 1 : reduced;
+    if (after > LM_WORTH * before + LM_UNSEEN * LM_UNSEEN) {
         for (j = 0; j < LM_JOINTS; j++) {
             command->q[j] = input->q[j];
         }

@@ -1,0 +1,10 @@
+; a frame of 300 x 200 mm, 60 mm above the table: mm, absolute
+G21 G90
+G0 X300 Y200 Z120
+G1 Z60 F1200
+G1 X600 Y200 F3000
+G1 X600 Y400
+G1 X300 Y400
+G1 X300 Y200
+G0 Z120
+M2
