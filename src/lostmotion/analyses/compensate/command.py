@@ -124,8 +124,8 @@ def compensate(
     """
     asked = read_arguments(compensate, locals())
     from lostmotion.analyses.compensate.correction import corrected, written
-    from lostmotion.analyses.compensate.machine_files import MoveProgram, PoseTable
     from lostmotion.error_model.provenance import refuse_undescribed
+    from lostmotion.io.machine_files import MoveProgram, PoseTable
 
     refuse_undescribed(asked.arm)
     program = asked.poses.suffix.lower() in _PROGRAMS

@@ -13,7 +13,6 @@ from lostmotion.analyses.arguments import (
 )
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
-from lostmotion.reporting.sheet import several
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -30,6 +29,8 @@ _LargestPayload: TypeAlias = Annotated[
 
 def _c_in_words(found: dict[str, Any]) -> str:
     """Return what was written as C source, and how it is built."""
+    from lostmotion.reporting.sheet import several
+
     folder = found["folder"]
     return "\n".join(
         [
