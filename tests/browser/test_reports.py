@@ -42,7 +42,14 @@ REPORTS = {
         Z_ARM, EXAMPLES / "z-arm-drawn.toml", poses=64, robots=60, visits=4
     ),
     "task": lambda _: lostmotion.task(
-        EXAMPLES / "six-axis.toml", EXAMPLES / "tasks" / "pocket.toml", robots=40, runs=2
+        Z_ARM,
+        {
+            "placement": {"xyz": (0.8, 0.0, 0.6)},
+            "features": [{"name": "c", "kind": "circle", "centre": (0, 0, 0), "diameter": 0.1}],
+            "tolerances": [{"roundness": 0.1e-3}, {"sphere": 2e-3}],
+        },
+        robots=40,
+        runs=2,
     ),
     "statics": lambda _: lostmotion.statics(Z_ARM, poses=64, tilt="10 deg"),
     "sweep": lambda folder: lostmotion.sweep(

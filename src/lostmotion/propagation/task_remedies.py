@@ -42,17 +42,17 @@ _LEVEL: Final = 0.95
 # Of `error_model.remedies`, with the names by which a task calls them.
 _NAMES: Final = {
     "calibrated": "calibration of each robot",
-    "load compensated": "compensation of load and pose",
-    SIDE_KNOWN: "compensation of the side",
-    "both": "calibration and compensation of load and pose",
-    SIDE_AND_LOAD: "compensation of load, pose and side",
-    "both, and each robot mapped": "each place taught on the robot",
-    ALL_KNOWN: "each place taught, sides compensated",
+    "load compensated": "load and pose compensated",
+    SIDE_KNOWN: "side compensated",
+    "both": "calibrated, load compensated",
+    SIDE_AND_LOAD: "load and side compensated",
+    "both, and each robot mapped": "each place taught",
+    ALL_KNOWN: "places taught, side known",
     OUTPUT_ENCODERS: "encoders on the outputs",
     TORQUE_SENSORS: "joint-torque sensors",
 }
 _LOAD_ALONE: Final = frozenset({"load compensated", "both"})
-ALL_FROM_ONE_SIDE: Final = "every joint arriving from one side"
+ALL_FROM_ONE_SIDE: Final = "arriving from one side"
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ _WORDS: Final = (
         (
             "cylinder, sphere, box: full width of the zone about the commanded point; orientation "
             "and distance: largest deviation; straightness, roundness, flatness: width of the "
-            "zone about the least-squares line, circle or plane (ISO 12780, 12181, 12781)."
+            "zone about the least-squares line, circle or plane (ISO 12780, ISO 12181, ISO 12781)."
         ),
     ),
     ("used, 95 %", "share of the tolerance that 95 % of robots and runs stay within."),
@@ -146,13 +146,12 @@ def _remedy(found: TaskResult) -> str:
     best = max(stages, key=lambda each: each.success.value)
     meets = [each for each in stages if each.success.value >= found.task.required]
     if meets:
-        return f"Ideal {meets[0].name} would raise it to {Cell(meets[0].success.value, '%')}."
+        return (
+            f"Of ideal remedies, {meets[0].name} raises it to {Cell(meets[0].success.value, '%')}."
+        )
     if best.success.value <= found.helps.before.success.value:
-        return "No remedy of a controller raises it: only other parts or tolerances do."
-    return (
-        f"No remedy of a controller suffices; {best.name} would raise it to "
-        f"{Cell(best.success.value, '%')}."
-    )
+        return "No ideal remedy raises it: only other parts or tolerances do."
+    return f"No ideal remedy suffices; {best.name} raises it to {Cell(best.success.value, '%')}."
 
 
 def _cards(found: TaskResult, known: States) -> tuple[Card, ...]:
