@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 # Highest order of periodic errors that is tried.
 _ORDERS: Final = 32
+# Fewest poses with which they are tried; they pay from about twenty on.
+_FEWEST_PERIODIC: Final = 12
 # Number of poses over the workspace at which the covariance is compared with its factor.
 _POSES: Final = 256
 # A frame farther from the base than so many prior deviations is that of the instrument.
@@ -139,7 +141,7 @@ def robot_of(
     where neither points nor differences are measured.
     """
     chosen = sizes or Deviations()
-    orders = _ORDERS if terms == "waves" else 0
+    orders = _ORDERS if terms == "waves" and len(measured) >= _FEWEST_PERIODIC else 0
     turn = 0.0 if measured.rotation is None else chosen.base_turn
     chosen = replace(chosen, orders=orders, tool_turn=turn)
     frames = state_of(arm, measured.q).frames[-1]

@@ -157,13 +157,13 @@ def planned_sheet(found: PlannedPoses) -> Sheet:
     )
 
 
-def poses_text(found: PlannedPoses) -> str:
-    """Return the poses as CSV, in degrees and millimetres, with a header of the joints."""
-    slides = [joint.type == "prismatic" for joint in found.arm.driven]
+def poses_text(arm: Arm, q: Floats) -> str:
+    """Return joint values (pose, joint) as CSV, in degrees and millimetres, with a header."""
+    slides = [joint.type == "prismatic" for joint in arm.driven]
     heads = [
         f"{joint.name} [{'mm' if slide else 'deg'}]"
-        for joint, slide in zip(found.arm.driven, slides, strict=True)
+        for joint, slide in zip(arm.driven, slides, strict=True)
     ]
-    values = np.where(slides, 1e3 * found.q, np.degrees(found.q))
-    rows = [",".join(f"{each:.4f}" for each in row) for row in values]
+    values = np.where(slides, 1e3 * q, np.degrees(q))
+    rows = [",".join(f"{each:.7f}" for each in row) for row in values]
     return "\n".join([",".join(heads), *rows]) + "\n"

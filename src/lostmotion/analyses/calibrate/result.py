@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lostmotion.mechanism.calibration import Calibration
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
+    from lostmotion.spatial import Floats
 
 
 @dataclass(frozen=True, repr=False)
@@ -65,14 +66,26 @@ class Calibrated(CalibrationAnswer, Result):
 
         return calibrated_plots(self)
 
+    def corrected(self, q: Floats) -> Floats:
+        """Return commands (pose, joint), rad and m, by which this robot reaches the poses of the
+        nominal arm at q (pose, joint).
+        """
+        from lostmotion.calibration.correction import corrected
+
+        return corrected(self.arm, q)[0]
+
     def files(self) -> dict[str, bytes]:
-        """Return robot.toml, which every command takes as `--calibration`."""
+        """Return robot.toml, which every command takes as `--calibration`, and joints.csv with the
+        corrected commands of the measured poses.
+        """
+        from lostmotion.analyses.calibrate.planned import poses_text
         from lostmotion.io.calibration_writer import calibration_text
 
         text = calibration_text(
             self.calibration, self.robot.sizes, poses=len(self.visits), digest=self.visits.digest
         )
-        return {"robot.toml": text.encode()}
+        joints = poses_text(self.arm, self.corrected(self.visits.q))
+        return {"robot.toml": text.encode(), "joints.csv": joints.encode()}
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,7 +103,7 @@ class CalibrationPlan(PlannedPoses, Result):
         """Return poses.csv, the joint values of the poses in the order of a tour."""
         from lostmotion.analyses.calibrate.planned import poses_text
 
-        return {"poses.csv": poses_text(self).encode()}
+        return {"poses.csv": poses_text(self.arm, self.q).encode()}
 
 
 @dataclass(frozen=True, repr=False)
