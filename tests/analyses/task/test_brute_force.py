@@ -14,14 +14,13 @@ import lostmotion
 
 VALIDATES = (
     (
-        "Motion, control and calibration",
         "probability that a task succeeds",
         (
             "a simulation of its own for a hole pattern, a seam, a circle and a peg: kinematics in "
-            "closed form, exact fits of frames, lines and circles, sides by hand"
+            "closed form, exact fits of frames, lines and circles, sides of the joints by hand"
         ),
         "within the intervals of both",
-        ("propagation/task_success.py", "error_model/drawing_tolerances.py"),
+        "propagation/task_success.py error_model/drawing_tolerances.py",
     ),
 )
 

@@ -27,11 +27,19 @@ from tests.arms import JOINT, arm_of
 
 VALIDATES = (
     (
-        "Motion, control and calibration",
-        "RP, AP, AT and RT of the poses of a task",
-        "the ISO 9283 sheet of the same cube and line, from other draws",
-        "5 %",
-        ("propagation/tool_errors.py", "error_model/task.py"),
+        "RP, AP, AT and RT of the poses of a task; contributors; margins",
+        (
+            "the ISO 9283 sheet of the same cube and line, from other draws; sampled products of "
+            "each part with the whole; the arm with that play in its file"
+        ),
+        "3 to 5 %; 2 % of the mean square; 5 % of the factor",
+        "propagation/task_success.py propagation/task_remedies.py error_model/task.py",
+    ),
+    (
+        "best placement of a task",
+        "an arm whose error grows with the distance from its axis: the search moves towards it",
+        "the sign of the move",
+        "propagation/task_placement.py",
     ),
 )
 ROBOTS, CYCLES = 200, 30
