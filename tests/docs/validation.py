@@ -34,6 +34,7 @@ SECTIONS = {
     "mechanism": "Mechanism and statics",
     "error_model": "Error model",
     "propagation": "Propagation",
+    "calibration": "Calibration",
     "analyses": "Analyses",
     "runs": "Big runs",
     "controller_model": "The model in a controller",
