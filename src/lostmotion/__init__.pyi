@@ -22,6 +22,7 @@ from lostmotion.analyses.replay.command import replay as replay
 from lostmotion.analyses.compensate.command import compensate as compensate
 from lostmotion.analyses.export.command import export_c as export_c
 from lostmotion.analyses.export.command import export_fmu as export_fmu
+from lostmotion.analyses.export.command import export_ros2 as export_ros2
 from lostmotion.analyses.schema.command import schema as schema
 from lostmotion.analyses.read import read as read
 from lostmotion.analyses.export.controller import controller as controller

@@ -49,6 +49,7 @@ def test_the_command_line_asks_what_python_asks():
         "compensate",
         "export_c",
         "export_fmu",
+        "export_ros2",
         "schema",
     }
 

@@ -137,7 +137,7 @@ def _plain(text: str) -> str:
     )
 
 
-def _markdown(text: str, but: str = "") -> str:
+def markdown(text: str, but: str = "") -> str:
     """Return a text that Markdown shows as it stands on one line: no link, picture, HTML or cell of
     a table begins in it; `but` keeps its meaning.
     """
@@ -267,19 +267,19 @@ def _readme(
     """Return the README of this model."""
     valid, limits = model.tables.valid, model.tables.limits
     rows = [
-        f"| {k} | {_markdown(joint)} | {low:.6g} | {high:.6g} |"
+        f"| {k} | {markdown(joint)} | {low:.6g} | {high:.6g} |"
         for k, (joint, (low, high)) in enumerate(zip(model.tables.joints, limits, strict=True))
     ]
     size = 4 if single else 8
     taken, q = bytes_of(model.tables, size), tested_poses(model.tables, _POSES)
     found = [remainder(model, arm, q, passes) for passes in (1, 2)]
     return packaged("README.md").format(
-        name=_markdown(model.tables.name),
+        name=markdown(model.tables.name),
         version=__version__,
         hash=sha256,
         precision="float" if single else "double",
         form=_UNROLLED if unroll else _LOOPED,
-        remarks="\n".join(f"- {_markdown(each, but='`')}" for each in remarks) or "- nothing",
+        remarks="\n".join(f"- {markdown(each, but='`')}" for each in remarks) or "- nothing",
         joints="\n".join(rows),
         payload=f"{valid.payload:.4g}",
         reach=f"{valid.reach:.4g}",

@@ -47,6 +47,20 @@ def _c_in_words(found: dict[str, Any]) -> str:
     )
 
 
+def _ros2_in_words(found: dict[str, Any]) -> str:
+    """Return what was written as a package for ROS 2, and how it is started."""
+    return "\n".join(
+        [
+            f"Package {found['package']} for ROS 2, joints {', '.join(found['joints'])}.",
+            f"SHA-256 of the input: {found['sha256'][:16]}…",
+            *(f"note: {each}" for each in found["remarks"]),
+            "Build and start, in a workspace:",
+            f"  colcon build && ros2 launch {found['package']} compensation.launch.py",
+            f"Folder: {found['folder']}   begin with its README.md.",
+        ]
+    )
+
+
 def _fmu_in_words(found: dict[str, Any]) -> str:
     """Return what was written as an FMU."""
     library = found["library"]
@@ -109,6 +123,56 @@ def export_c(
     folder = write_files(files, asked.out, force=asked.force)
     return {
         "folder": str(folder),
+        "files": sorted(files),
+        "sha256": sha256,
+        "joints": list(model.tables.joints),
+        "remarks": remarks,
+    }
+
+
+@question(folder=None, in_words=_ros2_in_words)
+def export_ros2(
+    arm: ArmArgument,
+    *,
+    out: Annotated[
+        "str | Path",
+        Argument(
+            "Folder for the package.",
+            partial(path_of, example="my_robot_compensation"),
+            metavar="FOLDER",
+            aliases=("-o",),
+        ),
+    ],
+    sidecar: SidecarArgument = None,
+    largest_payload: _LargestPayload = None,
+    calibration: CalibrationArgument = None,
+    force: Annotated[bool, Argument("Replace files of an earlier export.")] = False,
+) -> dict[str, Any]:
+    """Write a package for ROS 2: a chainable controller of ros2_control that sends corrected joint
+    commands, with the model of the arm, names and limits of its joints, and a launch file.
+
+    Raises
+    ------
+    InputError
+        With every mistake in the arguments and the file.
+    OutputExistsError
+        Where the folder has files, unless `force` is set.
+
+    """
+    asked = read_arguments(export_ros2, locals())
+    from lostmotion.analyses.export.c_files import c_files, input_hash, markdown, remarks_on
+    from lostmotion.analyses.export.controller import controller
+    from lostmotion.analyses.export.folder import write_files
+    from lostmotion.analyses.export.ros2 import package_name, ros2_files
+
+    model = controller(asked.arm, largest_payload=asked.largest_payload)
+    remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
+    sources = c_files(model, asked.arm, remarks, sha256, single=False)
+    files = ros2_files(model, sources, markdown(model.tables.name))
+    folder = write_files(files, asked.out, force=asked.force)
+    return {
+        "folder": str(folder),
+        "package": package_name(model.tables.name),
         "files": sorted(files),
         "sha256": sha256,
         "joints": list(model.tables.joints),

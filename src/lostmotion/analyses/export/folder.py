@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 # By this file an earlier export is recognised.
-_MARK: Final = "src/lm_model.h"
+_MARKS: Final = ("src/lm_model.h", "model/src/lm_model.h")
 
 
 def write_files(files: Mapping[str, str | bytes], out: Path, *, force: bool) -> Path:
@@ -27,7 +27,7 @@ def write_files(files: Mapping[str, str | bytes], out: Path, *, force: bool) -> 
             f"'{out}' exists\n  replace its files with --force (force=True in Python), or name "
             "another folder with --out"
         )
-    if out.is_dir() and any(out.iterdir()) and not (out / _MARK).exists():
+    if out.is_dir() and any(out.iterdir()) and not any((out / mark).exists() for mark in _MARKS):
         raise OutputExistsError(
             f"'{out}' has files that are no export\n  name another folder with --out"
         )
