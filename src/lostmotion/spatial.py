@@ -152,6 +152,24 @@ def exp(twist: Floats) -> Floats:
     return out
 
 
+def rotation_vector(rotation: Floats) -> Floats:
+    """Return the rotation vectors (..., 3), rad, of rotation matrices (..., 3, 3) by less than
+    half a turn.
+    """
+    sine = np.stack(
+        [
+            rotation[..., 2, 1] - rotation[..., 1, 2],
+            rotation[..., 0, 2] - rotation[..., 2, 0],
+            rotation[..., 1, 0] - rotation[..., 0, 1],
+        ],
+        axis=-1,
+    )
+    size = np.sqrt((sine**2).sum(axis=-1)) / 2
+    cosine = (rotation[..., 0, 0] + rotation[..., 1, 1] + rotation[..., 2, 2] - 1) / 2
+    factor = np.where(size > 0, np.arctan2(size, cosine) / np.where(size > 0, size, 1.0), 1.0)
+    return np.asarray(sine / 2 * factor[..., None])
+
+
 def inverse(pose: Floats) -> Floats:
     """Return the inverse of a pose (..., 4, 4), whose bottom row is assumed to be (0, 0, 0, 1)."""
     rotation = np.swapaxes(pose[..., :3, :3], -1, -2)

@@ -12,12 +12,13 @@ from lostmotion.mechanism.equilibrium import ElasticChain
 from lostmotion.mechanism.load_gradient import Freedom, load_gradient
 from lostmotion.mechanism.wrenches import place_wrenches
 
-VALIDATES = {
-    "equilibrium of soft arms": (
-        "random arms of 3 to 7 joints with springs of joints, bearings and links",
-        "force balance by SciPy's fsolve with its own kinematics, 1e-6 of the droop",
-    )
-}
+VALIDATES = [
+    (
+        "Equilibrium of soft arms with springs of joints, bearings and links, process force",
+        "force balance with kinematics of its own, solved by SciPy's fsolve",
+        "1e-6 of the droop",
+    ),
+]
 G = 9.80665
 
 

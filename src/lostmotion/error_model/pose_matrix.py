@@ -16,6 +16,9 @@ from lostmotion.error_model.closing import Closing, closed_in_some, mean_and_cha
 from lostmotion.error_model.columns import Column, Draws, ToolScrews, grouped
 from lostmotion.error_model.draws import Stream
 from lostmotion.laws.distributions import COMPARED
+from lostmotion.mechanism.equilibrium import displacement
+from lostmotion.mechanism.standing import standing
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts import forms_together
 
 if TYPE_CHECKING:
@@ -48,6 +51,8 @@ class PoseMatrix(ToolScrews):
     state      state of the arm at the poses, about which its errors are linearised
     mixtures   independent draws of the groups with correlated ones
     correlations  the correlations of draws; None where all are independent
+    columns_of    computes the screws of the columns in other frames
+    last_motion   sign of each joint's last motion, one for all or (pose, joint)
     """
 
     infos: tuple[Column, ...]
@@ -59,6 +64,8 @@ class PoseMatrix(ToolScrews):
     state: State
     mixtures: Mapping[Key, Mixture] = field(default_factory=dict)
     correlations: Correlations | None = None
+    columns_of: Columns | None = None
+    last_motion: Floats = field(default_factory=functools.partial(np.zeros, ()))
 
     def stretch(self, first: int, last: int) -> PoseMatrix:
         """Return the matrix of the poses from number `first` to `last` - 1."""
@@ -72,6 +79,7 @@ class PoseMatrix(ToolScrews):
             local=self.local[rows],
             closed=self.closed[:, rows],
             state=self.state.rows(rows),
+            last_motion=self.last_motion[rows] if self.last_motion.ndim else self.last_motion,
         )
 
     def scaled(self, factors: Floats) -> PoseMatrix:
@@ -152,7 +160,8 @@ class PoseMatrix(ToolScrews):
 
 
 def screws(state: State, *, approach: float | Floats = 0.0) -> PoseMatrix:
-    """Return the pose matrix of an arm in this state, to first order in the errors.
+    """Return the pose matrix of an arm in this state, to first order in the errors about it: about
+    the loaded arm for a settled state, about the command for any other.
 
     approach  sign of the joints' last motion, 0 where it is drawn at every visit: one for all, or
               (pose, joint)
@@ -160,6 +169,16 @@ def screws(state: State, *, approach: float | Floats = 0.0) -> PoseMatrix:
     Valid for small errors; `propagation.exact.check` reports what first order neglects.
     """
     return Columns(state.arm, approach).matrix(state)
+
+
+def pose_matrix(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseMatrix:
+    """Return the pose matrix of an arm where it stands under its loads at these poses: what every
+    prediction of errors is made of.
+
+    Arguments as `state_of` and `screws`. Raises InputError where the arm cannot hold its load at a
+    pose, with the joint.
+    """
+    return screws(standing(state_of(arm, q).settled()), approach=approach)
 
 
 @dataclass(frozen=True)
@@ -236,17 +255,71 @@ class Columns:
         self._rows = len(thresholds)
         self._place = np.array([info.of.place for info in infos], dtype=int)
         self._scale = np.array([info.of.term.scale for info in infos])
+        self.jumps = np.array(
+            [
+                not form.elastic and "wrench" in form.reads
+                for form in (i.of.term.form for i in infos)
+            ]
+        )
+        self._design = np.array(self._groups.get((), []), dtype=int)
 
     def matrix(self, state: State) -> PoseMatrix:
-        """Return the pose matrix in a state of the arm."""
-        last_motion, conditions = self._last_motion, state.conditions()
+        """Return the pose matrix in a state of the arm.
+
+        In a settled state the design columns add up to the exact displacement of the tool from its
+        command: each column moves the tool by the mean of its effects at the command and where the
+        arm stands, and what that leaves (third order) is shared in proportion to their sizes.
+        """
         closed = np.empty((self._rows, len(state)))
-        done: set[int] = set()
+        local = self.local(state, self._last_motion, closed)
+        tool = state.tool_twists(self._place, local)
+        found = state.equilibrium
+        if found is not None and len(self._design):
+            design, own = self._design, local[:, self._design]
+            command = replace(state, frames=found.command, equilibrium=None)
+            mean = (command.tool_twists(self._place[design], own) + tool[:, design]) / 2
+            for rows, left in zip(
+                (mean[:3], mean[3:]), np.split(displacement(found), 2), strict=True
+            ):
+                size = np.sqrt((rows**2).sum(axis=0))
+                whole = size.sum(axis=0)
+                rows += (left - rows.sum(axis=1))[:, None] * (size / np.where(whole > 0, whole, 1))
+            tool[:, design] = mean
+        return PoseMatrix(
+            self.infos,
+            tool.transpose(2, 0, 1),
+            self._groups,
+            self._place,
+            self._scale,
+            local.transpose(2, 0, 1),
+            closed,
+            state,
+            self._mixtures,
+            self._correlations,
+            self,
+            self._last_motion,
+        )
+
+    def local(
+        self, state: State, last_motion: Floats, closed: Floats, known: Floats | None = None
+    ) -> Floats:
+        """Return the screw of each column at its place per unit draw (6, column, pose), rad and m,
+        and write the shares of closed plays (row, pose) to `closed`.
+
+        last_motion  sign of each joint's last motion, one for all or (pose, joint)
+        known        the screws at these poses under other loads, whose shares of closed plays stay:
+                     only columns that depend on loads are computed
+        """
+        conditions = state.conditions()
+        done: set[int] = set(range(self._rows)) if known is not None else set()
         # The pose is the innermost axis in memory, since every loop below runs along it.
-        local = np.empty((6, len(self.infos), len(state)))
+        local = np.empty((6, len(self.infos), len(state))) if known is None else known.copy()
         for family in self._families:
             of, row = family.of, family.row
-            form, condition = of.term.form, conditions(of)
+            form = of.term.form
+            if known is not None and not {"wrench", "gravity"} & set(form.reads):
+                continue
+            condition = conditions(of)
             if row is not None and form.threshold is not None and row not in done:
                 closed[row] = form.threshold.share(condition)
                 done.add(row)
@@ -264,18 +337,7 @@ class Columns:
                 factor = {"whole": None, "mean": mean, "changed": changed}[part]
                 if factor is not None:
                     screw *= factor
-        return PoseMatrix(
-            self.infos,
-            state.tool_twists(self._place, local).transpose(2, 0, 1),
-            self._groups,
-            self._place,
-            self._scale,
-            local.transpose(2, 0, 1),
-            closed,
-            state,
-            self._mixtures,
-            self._correlations,
-        )
+        return local
 
 
 def _kind(of: PlacedTerm) -> tuple[int, int | None, Hashable, bool]:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 
-from lostmotion.spatial import exp, inverse
+from lostmotion.spatial import exp, inverse, rotation_vector
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -151,6 +151,16 @@ def settle(tree: Tree, frames: Floats, deflection: Deflection) -> Equilibrium:
     return Equilibrium(
         frames, stands, found.twists, found.contraction, found.rounds, found.falls_at
     )
+
+
+def displacement(found: Equilibrium) -> Floats:
+    """Return the exact rotation and displacement of the tool (6, pose) from its command, rad and m,
+    in the base's axes: a rotation vector, and the path of the tool point.
+    """
+    stands, command = found.frames[-1], found.command[-1]
+    turned = stands[:, :3, :3] @ command[:, :3, :3].transpose(0, 2, 1)
+    vector = rotation_vector(turned)
+    return np.concatenate([vector.T, (stands[:, :3, 3] - command[:, :3, 3]).T])
 
 
 class _Settling:

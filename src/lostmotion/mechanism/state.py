@@ -89,7 +89,7 @@ class State:
         """
         if self.equilibrium is not None:
             return self
-        found = settle(self.arm.tree, self.frames, _Deflection(self))
+        found = settle(self.arm.tree, self.frames, DesignDeflection(self))
         return replace(self, frames=found.frames, equilibrium=found)
 
     @functools.cached_property
@@ -261,13 +261,15 @@ class State:
                 yield placed, carried, conditions(placed)
 
 
-class _Deflection:
+class DesignDeflection:
     """How the parts of an arm deflect in other frames than those of its state."""
 
     def __init__(self, state: State) -> None:
+        """Take arm, joint values and gravity from a state."""
         self._state, self.freedoms = state, state.arm.soft_freedoms
 
-    def _in(self, frames: Floats, rows: NDArray[np.int64]) -> State:
+    def within(self, frames: Floats, rows: NDArray[np.int64]) -> State:
+        """Return the state of these poses in other frames."""
         return replace(self._state, q=self._state.q[rows], frames=frames)
 
     def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
@@ -275,7 +277,7 @@ class _Deflection:
         plays, and of those.
         """
         smooth, in_play = np.zeros((2, *frames.shape[:2], 6))
-        conditions = self._in(frames, rows).conditions()
+        conditions = self.within(frames, rows).conditions()
         for placed in self._state.arm.terms:
             if placed.term.level != "design":
                 continue
@@ -290,7 +292,7 @@ class _Deflection:
 
     def tangent(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return C dw/de (pose, freedom, freedom) and the compliances (pose, freedom)."""
-        state = self._in(frames, rows)
+        state = self.within(frames, rows)
         compliance = state.place_compliances
         arm, freedoms = state.arm, self.freedoms
         changes = load_gradient(arm.tree, frames, arm.payload, state.gravity, freedoms)

@@ -1,5 +1,5 @@
-"""Comparison of the first-order sum of errors with their exact composition, a product of
-exponentials.
+"""Comparison of the first-order sum of errors with their exact composition: for each drawn robot
+the equilibrium of its own parts under their loads.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import numpy as np
 from lostmotion.error_model.calibrated import correlated_draws
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import Stream, robot_draws, visit_draws
+from lostmotion.mechanism.equilibrium import settle
+from lostmotion.mechanism.state import DesignDeflection
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -118,16 +120,55 @@ def _first_correlated(
     return {name: draws.ravel() for name, draws in drawn.items()}
 
 
+class _DrawnRobots:
+    """How the robots of samples deflect: each with its own stiffness and geometry."""
+
+    def __init__(self, matrix: PoseMatrix, sample: NDArray[np.int64], draws: Floats) -> None:
+        """Take the row of the matrix of each sample, and its draws (column, sample)."""
+        self._matrix = matrix.rows(sample)
+        self._draws = draws
+        self._mean = DesignDeflection(self._matrix.state)
+        self.freedoms, self.tangent = self._mean.freedoms, self._mean.tangent
+        self._places = np.unique(matrix.place)
+
+    def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Return the twists of the parts (place, sample, 6), rad and m: without those within plays,
+        and of those. Plays stay open or closed as at the mean of all robots.
+        """
+        matrix = self._matrix.rows(rows)
+        columns = matrix.columns_of
+        local = columns.local(
+            self._mean.within(frames, rows),
+            matrix.last_motion,
+            matrix.closed.copy(),
+            matrix.local.transpose(1, 2, 0),
+        )
+        local *= self._draws[:, rows]
+        out = np.zeros((2, *frames.shape[:2], 6))
+        for place in self._places:
+            for which, part in enumerate(out):
+                own = (matrix.place == place) & (columns.jumps == bool(which))
+                part[place] = local[:, own].sum(axis=1).T
+        return out[0], out[1]
+
+
 def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Floats:
     """Return the exact frames of the tool (row, sample, 4, 4) at the poses in these rows of the
     matrix, for draws (row, column, sample).
 
-    Every place moves by the exponential of the sum of its own columns. The geometry is exact for
-    errors of any size.
+    Of a settled arm every robot stands in the equilibrium of its own parts: the exact geometry,
+    with the loads and springs of the deflected robot. Frames are NaN where there is none. In any
+    other state every place moves by the exponential of the sum of its own columns.
     """
+    found, count = matrix.state.equilibrium, draws.shape[2]
+    if found is not None:
+        sample = np.repeat(rows, count)
+        drawn = _DrawnRobots(matrix, sample, draws.transpose(1, 0, 2).reshape(draws.shape[1], -1))
+        settled = settle(matrix.state.arm.tree, found.command[:, sample], drawn)
+        return settled.frames[-1].reshape(len(rows), count, 4, 4)
     places = np.unique(matrix.place)
     local = matrix.local[rows]
-    twists = np.empty((len(places), len(rows), draws.shape[2], 6))
+    twists = np.empty((len(places), len(rows), count, 6))
     for twist, place in zip(twists, places, strict=True):
         own = matrix.place == place
         twist[:] = (local[:, :, own] @ draws[:, own]).transpose(0, 2, 1)
@@ -161,8 +202,10 @@ def check(
         .transpose(1, 0, 2)
     )
     turns, linear = np.split((matrix.tool[rows] @ draws).transpose(0, 2, 1), 2, axis=-1)
-    stands = matrix.state.frames[-1, rows, None, :3, 3]
-    exactly = compose(matrix, rows, draws)[..., :3, 3] - stands
+    found = matrix.state.equilibrium
+    command = matrix.state.frames if found is None else found.command
+    exactly = compose(matrix, rows, draws)[..., :3, 3] - command[-1, rows, None, :3, 3]
     distances = np.linalg.norm(exactly - linear, axis=-1)
+    distances = np.where(np.isnan(distances), math.inf, distances)  # a robot that falls
     turn, length = (float(np.linalg.norm(each, axis=-1).max()) for each in (turns, linear))
     return ExactCheck(float(distances.max()), float(distances.mean()), distances.size, turn, length)

@@ -1,0 +1,45 @@
+"""Arms that cannot hold their loads: the finding, with the joint."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lostmotion.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from lostmotion.mechanism.state import State
+
+
+def standing(state: State) -> State:
+    """Return a settled state in which the arm stands at all poses. Raises InputError with the joint
+    that cannot hold its load, and a pose, where it does not: no error can be stated there.
+    """
+    found = state.equilibrium
+    if found is None or not (found.falls_at >= 0).any():
+        return state
+    falling = np.flatnonzero(found.falls_at >= 0)
+    place = np.bincount(found.falls_at[falling]).argmax()
+    first = falling[found.falls_at[falling] == place][0]
+    arm, name = state.arm, state.arm.places[place]
+    pose = " ".join(
+        f"{joint.name}={np.degrees(value):.4g}deg"
+        if joint.twist[:3].any()
+        else f"{joint.name}={1e3 * value:.4g}mm"
+        for joint, value in zip(arm.driven, state.q[first], strict=True)
+    )
+    where = "the link of" if name.endswith(".tip") else "joint"
+    raise InputError(
+        [
+            Problem(
+                arm.name,
+                f"joints.{name.removesuffix('.tip')}",
+                f"no stable equilibrium at {len(falling)} of {len(state)} poses: the springs at "
+                f"{where} {name.removesuffix('.tip')} cannot hold the load, first at {pose}",
+                "a stiffness above the change of the load's torque per angle, a lighter load, or "
+                "other limits",
+                'stiffness = "2 N m/arcmin"',
+            )
+        ]
+    )
