@@ -8,17 +8,16 @@ import pytest
 from scipy import stats
 
 import lostmotion
-from lostmotion import sample_poses, screws
+from lostmotion import sample_poses
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.columns import Draws, grouped
 from lostmotion.error_model.cumulants import cumulants
 from lostmotion.error_model.draws import Stream
 from lostmotion.error_model.expected_repeatability import expected_repeatability
-from lostmotion.error_model.pose_matrix import PoseMatrix
+from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
 from lostmotion.errors import InputError
 from lostmotion.laws.distributions import Cosine, Normal, Sine, TwoSided, Uniform
 from lostmotion.laws.iso9283 import pose_repeatability
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import DrawnColumns, analytic, of_screws
 from lostmotion.propagation.pooled import pooled
 from tests.arms import arm_of
@@ -65,7 +64,7 @@ def test_cumulants_are_the_samples(arm):
 
     The terms include products of draws, harmonics that share a phase and sizes that terms share.
     """
-    matrix = screws(state_of(arm, sample_poses(arm, 8).q[:3]))
+    matrix = pose_matrix(arm, sample_poses(arm, 8).q[:3])
     drawn = DrawnColumns(matrix)
     found = of_screws(matrix, drawn)
     for p, shift in enumerate(drawn.shift(matrix)):
@@ -95,7 +94,7 @@ def test_only_a_scattered_play_and_its_side_have_a_third_cumulant(arm):
     """Only a scattered size x and a side s have a third cumulant, E[x s (x s)] = 1 in six orders,
     where all robots have the same closed plays.
     """
-    matrix = screws(state_of(arm, sample_poses(arm, 8).q[:1]))
+    matrix = pose_matrix(arm, sample_poses(arm, 8).q[:1])
     assert not matrix.closed_in_some.any()
     known = cumulants([info.draws for info in matrix.infos if info.closing is None])
     assert len(known.third.terms)
@@ -111,7 +110,7 @@ def test_terms_of_one_harmonic_are_uncorrelated_but_not_independent(arm):
     """The sine and cosine of one phase have a joint fourth cumulant of -1/2 in six orders, and a
     joint's backlash and hysteresis form one error.
     """
-    matrix = screws(state_of(arm, sample_poses(arm, 8).q[:1]))
+    matrix = pose_matrix(arm, sample_poses(arm, 8).q[:1])
     known = cumulants([info.draws for info in matrix.infos])
     names = [info.name for info in matrix.infos]
     harmonic = tuple(
@@ -199,7 +198,7 @@ def test_few_errors_beside_a_large_bias_lie_within_their_uncertainty(case):
         }
     )
     q = np.random.default_rng(1).uniform(-1.5, 1.5, (12, count))
-    matrix, samples = screws(state_of(sagging, q)), 200_000
+    matrix, samples = pose_matrix(sagging, q), 200_000
     drawn = draws(matrix, samples)
     found = analytic(sagging, q)
     scatter = np.sqrt(np.trace(found.covariance, axis1=1, axis2=2))
@@ -252,7 +251,7 @@ def test_few_plays_alone_are_exact():
     poses = sample_poses(arm, 64)
     found = analytic(arm, poses)
     drawn = np.array([[1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0]])
-    matrix = screws(state_of(arm, poses.q))
+    matrix = pose_matrix(arm, poses.q)
     kinds = matrix.columns(*DRAWN)
     lengths = np.linalg.norm(
         matrix.bias[:, 3:, None] + matrix.tool[:, 3:][:, :, kinds] @ drawn, axis=1
@@ -282,7 +281,7 @@ def test_a_joint_with_backlash_and_hysteresis_alone_has_every_figure():
     arm = lostmotion.Arm.model_validate({"name": "one", "joints": [joint]})
     poses = sample_poses(arm, 16)
     found = analytic(arm, poses)
-    matrix = screws(state_of(arm, poses.q))
+    matrix = pose_matrix(arm, poses.q)
     drawn, whole = draws(matrix, 1_000_000), pooled(arm, poses, found)
     for p in (0, 7, 15):
         lengths = np.linalg.norm(matrix.tool[p, 3:] @ drawn, axis=0)
@@ -346,6 +345,7 @@ def screws_of(terms, bias):
         tool,
         np.zeros((0, 1)),
         None,  # the state of no arm
+        None,
     )
 
 

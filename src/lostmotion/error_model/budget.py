@@ -16,6 +16,7 @@ from lostmotion.error_model.few_poses import Squares
 from lostmotion.error_model.intervals import root_mean_square
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
@@ -320,7 +321,7 @@ def budget_changes(
     out: list[dict[str, float]] = [{} for _ in labels]
     blocks = (states_of(arm, q, _BLOCK) for arm in (before, after))
     for both_states in zip(*blocks, strict=True):
-        matrices = [screws(state, approach=approach) for _, state in both_states]
+        matrices = [screws(standing(state), approach=approach) for _, state in both_states]
         for draws in dict.fromkeys(draws for matrix in matrices for draws in matrix.groups):
             if any(draws in matrix.mixtures for matrix in matrices):
                 _add_correlated_changes(matrices, draws, labels, out, len(q))
@@ -377,7 +378,7 @@ def tallies(
     """
     out: list[Tally] = []
     for _, state in states_of(arm, q, _BLOCK):
-        matrix = screws(state, approach=approach)
+        matrix = screws(standing(state), approach=approach)
         block = [Tally.of(matrix, by) for by in groupings]
         out = [whole + part for whole, part in zip(out, block, strict=True)] if out else block
     if not out:

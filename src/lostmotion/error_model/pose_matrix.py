@@ -7,7 +7,7 @@ from __future__ import annotations
 import functools
 import itertools
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -36,6 +36,10 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 
+# What a form reads where loads change its screw.
+_LOADS: Final = frozenset({"wrench", "gravity"})
+
+
 @dataclass(frozen=True)
 class PoseMatrix(ToolScrews):
     """The pose matrix of an arm, with a column for each term. Sums of squares use `merged`, whose
@@ -49,9 +53,9 @@ class PoseMatrix(ToolScrews):
     local      (pose, 6, column) screw at the place, rad and m per unit draw
     closed     (row, pose) share of robots in which a load closes the play of each `Closing`
     state      state of the arm at the poses, about which its errors are linearised
+    columns_of    computes the screws of the columns in other frames
     mixtures   independent draws of the groups with correlated ones
     correlations  the correlations of draws; None where all are independent
-    columns_of    computes the screws of the columns in other frames
     last_motion   sign of each joint's last motion, one for all or (pose, joint)
     """
 
@@ -62,9 +66,9 @@ class PoseMatrix(ToolScrews):
     local: Floats
     closed: Floats
     state: State
+    columns_of: Columns
     mixtures: Mapping[Key, Mixture] = field(default_factory=dict)
     correlations: Correlations | None = None
-    columns_of: Columns | None = None
     last_motion: Floats = field(default_factory=functools.partial(np.zeros, ()))
 
     def stretch(self, first: int, last: int) -> PoseMatrix:
@@ -178,7 +182,7 @@ def pose_matrix(arm: Arm, q: Floats, *, approach: float | Floats = 0.0) -> PoseM
     Arguments as `state_of` and `screws`. Raises InputError where the arm cannot hold its load at a
     pose, with the joint.
     """
-    return screws(standing(state_of(arm, q).settled()), approach=approach)
+    return screws(standing(state_of(arm, q)), approach=approach)
 
 
 @dataclass(frozen=True)
@@ -203,6 +207,10 @@ class _Family:
 class Columns:
     """The columns of the pose matrix of an arm: what does not depend on the pose, computed once for
     many poses.
+
+    infos  the draws of each column
+    fixed  (column,) whether no load changes its screw
+    jumps  (column,) whether a load moves it within a play
     """
 
     def __init__(self, arm: Arm, approach: float | Floats = 0.0) -> None:
@@ -255,11 +263,11 @@ class Columns:
         self._rows = len(thresholds)
         self._place = np.array([info.of.place for info in infos], dtype=int)
         self._scale = np.array([info.of.term.scale for info in infos])
+        forms = [info.of.term.form for info in infos]
+        loaded = [not _LOADS.isdisjoint(form.reads) for form in forms]
+        self.fixed = ~np.array(loaded, dtype=bool)
         self.jumps = np.array(
-            [
-                not form.elastic and "wrench" in form.reads
-                for form in (i.of.term.form for i in infos)
-            ]
+            [not form.elastic and "wrench" in form.reads for form in forms], dtype=bool
         )
         self._design = np.array(self._groups.get((), []), dtype=int)
 
@@ -278,13 +286,11 @@ class Columns:
             design, own = self._design, local[:, self._design]
             command = replace(state, frames=found.command, equilibrium=None)
             mean = (command.tool_twists(self._place[design], own) + tool[:, design]) / 2
-            for rows, left in zip(
-                (mean[:3], mean[3:]), np.split(displacement(found), 2), strict=True
-            ):
-                size = np.sqrt((rows**2).sum(axis=0))
-                whole = size.sum(axis=0)
-                rows += (left - rows.sum(axis=1))[:, None] * (size / np.where(whole > 0, whole, 1))
-            tool[:, design] = mean
+            left = displacement(found) - mean.sum(axis=1)
+            for rows in (slice(0, 3), slice(3, 6)):
+                size = np.sqrt((mean[rows] ** 2).sum(axis=0))
+                share = size / np.where(size.any(axis=0), size.sum(axis=0), 1.0)
+                tool[rows, design] = mean[rows] + left[rows, None] * share
         return PoseMatrix(
             self.infos,
             tool.transpose(2, 0, 1),
@@ -294,9 +300,9 @@ class Columns:
             local.transpose(2, 0, 1),
             closed,
             state,
+            self,
             self._mixtures,
             self._correlations,
-            self,
             self._last_motion,
         )
 
@@ -317,7 +323,7 @@ class Columns:
         for family in self._families:
             of, row = family.of, family.row
             form = of.term.form
-            if known is not None and not {"wrench", "gravity"} & set(form.reads):
+            if known is not None and _LOADS.isdisjoint(form.reads):
                 continue
             condition = conditions(of)
             if row is not None and form.threshold is not None and row not in done:

@@ -39,8 +39,9 @@ import numpy as np
 
 from lostmotion.error_model.few_poses import known_ends
 from lostmotion.error_model.intervals import root_mean_square
-from lostmotion.error_model.pose_matrix import screws
-from lostmotion.mechanism.state import state_of, states_of
+from lostmotion.error_model.pose_matrix import pose_matrix, screws
+from lostmotion.mechanism.standing import standing
+from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -125,7 +126,7 @@ def screws_at_stage(arm: Arm, q: Floats, stage: str, *, approach: float = 0.0) -
     """Return the pose matrix of the errors that remain at a stage of `EVERY_STAGE`; other arguments
     and errors as for `state_of` and `screws`.
     """
-    matrix = screws(state_of(arm, q), approach=approach_at_stage(stage, approach))
+    matrix = pose_matrix(arm, q, approach=approach_at_stage(stage, approach))
     return (
         matrix
         if stage == STAGES[0]
@@ -166,7 +167,7 @@ def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
             for stage in EVERY_STAGE:
                 side = approach_at_stage(stage, approach)
                 if side not in arriving:
-                    arriving[side] = screws(state, approach=side)
+                    arriving[side] = screws(standing(state), approach=side)
                 matrix = arriving[side]
                 sums[stage] += matrix.square_sum(remaining(matrix.infos, stage, geometry))
         for stage, whole in sums.items():

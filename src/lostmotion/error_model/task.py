@@ -12,7 +12,7 @@ import numpy as np
 from lostmotion.error_model.arrival import last_motion
 from lostmotion.error_model.drawing_tolerances import TaskGeometryError, TaskPlaces, measure
 from lostmotion.error_model.joint_path import joint_path
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
 from lostmotion.errors import InputError, Problem
 from lostmotion.mechanism.state import state_of
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
         Feature,
         ToleranceCheck,
     )
-    from lostmotion.error_model.pose_matrix import PoseMatrix
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.state import State
     from lostmotion.spatial import Floats
@@ -143,7 +142,7 @@ class Program:
         approach = self.sides if sides is None else sides
         every = np.arange(len(approach))
         if self.force is None:
-            return [(every, screws(state_of(self.arm, self.visited), approach=approach))]
+            return [(every, pose_matrix(self.arm, self.visited, approach=approach))]
         forces, group = np.unique(np.round(self.force, 6), axis=0, return_inverse=True)
         places = [every[group.ravel() == k] for k in range(len(forces))]
         return [
@@ -165,7 +164,7 @@ class Program:
         # Two further rows, with known and with drawn sides, so that all parts have equal columns.
         padded = np.concatenate([rows, rows[:1], rows[:1]])
         sides = np.vstack([approach[rows], np.ones(approach.shape[1]), np.zeros(approach.shape[1])])
-        whole = screws(state_of(arm, self.visited[padded]), approach=sides)
+        whole = pose_matrix(arm, self.visited[padded], approach=sides)
         return whole.stretch(0, len(rows))
 
 

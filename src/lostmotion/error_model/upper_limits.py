@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.provenance import LimitShare
-from lostmotion.mechanism.state import state_of
 from lostmotion.parts.gearbox.gearbox import LIMITED
 
 if TYPE_CHECKING:
@@ -39,7 +38,7 @@ def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[L
     """
     # Loaded with Numba, which a check of a file does without.
     from lostmotion.error_model.budget import Tally, costs
-    from lostmotion.error_model.pose_matrix import screws
+    from lostmotion.error_model.pose_matrix import pose_matrix
 
     limited = {
         f"joints.{joint.name}.gearbox": (joint.name, joint.gearbox.model, keys)
@@ -50,7 +49,7 @@ def limit_shares(arm: Arm, q: Floats, approach: float | Floats = 0.0) -> tuple[L
         return ()
     rows = np.unique(np.linspace(0, len(q) - 1, min(len(q), _MOST_POSES)).astype(int))
     last_motion = approach[rows] if isinstance(approach, np.ndarray) else approach
-    found = costs(Tally.of(screws(state_of(arm, np.asarray(q)[rows]), approach=last_motion), _item))
+    found = costs(Tally.of(pose_matrix(arm, np.asarray(q)[rows], approach=last_motion), _item))
     between = sum(cost.levels[2] for cost in found)
     out = []
     for owner, (joint, model, keys) in limited.items():

@@ -1,22 +1,21 @@
-"""How far an arm droops under its own loads, as the first-order sum of its deflections has it."""
+"""How far an arm droops under its own loads."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.equilibrium import displacement
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
 
-# A larger turn of the tool under the arm's own weight is no droop: some stiffness or mass is not
-# what was meant.
-_ABSURD: Final = 1.0
+# Of the evenly spread poses, each of this many.
+_EACH: Final = 4
 
 
 @dataclass(frozen=True)
@@ -28,17 +27,15 @@ class Droop:
     length: float
     turn: float
 
-    @property
-    def absurd(self) -> bool:
-        """Return whether no arm droops as much: by more than a radian."""
-        return not math.isfinite(self.length) or self.turn > _ABSURD
-
 
 def droop(arm: Arm) -> Droop:
-    """Return how far the arm droops under its own weight, its payload and its process force, first
-    order.
+    """Return how far the arm droops under its own weight, its payload and its process force; of the
+    poses where it stands.
     """
-    with np.errstate(over="ignore", invalid="ignore"):
-        found = np.concatenate([state.sag for _, state in states_of(arm, even_poses(arm))])
-        turns, lengths = (np.linalg.norm(each, axis=1) for each in np.split(found, 2, axis=1))
-    return Droop(float(lengths.max()), float(turns.max()))
+    found = []
+    for _, state in states_of(arm, even_poses(arm)[::_EACH]):
+        settled = state.settled().equilibrium
+        if settled is not None:
+            found.append(displacement(settled)[:, settled.falls_at < 0])
+    turns, lengths = (np.linalg.norm(part, axis=0) for part in np.split(np.hstack(found), 2))
+    return Droop(float(lengths.max(initial=0.0)), float(turns.max(initial=0.0)))

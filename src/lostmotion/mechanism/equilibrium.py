@@ -145,7 +145,7 @@ def settle(tree: Tree, frames: Floats, deflection: Deflection) -> Equilibrium:
         for steps in _LOAD_STEPS:
             left = found.by_newton(left, steps)
     else:
-        found.falls_at[slow] = 0
+        found.falls_at[slow] = found.weakest(slow)
     stands = found.frames(np.arange(frames.shape[1])).copy()
     stands[:, found.falls_at >= 0] = np.nan
     return Equilibrium(
@@ -215,7 +215,7 @@ class _Settling:
             self.twists[:, here] *= number / max(number - 1, 1)
             open_ = self._solve(here, share)
             falls = self.falling(here, share)
-            falls[open_] = np.where(falls[open_] < 0, self._weakest(here[open_]), falls[open_])
+            falls[open_] = np.where(falls[open_] < 0, self.weakest(here[open_]), falls[open_])
             self.falls_at[here] = falls
             fallen.append(here[falls >= 0])
             here = here[falls < 0]
@@ -277,7 +277,7 @@ class _Settling:
         out[broken] = places[0]
         return out
 
-    def _weakest(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    def weakest(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the place that turns most at each of these poses."""
         return np.asarray(np.abs(self.twists[:, rows, :3]).sum(axis=2).argmax(axis=0))
 

@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 
 
 def standing(state: State) -> State:
-    """Return a settled state in which the arm stands at all poses. Raises InputError with the joint
-    that cannot hold its load, and a pose, where it does not: no error can be stated there.
+    """Return the state in which the arm stands under its loads (`State.settled`). Raises InputError
+    where there is none at some pose, with the joint that cannot hold: no error can be stated there.
     """
+    state = state.settled()
     found = state.equilibrium
     if found is None or not (found.falls_at >= 0).any():
         return state

@@ -125,31 +125,33 @@ class _DrawnRobots:
 
     def __init__(self, matrix: PoseMatrix, sample: NDArray[np.int64], draws: Floats) -> None:
         """Take the row of the matrix of each sample, and its draws (column, sample)."""
-        self._matrix = matrix.rows(sample)
-        self._draws = draws
+        self._matrix, self._draws = matrix.rows(sample), draws
+        self._columns = columns = matrix.columns_of
         self._mean = DesignDeflection(self._matrix.state)
         self.freedoms, self.tangent = self._mean.freedoms, self._mean.tangent
-        self._places = np.unique(matrix.place)
+        self._fixed = np.zeros((len(matrix.state.frames), len(sample), 6))
+        self._sum(columns.fixed, self._matrix.local.transpose(1, 2, 0), draws, self._fixed)
 
     def twists(self, frames: Floats, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return the twists of the parts (place, sample, 6), rad and m: without those within plays,
         and of those. Plays stay open or closed as at the mean of all robots.
         """
-        matrix = self._matrix.rows(rows)
-        columns = matrix.columns_of
+        matrix, columns = self._matrix.rows(rows), self._columns
         local = columns.local(
             self._mean.within(frames, rows),
             matrix.last_motion,
             matrix.closed.copy(),
             matrix.local.transpose(1, 2, 0),
         )
-        local *= self._draws[:, rows]
-        out = np.zeros((2, *frames.shape[:2], 6))
-        for place in self._places:
-            for which, part in enumerate(out):
-                own = (matrix.place == place) & (columns.jumps == bool(which))
-                part[place] = local[:, own].sum(axis=1).T
-        return out[0], out[1]
+        smooth, in_play = self._fixed[:, rows], np.zeros((len(frames), len(rows), 6))
+        self._sum(~columns.fixed & ~columns.jumps, local, self._draws[:, rows], smooth)
+        self._sum(columns.jumps, local, self._draws[:, rows], in_play)
+        return smooth, in_play
+
+    def _sum(self, of: NDArray[np.bool_], local: Floats, draws: Floats, out: Floats) -> None:
+        """Add the twists of these columns to `out` (place, sample, 6)."""
+        for k in np.flatnonzero(of):
+            out[self._matrix.place[k]] += (local[:, k] * draws[k]).T
 
 
 def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Floats:
@@ -163,9 +165,11 @@ def compose(matrix: PoseMatrix, rows: NDArray[np.int64], draws: Floats) -> Float
     found, count = matrix.state.equilibrium, draws.shape[2]
     if found is not None:
         sample = np.repeat(rows, count)
-        drawn = _DrawnRobots(matrix, sample, draws.transpose(1, 0, 2).reshape(draws.shape[1], -1))
+        drawn = _DrawnRobots(
+            matrix, sample, draws.transpose(1, 0, 2).reshape(draws.shape[1], len(sample))
+        )
         settled = settle(matrix.state.arm.tree, found.command[:, sample], drawn)
-        return settled.frames[-1].reshape(len(rows), count, 4, 4)
+        return np.asarray(settled.frames[-1].reshape(len(rows), count, 4, 4))
     places = np.unique(matrix.place)
     local = matrix.local[rows]
     twists = np.empty((len(places), len(rows), count, 6))

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.errors import InputError, Problem
-from lostmotion.mechanism.droop import droop
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import FAILS, check, share_neglected
 
 if TYPE_CHECKING:
@@ -23,8 +21,6 @@ _POSES: Final = 16
 _ROBOTS: Final = 16
 _VISITS: Final = 4
 _SEED: Final = 1
-# Share of the largest error that the sag makes at least in an arm that is called soft.
-_MOSTLY: Final = 0.5
 
 
 def refuse_large_errors(arm: Arm) -> None:
@@ -37,7 +33,7 @@ def refuse_large_errors(arm: Arm) -> None:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         found = check(
-            screws(state_of(arm, sample_poses(arm, _POSES).q)),
+            pose_matrix(arm, sample_poses(arm, _POSES).q),
             0,
             np.arange(_POSES),
             _SEED,
@@ -46,30 +42,9 @@ def refuse_large_errors(arm: Arm) -> None:
         )
     if share_neglected(found, found.length) <= FAILS:
         return
-    sagging = droop(arm)
-    if sagging.length >= _MOSTLY * found.length and not sagging.absurd:
-        problem = (
-            f"an arm that sags by up to {_mm(sagging.length)} under its own weight and payload "
-            "at these stiffnesses, "
-            f"of which the first-order sum is wrong by {_mm(found.largest)}"
-        )
-        valid = sagging.length * FAILS / share_neglected(found, found.length)
-        expected = (
-            f"a sag of at most about {_mm(valid)}, by stiffer drives or less weight; `lostmotion "
-            "study FILE` shows rough figures"
-        )
-        raise InputError([Problem(arm.name, "", problem, expected, 'stiffness = "20 N m/arcmin"')])
     problem = (
         f"errors of up to {math.degrees(found.turn):.2g}°, of which the first-order sum is wrong "
         f"by {found.largest * 1e3:.2g} mm"
     )
-    expected = (
-        "errors small enough to be added up; look for a mistake in the largest, which `lostmotion "
-        "study FILE` lists"
-    )
+    expected = "errors small enough to be added up; `lostmotion study FILE` lists the largest"
     raise InputError([Problem(arm.name, "", problem, expected, 'backlash = "1 arcmin"')])
-
-
-def _mm(size: float) -> str:
-    """Return a length (m) as text in mm, to two digits."""
-    return f"{float(f'{size * 1e3:.2g}'):g} mm"

@@ -19,6 +19,7 @@ from lostmotion.error_model.intervals import quantile
 from lostmotion.error_model.pose_matrix import PoseMatrix, screws
 from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import states_of
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.propagation.montecarlo.montecarlo import BLOCK
@@ -204,7 +205,7 @@ def computed_blocks(plan: BlockPlan) -> Iterator[tuple[int, PoseMatrix]]:
     """Yield the pose matrix of a plan in blocks, each with the index of its first pose."""
     step = max(min(BLOCK, _MOST_PAIRS // plan.robots), 1)
     for rows, state in states_of(plan.arm, plan.poses.q, step):
-        yield rows.start, screws(state, approach=plan.approach)
+        yield rows.start, screws(standing(state), approach=plan.approach)
 
 
 def compute_yield(  # noqa: PLR0913 - arguments of a production

@@ -23,10 +23,8 @@ if TYPE_CHECKING:
 
 # What exact composition may differ by, as a share of the error, for first order to be enough.
 ENOUGH: Final = 0.01
-# Share of the error that the sag makes at least in an arm that is called soft.
-_MOSTLY: Final = 0.5
-# rad; play and droop are smaller. A larger turn suggests a mistake in the description.
-_ABSURD: Final = 1.0
+# Droop (rad) from which a sheet mentions it.
+_MENTIONED: Final = math.radians(1)
 # Sections whose figures do not come from the sum of errors.
 _SOUND: Final = frozenset({"workspace", "torques", "bending", "exact_check", "check", "cube"})
 _SOUND_CARDS: Final = frozenset({"reach from the base", "test cube"})
@@ -44,32 +42,13 @@ def judged(check: ExactCheck, error: float) -> str:
     )
 
 
-def failure(check: ExactCheck, error: float, arm: Arm | None = None) -> str:
+def failure(check: ExactCheck, error: float) -> str:
     """Return the headline's remark that first order fails for errors of this size (m); empty where
     it is valid.
-
-    With the arm, one that droops by most of that error is called soft, and the remark says up to
-    which sag its figures are valid.
     """
     share = share_neglected(check, error)
     if share <= FAILS:
         return ""
-    sagging = None if arm is None else droop(arm)
-    if (
-        sagging is not None
-        and math.isfinite(share)
-        and sagging.length >= _MOSTLY * error
-        and not sagging.absurd
-    ):
-        valid = length(sagging.length * FAILS / share)
-        return (
-            f"This arm is soft: at these stiffnesses it sags by up to {length(sagging.length)} "
-            f"({float(f'{math.degrees(sagging.turn):.2g}'):g}°) under its own weight and "
-            "payload. First-order figures are wrong by "
-            f"about {float(f'{100 * share:.2g}'):g} % of the 95 % error there, and valid to "
-            f"{100 * FAILS:g} % up to a sag of about {valid}: "
-            "read them as rough, without intervals."
-        )
     angle = math.degrees(check.turn)
     turned = (
         f"errors of {float(f'{angle:.2g}'):g}° are not small"
@@ -79,28 +58,36 @@ def failure(check: ExactCheck, error: float, arm: Arm | None = None) -> str:
     found = (
         f"adding them up is wrong by {float(f'{100 * share:.2g}'):g} % of the 95 % error"
         if math.isfinite(share)
-        else "they reach beyond 16 m"
-    )
-    absurd = not math.isfinite(share) or check.turn > _ABSURD
-    where = (
-        "look for a mistake in its largest errors"
-        if absurd
-        else "its largest errors are in the error budget"
+        else "they reach beyond 16 m, or some robots cannot hold their load"
     )
     return (
         f"First-order figures fail here: {turned}, and {found}. No accuracy can be stated for this "
-        f"arm; {where}."
+        "arm; its largest errors are in the error budget."
+    )
+
+
+def _droops(arm: Arm) -> str:
+    """Return the remark on a soft arm that it droops; empty for a stiff one."""
+    if not arm.soft_freedoms:
+        return ""
+    found = droop(arm)
+    return (
+        f"droops by up to {length(found.length)} ({math.degrees(found.turn):.2g}°) under its own "
+        "weight, payload and process force; its errors are those where it stands"
+        if found.turn >= _MENTIONED
+        else ""
     )
 
 
 def checked(sheet: Sheet, check: ExactCheck, error: float, arm: Arm) -> Sheet:
     """Return a sheet as it is where first order holds for errors of this size (m); else with that
-    in its headline, and no interval of an error.
+    in its headline, and no interval of an error. Notes begin with the droop of a soft arm.
 
-    The intervals would claim a certainty that is not there; the figures themselves stay, for
-    whoever looks for the mistake.
+    The intervals would claim a certainty that is not there; the figures themselves stay.
     """
-    message = failure(check, error, arm)
+    message, droops = failure(check, error), _droops(arm)
+    if droops:
+        sheet = replace(sheet, notes=(droops, *sheet.notes))
     if not message:
         return sheet
     kept = [card for card in sheet.cards if card.title in _SOUND_CARDS]

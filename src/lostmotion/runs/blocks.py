@@ -10,10 +10,9 @@ import numpy as np
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally
-from lostmotion.error_model.pose_matrix import PoseMatrix, screws
+from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
 from lostmotion.error_model.poses import Poses
 from lostmotion.errors import LostmotionError
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, sample_block
 from lostmotion.runs.job import Order, made_with, order_of
@@ -244,8 +243,9 @@ def poses_of(order: Order, design: int, first: int, last: int) -> Floats:
 
 def matrix_of(order: Order, design: int, block: int) -> PoseMatrix:
     """Return the pose matrix of this block."""
-    return screws(
-        state_of(design_of(order, design).arm, poses_of(order, design, *order.span(block))),
+    return pose_matrix(
+        design_of(order, design).arm,
+        poses_of(order, design, *order.span(block)),
         approach=order.approach,
     )
 

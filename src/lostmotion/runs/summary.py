@@ -15,10 +15,9 @@ from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.few_poses import Squares
 from lostmotion.error_model.intervals import Estimate, quantile_drop
 from lostmotion.error_model.overload import Overload, overloads
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import limit_shares
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 from lostmotion.propagation.figures import (
     HEADLINE,
@@ -319,7 +318,7 @@ def _check(order: Order, design: int) -> exact.ExactCheck:
     arm = design_of(order, design).arm
     poses = np.unique(np.linspace(0, order.poses - 1, _CHECKED_POSES).astype(int))
     q = np.concatenate([poses_of(order, design, int(pose), int(pose) + 1) for pose in poses])
-    matrix = screws(state_of(arm, q), approach=order.approach)
+    matrix = pose_matrix(arm, q, approach=order.approach)
     counts = min(order.robots, _CHECKED_ROBOTS), min(order.visits, _CHECKED_VISITS)
     found = [
         exact.check(matrix, int(pose) - row, np.array([row]), order.seed, *counts)

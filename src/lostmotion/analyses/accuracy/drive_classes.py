@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from lostmotion.catalogue.drive_classes import neighbours
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.io.drive_classes import class_of_arm, with_class
-from lostmotion.mechanism.state import state_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -92,7 +91,7 @@ def _of_class(
     poses = sample_poses(other, POSES, seed=seed)
     found = pooled(other, poses, analytic(other, poses))
     within = dict(zip(found.levels, found.quantiles, strict=True))[LEVEL].value
-    visits = visit_covariance(screws(state_of(other, poses.q), approach=1.0))
+    visits = visit_covariance(pose_matrix(other, poses.q, approach=1.0))
     return ClassFigures(
         each.name,
         within,

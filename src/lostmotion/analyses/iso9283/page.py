@@ -151,7 +151,7 @@ def iso_sheet(
     known = with_limits(states(arm), arm, predicted.cube.q, side)
     # More limits count in the scatter from either side than in that from one side.
     either_known = with_limits(states(arm), arm, predicted.cube.q)
-    failed = failure(check, check.length, arm)
+    failed = failure(check, check.length)
     counted = (
         f"{several(predicted.robots, 'robot')} x {several(predicted.cycles, 'cycle')} x 5 "
         f"poses, seed {predicted.seed}"

@@ -252,15 +252,15 @@ def _bisected(
 
 def _by_accuracy(arm: Arm, q: Floats, limit: float) -> PayloadLimit:
     """Return the limit by the error (m) that 95 % of the positions at a pose stay within."""
-    from lostmotion.error_model.pose_matrix import screws
+    from lostmotion.error_model.pose_matrix import pose_matrix
     from lostmotion.propagation.analytic import DrawnColumns, of_screws
 
-    drawn = DrawnColumns(screws(state_of(arm, q)))
+    drawn = DrawnColumns(pose_matrix(arm, q))
 
     def within(mass: float, at: Floats = q) -> Floats:
         return np.asarray(
             of_screws(
-                screws(state_of(_with_mass(arm, mass), at)), drawn, (_LEVEL,), with_bounds=False
+                pose_matrix(_with_mass(arm, mass), at), drawn, (_LEVEL,), with_bounds=False
             ).quantiles[:, 0]
         )
 

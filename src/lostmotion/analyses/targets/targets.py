@@ -19,10 +19,9 @@ from lostmotion.error_model.allocation import (
     moving,
 )
 from lostmotion.error_model.items import Item, shared_items
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.provenance import States, states
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo.blocks import BlockPlan
 from lostmotion.propagation.production_yield import (
     MOST_ROBOTS,
@@ -126,7 +125,7 @@ def targets(  # noqa: PLR0913 - arguments of a target
     if visits < 2:  # noqa: PLR2004 - a scatter needs two
         raise refuse_argument("visits", visits, "at least 2", visits=30)
     plan = BlockPlan.of(arm, poses, robots, visits, seed, approach)
-    matrix = screws(state_of(arm, poses.q), approach=approach)
+    matrix = pose_matrix(arm, poses.q, approach=approach)
     if len(poses) * len(matrix.infos) > _MOST_CELLS:
         most = _MOST_CELLS // len(matrix.infos)
         raise refuse_argument(

@@ -35,6 +35,7 @@ from lostmotion.error_model.budget import Cost, Tally, costs
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.errors import refuse_argument
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import states_of
 
 if TYPE_CHECKING:
@@ -428,7 +429,7 @@ def _budget(
         np.unique(np.linspace(0, len(which) - 1, min(len(which), _MOST_IN_BUDGET)).astype(int))
     ]
     q = evaluated.reached.q[which]
-    blocks = (screws(state, approach=approach) for _, state in states_of(arm, q, _BLOCK))
+    blocks = (screws(standing(state), approach=approach) for _, state in states_of(arm, q, _BLOCK))
     tally = functools.reduce(operator.add, map(Tally.of, blocks))
     return ZoneBudget(
         name, len(cells), len(q), math.sqrt(tally.total / tally.poses), tuple(costs(tally))

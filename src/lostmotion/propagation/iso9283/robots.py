@@ -14,10 +14,11 @@ import numpy as np
 
 from lostmotion.error_model.draws import key
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix, screws
 from lostmotion.laws import iso9283 as iso
 from lostmotion.laws.frame_fit import residual_after_fit
 from lostmotion.laws.iso9283 import PATH_FIGURES
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 from lostmotion.propagation.iso9283.cube import MOST_POSES, NAMES
@@ -237,7 +238,7 @@ def predict_robots(  # noqa: PLR0913 - an ISO sheet is these numbers
         path_points,
         path_cycles,
         exact.check(
-            screws(state_of(arm, cube.q), approach=approach),
+            pose_matrix(arm, cube.q, approach=approach),
             0,
             np.arange(len(NAMES)),
             seed,
@@ -304,7 +305,7 @@ def _at_poses(
     arm: Arm, at: Cube | CommandedPoses, approach: Floats, visiting: _Experiment, first: int
 ) -> dict[str, Floats]:
     """Return the fields of a `LoadSheet` that belong to the poses, numbered from `first`."""
-    state = state_of(arm, at.q)
+    state = standing(state_of(arm, at.q))
     matrix = screws(state, approach=approach)
     errors = visiting.at_all(matrix, first)
     shift, turn = errors[..., 3:], errors[..., :3]
@@ -344,7 +345,7 @@ def _from_sides(
     out = np.empty((len(FROM_THREE_SIDES), visiting.robots))
     for row, pose in enumerate(FROM_THREE_SIDES):
         state = state_of(arm, np.tile(cube.q[pose], (3, 1)))
-        matrix = screws(state, approach=side_approach(arm, cube, pose, approach[pose]))
+        matrix = screws(standing(state), approach=side_approach(arm, cube, pose, approach[pose]))
         shift = visiting.at_all(matrix, first + 3 * row)[..., 3:]
         out[row] = iso.multi_directional_accuracy(np.moveaxis(shift, 0, 1))
     return out
@@ -364,7 +365,7 @@ def _along_path(
     """
     a, b, points = line
     q = path_poses(arm, cube, (a, b), points)
-    state = state_of(arm, q)
+    state = standing(state_of(arm, q))
     matrix = screws(state, approach=path_approach(q, approach[a]))
     back = screws(state, approach=path_approach(q[::-1], approach[b])[::-1])
     along = cube.poses[b, :3, 3] - cube.poses[a, :3, 3]

@@ -18,9 +18,8 @@ import numpy as np
 from lostmotion.error_model import error_bins
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally
-from lostmotion.error_model.pose_matrix import PoseMatrix, screws
+from lostmotion.error_model.pose_matrix import PoseMatrix, pose_matrix
 from lostmotion.errors import refuse_argument
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation import exact
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan, Device, sample_blocks
@@ -253,7 +252,7 @@ def _grouped(plan: BlockPlan, spans: list[tuple[int, int]]) -> list[list[tuple[i
 
 def _batch(plan: BlockPlan, spans: list[tuple[int, int]]) -> _Batch:
     first, last = spans[0][0], spans[-1][1]
-    matrix = screws(state_of(plan.arm, plan.poses.q[first:last]), approach=plan.approach)
+    matrix = pose_matrix(plan.arm, plan.poses.q[first:last], approach=plan.approach)
     checked = np.unique(np.linspace(0, len(plan.poses) - 1, _CHECKED_POSES).astype(int))
     rows = checked[(checked >= first) & (checked < last)] - first
     blocks = []

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.mechanism.state import state_of
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.arm_scene import ArmScene, Cells, ShownPose
@@ -163,7 +163,7 @@ def _errors(found: PoseErrors, poses: Sequence[int]) -> tuple[Floats, Floats]:
     """Return the mean error vectors (pose, 3), and the semi-axes (pose, axis, 3) of the ellipsoids
     with 95 % of the positions about them, m.
     """
-    matrix = screws(state_of(found.arm, found.q[poses]), approach=found.approach)
+    matrix = pose_matrix(found.arm, found.q[poses], approach=found.approach)
     drawn = matrix.merged.tool[:, 3:][
         :, :, matrix.merged.columns("robot", "visit", "robot x visit")
     ]

@@ -48,8 +48,7 @@ def verdict(found: Comparison) -> str:
     wrong = failing(found)
     if wrong:
         return " ".join(
-            f"{each.label}: {failure(each.sampled.exact, within_of(found, each), each.arm)}"
-            for each in wrong
+            f"{each.label}: {failure(each.sampled.exact, within_of(found, each))}" for each in wrong
         )
     if len(found.changes) > 1:
         return _of_many(found)
