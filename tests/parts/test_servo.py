@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy.optimize import brentq
 
 from lostmotion.error_model.expected_repeatability import expected_repeatability, visit_covariance
 from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.servo_tuning import TUNINGS, tuned_rms
 from lostmotion.laws.iso9283 import pose_repeatability
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.state import state_of
@@ -185,3 +187,74 @@ def test_the_loop_of_a_drawn_gearbox_scatters_with_the_load():
     side, scatter = (term.screw @ TURN_Z for term in terms_at(loop, at))
     assert np.ptp(side) > 0
     np.testing.assert_allclose(scatter, side * SHARE / 3 * math.sqrt(0.97334), rtol=1e-4)
+
+
+def lifting(servo: dict[str, Any], force: float = 0.0) -> Arm:
+    """Return 0.5 kg at 0.3 m on a joint that lifts, with a gearbox of 20 N m/rad."""
+    lifts = RevoluteJoint(
+        name="A",
+        axis="-y",
+        limits=(-1, 1),
+        gearbox={"ratio": 10.0, "stiffness": 20.0},
+        servo=servo,
+        link={"length": 0.3, "mass": 0.5, "centre_of_mass": (0.3, 0, 0), "rigid": True},
+    )
+    return Arm(name="one", joints=(lifts,), payload={"force": (0.0, 0.0, force)})
+
+
+@pytest.mark.parametrize(
+    ("servo", "rest", "pushed", "force"),
+    [
+        ({"stiffness": 5.0}, 1.0, 1.0, 0.0),
+        ({"stiffness": 5.0, "gravity_compensation": 0.7}, 0.3, 1.0, 0.0),
+        ({"stiffness": 5.0, "gravity_compensation": 1.0}, 0.0, 1.0, -2.0),
+        ({"stiffness": 5.0, "gravity_compensation": 0.4, "integral": True}, 0.0, 0.0, -2.0),
+    ],
+)
+def test_a_servo_droops_by_the_torque_that_is_not_fed_forward(servo, rest, pushed, force):
+    """The joint stands where servo and gearbox in series balance the load: of the weight only what
+    is not fed forward winds the servo, and all of a process force. Integral action leaves none.
+    """
+
+    def balance(angle: float) -> float:
+        weight, process = 0.5 * 9.80665 * 0.3 * math.cos(angle), -0.3 * force
+        servo_turn = (rest * weight + pushed * process) / 5.0
+        return angle - 0.5 + (weight + process) / 20.0 + servo_turn
+
+    arm = lifting(servo, force)
+    found = state_of(arm, np.array([[0.5]])).settled().frames[-1, 0]
+    stands = brentq(balance, -1.5, 1.0, xtol=1e-13)
+    np.testing.assert_allclose(
+        found[[0, 2], 3], 0.3 * np.array([math.cos(stands), math.sin(stands)]), atol=1e-9
+    )
+
+
+def test_a_servo_is_a_spring_to_every_load():
+    """What the controller feeds forward does not make the servo stiffer: the compliance along the
+    force is r^2 (1/K + 1/k).
+    """
+    arm = lifting({"stiffness": 5.0, "gravity_compensation": 1.0})
+    found = state_of(arm, np.zeros((1, 1))).compliance[0, 5, 5]
+    assert found == pytest.approx(0.3**2 * (1 / 5 + 1 / 20))
+
+
+def test_tuning_a_servo_leaves_what_the_tuned_arm_has():
+    """Each tuning has the r.m.s. error of an arm that states it, and integral action leaves the
+    least.
+    """
+    q = np.linspace(-0.5, 0.5, 8)[:, None]
+    found = tuned_rms(lifting({"stiffness": 5.0}), q)
+    assert tuple(found) == TUNINGS
+    twice = tuned_rms(lifting({"stiffness": 10.0}), q)
+    assert found["twice the stiffness"] == pytest.approx(twice["as described"])
+    assert found["integral action"] == pytest.approx(found["gravity compensation of 100 %"])
+    assert found["integral action"] < found["twice the stiffness"] < found["as described"]
+    assert tuned_rms(lifting({"dead_band": BAND}), q) == {}
+
+
+def test_gravity_compensation_needs_a_stiffness():
+    """A share of a torque that winds nothing is refused."""
+    with pytest.raises(
+        ValidationError, match="gravity_compensation of a servo without a stiffness"
+    ):
+        joint(servo={"gravity_compensation": 0.5})

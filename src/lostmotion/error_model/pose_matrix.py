@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 # What a form reads where loads change its screw.
-_LOADS: Final = frozenset({"wrench", "gravity"})
+_LOADS: Final = frozenset({"wrench", "weight", "gravity"})
 
 
 @dataclass(frozen=True)

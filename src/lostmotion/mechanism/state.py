@@ -181,11 +181,11 @@ class State:
 
     @property
     def place_compliances(self) -> Floats:
-        """Return the twist of each place per wrench on it (place, pose, 6, 6) in its own axes, rad
-        and m per N m and N: tangents as in `compliances`.
+        """Return the twist of each place per weight on it (place, pose, 6, 6) in its own axes, rad
+        and m per N m and N: tangents as in `compliances`, and what controllers feed forward.
         """
         out, conditions = np.zeros((*self.frames.shape[:2], 6, 6)), self.conditions()
-        for placed in elastic_terms(self.arm):
+        for placed in (each for each in self.arm.terms if each.term.level == "design"):
             out[placed.place] += placed.term.scale * placed.term.form.compliance(conditions(placed))
         return out
 
@@ -246,7 +246,8 @@ class State:
         load = np.broadcast_to(load, (len(self), 6))
         out = np.zeros((len(self), 6))
         for placed, carried, before in self._elastic():
-            more = replace(before, wrench=before.wrench + np.einsum("pji,pj->ip", carried, load))
+            added = np.einsum("pji,pj->ip", carried, load)
+            more = replace(before, wrench=before.wrench + added)
             form = placed.term.form
             moved = placed.term.scale * (form.screw(more) - form.screw(before))
             out += np.einsum("pij,jp->pi", carried, moved)
@@ -328,8 +329,15 @@ class Conditions:
                 np.ascontiguousarray(state.wrenches[part.place].T),
                 np.ascontiguousarray(into(state.frames[part.place], state.gravity).T),
                 0.0 if rise is None else rise.nominal,
+                self._process(part.place),
             )
         return self._known[key]
+
+    def _process(self, place: int) -> Floats | None:
+        payload = self._state.arm.payload
+        if not (any(payload.force) or any(payload.moment)):
+            return None
+        return np.ascontiguousarray(self._state.wrenches_by_axis[1][place].T)
 
 
 def as_poses(arm: Arm, q: Floats) -> Floats:

@@ -32,8 +32,9 @@ def wind_ups(arm: Arm, q: Floats) -> list[WindUp]:
     """Return the largest wind-up of each drive whose stiffness is described, over these poses q
     (pose, joint), rad or m.
 
-    It is the deflection of the output along the joint under the static torque, without backlash, of
-    a part with nominal stiffness. Raises ValueError for q of another shape or not finite.
+    It is the deflection of the output along the joint under the static torque where the arm stands,
+    without backlash, of a part with nominal stiffness; NaN where the arm cannot hold its load.
+    Raises ValueError for q of another shape or not finite.
     """
     values = as_poses(arm, q)
     elastic = [
@@ -44,7 +45,7 @@ def wind_ups(arm: Arm, q: Floats) -> list[WindUp]:
     nominal = [(joint, of) for joint, of in elastic if of.term.level == "design"]
     found = {joint: np.zeros(len(values)) for joint, _ in nominal}
     for here, state in states_of(arm, values, _BLOCK):
-        conditions = state.conditions()
+        conditions = state.settled().conditions()
         for joint, of in nominal:
             found[joint][here] += arm.driven[joint].twist @ (
                 of.term.scale * of.term.form.screw(conditions(of))

@@ -165,26 +165,32 @@ class Spring(_Along):
 
     travel  factor over the joint's value, rad or m, of a spring whose length changes with it; None:
             one
+    fed_forward  the load is that of the weights alone, which a controller knows: what it adds to a
+            deflection or takes off it, and no spring to other loads
     """
 
     direction: Floats
     curve: Curve
     odd: bool = True
     travel: Curve | None = None
+    fed_forward: bool = False
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Return "wrench", and "angle" for a spring that follows the joint's value."""
-        return ("wrench",) if self.travel is None else ("angle", "wrench")
+        """Return "wrench" or "weight", and "angle" for a spring that follows the joint's value."""
+        load = "weight" if self.fed_forward else "wrench"
+        return (load,) if self.travel is None else ("angle", load)
 
     @property
     def elastic(self) -> bool:
-        """Return whether it is a spring, which is an odd curve."""
-        return self.odd
+        """Return whether it is a spring, which is an odd curve of the whole load."""
+        return self.odd and not self.fed_forward
 
     def size(self, at: Condition) -> Floats:
         """Return the deflection (pose,), rad or m."""
         load = at.along(self.direction)
+        if self.fed_forward:
+            load = rows_times(self.direction[None], at.weight)[0]
         value = self.curve(np.abs(load)) * self._factor(at)
         return np.asarray(np.sign(load) * value if self.odd else value)
 

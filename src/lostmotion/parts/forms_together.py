@@ -31,7 +31,7 @@ def kind(form: Form) -> Hashable:
             form.turns,
             None if form.envelope is None else form.envelope.load.tobytes(),
         )
-    if isinstance(form, Spring) and form.travel is None:
+    if isinstance(form, Spring) and form.travel is None and not form.fed_forward:
         return Spring, form.direction.tobytes(), form.odd, form.curve.load.tobytes()
     return None
 

@@ -18,8 +18,10 @@ from pydantic_core import PydanticCustomError
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.error_source import (
     AngleAmount,
+    AngularStiffness,
     ErrorSource,
     LengthAmount,
+    LinearStiffness,
 )
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox
 from lostmotion.parts.gearbox.slide import SlideFigures
@@ -88,7 +90,7 @@ class FixedJoint(JointUnit):
         return self
 
 
-class RevoluteJoint(MovingJoint[AngleAmount, TurningGearbox]):
+class RevoluteJoint(MovingJoint[AngleAmount, TurningGearbox, AngularStiffness]):
     """A joint that turns about `axis` between `limits`."""
 
     type: Literal["revolute"] = "revolute"
@@ -119,7 +121,7 @@ class RevoluteJoint(MovingJoint[AngleAmount, TurningGearbox]):
         return np.concatenate([unit(self.axis), np.zeros(3)])
 
 
-class PrismaticJoint(MovingJoint[LengthAmount, SlidingDrive]):
+class PrismaticJoint(MovingJoint[LengthAmount, SlidingDrive, LinearStiffness]):
     """A joint that slides along `axis` between `limits`; its drive's screw or pulley makes a turn
     per `lead`.
 

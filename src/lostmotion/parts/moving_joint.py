@@ -40,7 +40,7 @@ from lostmotion.parts.error_source import (
     Part,
     Price,
 )
-from lostmotion.parts.gearbox.gearbox import AmountT
+from lostmotion.parts.gearbox.gearbox import AmountT, StiffnessT
 from lostmotion.parts.gearbox.kinds import SlidingDrive, TurningGearbox, is_drawn
 from lostmotion.parts.gearbox.play_in_loop import play_left_open
 from lostmotion.parts.kinds import kinds_of_extensions
@@ -169,7 +169,7 @@ def lead_of(part: Part) -> float | None:
     return lead
 
 
-class MovingJoint(JointUnit, Generic[AmountT, GearboxT]):
+class MovingJoint(JointUnit, Generic[AmountT, GearboxT, StiffnessT]):
     """Base class of joints that move, with their drive."""
 
     axis: Direction = "z"
@@ -177,7 +177,7 @@ class MovingJoint(JointUnit, Generic[AmountT, GearboxT]):
     lumped: Lumped | None = None
     gearbox: GearboxT | None = None
     encoder: Encoder[AmountT] | None = None
-    servo: Servo[AmountT] | None = None
+    servo: Servo[AmountT, StiffnessT] | None = None
 
     @functools.cached_property
     def sources(self) -> dict[str, ErrorSource]:

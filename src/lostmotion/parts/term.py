@@ -103,12 +103,14 @@ class Condition:
     wrench   (6, pose) load from the outboard side, in the frame of the place, N m and N
     gravity  (3, pose) in this frame, m/s^2
     temperature_rise  temperature of the arm above that of its drawings, K
+    process  (6, pose) part of the load by the process force and moment; None where there is none
     """
 
     angle: Floats
     wrench: Floats
     gravity: Floats
     temperature_rise: float = 0.0
+    process: Floats | None = None
     _known: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def once(self, key: Hashable, compute: Callable[[], _Value]) -> _Value:
@@ -119,6 +121,11 @@ class Condition:
             self._known[key] = compute()
         found: _Value = self._known[key]
         return found
+
+    @property
+    def weight(self) -> Floats:
+        """Return the load by weights alone (6, pose), N m and N."""
+        return self.wrench if self.process is None else self.wrench - self.process
 
     @property
     def load_size(self) -> Floats:

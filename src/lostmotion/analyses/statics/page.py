@@ -285,7 +285,7 @@ def _reducers(survey: Survey, own: Sequence[GearboxRow]) -> Section:
 
 
 def _suitable(
-    joint: MovingJoint[Any, Any], node: JointLoad, known: Sequence[GearboxRow]
+    joint: MovingJoint[Any, Any, Any], node: JointLoad, known: Sequence[GearboxRow]
 ) -> tuple[tuple[Any, ...], int]:
     """Return the row of the reducers that suit a joint, and how many were excluded as unrated."""
     gearbox, required = joint.gearbox, abs(node.required.value)

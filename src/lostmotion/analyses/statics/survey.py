@@ -11,6 +11,7 @@ import numpy as np
 
 from lostmotion.mechanism.elastostatics import Ellipsoid, ellipsoid
 from lostmotion.mechanism.holding_torques import JointLoad, static_loads
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of, states_of
 from lostmotion.spatial import cross
 
@@ -82,7 +83,7 @@ class Survey:
         q = poses.q
         blocks = [
             (state.compliances, _payload_deflection(state))
-            for _, state in states_of(arm, q, _BLOCK)
+            for state in (standing(each) for _, each in states_of(arm, q, _BLOCK))
         ]
         by_block = [compliances for compliances, _ in blocks]
         largest = np.concatenate([ellipsoid(each.whole).values[:, 0] for each in by_block])
@@ -92,10 +93,9 @@ class Survey:
             shares = by_part / mean
         softest = int(largest.argmax())
         along = np.concatenate([np.einsum("pii->pi", each.whole[:, 3:, 3:]) for each in by_block])
-        of_axes = np.einsum(
-            "tpii->ipt", state_of(arm, q[along.argmax(axis=0)]).compliances.by_part[:, :, 3:, 3:]
-        )
-        matrix = state_of(arm, q[[softest]]).compliances.whole
+        of_each = standing(state_of(arm, q[along.argmax(axis=0)])).compliances
+        of_axes = np.einsum("tpii->ipt", of_each.by_part[:, :, 3:, 3:])
+        matrix = standing(state_of(arm, q[[softest]])).compliances.whole
         swapped = np.roll(matrix, 3, axis=(1, 2))  # rotation and displacement exchanged
         return cls(
             arm,

@@ -28,6 +28,7 @@ from lostmotion.analyses.accuracy.tables.repeatability import (
     one_sided_bounded,
     with_made_of_bars,
 )
+from lostmotion.analyses.accuracy.tables.servos import servo_sections
 from lostmotion.analyses.accuracy.tables.stopping import stopping_section
 from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
 from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
@@ -124,7 +125,11 @@ def sheet(answer: Answer) -> Sheet:
         ),
         verdict=_verdict(answer, known, overloaded),
         cards=bounded_figure_cards(_cards(shown, answer), known),
-        sections=(*bounded_sections(shown, known, _BOUNDED), *provenance_sections(known)),
+        sections=(
+            *bounded_sections(shown, known, _BOUNDED),
+            *servo_sections(answer),
+            *provenance_sections(known),
+        ),
         warnings=(
             *answer.arm.warnings,
             *overload_warnings(overloaded),
