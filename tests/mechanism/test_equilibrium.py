@@ -116,7 +116,7 @@ def test_without_loads_nothing_moves():
     assert (state.settled().frames == state.frames).all()
 
 
-def test_poses_settle_alike_alone_and_among_others():
+def test_a_pose_settles_to_the_same_frames_alone_and_among_others():
     """A pose settles to the same bits whatever stands beside it."""
     arm = described(random_arm(1, 4, 1.0))
     q = np.random.default_rng(2).uniform(-2, 2, (12, 4))

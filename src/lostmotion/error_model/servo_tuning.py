@@ -55,16 +55,10 @@ def _tuned(joint: RevoluteJoint | PrismaticJoint, tuning: str) -> RevoluteJoint 
     servo = joint.servo
     if servo is None or servo.stiffness is None or not servo.droops:
         return joint
-    change = dict(
-        zip(
-            TUNINGS,
-            (
-                {},
-                {"stiffness": 2 * servo.stiffness},
-                {"gravity_compensation": 1.0},
-                {"integral": True},
-            ),
-            strict=True,
-        )
-    )[tuning]
-    return joint.model_copy(update={"servo": servo.model_copy(update=change)})
+    change: dict[str, dict[str, float | bool]] = {
+        TUNINGS[1]: {"stiffness": 2 * servo.stiffness},
+        TUNINGS[2]: {"gravity_compensation": 1.0},
+        TUNINGS[3]: {"integral": True},
+    }
+    tuned = servo.model_copy(update=change.get(tuning, {}))
+    return joint.model_copy(update={"servo": tuned})

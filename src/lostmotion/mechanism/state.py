@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -35,8 +34,6 @@ if TYPE_CHECKING:
 _BLOCK: Final = 1024
 # Number of poses up to which the terms of a place are carried together.
 _FEW: Final = 16
-# Horizontal part of a unit vector that is vertical but for rounding.
-_UPRIGHT: Final = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -395,14 +392,3 @@ def tool_points(arm: Arm, q: Floats) -> Floats:
     Equal to that of the last frame, in a fraction of its time.
     """
     return tool_point(arm.tree, as_poses(arm, q))
-
-
-def vertical_axis(arm: Arm) -> tuple[float, float] | None:
-    """Return the position (x, y; m) of the first joint's axis in the base's axes if that joint
-    turns about a vertical axis; else None.
-    """
-    place = arm.tree.moved[arm.tree.tool_joints[0]]
-    at = state_of(arm, arm.limits.mean(axis=1)).frames[place, 0]
-    axis = at[:3, :3] @ arm.tree.places[place].twist[:3, 0]  # zero for a joint that slides
-    upright = axis.any() and math.hypot(axis[0], axis[1]) <= _UPRIGHT
-    return (float(at[0, 3]), float(at[1, 3])) if upright else None

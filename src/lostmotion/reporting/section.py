@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.state import vertical_axis
+from lostmotion.mechanism.vertical_axis import vertical_axis
 from lostmotion.reporting.chart import (
     cells,
     class_legend,

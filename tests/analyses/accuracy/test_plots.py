@@ -15,7 +15,7 @@ from lostmotion.analyses.accuracy.plots import study as plots
 from lostmotion.analyses.accuracy.plots.arm import arm_in_workspace, sections_of
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.error_bins import bin_edges
-from lostmotion.mechanism.state import vertical_axis
+from lostmotion.mechanism.vertical_axis import vertical_axis
 from lostmotion.propagation.montecarlo.histogram import linear_bins
 from lostmotion.reporting.chart import label, mark_at, named_rows, one
 from lostmotion.reporting.plot import Plot

@@ -12,7 +12,7 @@ from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.poses import reachable_points
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.mechanism.state import vertical_axis
+from lostmotion.mechanism.vertical_axis import vertical_axis
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (
     grid,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE, cell_figures
-from lostmotion.mechanism.state import vertical_axis
+from lostmotion.mechanism.vertical_axis import vertical_axis
 
 if TYPE_CHECKING:
     from lostmotion.analyses.workspace_map.map import WorkspaceMap
