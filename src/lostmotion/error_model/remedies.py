@@ -162,12 +162,13 @@ def _mean_squares(arm: Arm, poses: Poses, approach: float) -> dict[str, Floats]:
     squares: dict[str, list[float]] = {stage: [] for stage in EVERY_STAGE}
     for q in np.split(poses.q, poses.replicates):
         sums = dict.fromkeys(EVERY_STAGE, 0.0)
-        for _, state in states_of(arm, q, _BLOCK):
+        for _, commanded in states_of(arm, q, _BLOCK):
+            state = standing(commanded)
             arriving: dict[float, PoseMatrix] = {}
             for stage in EVERY_STAGE:
                 side = approach_at_stage(stage, approach)
                 if side not in arriving:
-                    arriving[side] = screws(standing(state), approach=side)
+                    arriving[side] = screws(state, approach=side)
                 matrix = arriving[side]
                 sums[stage] += matrix.square_sum(remaining(matrix.infos, stage, geometry))
         for stage, whole in sums.items():

@@ -67,6 +67,11 @@ class State:
         """Return the number of poses."""
         return len(self.q)
 
+    @property
+    def commanded(self) -> Floats:
+        """Return the frames (place, pose, 4, 4) to which the arm is commanded, m."""
+        return self.frames if self.equilibrium is None else self.equilibrium.command
+
     def rows(self, rows: slice | NDArray[np.int64]) -> State:
         """Return the state at the poses in these rows."""
         return replace(

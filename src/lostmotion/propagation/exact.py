@@ -206,9 +206,8 @@ def check(
         .transpose(1, 0, 2)
     )
     turns, linear = np.split((matrix.tool[rows] @ draws).transpose(0, 2, 1), 2, axis=-1)
-    found = matrix.state.equilibrium
-    command = matrix.state.frames if found is None else found.command
-    exactly = compose(matrix, rows, draws)[..., :3, 3] - command[-1, rows, None, :3, 3]
+    wanted = matrix.state.commanded[-1, rows, None, :3, 3]
+    exactly = compose(matrix, rows, draws)[..., :3, 3] - wanted
     distances = np.linalg.norm(exactly - linear, axis=-1)
     distances = np.where(np.isnan(distances), math.inf, distances)  # a robot that falls
     turn, length = (float(np.linalg.norm(each, axis=-1).max()) for each in (turns, linear))

@@ -166,7 +166,7 @@ class Replay:
             order.read(found.design).name,
             found,
             tuple((joint.name, joint.type) for joint in arm.driven),
-            matrix.state.frames[-1, row],
+            matrix.state.commanded[-1, row],
             error,
             exact.compose(matrix, np.array([row]), draws[None])[0, 0],
             float(compute(order, found.design, found.block).poses[row, _LARGEST]),

@@ -14,6 +14,7 @@ from lostmotion.error_model.overload import rated_torques
 from lostmotion.error_model.pose_matrix import Columns
 from lostmotion.error_model.remedies import STAGES, geometry_of, remaining
 from lostmotion.errors import LostmotionError
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import Analytic, DrawnColumns, joined, of_screws
 from lostmotion.propagation.error_magnitude import LEVELS, TILE
@@ -102,7 +103,7 @@ class LiveArm:
         torques = matrix.state.torques[0]
         return Figures(
             pose[0],
-            matrix.state.frames[:, 0],
+            matrix.state.commanded[:, 0],
             of_screws(matrix, self._drawn, with_bounds=False),
             costs(Tally.of(matrix)),
             torques,
@@ -115,7 +116,7 @@ class LiveArm:
         for block in histogram.blocks(TILE):
             matrix = self._screws(self.poses.q[block])
             found.append(of_screws(matrix, self._drawn, with_bounds=False))
-            points.append(matrix.state.frames[-1, :, :3, 3])
+            points.append(matrix.state.commanded[-1, :, :3, 3])
             histogram.add(block, self._drawn.pooled_counts(matrix, histogram.points))
             yield None
         error = joined(found)
@@ -124,7 +125,7 @@ class LiveArm:
 
     def _screws(self, q: Floats) -> PoseMatrix:
         """Return the pose matrix of the errors that remain, for q (pose, joint)."""
-        matrix = self._columns.matrix(state_of(self.arm, q))
+        matrix = self._columns.matrix(standing(state_of(self.arm, q)))
         return matrix if self._remaining is None else matrix.scaled(self._remaining)
 
 
