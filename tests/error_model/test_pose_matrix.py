@@ -14,10 +14,11 @@ import pytest
 
 import lostmotion
 from lostmotion.error_model.closing import mean_and_change
-from lostmotion.error_model.pose_matrix import Columns, screws
+from lostmotion.error_model.pose_matrix import Columns, pose_matrix, screws
 from lostmotion.laws.distributions import COMPARED, Cosine, Sine, product_mean
 from lostmotion.mechanism.state import state_of
 from lostmotion.parts.forms import Constant, Harmonic, Linear
+from tests.arms import arm_of
 from tests.parts.random_arms import example_arms, random_arms, random_poses
 
 ARMS = [*example_arms(), *random_arms(30)]
@@ -319,3 +320,16 @@ def test_no_analysis_depends_on_the_type_of_a_part(package):
                 assert not PARTS & {
                     each.id for each in ast.walk(node.args[1]) if isinstance(each, ast.Name)
                 }, f"{path}:{node.lineno}"
+
+
+def test_a_known_side_moves_a_settled_arm_as_it_moves_any_other():
+    """The mean of both known sides is the displacement of the settled arm, and half their
+    difference is the play: no remainder of the equilibrium takes it away.
+    """
+    arm = arm_of(2)
+    q = np.array([[0.3, -0.4], [-0.2, 0.8]])
+    ahead, behind, either = (pose_matrix(arm, q, approach=side).bias for side in (1.0, -1.0, 0.0))
+    np.testing.assert_allclose((ahead + behind) / 2, either, atol=1e-15)
+    first, last = (screws(state_of(arm, q), approach=side).bias for side in (1.0, -1.0))
+    assert np.abs(first - last).max() > 1e-6
+    np.testing.assert_allclose(ahead - behind, first - last, rtol=1e-2, atol=1e-8)

@@ -269,7 +269,9 @@ class Columns:
         self.jumps = np.array(
             [not form.elastic and "wrench" in form.reads for form in forms], dtype=bool
         )
-        self._design = np.array(self._groups.get((), []), dtype=int)
+        # without the sides of a known approach, which are no part of the equilibrium
+        settle = [each.of.term.level == "design" and each.closing is None for each in infos]
+        self._design = np.flatnonzero(settle)
 
     def matrix(self, state: State) -> PoseMatrix:
         """Return the pose matrix in a state of the arm.
