@@ -146,8 +146,9 @@ class _Search:
 
     def run(self) -> Estimates:
         surprise = math.nan
+        linear = self._linearised()
         for step in range(_STEPS):
-            residual, columns, covariance = self._linearised()
+            residual, columns, covariance = linear
             values = residual + columns @ self.mean
             self.rows = _Whitened(values, columns, covariance, self.instrument.noise)
             chosen = self._choose(step)
@@ -156,7 +157,8 @@ class _Search:
             found = evidence.posterior(self._normal(), self.variances)
             change = np.abs(found.mean - self.mean).max(initial=0.0)
             self.mean = found.mean
-            reweighted = self._weigh()
+            linear = self._linearised()
+            reweighted = self._weigh(linear[0], linear[2])
             if step + 1 >= _FEWEST_STEPS and not chosen and not reweighted and change < _SETTLED:
                 break
         found = evidence.posterior(self._normal(), self.variances)
@@ -322,13 +324,12 @@ class _Search:
                 self.orders, self.amplitude, self.noise = orders, amplitude, noise
         return best
 
-    def _weigh(self) -> bool:
+    def _weigh(self, residual: Floats, covariance: Floats) -> bool:
         """Weight down whole measurements that are far from their predictions; return whether a
         weight changed.
         """
         if not self.asked.robust:
             return False
-        residual, _, covariance = self._linearised()
         distance = _distances(residual, covariance, self.noise, self.instrument.noise)
         expected = math.sqrt(residual.shape[1])
         scale = max(1.0, float(np.median(distance)) / expected)
