@@ -33,7 +33,10 @@ VALIDATES = (
             "each part with the whole; the arm with that play in its file"
         ),
         "3 to 5 %; 2 % of the mean square; 5 % of the factor",
-        "propagation/task_success.py propagation/task_remedies.py error_model/task.py",
+        (
+            "propagation/task_success.py propagation/task_remedies.py error_model/task.py "
+            "propagation/iso9283/robots.py propagation/iso9283/joint_motion.py"
+        ),
     ),
     (
         "best placement of a task",

@@ -208,7 +208,16 @@ def test_a_program_that_cannot_be_followed(write, line, words):
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["hole-pattern", "seam", "circle", "peg-in-hole", "pocket"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "peg-in-hole",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("hole-pattern", "seam", "circle", "pocket")
+        ),
+    ],
+)
 def test_the_examples_answer(name):
     """Every example runs on the six-axis arm, and its decisive tolerance has contributors that add
     to one.
