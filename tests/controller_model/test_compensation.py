@@ -31,6 +31,11 @@ VALIDATES = (
         ),
         "median 0.2 %, worst 1 % away from singular poses",
     ),
+    (
+        "controller: compensated command of a soft arm",
+        "equilibrium of arms of 2 to 7 joints by SciPy's rotations and iteration",
+        "drives alone: 1e-9 of the error after one pass; every part elastic: 1e-4 after two",
+    ),
 )
 
 
@@ -247,7 +252,7 @@ def special_poses(joints, seed, count):
 
 
 @pytest.mark.parametrize("passes", [1, 2])
-@pytest.mark.parametrize("count", [200, pytest.param(15_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [200, pytest.param(4_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("joints", "soft"),
     [
