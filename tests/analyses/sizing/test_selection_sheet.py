@@ -26,7 +26,7 @@ from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.reporting.layout import row_at
 from lostmotion.sizing.candidates import Objective
-from tests.analyses.sizing.chosen_parts import with_parts
+from tests.sizing.chosen_parts import with_parts
 
 ROOT = Path(__file__).parents[3]
 Z_ARM = ROOT / "examples" / "z-arm.toml"

@@ -40,7 +40,7 @@ from lostmotion.sizing.evaluation import LEVEL, Constraints
 from lostmotion.sizing.lightest import Limits
 from lostmotion.sizing.search import Search
 from lostmotion.units import Toleranced
-from tests.analyses.sizing.chosen_parts import with_parts
+from tests.sizing.chosen_parts import with_parts
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (

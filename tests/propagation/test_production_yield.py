@@ -39,7 +39,7 @@ VALIDATES = (
     ),
 )
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.mark.parametrize("count", [10, 300])
