@@ -34,10 +34,10 @@ _MOST_GEARBOXES = 100_000
 
 def _gearbox_of(name: str, value: Any, given: Mapping[str, Any]) -> OnePart[ErrorSource]:  # noqa: ANN401 - whatever a user passes
     from lostmotion.io.part_file import OnePart, read_gearbox
-    from lostmotion.parts.error_source import ErrorSource
+    from lostmotion.parts.gearbox.kinds import is_gearbox
 
-    if isinstance(value, ErrorSource):
-        return OnePart(getattr(value, "model", "") or "gearbox", value, ())
+    if is_gearbox(value):
+        return OnePart(value.model or "gearbox", value, ())  # type: ignore[arg-type]
     return read_gearbox(path_or_mapping(name, value), given["joint"])
 
 
