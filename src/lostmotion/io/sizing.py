@@ -297,7 +297,9 @@ def _worded(name: str, value: Any) -> Any:  # noqa: ANN401 - values of a file's 
 def _size(value: Any) -> Any:  # noqa: ANN401 - a size, or a range of it
     if _is_number(value):
         return f"{float(value)!r} m"
-    return " .. ".join(str(_size(each)) for each in value) if isinstance(value, tuple) else value
+    if isinstance(value, tuple | list):
+        return " .. ".join(str(_size(each)) for each in value)
+    return value
 
 
 def _is_number(value: object) -> bool:
