@@ -35,6 +35,7 @@ SECTIONS = {
     "error_model": "Error model",
     "propagation": "Propagation",
     "calibration": "Calibration",
+    "sizing": "Sizes of parts",
     "analyses": "Analyses",
     "runs": "Big runs",
     "controller_model": "The model in a controller",
