@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-    from lostmotion.parts.gearbox.cycloidal.examined import BothBranches, Drawn, Lobes
+    from lostmotion.parts.gearbox.cycloidal.examined import BothBranches, ExaminedDrawing, Lobes
     from lostmotion.parts.gearbox.cycloidal.stage import CycloidalStage
     from lostmotion.reporting.sheet import Section
 
@@ -127,7 +127,7 @@ def _stage_rows(part: CycloidalStage, steps: int) -> list[tuple[str, Cell, str]]
     ]
 
 
-def lobes_section(gearbox: CycloidalGearbox, drawn: Drawn) -> Section:
+def lobes_section(gearbox: CycloidalGearbox, drawn: ExaminedDrawing) -> Section:
     """Return the load of each loaded lobe, and the largest over a pitch of the crank."""
     cases, several = drawn.lobes, len(drawn.lobes) > 1
     columns = [
@@ -186,7 +186,7 @@ def _carrying(case: Lobes) -> str:
     return f"{fewest}" if fewest == most else f"{fewest} to {most}"
 
 
-def branches_sections(gearbox: CycloidalGearbox, drawn: Drawn) -> Iterator[Section]:
+def branches_sections(gearbox: CycloidalGearbox, drawn: ExaminedDrawing) -> Iterator[Section]:
     """Yield the tables of every stage with envelope lobes."""
     title, first = "Both branches of the ring", gearbox.cycloidal_first_stage
     if drawn.before is not None and first is not None:
@@ -254,7 +254,7 @@ def _second(both: BothBranches) -> Section:
     )
 
 
-def friction_sections(drawn: Drawn) -> tuple[Section, ...]:
+def friction_sections(drawn: ExaminedDrawing) -> tuple[Section, ...]:
     """Return the tables of efficiency over torque and of backdriving; none without stated
     friction.
     """
@@ -287,7 +287,7 @@ def friction_sections(drawn: Drawn) -> tuple[Section, ...]:
     return efficiency, _backdriving(drawn)
 
 
-def _backdriving(drawn: Drawn) -> Section:
+def _backdriving(drawn: ExaminedDrawing) -> Section:
     friction = drawn.friction
     known = friction.constant or friction.self_locking
     torque = _figure(friction.backdriving_torque if known else math.nan, "none", "not stated")
@@ -327,7 +327,7 @@ def _word(answer: bool) -> Cell:  # noqa: FBT001 - the answer itself
     return Cell(float(answer), "1", samples=_AS_DRAWN, words="yes" if answer else "no")
 
 
-def friction_facts(drawn: Drawn) -> dict[str, Any]:
+def friction_facts(drawn: ExaminedDrawing) -> dict[str, Any]:
     """Return what result.json holds of friction besides its figures; empty without stated
     friction.
     """
@@ -339,7 +339,7 @@ def friction_facts(drawn: Drawn) -> dict[str, Any]:
     )
 
 
-def notes_on_friction(drawn: Drawn, torque: float) -> Iterator[str]:
+def notes_on_friction(drawn: ExaminedDrawing, torque: float) -> Iterator[str]:
     """Yield the warnings on friction that is large, or takes all of the torque."""
     friction = drawn.friction
     if not friction.any:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-    from lostmotion.parts.gearbox.cycloidal.examined import Drawn, Lobes
+    from lostmotion.parts.gearbox.cycloidal.examined import ExaminedDrawing, Lobes
     from lostmotion.reporting.sheet import Section
     from lostmotion.spatial import Floats
 
@@ -34,7 +34,9 @@ _MOST_HARMONICS: Final = 8
 _SMALLEST_HARMONIC: Final = 0.01
 
 
-def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count: int) -> str:
+def verdict_of_drawing(
+    gearbox: CycloidalGearbox, drawn: ExaminedDrawing, load: str, count: int
+) -> str:
     """Return the answer in a few sentences."""
     free, lost, wound = (
         over_samples(each, "arcmin") for each in (drawn.play, drawn.lost_motion, drawn.read.wind_up)
@@ -61,7 +63,9 @@ def verdict_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str, count
     return " ".join(out)
 
 
-def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> Iterator[Card]:
+def cards_of_drawing(
+    gearbox: CycloidalGearbox, drawn: ExaminedDrawing, load: str
+) -> Iterator[Card]:
     """Yield the cards of the sheet."""
     read, span = drawn.read, drawn.transmission.peak_to_peak[-1]
     free, lost = (_quantile(each, 0.95) for each in (drawn.play, drawn.lost_motion))
@@ -92,7 +96,7 @@ def cards_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, load: str) -> Iter
     )
 
 
-def _peak_card(drawn: Drawn, hardest: Lobes, load: str) -> Card:
+def _peak_card(drawn: ExaminedDrawing, hardest: Lobes, load: str) -> Card:
     """Return the card of the peak pressure; of an envelope ring with a rigid disc and ring an upper
     limit, unless it is solved along the flank.
     """
@@ -115,7 +119,9 @@ def _peak_card(drawn: Drawn, hardest: Lobes, load: str) -> Card:
     )
 
 
-def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) -> Iterator[str]:
+def doubts_of_drawing(
+    gearbox: CycloidalGearbox, drawn: ExaminedDrawing, torque: float
+) -> Iterator[str]:
     """Yield the warnings of the sheet."""
     yield from note_on_temperature(gearbox)
     if gearbox.bounded:
@@ -141,7 +147,7 @@ def doubts_of_drawing(gearbox: CycloidalGearbox, drawn: Drawn, torque: float) ->
         yield f"{stated_text(torque)} N m do not overcome the friction: no hysteresis is shown"
 
 
-def _bounded_share(drawn: Drawn) -> str:
+def _bounded_share(drawn: ExaminedDrawing) -> str:
     """Return the share of the wind-up that is due to bounded members, in whole per cent."""
     bounded = sum(angle for name, angle in drawn.members.items() if name.endswith(BOUNDED))
     share = 100 * bounded / sum(drawn.members.values())
@@ -159,7 +165,7 @@ def scatter(values: Floats, unit: str) -> dict[str, Cell]:
     return {"mean": over_samples(values, unit), **quantiles}
 
 
-def samples_section(drawn: Drawn, count: int) -> Section:
+def samples_section(drawn: ExaminedDrawing, count: int) -> Section:
     """Return the scatter over manufactured samples: mean and percentiles of play, lost motion,
     wind-up and stiffness, and how many jam.
     """
@@ -197,7 +203,7 @@ def samples_section(drawn: Drawn, count: int) -> Section:
     return table("built", "Manufactured samples", ["value"], rows, note, samples=counted)
 
 
-def members_section(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Section:
+def members_section(gearbox: CycloidalGearbox, drawn: ExaminedDrawing, count: int) -> Section:
     """Return the wind-up through each member."""
     whole, wound = sum(drawn.members.values()), drawn.read.wind_up
     torque = float(drawn.transmission.loads[-1])
@@ -229,7 +235,7 @@ def members_section(gearbox: CycloidalGearbox, drawn: Drawn, count: int) -> Sect
     )
 
 
-def transmission_section(drawn: Drawn) -> Section:
+def transmission_section(drawn: ExaminedDrawing) -> Section:
     """Return the transmission error: peak to peak, root mean square, largest harmonics."""
     error = drawn.transmission
 

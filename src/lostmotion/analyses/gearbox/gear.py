@@ -13,7 +13,7 @@ from lostmotion.errors import DidNotConvergeError, refuse_argument
 from lostmotion.laws.perforated_disc import UnresolvedWebsError
 from lostmotion.laws.torque_angle import CurveReadings, Definitions, StatedCurve, readings
 from lostmotion.parts.gearbox.bands import GearBands, bands_of_figures
-from lostmotion.parts.gearbox.cycloidal.examined import Drawn, drawn
+from lostmotion.parts.gearbox.cycloidal.examined import ExaminedDrawing, drawn
 from lostmotion.parts.gearbox.cycloidal.model import LOST_MOTION
 from lostmotion.parts.gearbox.kinds import is_drawn, is_gearbox
 
@@ -100,7 +100,7 @@ class Gear(Result):
     seed: int
     loop: Loop | None = None
     read: CurveReadings | None = None
-    drawn: Drawn | None = None
+    drawn: ExaminedDrawing | None = None
     bands: GearBands | None = None
     name: str = "gearbox"
     notes: tuple[str, ...] = ()
@@ -246,7 +246,9 @@ def gear(
     return Gear(gearbox, chosen, gearboxes, seed, loop, inside.read, inside, inside.bands)
 
 
-def _drawn(gearbox: CycloidalGearbox, asked: Definitions, gearboxes: int, seed: int) -> Drawn:
+def _drawn(
+    gearbox: CycloidalGearbox, asked: Definitions, gearboxes: int, seed: int
+) -> ExaminedDrawing:
     """Return the results from the drawing. Raises DidNotConvergeError, with the torque where the
     contacts cannot carry it.
     """

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from lostmotion.analyses.gearbox.gear import Gear
     from lostmotion.analyses.gearbox.stated import Units
     from lostmotion.parts.gearbox.cycloidal import CycloidalGearbox
-    from lostmotion.parts.gearbox.cycloidal.examined import Drawn
+    from lostmotion.parts.gearbox.cycloidal.examined import ExaminedDrawing
     from lostmotion.parts.gearbox.kinds import StatedGearbox
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Section
@@ -141,7 +141,7 @@ def _of_figures(gear: Gear, gearbox: StatedGearbox) -> Sheet:
     )
 
 
-def _of_drawing(gear: Gear, gearbox: CycloidalGearbox, drawn: Drawn) -> Sheet:
+def _of_drawing(gear: Gear, gearbox: CycloidalGearbox, drawn: ExaminedDrawing) -> Sheet:
     load = load_text(gear, TURNING)
     stiffness = stiffness_band(gear.bands, drawn.read, TURNING)
     verdict = first_sentence(stiffness) + verdict_of_drawing(gearbox, drawn, load, gear.count)

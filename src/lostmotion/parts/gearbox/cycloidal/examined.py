@@ -110,7 +110,7 @@ class Transmission:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class ExaminedDrawing:
     """Results from the drawing.
 
     lobes for each share of the torque on a disc; play (gearbox,) rad; curve and read, with the
@@ -144,7 +144,7 @@ class Drawn:
         return self.read.lost_motion
 
 
-def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) -> Drawn:
+def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) -> ExaminedDrawing:
     """Return the results of manufactured samples of a drawing at these torques. Raises
     DidNotConvergeError where the contacts cannot carry one.
     """
@@ -175,7 +175,7 @@ def drawn(gearbox: CycloidalGearbox, asked: Definitions, count: int, seed: int) 
     before = (
         None if first is None else both_branches(first, torque / abs(gearbox.steps) / first.discs)
     )
-    return Drawn(
+    return ExaminedDrawing(
         lobes=tuple(_lobes(gearbox, torque, share) for share in shares),
         play=made.play,
         curve=curve,
