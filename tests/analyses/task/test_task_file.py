@@ -250,3 +250,19 @@ def test_a_task_that_fails_exits_with_one(write):
     done = CliRunner().invoke(app, asked)
     assert done.exit_code == 1
     assert '"succeeds": false' in done.stdout
+
+
+def test_what_is_not_described_makes_the_probability_an_upper_bound():
+    """An arm that lacks kinds of error succeeds at most as often as stated, and uses at least that
+    share of a tolerance.
+    """
+    stated = {
+        "features": [{"name": "a", "kind": "point", "at": (0.45, 0.15, 0.0)}],
+        "tolerances": [{"sphere": 0.3e-3}],
+    }
+    sheet = lostmotion.task(ARM, stated, robots=50, runs=3).sheet
+    assert "All tolerances hold in at most " in sheet.verdict
+    assert "95 % stay within at least " in sheet.verdict
+    signs = {card.title: card.number[:1] for card in sheet.cards}
+    assert signs["all tolerances hold"] == "≤"
+    assert signs["decisive tolerance, used"] == "≥"

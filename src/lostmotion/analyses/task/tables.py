@@ -15,7 +15,7 @@ from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.joint_values import joint_values, tool_place
-from lostmotion.reporting.provenance import caveats
+from lostmotion.reporting.provenance import at_least, caveats
 from lostmotion.reporting.sheet import (
     Bar,
     Bars,
@@ -131,7 +131,7 @@ def _verdict(found: TaskResult, known: States) -> str:
     if len(found.outcomes) > 1 or worst.held.value < 1:
         text.append(
             f"The decisive tolerance is '{worst.tolerance.name}' at {found.where(worst.worst)}: "
-            f"95 % stay within {_used(worst)} of it."
+            f"95 % stay within {at_least(_used(worst), known)} of it."
         )
     if share:
         text.append(f"Largest contributor: {short_name(part)}, {Cell(share, '%')}.")
@@ -146,22 +146,21 @@ def _remedy(found: TaskResult) -> str:
     best = max(stages, key=lambda each: each.success.value)
     meets = [each for each in stages if each.success.value >= found.task.required]
     if meets:
-        return (
-            f"Of ideal remedies, {meets[0].name} raises it to {Cell(meets[0].success.value, '%')}."
-        )
+        return f"Of ideal remedies, '{meets[0].name}' raises it to {Cell(meets[0].success.value, '%')}."
     if best.success.value <= found.helps.before.success.value:
         return "No ideal remedy raises it: only other parts or tolerances do."
-    return f"No ideal remedy suffices; {best.name} raises it to {Cell(best.success.value, '%')}."
+    return f"No ideal remedy suffices; '{best.name}' raises it to {Cell(best.success.value, '%')}."
 
 
 def _cards(found: TaskResult, known: States) -> tuple[Card, ...]:
     worst = found.outcomes[found.decisive]
     bounded = _bounded("", known).strip()
     sign = {"at most": "≤ ", "at least": "≥ "}.get(bounded, "")
+    lower = {"≤ ": "≥ ", "≥ ": "≤ "}.get(sign, "")
     part, share = next(iter(found.parts.items()), ("", 0.0))
     cards = [
         Card("all tolerances hold", f"{sign}{_share(found.success)}", "of robots and runs"),
-        Card("decisive tolerance, used", _used(worst), "95 % stay within"),
+        Card("decisive tolerance, used", f"{lower}{_used(worst)}", "95 % stay within"),
         Card("held there", f"{sign}{_share(worst.held)}", worst.tolerance.name),
     ]
     if share:
