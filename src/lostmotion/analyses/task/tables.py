@@ -146,7 +146,8 @@ def _remedy(found: TaskResult) -> str:
     best = max(stages, key=lambda each: each.success.value)
     meets = [each for each in stages if each.success.value >= found.task.required]
     if meets:
-        return f"Of ideal remedies, '{meets[0].name}' raises it to {Cell(meets[0].success.value, '%')}."
+        share = Cell(meets[0].success.value, "%")
+        return f"Of ideal remedies, '{meets[0].name}' raises it to {share}."
     if best.success.value <= found.helps.before.success.value:
         return "No ideal remedy raises it: only other parts or tolerances do."
     return f"No ideal remedy suffices; '{best.name}' raises it to {Cell(best.success.value, '%')}."
