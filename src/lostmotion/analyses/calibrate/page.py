@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.calibrate.answer import PARTLY, UNRESOLVED, size
+from lostmotion.analyses.calibrate.planned import next_poses
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.reporting.chart import label_axes, legend, one
 from lostmotion.reporting.joint_values import joint_values
@@ -95,6 +96,7 @@ def calibrated_sheet(found: CalibrationAnswer) -> Sheet:
             _estimates(found),
             *_periodic(found),
             _refusals(found),
+            _next(found),
             _rows(found),
         ),
         counts=f"{counted}, seed {found.seed}",
@@ -295,6 +297,23 @@ def _refusals(found: CalibrationAnswer) -> Section:
     kinds += [_ORIENTATION] if found.visits.rotation is None else []
     rows = [(what, in_words(instead), why) for what, why, instead in kinds]
     return table("refused", "Not estimated", ("measure instead",), rows)
+
+
+def _next(found: CalibrationAnswer) -> Section:
+    """Return the poses that would improve the calibration most."""
+    q, radius = next_poses(found.robot, found.visits.q, found.seed)
+    rows = [
+        (joint_values(found.robot.arm, each), length(float(radius[k])))
+        for k, each in enumerate(q, 1)
+    ]
+    return table(
+        "next",
+        "Poses to measure next",
+        ("95 % radius with so many",),
+        rows,
+        f"now {length(float(radius[0]))}, mean over the measured joint ranges, without the scatter "
+        "between visits",
+    )
 
 
 def _rows(found: CalibrationAnswer) -> Section:

@@ -23,11 +23,15 @@ if TYPE_CHECKING:
     from lostmotion.calibration.instruments import MeasuredVisits
     from lostmotion.calibration.model import RobotModel
     from lostmotion.calibration.plan import PosePlan
+    from lostmotion.calibration.robot import Robot
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
 _CANDIDATES: Final = 2000
 _WORKING: Final = 256
+# Poses that a calibration proposes to measure next, and the candidates for them.
+NEXT_POSES: Final = 5
+_NEXT: Final = 400
 # Prior variances by which poses are chosen, over those of the estimates: a wide prior is robust.
 _WIDE: Final = 4.0
 _WORDS: Final = (
@@ -105,6 +109,24 @@ def _measured(arm: Arm, visits: MeasuredVisits, noise: float, wanted: RobotModel
     at = {stream.name: k for k, stream in enumerate(model.streams)}
     rows = [at[stream.name] for stream in wanted.streams]
     return np.asarray(covariance[np.ix_(rows, rows)])
+
+
+def next_poses(robot: Robot, q: Floats, seed: int) -> tuple[Floats, Floats]:
+    """Return the poses (pose, joint) within the measured joint ranges that would most improve a
+    calibration, and the mean 95 % radius of the tool, m, after each number of them.
+
+    q  (pose, joint) the measured poses
+    """
+    low, high = q.min(axis=0), q.max(axis=0)
+    every = low + np.random.default_rng(seed).random((_NEXT, q.shape[1])) * (high - low)
+    best, streams = robot.climb.kept.fit, robot.climb.model.streams
+    kept = np.flatnonzero(best.variances[: len(streams)])
+    model = model_of(robot.arm, every, robot.calibration.added)
+    at = {stream.name: k for k, stream in enumerate(model.streams)}
+    model = model.keeping(np.array([at[streams[k].name] for k in kept]))
+    covariance = robot.inflation * best.covariance[np.ix_(kept, kept)]
+    found = plan(model, model.rows(np.arange(_NEXT // 4)), NEXT_POSES, covariance, noise=best.noise)
+    return every[found.chosen], found.radius
 
 
 def planned_sheet(found: PlannedPoses) -> Sheet:

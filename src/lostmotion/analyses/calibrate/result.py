@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -52,7 +53,7 @@ class Calibrated(CalibrationAnswer, Result):
         """Return the measurements of excluded regions against predictions."""
         return self.robot.climb.kept.blocked
 
-    @property
+    @functools.cached_property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
         from lostmotion.analyses.calibrate.page import calibrated_sheet
