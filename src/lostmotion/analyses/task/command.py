@@ -63,7 +63,7 @@ def task(
 
     """
     asked = read_arguments(task, locals())
-    from lostmotion.analyses.task.result import carry_out
+    from lostmotion.analyses.task.result import TaskResult
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.io.task_file import read_task
     from lostmotion.io.toml_lines import names_lines
@@ -72,4 +72,6 @@ def task(
     stated = read_task(asked.by, asked.arm)
     asked.ready()
     # Places out of reach and tolerances without a reference are mistakes in the task's file too.
-    return names_lines(carry_out)(asked.arm, stated, asked.robots, asked.runs, asked.seed, progress)
+    return names_lines(TaskResult.of)(
+        asked.arm, stated, asked.robots, asked.runs, asked.seed, progress
+    )

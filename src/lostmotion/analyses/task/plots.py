@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from lostmotion.analyses.task.result import TaskResult
+    from lostmotion.analyses.task.outcome import TaskOutcome
     from lostmotion.spatial import Floats
 
 _PARTS: Final = 12
@@ -29,7 +29,7 @@ _CLASSES: Final = (
 )
 
 
-def task_plots(found: TaskResult) -> list[Plot]:
+def task_plots(found: TaskOutcome) -> list[Plot]:
     """Return the path in the colours of its tolerances, and the contributors."""
     out = [
         Plot(
@@ -52,7 +52,7 @@ def task_plots(found: TaskResult) -> list[Plot]:
     return out
 
 
-def _path(found: TaskResult) -> Figure:
+def _path(found: TaskOutcome) -> Figure:
     points = 1e3 * found.program.places.points
     extent = np.ptp(points, axis=0)
     across, up = sorted(np.argsort(-extent, kind="stable")[:2])
@@ -78,7 +78,7 @@ def _dots(on: Axes, points: Floats, used: Floats) -> None:
         low = high
 
 
-def _contributors(found: TaskResult) -> Figure:
+def _contributors(found: TaskOutcome) -> Figure:
     shown = [(name, value) for name, value in found.parts.items() if value >= _LEAST][:_PARTS]
     made, on = one("Share of the mean square in the decisive tolerance", 30 + 8 * len(shown))
     on.barh(range(len(shown)), [100 * value for _, value in shown], color=LIGHT["robot"])

@@ -32,7 +32,7 @@ from lostmotion.reporting.sheet import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lostmotion.analyses.task.result import TaskResult, ToleranceOutcome
+    from lostmotion.analyses.task.outcome import TaskOutcome, ToleranceOutcome
     from lostmotion.error_model.drawing_tolerances import DrawingTolerance
     from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.provenance import States
@@ -70,7 +70,7 @@ _WORDS: Final = (
 )
 
 
-def task_sheet(found: TaskResult) -> Sheet:
+def task_sheet(found: TaskOutcome) -> Sheet:
     """Return the sheet of a task."""
     arm, task = found.arm, found.task
     known = with_limits(states(arm), arm, found.program.visited, found.program.sides)
@@ -117,7 +117,7 @@ def _share(found: Estimate, samples: str = "") -> Cell:
     return Cell(found.value, "%", found.low, found.high, samples)
 
 
-def _verdict(found: TaskResult, known: States) -> str:
+def _verdict(found: TaskOutcome, known: States) -> str:
     success = _share(found.success)
     interval = f" ({success.interval})" if success.interval else ""
     worst = found.outcomes[found.decisive]
@@ -140,7 +140,7 @@ def _verdict(found: TaskResult, known: States) -> str:
     return " ".join([*text, *caveats(known)])
 
 
-def _remedy(found: TaskResult) -> str:
+def _remedy(found: TaskOutcome) -> str:
     """Return the sentence on the first remedy that meets the requirement, or else the best one."""
     stages = found.helps.stages
     best = max(stages, key=lambda each: each.success.value)
@@ -153,7 +153,7 @@ def _remedy(found: TaskResult) -> str:
     return f"No ideal remedy suffices; '{best.name}' raises it to {Cell(best.success.value, '%')}."
 
 
-def _cards(found: TaskResult, known: States) -> tuple[Card, ...]:
+def _cards(found: TaskOutcome, known: States) -> tuple[Card, ...]:
     worst = found.outcomes[found.decisive]
     bounded = _bounded("", known).strip()
     sign = {"at most": "≤ ", "at least": "≥ "}.get(bounded, "")
@@ -186,7 +186,7 @@ def _limit(stated: DrawingTolerance) -> Cell:
     return Cell(stated.size[0], "mm", stated=True)
 
 
-def _bars(found: TaskResult) -> tuple[Bars, ...]:
+def _bars(found: TaskOutcome) -> tuple[Bars, ...]:
     """Return the bars of the first screen: the largest contributors, and what remedies leave."""
     shown = [each for each in found.parts.items() if abs(each[1]) >= _LEAST][:_BARS]
     parts = (Bar(short_name(name), Cell(value, "%"), 100 * value) for name, value in shown)
@@ -199,7 +199,7 @@ def _bars(found: TaskResult) -> tuple[Bars, ...]:
     )
 
 
-def _success(found: TaskResult, counted: str) -> Section:
+def _success(found: TaskOutcome, counted: str) -> Section:
     return table(
         "task",
         "Success of the task",
@@ -216,7 +216,7 @@ def _success(found: TaskResult, counted: str) -> Section:
     )
 
 
-def _placement(found: TaskResult) -> tuple[Section, ...]:
+def _placement(found: TaskOutcome) -> tuple[Section, ...]:
     """Return the best placement that was found; nothing where it is fixed."""
     placed = found.placed
     if placed is None:
@@ -237,7 +237,7 @@ def _placement(found: TaskResult) -> tuple[Section, ...]:
     )
 
 
-def _tolerances(found: TaskResult, counted: str) -> Section:
+def _tolerances(found: TaskOutcome, counted: str) -> Section:
     rows = []
     for each in found.outcomes:
         stated = each.tolerance
@@ -259,7 +259,7 @@ def _tolerances(found: TaskResult, counted: str) -> Section:
     )
 
 
-def _features(found: TaskResult, counted: str) -> Section:
+def _features(found: TaskOutcome, counted: str) -> Section:
     return table(
         "features",
         "Features",
@@ -269,7 +269,7 @@ def _features(found: TaskResult, counted: str) -> Section:
     )
 
 
-def _shares(key: str, title: str, found: TaskResult, shares: dict[str, float]) -> Section:
+def _shares(key: str, title: str, found: TaskOutcome, shares: dict[str, float]) -> Section:
     worst = found.outcomes[found.decisive]
     shown = [(name, value) for name, value in shares.items() if abs(value) >= _LEAST][:_PARTS]
     return table(
@@ -281,7 +281,7 @@ def _shares(key: str, title: str, found: TaskResult, shares: dict[str, float]) -
     )
 
 
-def _helps(found: TaskResult) -> tuple[Section, ...]:
+def _helps(found: TaskOutcome) -> tuple[Section, ...]:
     """Return what remedies leave, what is left without each part, and how much the task would
     bear.
     """
@@ -330,7 +330,7 @@ def _bears(margin: Margin) -> str:
     return ""
 
 
-def _places(found: TaskResult, counted: str) -> Section:
+def _places(found: TaskOutcome, counted: str) -> Section:
     """Return the places with the smallest probability, in the order of the path."""
     held, used = found.place_held, found.place_used
     order = np.lexsort((-np.nan_to_num(used), np.where(np.isnan(held), 2.0, held)))
@@ -364,7 +364,7 @@ def _places(found: TaskResult, counted: str) -> Section:
     )
 
 
-def _sides(found: TaskResult) -> Section:
+def _sides(found: TaskOutcome) -> Section:
     """Return at how many places each joint rests on either side."""
     sides = found.program.sides
     changes = np.abs(np.diff(np.sign(sides), axis=0)) > 0
@@ -386,7 +386,7 @@ def _sides(found: TaskResult) -> Section:
     )
 
 
-def _first_order(found: TaskResult) -> str:
+def _first_order(found: TaskOutcome) -> str:
     check = found.check
     return (
         f"first order differs from exact composition by at most {length(check.largest)} in "
