@@ -139,7 +139,7 @@ def test_compliance_on_the_sheet_is_that_of_the_arm(found):
     pose.
     """
     sheet = statics_sheet(found)
-    there = lostmotion.state_of(found.arm, found.poses.q[found.softest_pose]).compliance
+    there = state_of(found.arm, found.poses.q[found.softest_pose]).settled().compliance
     free = lostmotion.ellipsoid(there).values[0]
     assert row_at(sheet.sections, "map", "most_compliant_direction_worst_pose").cells[
         0
