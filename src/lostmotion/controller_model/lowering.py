@@ -23,6 +23,7 @@ from lostmotion.controller_model.tables import (
     Validity,
 )
 from lostmotion.mechanism.calibration import REMAINING
+from lostmotion.mechanism.closed_chain import refuse_closed
 from lostmotion.parts.forms import Linear
 from lostmotion.parts.play import InPlay
 from lostmotion.parts.term import Draw
@@ -90,6 +91,9 @@ def tables_of(arm: Arm, valid: Validity) -> Tables:
 
     Exact: the tables have the same mean and covariance as the terms.
     """
+    refuse_closed(
+        arm.tree, "a controller's table", "predictions by `lostmotion study` and `replay`"
+    )
     own = [each for each in _independent(arm) if each.place in arm.tree.tool_path]
     simplified = with_combined_springs(without_phases(own))
     places = places_of(arm.tree, {each.place for each in simplified})

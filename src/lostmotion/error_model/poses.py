@@ -11,6 +11,7 @@ import numpy as np
 from lostmotion.error_model.draws import sobol, uniforms
 from lostmotion.errors import refuse_argument
 from lostmotion.laws.distributions import Normal
+from lostmotion.mechanism.assembly import affordable, assembled
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ REPLICATES: Final = 8
 MOST_POSES: Final = 10_000_000
 # Poses that show in a picture what the tool reaches.
 _PICTURED: Final = 131_072
+# Poses of a closed chain are sought among so many times their number.
+_MOST_TRIED: Final = 64
 # NumPy's largest number of dimensions. With more joints a grid has one step in each, or far too
 # many poses.
 _MOST_AXES: Final = 32
@@ -77,9 +80,35 @@ def sample_poses(arm: Arm, count: int, law: PoseLaw = "sobol", seed: int = 1) ->
     grid     equal steps in every joint, ends included
 
     The count is rounded up: to eight times a power of two (sobol), to a multiple of eight (uniform,
-    normal), to a full grid.
-    Raises InputError for an unknown law, or a count below one or above ten million.
+    normal), to a full grid. Of a closed chain only poses at which it is assembled are returned: so
+    many of a longer row, or those of the grid.
+    Raises InputError for an unknown law, a count below one or above ten million, or a closed chain
+    that is assembled at hardly any pose.
     """
+    sampled, tried = _within_limits(arm, count, law, seed), count
+    inside = assembled(arm, sampled.q)
+    if inside.all():
+        return sampled
+    while tried < count * _MOST_TRIED and law != "grid":
+        tried *= 2
+        longer = _within_limits(arm, tried, law, seed)
+        sets = assembled(arm, longer.q).reshape(REPLICATES, -1)
+        each = len(sampled) // REPLICATES
+        if sets.sum(axis=1).min() >= each:
+            rows = [np.flatnonzero(row)[:each] + k * len(row) for k, row in enumerate(sets)]
+            return Poses(longer.q[np.concatenate(rows)], law, REPLICATES)
+    if law == "grid" and inside.any():
+        return Poses(sampled.q[inside], law)
+    raise refuse_argument(
+        "poses",
+        f"a closed chain that is assembled at {np.count_nonzero(inside)} of {len(inside)} poses",
+        "limits of the drives within which it is assembled",
+        poses=count,
+    )
+
+
+def _within_limits(arm: Arm, count: int, law: PoseLaw, seed: int) -> Poses:
+    """Return the poses of a law within the joint limits, rounded up as in `sample_poses`."""
     if law not in POSE_LAWS:
         raise refuse_argument("pose_law", law, "one of " + ", ".join(POSE_LAWS), pose_law="sobol")
     if not 1 <= count <= MOST_POSES:
@@ -123,7 +152,7 @@ def reachable_points(arm: Arm, seed: int = 1) -> Floats:
     """Return what the tool reaches within the joint limits, for a picture: the tool points (point,
     3), m, of many poses.
     """
-    return tool_points(arm, sample_poses(arm, _PICTURED, "sobol", seed).q)
+    return tool_points(arm, sample_poses(arm, affordable(arm, _PICTURED), "sobol", seed).q)
 
 
 def _sobol(joints: int, each: int, seed: int) -> Floats:

@@ -16,6 +16,7 @@ from lostmotion.error_model.given_values import (
 )
 from lostmotion.error_model.required_kinds import ELASTIC, required_kinds
 from lostmotion.errors import InputError, Problem
+from lostmotion.parts.joint import has_axis, has_drive
 from lostmotion.parts.provenance import DEFAULT, Sourced, value_keys
 
 if TYPE_CHECKING:
@@ -190,16 +191,17 @@ def states(arm: Arm) -> States:
     on_tool_path = [
         joint
         for joint, places in zip(arm.joints, arm.tree.joints, strict=True)
-        if places.moved in arm.tree.tool_path
+        if places.moved in arm.tree.moves_tool
     ]
     found = [(joint, _states_of(joint)) for joint in on_tool_path]
     given = tuple(given_in(arm))
+    moving = {joint.name for joint in arm.moving}
     return States(
-        joints=tuple(each for joint, each in found if joint.type != "fixed"),
+        joints=tuple(each for joint, each in found if joint.name in moving),
         fixed=tuple(
             each
             for joint, each in found
-            if joint.type == "fixed" and (each.required or not each.ideal)
+            if joint.name not in moving and (each.required or not each.ideal)
         ),
         base=_of_base(arm.base),
         assumed=assumed_among(given),
@@ -277,13 +279,17 @@ def _states_of(joint: Joint) -> JointStates:
 
 def _of_joint(joint: Joint) -> dict[str, State]:
     found: dict[str, State] = {}
-    if joint.type != "fixed":
-        found |= _of_gearbox(joint.gearbox, whole="gearbox" in joint.assumed)
+    if joint.type == "spherical":
+        found["bearing"] = _state(joint.bearing, ("clearance",), whole="bearing" in joint.assumed)
+    elif has_axis(joint):
+        if not joint.passive:
+            found |= _of_gearbox(joint.gearbox, whole="gearbox" in joint.assumed)
         found["bearing"] = _of_bearing(joint.bearing, whole="bearing" in joint.assumed)
         if joint.type == "prismatic":
             found["guideway"] = _state(
                 joint.guideway, _OF_GUIDEWAY, whole="guideway" in joint.assumed
             )
+    if has_drive(joint):
         found["encoder"] = _state(
             joint.encoder, _OF_ENCODER, ("ratio",), whole="encoder" in joint.assumed
         )

@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from lostmotion.parts.joint import has_axis
+
 if TYPE_CHECKING:
     from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
 
@@ -28,11 +30,13 @@ def required_kinds(joint: Joint, *, lumped: bool) -> tuple[str, ...]:
     lumped  whether the joint states a lumped error: it stands for all kinds of the joint itself,
             though not for those of its link
     """
-    own = (
-        ()
-        if joint.type == "fixed" or lumped
-        else (*_of_drive(joint), *_of_bearing(joint), "encoder")
-    )
+    own: tuple[str, ...] = ()
+    if has_axis(joint) and not lumped:
+        own = (
+            _of_bearing(joint)
+            if joint.passive
+            else (*_of_drive(joint), *_of_bearing(joint), "encoder")
+        )
     return (*own, *(OF_LINK if joint.link.reach else ()))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.parts.joint import has_drive
 
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
@@ -41,9 +42,7 @@ def tuned_rms(arm: Arm, q: Floats, *, approach: float = 0.0) -> dict[str, float]
     chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), _POSES)).astype(int))
     out = {}
     for tuning in TUNINGS:
-        joints = tuple(
-            joint if joint.type == "fixed" else _tuned(joint, tuning) for joint in arm.joints
-        )
+        joints = tuple(_tuned(joint, tuning) if has_drive(joint) else joint for joint in arm.joints)
         tuned = arm.model_copy(update={"joints": joints})
         tally = Tally.of(pose_matrix(tuned, q[chosen], approach=approach))
         out[tuning] = math.sqrt(tally.total / tally.poses)

@@ -38,7 +38,7 @@ SHARED: Final[dict[str, tuple[str, ...]]] = {
 # Keys by which drawings of gearboxes name materials, in themselves, in their members and in their
 # first stage.
 MATERIALS_OF_GEARBOXES: Final = ("disc_material", "ring_material", "material", "core")
-_TYPES: Final = ("revolute", "prismatic", "fixed")
+_TYPES: Final = ("revolute", "prismatic", "fixed", "spherical", "universal", "free")
 # What a file may ask for besides an arm; a command of its own does it.
 SWEEP: Final = "sweep"
 SWEEP_EXAMPLE: Final = '[sweep] with "gearboxes.NAME.backlash" = ["0.5 arcmin", "1 arcmin"]'

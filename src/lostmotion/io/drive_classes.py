@@ -16,6 +16,7 @@ from lostmotion.catalogue.drive_classes import LOADS, drive_classes, load_of
 from lostmotion.catalogue.gearbox_row import source_in_words
 from lostmotion.catalogue.presets import PARTS, PresetRow
 from lostmotion.errors import nearest, shown
+from lostmotion.parts.joint import has_drive
 from lostmotion.parts.link import Link
 from lostmotion.parts.provenance import NO_VALUES, Preset
 
@@ -178,13 +179,13 @@ def with_class(arm: Arm, of: DriveClass, loads: Mapping[str, float] | None = Non
     loads  by joint, N m or N, for an arm without drives; default: those of its drives
     """
     joints = [
-        _with_class(joint, of, (loads or {}).get(joint.name)) if joint.type != "fixed" else joint
+        _with_class(joint, of, (loads or {}).get(joint.name)) if has_drive(joint) else joint
         for joint in arm.joints
     ]
     rows = {
         k: row_of(of, joint.type, load)
         for k, joint in enumerate(joints)
-        if joint.type != "fixed" and (load := _load_of(joint)) is not None
+        if has_drive(joint) and (load := _load_of(joint)) is not None
     }
     for k, joint in enumerate(joints):
         if joint.type == "fixed" and rows:

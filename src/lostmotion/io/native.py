@@ -12,6 +12,7 @@ from lostmotion.errors import shown
 from lostmotion.io.arm_builder import SHARED_EXAMPLES, SWEEP, build_arm
 from lostmotion.io.dh import DH_EXAMPLES, place_by_rows
 from lostmotion.io.draft import Draft, plain
+from lostmotion.io.legs import EXAMPLE, LEGS, expand_legs
 from lostmotion.io.limits import listed
 from lostmotion.io.text import refuse
 from lostmotion.io.toml import key_step, quoted, read_toml
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 _JOINT_EXAMPLE = '[[joints]] with name = "A", type = "revolute", limits = ["-90 deg", "90 deg"]'
 _ALSO: Final[dict[type[BaseModel], dict[str, str]]] = {
-    Arm: SHARED_EXAMPLES,
+    Arm: {**SHARED_EXAMPLES, LEGS: EXAMPLE},
     **dict.fromkeys((RevoluteJoint, PrismaticJoint, FixedJoint), DH_EXAMPLES),
 }
 # Tables of requests that a file of their own may hold, and the command that reads it.
@@ -60,6 +61,7 @@ def arm_of(file: str, tree: dict[str, Any]) -> Arm:
     up.
     """
     draft = Draft(file, tree, _ALSO)
+    expand_legs(draft)
     _check_joints(draft)
     place_by_rows(draft)
     return build_arm(draft)

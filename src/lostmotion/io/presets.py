@@ -80,7 +80,8 @@ def place_presets(draft: Draft) -> None:
     of_class: dict[int, PresetRow] = {}
     for index, joint in draft.joints:
         path: Path = ("joints", index)
-        kind = joint["type"] if joint.get("type") in _TYPES else ""
+        driven = joint.get("passive") is not True
+        kind = joint["type"] if driven and joint.get("type") in _TYPES else ""
         row = (
             _named(draft, joint, "joint", kind, path)
             or drive_of(draft, joint, kind, path, of_arm)

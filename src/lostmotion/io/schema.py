@@ -15,6 +15,7 @@ from lostmotion.io.arm_builder import MATERIALS_OF_GEARBOXES, SHARED, SWEEP
 from lostmotion.io.clearances import ALSO as IN_BEARINGS
 from lostmotion.io.dh import DH_KEYS, DhRow
 from lostmotion.io.drive_classes import CLASS, DRIVE, DRIVES, LOAD_KEYS
+from lostmotion.io.legs import LEGS
 from lostmotion.io.own_reducers import FILE, ROWS
 from lostmotion.io.presets import DEFAULTS, TABLE
 from lostmotion.io.presets import KEY as PRESET_KEY
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from pydantic_core import core_schema
 
 _JOINTS: Final = ("RevoluteJoint", "PrismaticJoint", "FixedJoint")
+_PASSIVE: Final = ("SphericalJoint", "UniversalJoint", "FreeJoint")
 _TURNING_GEARBOX: Final = "GearboxOfRevoluteJoint"
 _WITHOUT_KIND: Final = (_TURNING_GEARBOX, "GearboxOfPrismaticJoint", "RigidBearing")
 _DESCRIPTION: Final = (
@@ -94,6 +96,7 @@ def json_schema() -> Schema:
     for joint, kind in zip(_JOINTS, LOAD_KEYS, strict=False):
         kinds[joint]["properties"][DRIVE] = _drive(kind)
     stock = _take_parts_by_name(kinds)
+    _waive_limits(kinds["RevoluteJoint"])
     for joint in _JOINTS:
         kinds[joint]["properties"] |= {
             key: {"$ref": "#/$defs/DenavitHartenbergRow", "description": _ROW[key]}
@@ -125,6 +128,7 @@ def json_schema() -> Schema:
         },
         "additionalProperties": False,
     }
+    schema["properties"][LEGS] = _legs(schema)
     schema["properties"][SWEEP] = {
         "type": "object",
         "description": _SWEEP,
@@ -158,6 +162,10 @@ _SWEEP: Final = (
     "for `lostmotion sweep`: keys of this file, each with a list of values, or a range { from, "
     "to, steps, spacing }"
 )
+_LEGS: Final = (
+    "legs that repeat: joints of each copy, the first one after `after` at `place`; the tip of the "
+    "last one meets the place that the leg `joins`, at `end`"
+)
 _PRESET: Final = (
     "typical values of a class of parts, which count as assumed; what the file states takes "
     "precedence"
@@ -177,6 +185,41 @@ _ROW: Final = {
         "Rz(theta + q) Tz(d)"
     ),
 }
+
+
+def _waive_limits(joint: Schema) -> None:
+    """Require the limits of a joint with a drive alone."""
+    joint["required"].remove("limits")
+    passive = {"properties": {"passive": {"const": True}}, "required": ["passive"]}
+    joint["anyOf"] = [{"required": ["limits"]}, passive]
+
+
+def _legs(schema: Schema) -> Schema:
+    """Return the schema of legs that repeat."""
+    place = {"type": "string", "examples": ["base", "platform.tip"]}
+    frame = {"$ref": "#/$defs/Frame"}
+    of_copy = {"name": {"type": "string"}, "place": frame, "end": frame, "after": place}
+    joints = {key: value for key, value in schema["properties"]["joints"].items() if key == "items"}
+    return {
+        "type": "array",
+        "description": _LEGS,
+        "items": {
+            "type": "object",
+            "properties": {
+                "after": place,
+                "joins": place,
+                "copies": {
+                    "type": "array",
+                    "description": "where each copy begins and ends, and what differs, by joint",
+                    "items": {"type": "object", "properties": of_copy, "required": ["name"]},
+                },
+                "joints": {"type": "array", **joints},
+                "closures": schema["properties"]["closures"],
+            },
+            "required": ["copies", "joints"],
+            "additionalProperties": False,
+        },
+    }
 
 
 def _drive(kind: str) -> Schema:
@@ -261,7 +304,7 @@ def _name_presets(kinds: dict[str, Schema]) -> None:
         )
         part = (
             "joint"
-            if title in _JOINTS
+            if title in (*_JOINTS, *_PASSIVE)
             else next((part for part in PARTS if title.lower().startswith(part)), "bearing")
         )
         names = _presets_of(part, joint, str(fields.get("kind", {}).get("const", "")))
@@ -276,7 +319,7 @@ def _take_parts_by_name(kinds: dict[str, Schema]) -> dict[str, Schema]:
     stock: dict[str, Schema] = {}
     for table, steps in SHARED.items():
         allowed: list[Schema] = []
-        for holder in ["Link"] if len(steps) > 1 else list(_JOINTS):
+        for holder in ["Link"] if len(steps) > 1 else [*_JOINTS, *_PASSIVE]:
             fields = kinds[holder]["properties"]
             if steps[-1] in fields:
                 part = fields[steps[-1]]

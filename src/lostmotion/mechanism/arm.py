@@ -12,7 +12,9 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.errors import nearest, shown
 from lostmotion.mechanism.calibration import Calibration
-from lostmotion.mechanism.holding import holding_loads
+from lostmotion.mechanism.closed_chain import assembly_error, closed_remarks, closing_error
+from lostmotion.mechanism.closures import Closure
+from lostmotion.mechanism.holding import holding_loads, spread_evenly
 from lostmotion.mechanism.load_gradient import soft_freedoms
 from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
 from lostmotion.mechanism.places import misplaced, tool_moves, tree_of
@@ -23,7 +25,7 @@ from lostmotion.parts.bands import unknown_values
 from lostmotion.parts.base import Base
 from lostmotion.parts.environment import Environment
 from lostmotion.parts.error_source import Line, Part
-from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint
+from lostmotion.parts.joint import Joint, PrismaticJoint, RevoluteJoint, has_axis
 from lostmotion.parts.term import Holding, Motion
 from lostmotion.units import Quantity
 
@@ -47,14 +49,16 @@ MOST_JOINTS: Final = 64
 
 
 class Arm(Part):
-    """A serial arm from base to tool, with any number of revolute, prismatic and fixed joints;
-    branches may be attached to it.
+    """An arm from base to tool, with any number of joints; branches may be attached to it, and
+    closures may join them to closed loops.
 
     Places are listed in the order of the joints: "base", then for each joint NAME its seat
     "NAME.seat" (before the motion), "NAME" (after it) and "NAME.tip" (the far end of its link), and
-    last "tool". q has one value per driven joint, in rad or m, in the order of the joints.
+    last "tool". q has one value per driven joint, in rad or m, in the order of the joints. Between
+    the seat and the motion of a universal joint is "NAME.cross".
 
     joints   in order from the base
+    closures  pairs of places on different branches that are one frame
     base     place and tilt of the foot, with its errors
     tool     tool frame and mass of the tool
     payload  mass held by the tool, and the process force and moment
@@ -66,6 +70,7 @@ class Arm(Part):
     shareable: ClassVar[bool] = False
     name: Annotated[Line, Field(min_length=1, max_length=LONGEST_NAME)]
     joints: Annotated[tuple[Joint, ...], Field(min_length=1, max_length=MOST_JOINTS)]
+    closures: Annotated[tuple[Closure, ...], Field(max_length=MOST_JOINTS)] = ()
     base: Base = Base()
     tool: Tool = Tool()
     payload: Payload = Payload()
@@ -88,7 +93,7 @@ class Arm(Part):
         if twice:
             expected, example = "a name of its own for every joint", f'name = "{twice[0]}2"'
             raise _refusal(f"the joint name '{twice[0]}' more than once", expected, example)
-        if not self.moving:
+        if not self.driven:
             raise _refusal(
                 "no joint that moves",
                 "at least one revolute or prismatic joint",
@@ -116,29 +121,36 @@ class Arm(Part):
         return self
 
     @model_validator(mode="after")
+    def _closes(self) -> Self:
+        wrong = closing_error(self.joints, self.closures)
+        wrong = wrong or (assembly_error(self.joints, self.tree) if self.closures else None)
+        if wrong:
+            raise _refusal(*wrong[1:], path=wrong[0])
+        return self
+
+    @model_validator(mode="after")
     def _has_bearings_for_its_temperature(self) -> Self:
         for k, joint in enumerate(self.joints):
-            bearing = None if joint.type == "fixed" else joint.bearing
+            bearing = getattr(joint, "bearing", None)
             problem = None if bearing is None else bearing.temperature_error(self.environment.rise)
             if problem:
-                found, expected, example = problem
-                raise _refusal(found, expected, example, path=("joints", k, "bearing"))
+                raise _refusal(*problem, path=("joints", k, "bearing"))
         return self
 
     @functools.cached_property
     def moving(self) -> tuple[RevoluteJoint | PrismaticJoint, ...]:
-        """Return the joints that move, in the order of `joints`."""
-        return tuple(joint for joint in self.joints if joint.type != "fixed")
+        """Return the joints that turn about or slide along one axis, in the order of `joints`."""
+        return tuple(joint for joint in self.joints if has_axis(joint))
 
-    @property
+    @functools.cached_property
     def driven(self) -> tuple[RevoluteJoint | PrismaticJoint, ...]:
-        """Return the joints with a drive, in the order of the columns of q: all that move."""
-        return self.moving
+        """Return the joints with a drive, in the order of the columns of q."""
+        return tuple(joint for joint in self.moving if not joint.passive)
 
     @functools.cached_property
     def tree(self) -> Tree:
         """Return the places with their parents, and the masses on them."""
-        return tree_of(self.base.foot, self.joints, self.tool)
+        return tree_of(self.base.foot, self.joints, self.tool, self.closures)
 
     @functools.cached_property
     def places(self) -> tuple[str, ...]:
@@ -178,7 +190,7 @@ class Arm(Part):
                 functools.partial(self.holding, k),
                 rise,
                 varies,
-                None if joint.type == "fixed" else joint.limits,
+                joint.limits if has_axis(joint) else None,
             )
             for name, source in joint.sources.items():
                 out.append(
@@ -249,6 +261,13 @@ class Arm(Part):
         """Return the range of every driven joint (joint, 2), rad or m."""
         return np.array([joint.limits for joint in self.driven])
 
+    @functools.cached_property
+    def home(self) -> Floats:
+        """Return the values of the driven joints at home (joint,), rad or m: by default the middle
+        of their limits.
+        """
+        return np.array(self.tree.home) if self.closures else self.limits.mean(axis=1)
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """Return what seems wrong in the description of the arm; it is shown with every result."""
@@ -273,6 +292,7 @@ class Arm(Part):
             *remarks_on_ranges(unknown_values(self)),
             *remarks_on(self.moving, self.assumed_friction, self.gearboxes_without_mass),
             *temperature_remarks(self.joints, self.environment),
+            *closed_remarks(self.tree, spread_evenly(self.limits)),
         )
 
     @functools.cached_property

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.assembly import assembled
+
 if TYPE_CHECKING:
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -20,7 +22,7 @@ _STEPS: Final = 60
 
 def even_poses(arm: Arm) -> Floats:
     """Return poses (pose, joint), rad or m: 4096 of an additive recurrence, and those with every
-    joint at a limit, for the first ten joints.
+    joint at a limit, for the first ten joints; of a closed chain those at which it is assembled.
 
     The recurrence adds powers of the generalised golden ratio, x^(d + 1) = x + 1 for d joints,
     modulo one. Source: M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
@@ -34,16 +36,17 @@ def even_poses(arm: Arm) -> Floats:
     corners = min(joints, _MOST_CORNERS)
     ends = np.full((2**corners, joints), 0.5)
     ends[:, :corners] = np.arange(2**corners)[:, None] >> np.arange(corners) & 1
-    return np.asarray(low + np.vstack([ends, share]) * (high - low))
+    q = low + np.vstack([ends, share]) * (high - low)
+    return np.asarray(q[assembled(arm, q)])
 
 
 def corners(arm: Arm, most: int = 4096) -> Floats:
     """Return the corners of the joint ranges (pose, joint), rad or m; beyond `most` of them, the
-    last joints are at mid-range.
+    last joints are at mid-range. Of a closed chain those at which it is assembled.
     """
     ends = arm.limits
     moving = min(len(ends), int(math.log2(most)))
     out = np.tile(ends.mean(axis=1), (2**moving, 1))
     for k in range(moving):
         out[:, k] = ends[k][(np.arange(2**moving) >> k) & 1]
-    return out
+    return np.asarray(out[assembled(arm, out)])

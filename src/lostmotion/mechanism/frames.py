@@ -9,6 +9,8 @@ import numpy as np
 from lostmotion.spatial import combined, inverse, motion
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from lostmotion.mechanism.places import Tree
     from lostmotion.spatial import Floats
 
@@ -16,9 +18,11 @@ if TYPE_CHECKING:
 _BLOCK: Final = 8192
 
 
-def place_frames(tree: Tree, q: Floats) -> Floats:
+def place_frames(tree: Tree, q: Floats, passive: Mapping[int, Floats] | None = None) -> Floats:
     """Return the poses of all places (place, pose, 4, 4) in the base's frame, m, for joint values q
     (pose, joint), rad or m.
+
+    passive  motion (pose, 4, 4) of each place that a passive joint moves
 
     Source: product of exponentials, K. Lynch, F. Park, Modern Robotics, 2017, ch. 4.
     """
@@ -33,6 +37,8 @@ def place_frames(tree: Tree, q: Floats) -> Floats:
             if place.joint is None
             else motion(place.twist[:, 0], q[:, place.joint])
         )
+        if passive and k in passive:
+            step = passive[k].transpose(1, 2, 0)
         combined(rows[place.parent], step, out=rows[k])
     return out.transpose(0, 3, 1, 2)
 

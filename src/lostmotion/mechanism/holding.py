@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.closed_chain import assembly_of, closed_statics
+from lostmotion.mechanism.closed_position import ASSEMBLED
 from lostmotion.mechanism.frames import place_frames
 from lostmotion.mechanism.wrenches import wrenches_by_axis
 from lostmotion.parts.term import Holding
@@ -35,8 +37,14 @@ def holding_loads(
     Gravity acts on everything outboard of a joint in the direction that loads the joint most, and
     the process force adds to it with its magnitude.
     """
-    at = place_frames(tree, spread_evenly(limits))
+    q = spread_evenly(limits)
+    closed = assembly_of(tree, q)
+    at = place_frames(tree, q) if closed is None else closed.frames[:, closed.problem == ASSEMBLED]
     by_axis, process = wrenches_by_axis(tree, at, payload)
+    loops = closed_statics(tree, at, process, lambda _: ())
+    if loops is not None:  # of rigid parts: an assumption needs no springs
+        by_axis = np.stack([loops[0].wrenches(each) for each in by_axis])
+        process = loops[1]
     start = at[tree.places[tree.moved[tree.tool_joints[0]]].parent, :, :3, 3]
     centres = [
         payload.centre_of_mass,
@@ -49,7 +57,8 @@ def holding_loads(
     reach = max(float(np.linalg.norm(end - start, axis=-1).max()) for end in ends)
     out = []
     for _, moved, _ in tree.joints:
-        along = tree.places[moved].twist.sum(axis=1)  # zero for a fixed joint
+        twist = tree.places[moved].twist
+        along = twist[:, 0] if twist.shape[1] == 1 else np.zeros(6)
         weights, process_wrench = by_axis[:, moved], process[moved]
         # Under the worst direction of gravity: the load along the joint, the moment of a horizontal
         # lever arm, and the weight.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.closed_chain import refuse_closed
 from lostmotion.mechanism.inverse_kernel import write_tool_and_jacobian
 from lostmotion.mechanism.state import as_poses
 
@@ -32,6 +33,7 @@ def tool_and_jacobian(arm: Arm, q: Floats) -> tuple[Floats, Floats]:
     Raises ValueError for q of another shape or not finite.
     Source: K. Lynch, F. Park, Modern Robotics, 2017, 5.1.
     """
+    refuse_closed(arm.tree, "inverse kinematics", "poses as values of the drives")
     values = as_poses(arm, q)
     fixed, step = [], np.eye(4)
     for place in (arm.tree.places[number] for number in arm.tree.tool_path[1:]):
@@ -92,6 +94,7 @@ def inverse_kinematics(
     (clamping of P. Baerlocher, R. Boulic, Visual Computer 20 (2004) 402). Joints on a branch keep
     their values. Raises ValueError for a start of another shape or not finite.
     """
+    refuse_closed(arm.tree, "inverse kinematics", "poses as values of the drives")
     low, high = arm.limits.T
     q = np.clip(as_poses(arm, start), low, high)
     rows = slice(0, 6) if with_orientation else slice(3, 6)

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from lostmotion.parts.frame import unit
+from lostmotion.parts.joint import has_axis
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lostmotion.mechanism.closures import Closure
     from lostmotion.mechanism.tool import Tool
     from lostmotion.parts.joint import Joint
     from lostmotion.spatial import Floats
@@ -29,7 +33,7 @@ class Place:
     joint   index of the driven joint between the parent and this frame, which is its column in q;
             None for a frame without a drive
     twist   (6, n) unit motions by the n freedoms between them, in the frame's own axes: none for a
-            fixed frame, one for a driven joint
+            fixed frame, one for a driven joint, any number for a passive one
     """
 
     name: str
@@ -61,6 +65,25 @@ class JointPlaces(NamedTuple):
     tip: int
 
 
+class PassivePlace(NamedTuple):
+    """A place that a passive joint moves: its index, the joint's name, its motion (4, 4) at home,
+    roughly, the limits of its value (rad or m), and the largest angle of a cone with its axis (3,).
+    """
+
+    place: int
+    joint: str
+    start: Floats
+    limits: tuple[float, float] | None = None
+    cone: tuple[float, Floats] | None = None
+
+
+class Weld(NamedTuple):
+    """Two frames that are one: indices of two places, and a fixed frame (4, 4) in each."""
+
+    places: tuple[int, int]
+    frames: tuple[Floats, Floats]
+
+
 @dataclass(frozen=True, eq=False)
 class Tree:
     """The places of an arm and the masses on them.
@@ -69,11 +92,17 @@ class Tree:
              last place
     masses   of joints, links and tool, without the payload
     joints   places of each joint, moving or fixed, in the order of the arm's joints
+    passive  places that passive joints move, in rising order
+    welds    closures: frames that are one
+    home     values of the driven joints at which the closed chain is first assembled, rad or m
     """
 
     places: tuple[Place, ...]
     masses: tuple[PlacedMass, ...]
     joints: tuple[JointPlaces, ...]
+    passive: tuple[PassivePlace, ...] = ()
+    welds: tuple[Weld, ...] = ()
+    home: tuple[float, ...] = ()
 
     @functools.cached_property
     def tool_path(self) -> tuple[int, ...]:
@@ -84,6 +113,14 @@ class Tree:
         return tuple(reversed(out))
 
     @functools.cached_property
+    def moves_tool(self) -> frozenset[int]:
+        """Return the indices of the places whose errors can move the tool: those that carry it, and
+        those within closed loops.
+        """
+        ends = (len(self.places) - 1, *(place for weld in self.welds for place in weld.places))
+        return frozenset().union(*(self.inboard(place) for place in ends))
+
+    @functools.cached_property
     def moved(self) -> tuple[int, ...]:
         """Return the index of the place that each driven joint moves, in the order of q."""
         return tuple(number for number, place in enumerate(self.places) if place.joint is not None)
@@ -92,8 +129,18 @@ class Tree:
     def tool_joints(self) -> tuple[int, ...]:
         """Return the indices of the joints that move the tool, which are their columns in q."""
         return tuple(
-            joint for number in self.tool_path if (joint := self.places[number].joint) is not None
+            joint
+            for number in sorted(self.moves_tool)
+            if (joint := self.places[number].joint) is not None
         )
+
+    def inboard(self, place: int) -> frozenset[int]:
+        """Return the indices of a place and of all places that carry it."""
+        out = {place}
+        while place:
+            place = self.places[place].parent
+            out.add(place)
+        return frozenset(out)
 
     def outboard(self, place: int) -> frozenset[int]:
         """Return the indices of a place and of all places that it carries."""
@@ -135,19 +182,21 @@ def tool_moves(joints: Sequence[Joint], tool: Tool) -> bool:
     while after != "base":
         k = number[after]
         if joints[k].type != "fixed" and after != f"{joints[k].name}.seat":
-            return True
+            return True  # a passive joint too: loops move it
         after = joints[k].after or (f"{joints[k - 1].name}.tip" if k else "base")
     return False
 
 
-def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
-    """Return the places of these joints and of the tool, and the masses on them.
+def tree_of(
+    foot: Floats, joints: Sequence[Joint], tool: Tool, closures: Sequence[Closure] = ()
+) -> Tree:
+    """Return the places of these joints and of the tool, the masses on them, and the closures.
 
     foot (4, 4): pose of the foot of the arm in the base's frame, m. A joint without `after` is
     attached to the tip of the previous joint, the first one to the base; a tool without `after` to
     the tip of the last joint. Raises KeyError where `after` names no earlier place.
     """
-    places, masses, units = [Place("base", -1)], [], []
+    places, masses, units, passive, home = [Place("base", -1)], [], [], [], []
     number = {"base": 0}
 
     def add(place: Place) -> int:
@@ -163,8 +212,17 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
         )
         if joint.type == "fixed":
             moved = add(Place(joint.name, seat))
+        elif joint.passive:
+            moved = seat
+            names = [f"{joint.name}.cross"] * (len(joint.freedoms) - 1) + [joint.name]
+            for name, freedom, start, limits in zip(
+                names, joint.freedoms, joint.at_start, _ranges(joint), strict=True
+            ):
+                moved = add(Place(name, moved, twist=freedom))
+                passive.append(PassivePlace(moved, joint.name, start, limits, _cone(joint)))
         else:
             moved = add(Place(joint.name, seat, joint=column, twist=joint.twist[:, None]))
+            home.append(float(np.mean(joint.limits)) if joint.start is None else joint.start)
             column += 1
         end = add(Place(f"{joint.name}.tip", moved, joint.link.tip_pose))
         units.append(JointPlaces(seat, moved, end))
@@ -179,4 +237,31 @@ def tree_of(foot: Floats, joints: Sequence[Joint], tool: Tool) -> Tree:
     on = end if tool.after is None else number[tool.after]
     last = add(Place("tool", on, tool.frame.pose if on else foot @ tool.frame.pose))
     masses.append(PlacedMass(last, last, tool.mass, tool.mass_centre))
-    return Tree(tuple(places), tuple(each for each in masses if each.mass), tuple(units))
+    return Tree(
+        tuple(places),
+        tuple(each for each in masses if each.mass),
+        tuple(units),
+        tuple(passive),
+        tuple(
+            Weld(
+                (number[each.joins[0]], number[each.joins[1]]),
+                (each.frames[0].pose, each.frames[1].pose),
+            )
+            for each in closures
+        ),
+        tuple(home),
+    )
+
+
+def _ranges(joint: Joint) -> tuple[tuple[float, float] | None, ...]:
+    """Return the limits of each step of a passive joint."""
+    if joint.type == "universal":
+        return joint.limits
+    return (joint.limits if has_axis(joint) else None,)
+
+
+def _cone(joint: Joint) -> tuple[float, Floats] | None:
+    """Return the largest angle of a ball joint, and its axis."""
+    if joint.type != "spherical" or joint.cone is None:
+        return None
+    return joint.cone, unit(joint.axis)

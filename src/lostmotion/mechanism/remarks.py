@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.parts.error_source import FRICTION_SCATTER_TEXT, OF_HELD
+from lostmotion.parts.joint import has_axis
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -170,7 +171,7 @@ def temperature_remarks(joints: Sequence[Joint], environment: Environment) -> tu
     fitted = ", ".join(
         joint.name
         for joint in joints
-        if joint.type != "fixed" and joint.bearing is not None and joint.bearing.has_fits
+        if has_axis(joint) and joint.bearing is not None and joint.bearing.has_fits
     )
     clearances = (
         (

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
+from lostmotion.parts.joint import has_axis
 from lostmotion.parts.outer_size import OuterPiece, outer_sizes
 from lostmotion.spatial import across
 
@@ -132,7 +133,7 @@ def bodies_of(tree: Tree, joints: Sequence[Joint], payload: Payload) -> tuple[Bo
         for joint, at in zip(joints, tree.joints, strict=True)
         for body in made.of_joint(joint, at)
     ]
-    return (*out, *made.of_tool(payload))
+    return (*out, *made.of_closures(tree), *made.of_tool(payload))
 
 
 class _Shape:
@@ -202,6 +203,22 @@ class _Shape:
             )
         ]
 
+    def of_closures(self, tree: Tree) -> list[Body]:
+        """Return bars from the places that closures join to the frames that meet there."""
+        return [
+            _bar(
+                f"{self.places[place].name}.closure",
+                "offset",
+                place,
+                np.zeros(3),
+                frame[:3, 3],
+                _OFFSET * self.length * _THIN,
+            )
+            for weld in tree.welds
+            for place, frame in zip(weld.places, weld.frames, strict=True)
+            if np.linalg.norm(frame[:3, 3]) > _NOTHING
+        ]
+
     def of_tool(self, payload: Payload) -> list[Body]:
         """Return the tool's bar, the tool point and the payload's centre of mass."""
         last = len(self.places) - 1
@@ -228,9 +245,11 @@ class _Shape:
 
 def _of_motion(joint: Joint, at: JointPlaces, size: float) -> list[Body]:
     """Return the body of a joint: a cylinder along the axis of a turning joint, rail and carriage
-    of a sliding one, none of a fixed one.
+    of a sliding one, a ball of a ball or universal joint, none where nothing is.
     """
-    if joint.type == "fixed":
+    if joint.type in {"spherical", "universal"}:
+        return [_ball(joint.name, "joint", at.seat, np.zeros(3), _JOINT * size)]
+    if not has_axis(joint):
         return []
     length = _JOINT_LENGTH * size
     if joint.type == "revolute":

@@ -12,13 +12,20 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.mechanism.carry import carry
+from lostmotion.mechanism.closed_chain import (
+    assembled_frames,
+    closed_statics,
+    refuse_closed,
+    taken_up,
+)
+from lostmotion.mechanism.closed_composition import composed
+from lostmotion.mechanism.conditions import Conditions, springs_under
 from lostmotion.mechanism.elastostatics import Compliances, elastic_terms
 from lostmotion.mechanism.equilibrium import settle
 from lostmotion.mechanism.frames import place_frames, steps_between, tool_point
 from lostmotion.mechanism.load_gradient import load_gradient
 from lostmotion.mechanism.wrenches import place_wrenches, wrenches_by_axis
-from lostmotion.parts.term import Condition
-from lostmotion.spatial import exp, into, mapped
+from lostmotion.spatial import exp, mapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,8 +33,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lostmotion.mechanism.arm import Arm
+    from lostmotion.mechanism.closed_statics import Loops
     from lostmotion.mechanism.equilibrium import Equilibrium
-    from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
+    from lostmotion.mechanism.placed_terms import PlacedTerm
+    from lostmotion.parts.term import Condition
     from lostmotion.spatial import Floats
 
 # Poses evaluated at a time, so that the arrays of the parts fit into the processor's cache.
@@ -91,6 +100,7 @@ class State:
         """
         if self.equilibrium is not None:
             return self
+        refuse_closed(self.arm.tree, "equilibrium after deflection", "first-order figures")
         found = settle(self.arm.tree, self.frames, DesignDeflection(self))
         return replace(self, frames=found.frames, equilibrium=found)
 
@@ -103,14 +113,29 @@ class State:
         moment. The mass of a joint, or of its gearbox where none is stated, is on its seat with the
         housing. So it loads the previous link and not its own bearing.
         """
+        return self._of_tree if self._closed is None else self._closed[1]
+
+    @functools.cached_property
+    def _of_tree(self) -> Floats:
+        """Return the wrenches on the places of the open tree, without its closures."""
         return place_wrenches(self.arm.tree, self.frames, self.arm.payload, self.gravity)
+
+    @functools.cached_property
+    def _closed(self) -> tuple[Loops, Floats] | None:
+        """Return the closures of a closed chain, and the wrenches on its places; None without."""
+        springs = functools.partial(springs_under, self)
+        return closed_statics(self.arm.tree, self.frames, self._of_tree, springs)
 
     @functools.cached_property
     def wrenches_by_axis(self) -> tuple[Floats, Floats]:
         """Return the wrenches of all weights per unit of gravity along each axis of the base, and
         those of the process force and moment; shapes and units as `wrenches.wrenches_by_axis`.
         """
-        return wrenches_by_axis(self.arm.tree, self.frames, self.arm.payload)
+        by_axis, process = wrenches_by_axis(self.arm.tree, self.frames, self.arm.payload)
+        if self._closed is None:
+            return by_axis, process
+        loops = self._closed[0]
+        return np.stack([loops.wrenches(each) for each in by_axis]), loops.wrenches(process)
 
     @functools.cached_property
     def torques(self) -> Floats:
@@ -134,6 +159,8 @@ class State:
 
         The transpose is the wrench at the place per wrench on the tool (virtual work).
         """
+        if self._closed is not None:
+            return self._closed[0].carry(place)
         return carry(self.arm.tree, self.frames, place)
 
     def tool_twists(self, place: NDArray[np.int64], local: Floats) -> Floats:
@@ -151,6 +178,8 @@ class State:
         filled = np.asarray(local.any(axis=2))
         first = 0
         for number, group in itertools.groupby(place.tolist()):
+            if self._closed is not None:
+                taken_up(self.arm.tree, self._closed[0], number, local[:, place == number])
             matrix = self.carry(number).transpose(1, 2, 0)
             turns = np.asarray(matrix[:3].any(axis=(0, 2)))
             last = first + sum(1 for _ in group)
@@ -173,6 +202,8 @@ class State:
         chain from the base to the tool; places on a branch do not move the tool. `places` are in
         rising order. The geometry is exact for displacements of any size.
         """
+        if self._closed is not None:
+            return composed(self._closed[0], dict(zip(places, twists, strict=True)))
         on_path = [k for k, place in enumerate(places) if place in self.arm.tree.tool_path]
         # Fixed steps from each place to the next one, and from the last one to the tool.
         *steps, last = steps_between(self.frames[[*(places[k] for k in on_path), -1]])
@@ -307,41 +338,6 @@ class DesignDeflection:
         )
 
 
-class Conditions:
-    """What acts on the parts of an arm in a state; the conditions of this object remember what
-    forms computed from them.
-    """
-
-    def __init__(self, state: State) -> None:
-        """Start with no condition."""
-        self._state = state
-        self._known: dict[tuple[int, int | None], Condition] = {}
-
-    def __call__(self, part: PlacedPart | PlacedTerm) -> Condition:
-        """Return the condition of a part, or of the part of a term, with poses as the last axis.
-        Parts at one place with one joint share it.
-        """
-        key = part.place, part.joint
-        if key not in self._known:
-            state, rise = self._state, self._state.arm.environment.rise
-            self._known[key] = Condition(
-                np.zeros(len(state))
-                if part.joint is None
-                else np.ascontiguousarray(state.q[:, part.joint]),
-                np.ascontiguousarray(state.wrenches[part.place].T),
-                np.ascontiguousarray(into(state.frames[part.place], state.gravity).T),
-                0.0 if rise is None else rise.nominal,
-                self._process(part.place),
-            )
-        return self._known[key]
-
-    def _process(self, place: int) -> Floats | None:
-        payload = self._state.arm.payload
-        if not (any(payload.force) or any(payload.moment)):
-            return None
-        return np.ascontiguousarray(self._state.wrenches_by_axis[1][place].T)
-
-
 def as_poses(arm: Arm, q: Floats) -> Floats:
     """Return the values of the driven joints as (pose, joint). Raises ValueError for another shape
     or a value that is not finite.
@@ -374,7 +370,8 @@ def state_of(
     values = np.array(as_poses(arm, q))
     free_fall = arm.gravity_in_base if gravity is None else np.array(gravity, dtype=float)
     if frames is None:
-        return State(arm, values, place_frames(arm.tree, values), free_fall)
+        place = assembled_frames if arm.closures else place_frames
+        return State(arm, values, place(arm.tree, values), free_fall)
     stands = np.array(frames, dtype=float)
     shape = (len(arm.places), len(values), 4, 4)
     if stands.shape != shape or not np.isfinite(stands).all():
@@ -396,4 +393,8 @@ def tool_points(arm: Arm, q: Floats) -> Floats:
     """Return the tool point (pose, 3), m, in the base's frame; arguments and errors as `state_of`.
     Equal to that of the last frame, in a fraction of its time.
     """
-    return tool_point(arm.tree, as_poses(arm, q))
+    values = as_poses(arm, q)
+    if not arm.closures:
+        return tool_point(arm.tree, values)
+    blocks = [values[k : k + _BLOCK] for k in range(0, len(values), _BLOCK)]
+    return np.concatenate([assembled_frames(arm.tree, each)[-1, :, :3, 3] for each in blocks])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, TypeGuard
 
 import numpy as np
 from pydantic import (
@@ -17,9 +17,11 @@ from pydantic_core import PydanticCustomError
 
 from lostmotion.parts.bearing.rolling_contact import DrawnBearing
 from lostmotion.parts.error_source import (
+    Angle,
     AngleAmount,
     AngularStiffness,
     ErrorSource,
+    Length,
     LengthAmount,
     LinearStiffness,
 )
@@ -28,6 +30,7 @@ from lostmotion.parts.gearbox.slide import SlideFigures
 from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.link import unit
 from lostmotion.parts.moving_joint import Bearing, JointUnit, MovingJoint, lead_of, refuse_joint
+from lostmotion.parts.passive_joints import FreeJoint, SphericalJoint, UniversalJoint
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
@@ -71,6 +74,11 @@ class FixedJoint(JointUnit):
     type: Literal["fixed"] = "fixed"
 
     @property
+    def freedoms(self) -> tuple[Floats, ...]:
+        """Return no step."""
+        return ()
+
+    @property
     def twist(self) -> Floats:
         """Return zero motion (6,)."""
         return np.zeros(6)
@@ -91,10 +99,23 @@ class FixedJoint(JointUnit):
 
 
 class RevoluteJoint(MovingJoint[AngleAmount, TurningGearbox, AngularStiffness]):
-    """A joint that turns about `axis` between `limits`."""
+    """A joint that turns about `axis` between `limits`.
+
+    limits  default of a passive joint: all round
+    start   value at home in a closed chain: chooses the assembly mode. Default: the middle of the
+            limits; zero for a passive joint
+    """
 
     type: Literal["revolute"] = "revolute"
     limits: TurningLimits
+    start: Angle | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _turns_all_round(cls, stated: Any) -> Any:  # noqa: ANN401 - whatever a file holds
+        if isinstance(stated, dict) and stated.get("passive") is True:
+            return {"limits": ["-180 deg", "180 deg"], **stated}
+        return stated
 
     @property
     def load_unit(self) -> str:
@@ -126,11 +147,13 @@ class PrismaticJoint(MovingJoint[LengthAmount, SlidingDrive, LinearStiffness]):
     per `lead`.
 
     guideway  error motions of the carriage
+    start     value at home in a closed chain. Default: the middle of the limits
     """
 
     type: Literal["prismatic"] = "prismatic"
     limits: SlidingLimits
     guideway: Guideway | None = None
+    start: Length | None = None
 
     @property
     def _own_sources(self) -> dict[str, ErrorSource | None]:
@@ -234,4 +257,17 @@ class PrismaticJoint(MovingJoint[LengthAmount, SlidingDrive, LinearStiffness]):
         return np.concatenate([np.zeros(3), unit(self.axis)])
 
 
-Joint = Annotated[RevoluteJoint | PrismaticJoint | FixedJoint, Field(discriminator="type")]
+def has_axis(joint: JointUnit) -> TypeGuard[RevoluteJoint | PrismaticJoint]:
+    """Return whether the joint turns about or slides along one axis, with or without a drive."""
+    return isinstance(joint, RevoluteJoint | PrismaticJoint)
+
+
+def has_drive(joint: JointUnit) -> TypeGuard[RevoluteJoint | PrismaticJoint]:
+    """Return whether a drive moves the joint."""
+    return isinstance(joint, RevoluteJoint | PrismaticJoint) and not joint.passive
+
+
+Joint = Annotated[
+    RevoluteJoint | PrismaticJoint | FixedJoint | SphericalJoint | UniversalJoint | FreeJoint,
+    Field(discriminator="type"),
+]

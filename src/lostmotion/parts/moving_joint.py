@@ -49,6 +49,7 @@ from lostmotion.parts.lumped import Lumped
 from lostmotion.parts.mounting import Mounting
 from lostmotion.parts.provenance import OfClass
 from lostmotion.parts.servo import Servo
+from lostmotion.spatial import exp
 
 if TYPE_CHECKING:
     from lostmotion.spatial import Floats
@@ -170,14 +171,19 @@ def lead_of(part: Part) -> float | None:
 
 
 class MovingJoint(JointUnit, Generic[AmountT, GearboxT, StiffnessT]):
-    """Base class of joints that move, with their drive."""
+    """Base class of joints that move, with their drive.
+
+    passive  no drive moves the joint: closed loops do. q does not hold its value
+    """
 
     axis: Direction = "z"
+    passive: bool = False
     bearing: Bearing | None = None
     lumped: Lumped | None = None
     gearbox: GearboxT | None = None
     encoder: Encoder[AmountT] | None = None
     servo: Servo[AmountT, StiffnessT] | None = None
+    start: float | None = None
 
     @functools.cached_property
     def sources(self) -> dict[str, ErrorSource]:
@@ -234,6 +240,27 @@ class MovingJoint(JointUnit, Generic[AmountT, GearboxT, StiffnessT]):
         if not is_drawn(self.gearbox):
             return False
         return None if self.gearbox.expansion_unknown else self.gearbox.follows_temperature
+
+    @property
+    def freedoms(self) -> tuple[Floats, ...]:
+        """Return the unit motion (6, 1) of the joint's only step."""
+        return (self.twist[:, None],)
+
+    @property
+    def at_start(self) -> tuple[Floats, ...]:
+        """Return the pose (4, 4) of the joint's motion at home, roughly."""
+        return (exp(self.twist * (self.start or 0.0)),)
+
+    @model_validator(mode="after")
+    def _only_drives_have_gears(self) -> Self:
+        found = [name for name in ("gearbox", "encoder", "servo") if getattr(self, name)]
+        if self.passive and found:
+            raise refuse_joint(
+                f"{' and '.join(found)} on a passive joint",
+                "a bearing only, or a joint with a drive",
+                "passive = false",
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_dead_band(self) -> Self:

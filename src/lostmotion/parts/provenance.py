@@ -35,6 +35,7 @@ NO_VALUES: Final = frozenset(
         "model",
         "notes",
         "after",
+        "passive",
         "price",
     }
 )

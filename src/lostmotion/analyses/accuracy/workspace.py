@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.error_model.poses import PoseLaw, sample_poses
+from lostmotion.mechanism.assembly import affordable
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
@@ -59,7 +60,9 @@ def workspace(
     No obstacle, floor or self-collision is considered. `samples` by default half a million, fewer
     with more than eight joints.
     """
-    count = samples or min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.driven)).bit_length() - 1)
+    count = samples or affordable(
+        arm, min(SAMPLES, 1 << (_JOINT_VALUES // len(arm.driven)).bit_length() - 1)
+    )
     points = tool_points(arm, sample_poses(arm, count, law, seed).q)
     distance = np.linalg.norm(points, axis=1)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -14,6 +14,7 @@ from lostmotion.error_model.provenance import NOT_DESCRIBED, part_states, states
 from lostmotion.io.repairs import REPAIRED
 from lostmotion.mechanism.even_poses import even_poses
 from lostmotion.mechanism.state import state_of
+from lostmotion.parts.joint import has_drive
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.provenance import (
     caveats,
@@ -187,8 +188,8 @@ def _point(xyz: Floats) -> str:
 def _row(joint: Joint, load: float | None) -> tuple[str, *tuple[Cell | str, ...]]:
     link = length(joint.link.reach, stated=True) if joint.link.reach else "-"
     mass = Cell(joint.total_mass + joint.link.total_mass, "kg")
-    if joint.type == "fixed" or load is None:
-        return joint.name, "fixed", link, mass, "-", "-"
+    if not has_drive(joint) or load is None:
+        return joint.name, "fixed" if joint.type == "fixed" else "passive", link, mass, "-", "-"
     low, high = joint.limits
     scale, unit = (180 / math.pi, "°") if joint.type == "revolute" else (1e3, " mm")
     rated = joint.gearbox.rated_torque if joint.gearbox is not None else None

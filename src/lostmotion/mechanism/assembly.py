@@ -1,0 +1,38 @@
+"""At which poses an arm is assembled."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from lostmotion.mechanism.closed_position import ASSEMBLED, assemble
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lostmotion.mechanism.arm import Arm
+    from lostmotion.spatial import Floats
+
+# Poses evaluated at a time, so that their frames fit into memory.
+_BLOCK: Final = 4096
+# Factor by which the position of a closed chain takes longer than that of an open one, roughly.
+_STEP_BY_STEP: Final = 64
+
+
+def assembled(arm: Arm, q: Floats) -> NDArray[np.bool_]:
+    """Return whether (pose,) the arm is assembled at each of these poses (pose, joint), within the
+    limits of its passive joints: everywhere for an arm without closures.
+    """
+    out = np.ones(len(q), dtype=bool)
+    for first in range(0, len(q) if arm.closures else 0, _BLOCK):
+        here = slice(first, first + _BLOCK)
+        out[here] = assemble(arm.tree, q[here]).problem == ASSEMBLED
+    return out
+
+
+def affordable(arm: Arm, points: int) -> int:
+    """Return how many of so many tool points are worth their time for a picture or a volume: fewer
+    of a closed chain, whose closures are met step by step.
+    """
+    return points // _STEP_BY_STEP if arm.closures else points

@@ -1,0 +1,355 @@
+"""Closed chains: whether the closures of an arm can be met, where they are met, and what they
+carry.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+
+from lostmotion.errors import InputError, Problem, shown
+from lostmotion.mechanism.closed_position import (
+    ASSEMBLED,
+    LIMITED,
+    MOST_GAIN,
+    NEAR_SINGULAR,
+    NOT_ASSEMBLED,
+    SINGULAR,
+    assemble,
+    balance,
+    home_of,
+    loop_columns,
+    nearby_rank,
+    rank_of,
+    signs,
+    size,
+    tool_columns,
+)
+from lostmotion.mechanism.closed_statics import settled_loops
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lostmotion.mechanism.closed_position import Assembly
+    from lostmotion.mechanism.closed_statics import Loops, Spring
+    from lostmotion.mechanism.closures import Closure
+    from lostmotion.mechanism.places import Tree
+    from lostmotion.parts.joint import Joint
+    from lostmotion.spatial import Floats
+
+_ENDS: Final = (".seat", "", ".tip")
+# A tool that moves less per unit of an idle freedom (rad, or share of the size) stands still.
+_STILL: Final = 1e-4
+
+
+class Mistake(NamedTuple):
+    """A mistake in the closures of an arm: path of its key, and what a message states."""
+
+    path: tuple[str | int, ...]
+    found: str
+    expected: str
+    example: str
+
+
+def closing_error(joints: Sequence[Joint], closures: Sequence[Closure]) -> Mistake | None:
+    """Return the first mistake in what closures join; None without one. Every `after` must name an
+    earlier place.
+    """
+    known = ["base", *(f"{joint.name}{end}" for joint in joints for end in _ENDS)]
+    for k, closure in enumerate(closures):
+        strange = [name for name in closure.joins if known.count(name) != 1]
+        if strange:
+            return Mistake(
+                ("closures", k, "joins"),
+                shown(strange[0]),
+                "two places: base, or NAME.seat, NAME or NAME.tip of a joint",
+                f'joins = ["{known[-1]}", "{known[3]}"]',
+            )
+    if closures:
+        return None
+    passive = [
+        (k, "passive") for k, joint in enumerate(joints) if joint.type != "fixed" and joint.passive
+    ]
+    started = [
+        (k, "start") for k, joint in enumerate(joints) if getattr(joint, "start", None) is not None
+    ]
+    for k, key in (*passive, *started):
+        return Mistake(
+            ("joints", k, key),
+            f"{key} of a joint of an arm without closures",
+            "a joint with a drive, or a closure that moves it",
+            '[[closures]] with joins = ["A.tip", "B.tip"]',
+        )
+    return None
+
+
+def assembly_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
+    """Return the first mistake in how the closures of a tree constrain it; None without one."""
+    return _branch_error(joints, tree) or _home_error(tree) or _freedom_error(tree)
+
+
+def _branch_error(joints: Sequence[Joint], tree: Tree) -> Mistake | None:
+    for k, weld in enumerate(tree.welds):
+        low, high = sorted(weld.places)
+        if low and low in tree.inboard(high):
+            names = [tree.places[place].name for place in weld.places]
+            return Mistake(
+                ("closures", k, "joins"),
+                f"{names[0]} and {names[1]} on one branch: one carries the other",
+                "two places on different branches",
+                'joins = ["A.tip", "B.tip"]',
+            )
+    held = np.asarray(signs(tree).any(axis=0))
+    for each in tree.passive:
+        if not held[each.place]:
+            index = next(k for k, joint in enumerate(joints) if joint.name == each.joint)
+            return Mistake(
+                ("joints", index, "passive"),
+                f"the passive joint {each.joint} in no loop: no closure moves it",
+                "a joint with a drive, or a closure that joins what it carries to another branch",
+                '[[closures]] with joins = ["A.tip", "B.tip"]',
+            )
+    return None
+
+
+def _home_error(tree: Tree) -> Mistake | None:
+    home = home_of(tree)
+    if not home.met:
+        worst = int(np.nan_to_num(home.misfit, nan=np.inf).max(axis=1).argmax())
+        turn, shift = (home.misfit[worst] * np.array([1.0, size(tree)])).tolist()
+        names = [tree.places[place].name for place in tree.welds[worst].places]
+        return Mistake(
+            ("closures", worst),
+            f"{names[0]} and {names[1]} apart at home by {1e3 * shift:.4g} mm and "
+            f"{math.degrees(turn):.4g} deg at least{_too_few(tree)}",
+            "a loop that closes with the drives at home: lengths, axes and limits of the drives, "
+            "and start of the passive joints near where they stand there",
+            'start = "-77 deg"',
+        )
+    if home.crossed:
+        names = [each.joint for each in tree.passive]
+        return Mistake(
+            ("closures",),
+            "a start in another assembly mode: the way from it to the closed loops leads through a "
+            "singularity",
+            f"start of the passive joints {', '.join(dict.fromkeys(names))} near where they stand "
+            "with the drives at home",
+            'start = "-77 deg"',
+        )
+    return _limited(tree)
+
+
+def _limited(tree: Tree) -> Mistake | None:
+    """Return the mistake of a passive joint outside its limits at home."""
+    found = assemble(tree, np.array(tree.home)[None])
+    if found.problem[0] != LIMITED:
+        return None
+    return Mistake(
+        ("closures",),
+        f"the passive joint {tree.passive[int(found.joint[0])].joint} outside its limits at home",
+        "limits that contain its value at home, or a start in the other assembly mode",
+        'start = "-77 deg"',
+    )
+
+
+def _too_few(tree: Tree) -> str:
+    """Return the count of freedoms of a chain whose closures hold its drives; empty for another."""
+    counted, left, held = _count(tree)
+    return f"; {counted}: one freedom too few, {', '.join(held)}" if left < 0 else ""
+
+
+def _count(tree: Tree) -> tuple[str, int, list[str]]:
+    """Return the count of the freedoms of a chain at home in words, the freedoms that are left to
+    the drives beyond their number, and the drives that closures hold.
+    """
+    home, at = home_of(tree), home_frames(tree)
+    rows, _ = balance(tree)
+    driven = loop_columns(tree, at, list(tree.moved))[0] * rows[:, None]
+    passive = home.jacobian[0]
+    drives, freedoms = driven.shape[1], driven.shape[1] + passive.shape[1]
+    rank = rank_of(np.concatenate([driven, passive], axis=1))
+    counted = (
+        f"{freedoms} freedoms - rank {rank} of the closures = {freedoms - rank}, for {drives} "
+        f"{'drive' if drives == 1 else 'drives'}"
+    )
+    held = [
+        tree.places[place].name
+        for place, column in zip(tree.moved, driven.T, strict=True)
+        if rank_of(np.column_stack([passive, column])) > home.rank
+    ]
+    return counted, freedoms - rank - home.idle - drives, held
+
+
+def _freedom_error(tree: Tree) -> Mistake | None:
+    """Return the mistake of a chain with one freedom too many or too few, or singular at home."""
+    home, (counted, left, held) = home_of(tree), _count(tree)
+    loose = _loose(tree) if home.idle else []
+    if (loose or left < 0) and nearby_rank(tree) > home.rank:
+        return Mistake(
+            ("closures",),
+            "a home in a parallel singularity: the tool is loose with all drives held",
+            "a home away from it: start of the drives",
+            'start = "30 deg"',
+        )
+    if left < 0:
+        return Mistake(
+            ("closures",),
+            f"{counted}: the closures hold {', '.join(held)}",
+            "a passive joint more in the loop of these drives, or a drive less",
+            "passive = true",
+        )
+    if not loose:
+        return None
+    return Mistake(
+        ("closures",),
+        f"{counted}: the tool is loose by {', '.join(loose)}",
+        "a passive joint less in this loop, another closure, or a drive more",
+        'gearbox = { backlash = "1 arcmin" }',
+    )
+
+
+def _loose(tree: Tree) -> list[str]:
+    """Return the names of the passive joints that move the tool with all drives held."""
+    home = home_of(tree)
+    vectors = np.linalg.svd(home.jacobian[0])[2][home.rank :]
+    moved = tool_columns(tree, home_frames(tree))[0] @ vectors.T
+    if np.abs(moved).max(initial=0.0) <= _STILL:
+        return []
+    turned, names, first = np.abs(vectors).max(axis=0), [], 0
+    for each in tree.passive:
+        last = first + tree.places[each.place].twist.shape[1]
+        names += [each.joint] if turned[first:last].max() > _STILL else []
+        first = last
+    return list(dict.fromkeys(names))
+
+
+def home_frames(tree: Tree) -> Floats:
+    """Return the frames (place, 1, 4, 4) of a chain at home."""
+    return assemble(tree, np.array(tree.home)[None]).frames
+
+
+def assembly_of(tree: Tree, q: Floats) -> Assembly | None:
+    """Return the chain at these values of the driven joints (pose, joint); None for one without
+    closures.
+    """
+    return assemble(tree, q) if tree.welds else None
+
+
+def assembled_frames(tree: Tree, q: Floats) -> Floats:
+    """Return the frames of the places of a closed chain (place, pose, 4, 4), m. Raises InputError
+    for a pose at which it is not assembled.
+    """
+    found = assemble(tree, q)
+    bad = np.flatnonzero((found.problem != ASSEMBLED) & (found.problem != NEAR_SINGULAR))
+    if len(bad):
+        first = int(bad[0])
+        raise InputError(
+            [
+                Problem(
+                    "",
+                    "pose",
+                    f"pose {first} of {len(q)}: {problem_text(tree, found, first)}"
+                    + (f"; so are {len(bad) - 1} more" if len(bad) > 1 else ""),
+                    "poses at which the closed chain is assembled in the mode of its home",
+                )
+            ]
+        )
+    return found.frames
+
+
+def problem_text(tree: Tree, found: Assembly, pose: int) -> str:
+    """Return why a chain is not assembled at a pose."""
+    problem = found.problem[pose]
+    if problem == LIMITED:
+        name = tree.passive[int(found.joint[pose])].joint
+        return f"the passive joint {name} is outside its limits"
+    if problem == SINGULAR:
+        return "it lies beyond a parallel singularity of the closed chain"
+    return "the closed chain cannot be assembled there"
+
+
+def closed_remarks(tree: Tree, q: Floats) -> tuple[str, ...]:
+    """Return remarks on a closed chain: its freedoms and constraints, and how many of these poses
+    of the drives (pose, joint) are excluded, and why; none for an arm without closures.
+    """
+    if not tree.welds:
+        return ()
+    home, found = home_of(tree), assemble(tree, q)
+    freedoms, drives = home.jacobian.shape[2] + len(tree.moved), len(tree.moved)
+    redundant = home.jacobian.shape[1] - home.rank
+    idle = f" and {home.idle} idle, which leave the tool still" if home.idle else ""
+    counted = (
+        f"closed chain: {freedoms} freedoms - rank {home.rank} of {len(tree.welds)} closures = "
+        f"{freedoms - home.rank}, of {drives} drives{idle}; "
+        + (f"over-constrained {redundant} times" if redundant else "exactly constrained")
+    )
+    shares = {
+        "beyond a parallel singularity": SINGULAR,
+        "not assembled": NOT_ASSEMBLED,
+        "a passive joint outside its limits": LIMITED,
+        f"near a parallel singularity (gain above {MOST_GAIN:g} times that at home)": NEAR_SINGULAR,
+    }
+    listed = [
+        f"{100 * share:.3g} % {name}"
+        for name, problem in shares.items()
+        if (share := float((found.problem == problem).mean()))
+    ]
+    excluded = f"poses of the drives excluded, of {len(q)} spread evenly between their limits: " + (
+        ", ".join(listed) or "none"
+    )
+    return (
+        counted,
+        f"{excluded}. Not counted: friction of passive joints, and legs that touch each other",
+    )
+
+
+def refuse_closed(tree: Tree, what: str, instead: str) -> None:
+    """Raise InputError where an arm has closures: `what` is not possible yet, but `instead` is."""
+    if tree.welds:
+        raise InputError([Problem("", "closures", f"{what} of a closed chain", instead)])
+
+
+def closed_statics(
+    tree: Tree, at: Floats, of_tree: Floats, springs: Callable[[Floats], Sequence[Spring]]
+) -> tuple[Loops, Floats] | None:
+    """Return the closures of a chain and the wrenches on its places (`settled_loops`); None for one
+    without closures.
+    """
+    if not tree.welds:
+        return None
+    return settled_loops(tree, at, of_tree, springs, exact=is_exact(tree))
+
+
+def is_exact(tree: Tree) -> bool:
+    """Return whether the closures determine the passive joints exactly: none is redundant, and no
+    freedom is idle.
+    """
+    home = home_of(tree)
+    return (home.rank, home.rank) == home.jacobian.shape[1:]
+
+
+def taken_up(tree: Tree, loops: Loops, place: int, local: Floats) -> None:
+    """Raise InputError where twists at a place, local (6, term, pose), have no answer because loops
+    of rigid parts cannot take them up.
+    """
+    if not loops.refuses(place, local).any():
+        return
+    rows = np.flatnonzero(signs(tree)[:, place])
+    names = ", ".join(
+        " and ".join(tree.places[k].name for k in tree.welds[row].places) for row in rows
+    )
+    raise InputError(
+        [
+            Problem(
+                "",
+                tree.places[place].name,
+                f"an error at {tree.places[place].name} that the loop closed between {names} "
+                "cannot take up: its parts are rigid, and more than enough constrain it",
+                "a spring in this loop: a section of a link, a stiffness of a bearing, or a joint "
+                "with more freedoms (spherical)",
+                'link = { length = "400 mm", section = "tube", material = "steel" }',
+            )
+        ]
+    )

@@ -1,0 +1,173 @@
+"""Closed chains in files: what is refused, legs that repeat, and what a closure must not change."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pytest
+
+from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.poses import sample_poses
+from lostmotion.errors import InputError
+from lostmotion.io.native import arm_of
+from lostmotion.mechanism.state import state_of
+from lostmotion.mechanism.tool import Payload
+from tests.mechanism.closed_chains import arm, at, five_bar, hexapod, hexapod_legs, link, xyz
+
+TURN = {"type": "revolute", "limits": ["0 deg", "180 deg"]}
+LOOSE = {"type": "revolute", "passive": True}
+FIVE_BAR = {
+    "name": "test",
+    "joints": [
+        {"name": "m1", **TURN, "start": "126 deg", "link": link(0.25)},
+        {"name": "e1", **LOOSE, "start": "-80 deg", "link": link(0.4)},
+        {"name": "m2", **TURN, "start": "51 deg", "after": "base", "origin": xyz(0.2, 0, 0)}
+        | {"link": link(0.25)},
+        {"name": "e2", **LOOSE, "start": "70 deg", "link": link(0.4)},
+        {"name": "pin", **LOOSE},
+    ],
+    "closures": [{"joins": ["e1.tip", "pin.tip"]}],
+    "tool": {"after": "e1.tip"},
+}
+
+
+def changed(joint: int | None = None, **values: object) -> dict:
+    """Return the file of a five-bar with other values in a joint, or in the file itself."""
+    tree = copy.deepcopy(FIVE_BAR)
+    (tree if joint is None else tree["joints"][joint]).update(values)
+    return tree
+
+
+def fixed(joint: int) -> dict:
+    """Return the file of a five-bar with a joint that does not move."""
+    tree = copy.deepcopy(FIVE_BAR)
+    one = tree["joints"][joint]
+    tree["joints"][joint] = {"name": one["name"], "type": "fixed", "link": one.get("link", {})}
+    return tree
+
+
+@pytest.mark.parametrize(
+    ("tree", "key", "found"),
+    [
+        (changed(1, link=link(0.1)), "closures[0]", "apart at home by"),
+        (changed(2, **LOOSE), "closures", "5 freedoms - rank 3 of the closures = 2, for 1 drive"),
+        (fixed(4), "closures[0]", "one freedom too few"),
+        (changed(closures=[{"joins": ["e1.tip", "m1"]}]), "closures[0].joins", "on one branch"),
+        (changed(closures=[{"joins": ["e1.tip", "pun.tip"]}]), "closures[0].joins", "pun.tip"),
+        (changed(1, gearbox={"backlash": "1 arcmin"}), "joints.e1", "gearbox on a passive joint"),
+        (changed(1, limits=["0 deg", "90 deg"]), "closures", "e1 outside its limits at home"),
+        (changed(closures=[]), "joints.e1.passive", "without closures"),
+        (
+            changed(tool={"after": "m1.tip"}) | {"closures": [{"joins": ["e2.tip", "m2.tip"]}]},
+            "",
+            "",
+        ),
+    ],
+)
+def test_a_chain_that_cannot_be_is_refused_by_name(tree: dict, key: str, found: str):
+    """Each mistake has one message with its key, what was found, and a remedy."""
+    with pytest.raises(InputError) as refused:
+        arm_of("test.toml", tree)
+    (problem,) = refused.value.problems
+    assert problem.key.startswith(key)
+    assert found in problem.found
+    assert problem.expected
+    assert problem.example
+
+
+def test_a_home_in_a_parallel_singularity_is_refused():
+    """With the distal links in one line the tool of a five-bar is loose."""
+    tree = copy.deepcopy(FIVE_BAR)
+    distance = 0.2 + 2 * 0.25 * np.cos(np.radians(60))
+    for joint, start in ((0, "120 deg"), (2, "60 deg"), (1, "-120 deg"), (3, "120 deg")):
+        tree["joints"][joint]["start"] = start
+        tree["joints"][joint]["link"] = link(0.25 if joint in (0, 2) else distance / 2)
+    with pytest.raises(InputError, match="singular"):
+        arm_of("test.toml", tree)
+
+
+def test_poses_of_a_closed_chain_stay_in_its_assembly_mode():
+    """All sampled poses of a five-bar have their tool on one side of the line between its elbows,
+    and are as many as were asked for.
+    """
+    chain = five_bar()
+    poses = sample_poses(chain, 256)
+    assert len(poses) == 256
+    state = state_of(chain, poses.q)
+    tool, *elbows = (
+        state.frames[chain.places.index(name), :, :2, 3] for name in ("tool", "m1.tip", "m2.tip")
+    )
+    line, across = elbows[1] - elbows[0], tool - elbows[0]
+    side = line[:, 0] * across[:, 1] - line[:, 1] * across[:, 0]
+    assert (side > 0).all()
+
+
+def test_a_pose_that_cannot_be_assembled_is_refused_by_name():
+    """Arms that stretch apart cannot be joined."""
+    with pytest.raises(InputError, match=r"cannot be assembled|singularity"):
+        state_of(five_bar(distal=0.27), np.radians([[175.0, 5.0]]))
+
+
+def test_the_wrench_on_every_place_is_the_transpose_of_its_carry_matrix():
+    """Virtual work, on a hexapod: a force and a moment on the tool load each place by the transpose
+    of how an error there moves the tool.
+    """
+    chain = hexapod()
+    q = hexapod_legs((0.02, 0.03, 0.5), 0.1)
+    rng = np.random.default_rng(3)
+    force, moment = rng.uniform(-100, 100, 3), rng.uniform(-10, 10, 3)
+    loads = Payload(force=tuple(force), moment=tuple(moment))
+    state = at(chain.with_payload(loads), q, gravity=np.zeros(3))
+    turned = state.frames[-1, 0, :3, :3]
+    wrench = np.concatenate([turned @ moment, turned @ force])
+    for place in range(len(chain.places)):
+        expected = state.carry(place)[0].T @ wrench
+        np.testing.assert_allclose(state.wrenches[place, 0], expected, atol=1e-10)
+
+
+def test_a_rigid_closure_that_is_redundant_changes_nothing():
+    """Two frames on one link that a closure joins again leave errors and loads as they were."""
+    joints = [
+        {"name": "A", **TURN, "link": link(0.4, mass=2.0), "mounting": {"tilt": "1 arcmin"}},
+        {"name": "B", **TURN, "axis": "y", "link": link(0.3, mass=1.0)},
+        {"name": "one", "type": "fixed", "after": "A", "link": link(0.1, "z")},
+        {"name": "two", "type": "fixed", "after": "A", "link": link(0.1, "z")},
+    ]
+    tool = {"after": "B.tip"}
+    open_chain = arm(joints=joints, tool=tool)
+    closed = arm(joints=joints, tool=tool, closures=[{"joins": ["one.tip", "two.tip"]}])
+    q = np.array([[0.3, 0.7], [1.0, 2.0]])
+    one, other = (screws(state_of(each, q)) for each in (open_chain, closed))
+    np.testing.assert_allclose(other.tool, one.tool, atol=1e-12)
+    np.testing.assert_allclose(other.state.torques, one.state.torques, atol=1e-12)
+
+
+def test_errors_that_rigid_loops_cannot_take_up_are_refused_by_name():
+    """A tilt out of the plane of a rigid five-bar has no answer; one of a length has."""
+    for mounting, refused in (({"tilt": "1 arcmin"}, True), ({}, False)):
+        chain = arm_of("test.toml", changed(1, mounting=mounting))
+        state = state_of(chain, chain.home[None])
+        if refused:
+            with pytest.raises(InputError, match="rigid"):
+                screws(state)
+        else:
+            assert screws(state).tool.size == 0
+
+
+def test_the_exact_position_with_errors_agrees_with_first_order():
+    """A small error at any place of a five-bar moves the tool as its carry matrix has it, and a
+    large one otherwise.
+    """
+    chain = five_bar()
+    state = at(chain, (2.2, 0.9))
+    for name in ("m1.tip", "e2.tip", "m2.seat", "pin.tip"):
+        place = chain.places.index(name)
+        sides = []
+        for size in (1e-4, -1e-4):
+            twist = np.array([0, 0, 0, size, size / 2, 0])
+            frames = state.composed([place], twist[None, None, None])
+            sides.append(frames[0, 0, :3, 3])
+        slope = (sides[0] - sides[1]) / 2e-4
+        expected = state.carry(place)[0, 3:] @ [0, 0, 0, 1, 0.5, 0]
+        np.testing.assert_allclose(slope, expected, atol=2e-6)
