@@ -134,7 +134,7 @@ class Arm(Part):
             bearing = getattr(joint, "bearing", None)
             problem = None if bearing is None else bearing.temperature_error(self.environment.rise)
             if problem:
-                raise _refusal(*problem, path=("joints", k, "bearing"))
+                raise _refusal(*problem, "", ("joints", k, "bearing"))
         return self
 
     @functools.cached_property
