@@ -54,8 +54,7 @@ class Arm(Part):
 
     Places are listed in the order of the joints: "base", then for each joint NAME its seat
     "NAME.seat" (before the motion), "NAME" (after it) and "NAME.tip" (the far end of its link), and
-    last "tool". q has one value per driven joint, in rad or m, in the order of the joints. Between
-    the seat and the motion of a universal joint is "NAME.cross".
+    last "tool". q has one value per driven joint, in rad or m, in the order of the joints.
 
     joints   in order from the base
     closures  pairs of places on different branches that are one frame
@@ -134,7 +133,8 @@ class Arm(Part):
             bearing = getattr(joint, "bearing", None)
             problem = None if bearing is None else bearing.temperature_error(self.environment.rise)
             if problem:
-                raise _refusal(*problem, "", ("joints", k, "bearing"))
+                found, expected, example = problem
+                raise _refusal(found, expected, example, path=("joints", k, "bearing"))
         return self
 
     @functools.cached_property
