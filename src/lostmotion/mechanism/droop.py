@@ -35,7 +35,9 @@ def droop(arm: Arm) -> Droop:
     found = []
     for _, state in states_of(arm, even_poses(arm)[::_EACH]):
         settled = state.settled().equilibrium
-        if settled is not None:
+        if settled is None:  # of first order
+            found.append(state.sag.T)
+        else:
             found.append(displacement(settled)[:, settled.falls_at < 0])
     turns, lengths = (np.linalg.norm(part, axis=0) for part in np.split(np.hstack(found), 2))
     return Droop(float(lengths.max(initial=0.0)), float(turns.max(initial=0.0)))

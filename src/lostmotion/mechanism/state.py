@@ -15,7 +15,6 @@ from lostmotion.mechanism.carry import carry
 from lostmotion.mechanism.closed_chain import (
     assembled_frames,
     closed_statics,
-    refuse_closed,
     taken_up,
 )
 from lostmotion.mechanism.closed_composition import composed
@@ -96,11 +95,11 @@ class State:
 
         Every design term moves its place by its screw at the load and the frame of the deflected
         arm. Where there is no stable equilibrium, the frames are NaN and `equilibrium.falls_at` is
-        the place that cannot hold. A settled state is returned as it is.
+        the place that cannot hold. A settled state is returned as it is, and that of a closed
+        chain, whose deflection is of first order.
         """
-        if self.equilibrium is not None:
+        if self.equilibrium is not None or self.arm.closures:
             return self
-        refuse_closed(self.arm.tree, "equilibrium after deflection", "first-order figures")
         found = settle(self.arm.tree, self.frames, DesignDeflection(self))
         return replace(self, frames=found.frames, equilibrium=found)
 
