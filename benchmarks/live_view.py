@@ -21,9 +21,8 @@ from pathlib import Path
 import numpy as np
 
 import lostmotion
-from lostmotion.analyses.view.framing import first_pose
-from lostmotion.analyses.view.live import Figures
-from lostmotion.analyses.view.session import Session
+from lostmotion.analyses.view.picture import first_pose
+from lostmotion.analyses.view.session import Figures, Session
 from lostmotion.analyses.view.window import Window
 
 ROOT = Path(__file__).parents[1]

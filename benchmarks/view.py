@@ -14,7 +14,7 @@ import numpy as np
 
 import lostmotion
 from lostmotion.analyses.view.choices import Choices, changed
-from lostmotion.analyses.view.live import LiveArm
+from lostmotion.analyses.view.session import LiveArm
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FILES = (
