@@ -32,7 +32,7 @@ VALIDATES = (
             "50 pairs of runs against one of 16 million samples each"
         ),
         "every digit; 1e-9; no more than 8 of 50 intervals of any figure miss",
-        "analyses/compare/comparison.py analyses/compare/measures.py",
+        "analyses/compare/comparison.py analyses/compare/compared_arm.py",
     ),
 )
 

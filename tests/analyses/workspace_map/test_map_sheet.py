@@ -16,9 +16,9 @@ from rich.console import Console
 import lostmotion
 from lostmotion import Arm
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
+from lostmotion.analyses.workspace_map.placement_tables import percentile_label
 from lostmotion.analyses.workspace_map.plots import map_plots
 from lostmotion.analyses.workspace_map.radial import full_turn_axis, radial_section
-from lostmotion.analyses.workspace_map.tables.map_labels import percentile_label
 from lostmotion.propagation.analytic import analytic
 from lostmotion.reporting.layout import key_of, row_at
 from lostmotion.reporting.screen import print_sheet

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.analyses.compare.tables.figures import measure_of
+from lostmotion.analyses.compare.figures import measure_of
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.poses import reachable_points

@@ -22,7 +22,7 @@ class Compare(Comparison, Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.compare.tables.sheet import compare_sheet
+        from lostmotion.analyses.compare.page import compare_sheet
 
         return compare_sheet(self)
 

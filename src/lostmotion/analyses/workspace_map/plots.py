@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, QUANTILE
-from lostmotion.analyses.workspace_map.radial import radial_section
-from lostmotion.analyses.workspace_map.tables.map_labels import (
+from lostmotion.analyses.workspace_map.placement_tables import (
     configuration_label,
     percentile_label,
 )
+from lostmotion.analyses.workspace_map.radial import radial_section
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.printed import factor_of, unit_of_length
 from lostmotion.reporting.chart import (

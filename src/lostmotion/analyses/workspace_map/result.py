@@ -1,11 +1,14 @@
-"""The accuracy of an arm over its workspace, with its tables, plots and arrays."""
+"""The accuracy map of an arm, with its tables, plots and arrays."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lostmotion.analyses.result import Result, netcdf
+from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, MEAN, QUANTILE
 from lostmotion.analyses.workspace_map.map import WorkspaceMap
 from lostmotion.error_model.provenance import States, states
 
@@ -17,6 +20,75 @@ if TYPE_CHECKING:
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
     from lostmotion.spatial import Floats
+
+
+def map_dataset(found: WorkspaceMap) -> xarray.Dataset:
+    """Return an accuracy map cell by cell, in SI, with units and long names; NaN where the tool
+    does not reach.
+    """
+    import xarray
+
+    grid, reached = found.reached.grid, found.reached
+    space = ("x", "y", "z")
+    share = f"{100 * found.level:.6g} %"
+    data: dict[str, object] = {}
+    for k, by in enumerate(CONFIGURATIONS):
+        configuration = "mean over the configurations" if by == "mean" else f"{by} configuration"
+        for measure, name, text in (
+            (MEAN, "error_mean", "mean position error"),
+            (QUANTILE, "error_quantile", f"{share} quantile of the position error"),
+        ):
+            data[f"{name}_{by}"] = (
+                space,
+                found.errors[measure, k],
+                {"units": "m", "long_name": f"{text}, {configuration} in the cell"},
+            )
+    data["configurations"] = (
+        space,
+        reached.counts.astype(np.int32),
+        {"units": "1", "long_name": "configurations evaluated in the cell"},
+    )
+    flags = [
+        (
+            "centre_reached",
+            reached.centre,
+            "1 where the cell centre is in reach: the errors are those there",
+        ),
+        ("uncertain", found.uncertain, "1 where no pose has both figures to 5 %"),
+    ]
+    if found.within_target is not None:
+        flags.append(
+            (
+                "within_target",
+                found.within_target.cells,
+                f"1 where error_quantile_{found.by} is within {found.within_target.target:.6g} m",
+            )
+        )
+    if found.placements is not None:
+        place = np.zeros(grid.shape, np.int8)
+        for number, box in enumerate(found.placements.best, start=1):
+            place.ravel()[box.cells] = number
+        flags.append(
+            ("place", place, "rank of the placement of the box that the cell belongs to; 0 none")
+        )
+    for name, values, text in flags:
+        data[name] = (space, values.astype(np.int8), {"units": "1", "long_name": text})
+    coordinates = {
+        axis: (
+            axis,
+            grid.centres_along(k),
+            {"units": "m", "long_name": f"cell centre along {axis}, base frame"},
+        )
+        for k, axis in enumerate(space)
+    }
+    attributes = {
+        "arm": found.arm.name,
+        "seed": str(found.seed),
+        "cell": grid.edge,
+        "level": found.level,
+        "by": found.by,
+    }
+    return xarray.Dataset(data, coordinates, attributes)
 
 
 @dataclass(frozen=True, repr=False)
@@ -35,7 +107,7 @@ class AccuracyMap(WorkspaceMap, Result):
     @property
     def sheet(self) -> Sheet:
         """Return every figure, as printed, reported and written."""
-        from lostmotion.analyses.workspace_map.tables.map import map_sheet
+        from lostmotion.analyses.workspace_map.page import map_sheet
 
         return map_sheet(self, self.at)
 
@@ -49,7 +121,7 @@ class AccuracyMap(WorkspaceMap, Result):
     @property
     def failure(self) -> str:
         """Return that no placement of the box is within reach, where that is so; else nothing."""
-        from lostmotion.analyses.workspace_map.tables.placement import no_placement_sentence
+        from lostmotion.analyses.workspace_map.placement_tables import no_placement_sentence
 
         return (
             no_placement_sentence(self.placements)
@@ -59,7 +131,7 @@ class AccuracyMap(WorkspaceMap, Result):
 
     def arrays(self) -> xarray.Dataset:
         """Return the map cell by cell with names, units and coordinates."""
-        from lostmotion.analyses.workspace_map.arrays import map_dataset
+        from lostmotion.analyses.workspace_map.result import map_dataset
 
         return map_dataset(self)
 

@@ -1,4 +1,4 @@
-"""The plots of the budget: which part is to blame, and the r.m.s. error without one level."""
+"""Plots of the error budget, the bending of links, the remedies, and a zone."""
 
 from __future__ import annotations
 
@@ -7,10 +7,25 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.analyses.accuracy.tables.zone import seen_in
 from lostmotion.error_model.budget import costs
+from lostmotion.error_model.intervals import pooled_quantile
+from lostmotion.mechanism.load_causes import CAUSES, OUTBOARD_CAUSES, OWN_WEIGHT
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.chart import label_axes, legend, named_rows, one, stacked, text
-from lostmotion.reporting.palette import LEVELS, LIGHT
+from lostmotion.printed import factor_of, unit_of_length
+from lostmotion.propagation.montecarlo.histogram import counts_between, linear_bins
+from lostmotion.reporting.chart import (
+    grid,
+    histogram,
+    label_axes,
+    legend,
+    mark,
+    named_rows,
+    one,
+    stacked,
+    text,
+)
+from lostmotion.reporting.palette import LEVELS, LIGHT, OF_CAUSE
 from lostmotion.reporting.plot import Plot
 from lostmotion.reporting.sheet import Cell, in_one_unit, length, several
 
@@ -21,15 +36,24 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lostmotion.analyses.accuracy.answer import Answer
+    from lostmotion.analyses.accuracy.route import FoundInZone
     from lostmotion.error_model.budget import Budget, Cost
+    from lostmotion.propagation.montecarlo.waterfall import Waterfall
     from lostmotion.spatial import Floats
+
 
 LEVELS_TEXT: Final = (
     "Stacked bars of the r.m.s. error as manufactured, with load and pose compensated, and each "
     "robot mapped as well."
 )
+
+
 CAUSES_TEXT: Final = "Stacked bars of each kind of error's share of the mean square, by level."
+
+
 _PARTS_SHOWN: Final = 15
+
+
 _LEAST_SHOWN: Final = 5e-4  # would show as 0.0 %
 
 
@@ -163,3 +187,111 @@ def at_places(places: Sequence[Budget]) -> list[Plot]:
         for k, found in enumerate(places, start=1)
         if found.parts
     ]
+
+
+def bending(answer: Answer) -> Figure:
+    """Draw the largest deflection of each link (µm), stacked by cause; a cause that reduces the
+    bending extends to the left.
+    """
+    links = answer.bending
+    figure, on = one("Largest deflection of each link", 36 + 8 * len(links))
+    rows = []
+    for cause in (OWN_WEIGHT, *CAUSES):
+        parts = np.array([bent.by_cause.get(cause, (0.0, 0.0, 0.0))[0] * 1e6 for bent in links])
+        if parts.any():
+            rows.append((OUTBOARD_CAUSES.get(cause, cause), OF_CAUSE[cause], parts))
+    stacked(on, rows)
+    named_rows(on, [bent.joint for bent in links])
+    label_axes(on, "deflection of the link's tip [µm]")
+    legend(figure)
+    return figure
+
+
+# The stages of `error_model.remedies.STAGES` that follow each other, and what is done from one to
+# the next.
+_STEPS = (
+    ("as manufactured", "as\nmanufactured"),
+    ("calibrated", "geometry\ncalibrated"),
+    ("both", "load\ncompensated"),
+    ("both, and each robot mapped", "harmonics,\nstiffness mapped"),
+)
+
+
+_WIDE = 0.62
+
+
+def waterfall(found: Waterfall) -> Figure:
+    """Draw what remains of the 95th percentile after each remedy with its 95 % interval, and above
+    it, paler, what the remedy removes.
+    """
+    stages = {stage.name: stage for stage in found.stages}
+    at = [stages[name].q95 for name, _ in _STEPS]
+    shown = in_one_unit([length(each.value, each.low, each.high) for each in at])
+    unit, values = shown[0].shown, [figure.as_shown for figure in shown]
+    figure, on = one("95th percentile, one remedy after the other", 76)
+    grid(on)
+    for k, remaining in enumerate(shown):
+        value = remaining.as_shown
+        before = values[k - 1] if k else value
+        on.bar(k, value, width=_WIDE, color=LIGHT["robot"], linewidth=0)
+        on.bar(
+            k,
+            before - value,
+            bottom=value,
+            width=_WIDE,
+            color=LIGHT["visit"] if before >= value else LIGHT["warn"],
+            alpha=0.3,
+            linewidth=0,
+        )
+        if k:
+            on.plot(
+                [k - 1 + _WIDE / 2, k + _WIDE / 2],
+                [before, before],
+                color=LIGHT["quiet"],
+                linewidth=0.8,
+                linestyle=(0, (2, 2)),
+            )
+        ends = [end if math.isfinite(end) else value for end in (remaining.low, remaining.high)]
+        on.errorbar(
+            k,
+            value,
+            [[max(value - ends[0], 0.0)], [max(ends[1] - value, 0.0)]],
+            color=LIGHT["ink"],
+            linewidth=1.1,
+            capsize=3,
+        )
+        text(on, k, max(value, ends[1]), str(remaining), xytext=(0, 4), ha="center", va="bottom")
+    on.set_xticks(range(len(_STEPS)), [words for _, words in _STEPS], color=LIGHT["ink"])
+    on.tick_params(axis="x", length=0)
+    on.set_ylim(0, 1.14 * max(*values, 1e-12))
+    label_axes(on, y=f"95th percentile of the error [{unit}]")
+    return figure
+
+
+def errors_in_zone(answer: Answer, zone: FoundInZone) -> Figure:
+    """Draw the distribution of the error in a zone over that of the workspace, with the zone's 95th
+    percentile.
+    """
+    inside = seen_in(answer, zone).sampled
+    here, whole = inside.replicate_hist.sum(axis=0), answer.sampled.replicate_hist.sum(axis=0)
+    edges, _ = linear_bins(here + whole)
+    unit = unit_of_length(float(edges[-1]))
+    factor = factor_of(unit)
+    figure, on = one("Position error in the zone", 80)
+    shares = [100 * counts_between(hist, edges) / hist.sum() for hist in (whole, here)]
+    histogram(on, edges * factor, shares[0], LIGHT["line"], "whole workspace")
+    on.stairs(shares[1], edges * factor, color=LIGHT["robot"], linewidth=1.5, label="in the zone")
+    on.set_ylim(bottom=0)
+    mark(
+        on,
+        pooled_quantile(inside.group_hist, inside.replicate_hist, 0.95),
+        "95th percentile, in the zone",
+        unit,
+    )
+    label_axes(
+        on,
+        f"position error [{unit}]",
+        f"samples per {float(edges[1] - edges[0]) * factor:.3g} {unit} [%]",
+    )
+    legend(figure)
+    return figure

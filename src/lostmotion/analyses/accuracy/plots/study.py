@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lostmotion.analyses.accuracy.plots.arm import PoseErrors, arm_in_workspace, sections_of
-from lostmotion.analyses.accuracy.plots.bending import bending
 from lostmotion.analyses.accuracy.plots.budget import (
     CAUSES_TEXT,
     LEVELS_TEXT,
     at_places,
+    bending,
     budget,
     by_level,
+    errors_in_zone,
     levels,
+    waterfall,
 )
-from lostmotion.analyses.accuracy.plots.waterfall import waterfall
-from lostmotion.analyses.accuracy.plots.zone import errors_in_zone
 from lostmotion.analyses.accuracy.tables.zone import seen_in
 from lostmotion.error_model.arrival import rp_name
 from lostmotion.error_model.intervals import pooled_quantile, pooled_robots_quantile

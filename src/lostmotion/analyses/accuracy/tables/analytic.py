@@ -18,8 +18,7 @@ from lostmotion.analyses.accuracy.tables.budget import (
 )
 from lostmotion.analyses.accuracy.tables.error import few_poses, limit_rows
 from lostmotion.analyses.accuracy.tables.headline import headline, on_condition, rms_remedy_sentence
-from lostmotion.analyses.accuracy.tables.waterfall import rms_section
-from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, sampling_note
+from lostmotion.analyses.accuracy.tables.zone import BESIDE, OWN, beside, rms_section, sampling_note
 from lostmotion.error_model.intervals import Estimate, of_length
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states

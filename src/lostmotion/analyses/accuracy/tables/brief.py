@@ -11,8 +11,7 @@ import numpy as np
 
 from lostmotion.analyses.accuracy.tables.error import WITHIN_TARGET
 from lostmotion.analyses.accuracy.tables.repeatability import repeatability_statement
-from lostmotion.analyses.accuracy.tables.stopping import outcome
-from lostmotion.analyses.accuracy.tables.zone import WHOLE, stopped_in
+from lostmotion.analyses.accuracy.tables.zone import WHOLE, outcome, stopped_in
 from lostmotion.propagation.figures import HEADLINE
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.layout import row_at

@@ -29,9 +29,13 @@ from lostmotion.analyses.accuracy.tables.repeatability import (
     with_made_of_bars,
 )
 from lostmotion.analyses.accuracy.tables.servos import servo_sections
-from lostmotion.analyses.accuracy.tables.stopping import stopping_section
-from lostmotion.analyses.accuracy.tables.waterfall import waterfall_section
-from lostmotion.analyses.accuracy.tables.zone import WHOLE, zone_sections, zone_stopping
+from lostmotion.analyses.accuracy.tables.zone import (
+    WHOLE,
+    stopping_section,
+    waterfall_section,
+    zone_sections,
+    zone_stopping,
+)
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states

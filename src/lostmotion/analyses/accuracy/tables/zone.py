@@ -1,4 +1,4 @@
-"""The figures of a study in zones, beside those of the whole workspace."""
+"""Tables of zones, of the precision reached, and of the remedies."""
 
 from __future__ import annotations
 
@@ -7,21 +7,114 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from lostmotion.analyses.accuracy.tables.error import error_section, iso_section
-from lostmotion.analyses.accuracy.tables.stopping import outcome, stopping_section
+from lostmotion.error_model.arrival import rp_name
+from lostmotion.error_model.intervals import pooled_mean
 from lostmotion.propagation.montecarlo.stopping import MOST_POSES
 from lostmotion.reporting.layout import key_of
-from lostmotion.reporting.sheet import Cell, Row, Section, several
+from lostmotion.reporting.sheet import Cell, Row, Section, in_one_unit, length, several
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from lostmotion.analyses.accuracy.answer import Answer
     from lostmotion.analyses.accuracy.route import FoundInZone
+    from lostmotion.error_model.intervals import Estimate
     from lostmotion.error_model.poses import Poses
-    from lostmotion.propagation.montecarlo.stopping import Stopping
+    from lostmotion.propagation.montecarlo.repeatability import Repeatability
+    from lostmotion.propagation.montecarlo.stopping import Stopping, Watched
+    from lostmotion.propagation.montecarlo.waterfall import Waterfall
+
+
+def stopping_section(
+    found: Stopping, where: str = "", key: str = "stopping", *, scarce: bool = False
+) -> Section:
+    """Return the precision of each figure, stage by stage; `where` and `scarce` as in `outcome`."""
+    columns = tuple(
+        f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}"
+        for stage in found.stages
+    )
+    last = found.stages[-1]
+    rows = []
+    for name, figure in last.figures.items():
+        figures = tuple(
+            _half(
+                stage.figures[name],
+                f"{several(stage.poses, 'pose')} x {several(stage.robots, 'robot')}",
+            )
+            for stage in found.stages
+        )
+        asked = _asked(found, figure, missed=name in found.missed)
+        rows.append(Row(figure.name, figures, asked, name))
+    note = (
+        "half of each 95 % interval, as a share of the figure, at each stage; asked for: "
+        f"{found.tolerance}. The first stage shows how many robots "
+        "and poses are needed; every printed interval is that of the last stage alone (JCGM "
+        "101:2008, 7.9, in two stages or more)"
+    )
+    return Section(key, outcome(found, where, scarce=scarce), columns, tuple(rows), note)
+
+
+def outcome(found: Stopping, where: str = "", *, scarce: bool = False) -> str:
+    """Return a sentence on whether the figures have the precision asked for.
+
+    `where` names the poses, where there are several kinds; `scarce` means that there are no more of
+    them.
+    """
+    last = found.stages[-1]
+    where = where and f" {where}"
+    if found.reached:
+        watched = ", ".join(
+            dict.fromkeys(
+                each.name.rpartition(", ")[0] or each.name for each in last.figures.values()
+            )
+        )
+        return (
+            f"Reached ±{found.tolerance}{where and f'{where} ({watched})'} after "
+            f"{several(last.robots, 'robot')} and {several(last.poses, 'pose')}"
+        )
+    figure = last.figures[found.missed[0]]
+    half = (
+        f"half-width {100 * figure.relative:.2g} %"
+        if math.isfinite(figure.relative)
+        else "too few robots"
+    )
+    why = {
+        "poses": "mostly due to the choice of poses"
+        + (
+            f", and no more than {last.poses} were found"
+            if scarce
+            else f": ask for more than {last.poses}"
+        ),
+        "robots": f"after the most robots allowed, {last.robots}",
+        "stages": (
+            f"after {len(found.stages)} stages, {several(last.robots, 'robot')} and "
+            f"{several(last.poses, 'pose')}"
+        ),
+    }[found.limited_by]
+    return f"Did not reach ±{found.tolerance}{where}: {half} ({figure.name}), {why}"
+
+
+def _half(figure: Watched, counted: str) -> Cell:
+    return Cell(
+        figure.relative if math.isfinite(figure.relative) else math.nan, "%", samples=counted
+    )
+
+
+def _asked(found: Stopping, figure: Watched, *, missed: bool) -> str:
+    allowed = (
+        f", ±{100 * found.tolerance.half(figure.value) / abs(figure.value):.2g} % here"
+        if found.tolerance.digits and figure.value
+        else ""
+    )
+    return ("not precise enough" if missed else "precise enough") + allowed
+
 
 WHOLE: Final = "over the workspace"
+
+
 BESIDE: Final = ("in the zone", "whole workspace")
+
+
 OWN: Final = " in the zone"
 
 
@@ -131,3 +224,101 @@ def _remark(here: Row, whole: Row) -> str:
     if math.isnan(here.cells[0].value):
         return here.note
     return f"in the zone: {here.note}" if here.note != whole.note else ""
+
+
+# Each stage in words, in the order of the waterfall.
+STAGES: Final = (
+    "as manufactured",
+    "constant errors of each robot identified",
+    "load, pose, stated temperature, nominal stiffness and play known",
+    "constant errors identified, load compensated",
+    "harmonics and stiffness of each robot mapped as well",
+    (
+        "every joint from the same side at every visit: backlash and hysteresis become a "
+        "constant, which repeats"
+    ),
+    "nominal backlash and hysteresis of the side of arrival compensated",
+    "the same, with load, pose, stated temperature and nominal stiffness known",
+    (
+        "the same, with constant errors, harmonics and stiffness of each robot known: encoder, "
+        "servo, friction and open clearances remain"
+    ),
+    (
+        "an encoder on each output that leaves no play open; its error and the dead band of the "
+        "servo remain, as large at the output as now"
+    ),
+    (
+        "the load of each drive is measured: its nominal wind-up, and the side of backlash that "
+        "the load closes"
+    ),
+)
+
+
+def waterfall_section(found: Waterfall, repeats: Sequence[Repeatability]) -> Section:
+    """Return the effect of calibration and compensation."""
+    counted = (
+        f"{several(found.poses, 'pose')} x {several(found.robots, 'robot')} x "
+        f"{several(found.visits, 'visit')}, the same at every stage"
+    )
+    rows = []
+    means, left = (
+        in_one_unit([_of(each, counted) for each in column])
+        for column in zip(*((s.mean, s.q95) for s in found.stages), strict=True)
+    )
+    for stage, text, mean, q95 in zip(found.stages, STAGES, means, left, strict=True):
+        off = _of(stage.reduction, counted)
+        effect = (
+            f"; reduces the 95th percentile by {off} ({off.interval})"
+            if stage is not found.stages[0] and off.interval
+            else ""
+        )
+        rows.append(Row(stage.name, (mean, q95), "" if text == stage.name else text + effect))
+    each = (
+        f"{rp_name(each.approach)}, {_of(pooled_mean(each.robot_means, each.per_pose[:, 0]), '')}"
+        for each in repeats
+    )
+    stays = (
+        f" No calibration or compensation of the load changes RP ({'; '.join(each)} on average)."
+        if repeats
+        else ""
+    )
+    note = (
+        "by Monte Carlo on a part of the poses and robots, so the first row differs from the "
+        "figures above. Every remedy is ideal, "
+        "a real one leaves more. Calibration removes a robot's errors that are constant in "
+        f"their own frame, {several(len(found.constant), 'error')} "
+        "(lengths, axes, encoder zeros). It does not find harmonics (transmission error, "
+        "encoder eccentricity) and load-dependent errors: a map "
+        "of each robot may find these." + stays
+    )
+    return Section(
+        "waterfall",
+        "Effect of calibration and load compensation",
+        ("mean", "95th percentile"),
+        tuple(rows),
+        note,
+    )
+
+
+def rms_section(found: Mapping[str, Estimate], poses: int) -> Section:
+    """Return what each remedy leaves of the root mean square (m) over so many poses, without
+    sampling.
+    """
+    counted = f"exact sum over terms, {several(poses, 'pose')}"
+    left = in_one_unit([_of(each, counted) for each in found.values()])
+    rows = (
+        Row(name, (figure,), "" if text == name else text)
+        for name, text, figure in zip(found, STAGES, left, strict=True)
+    )
+    note = (
+        "every remedy is ideal, a real one leaves more. Calibration does not find harmonics "
+        "(transmission error, encoder eccentricity) and "
+        "load-dependent errors: a map of each robot may find these"
+    )
+    return Section(
+        "remedies", "Effect of remedies without sampling", ("root mean square",), tuple(rows), note
+    )
+
+
+def _of(estimate: Estimate, samples: str) -> Cell:
+    return length(estimate.value, estimate.low, estimate.high, samples)

@@ -1,6 +1,4 @@
-"""Sheet of an accuracy map: error over the cells, share of the workspace within an error, best
-placement, error budget by zone.
-"""
+"""Sheet of an accuracy map."""
 
 from __future__ import annotations
 
@@ -10,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from lostmotion.analyses.workspace_map.cell_statistics import CONFIGURATIONS, MEAN, QUANTILE
-from lostmotion.analyses.workspace_map.tables.map_labels import (
+from lostmotion.analyses.workspace_map.placement_tables import (
     SAME,
     configuration_label,
     configurations_label,
@@ -20,14 +18,12 @@ from lostmotion.analyses.workspace_map.tables.map_labels import (
     level_label,
     median_count,
     percentile_label,
-    placement_label,
-    share_within,
-    size_unit,
-)
-from lostmotion.analyses.workspace_map.tables.placement import (
     placement_facts,
+    placement_label,
     placement_section,
     placement_sentence,
+    share_within,
+    size_unit,
 )
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
@@ -50,8 +46,11 @@ if TYPE_CHECKING:
     from lostmotion.error_model.provenance import States
     from lostmotion.spatial import Floats
 
+
 # Shares of the workspace in the table of errors.
 _SHARES: Final = (0.1, 0.5, 0.9)
+
+
 _WORDS: Final = (
     (
         "cell",

@@ -1,4 +1,4 @@
-"""Sheet of a comparison: the changes, what differs in the descriptions, and the change by part."""
+"""Sheet of a comparison."""
 
 from __future__ import annotations
 
@@ -7,10 +7,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
-from lostmotion.analyses.compare.tables.bars import bars
-from lostmotion.analyses.compare.tables.figures import counted, ends, figure, measure_of, remark
-from lostmotion.analyses.compare.tables.headline import brief, failing, verdict, warnings, within_of
-from lostmotion.analyses.compare.tables.tool_points import commanded_tool_points, distance_facts
+from lostmotion.analyses.compare.figures import (
+    bars,
+    commanded_tool_points,
+    counted,
+    distance_facts,
+    ends,
+    figure,
+    measure_of,
+    remark,
+)
+from lostmotion.analyses.compare.headline import brief, failing, verdict, warnings, within_of
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
@@ -32,11 +39,13 @@ from lostmotion.reporting.sheet import (
 )
 
 if TYPE_CHECKING:
-    from lostmotion.analyses.compare.compared_arm import ComparedArm, Grouping
+    from lostmotion.analyses.compare.compared_arm import ComparedArm, Group, Grouping
     from lostmotion.analyses.compare.comparison import Change, Comparison, PartChange
-    from lostmotion.analyses.compare.measures import Group
+
 
 _EXACT: Final = "Exact sum over terms; the interval shows what the choice of poses leaves"
+
+
 _GROUPS: Final[dict[Group, tuple[str, str, str]]] = {
     "accuracy": ("changes", "Accuracy", "change: against the first arm, with its paired interval"),
     "levels": (
@@ -50,14 +59,22 @@ _GROUPS: Final[dict[Group, tuple[str, str, str]]] = {
         "as far as stated; loads of the drives: largest over the poses, standing still",
     ),
 }
+
+
 # Groupings of the error terms, as the tables name them; rows that a table shows.
 _GROUPINGS: Final[dict[Grouping, str]] = {
     "parts": "part",
     "members": "member of a part",
     "causes": "kind of error",
 }
+
+
 _MOST_ROWS: Final = 30
+
+
 _SAME: Final = "The same arms, version, seed and counts give the same bytes."
+
+
 _WORDS: Final = (
     (
         "change",

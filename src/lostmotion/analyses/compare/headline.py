@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.analyses.compare.description import ABSENT, WHOLE_JOINT
-from lostmotion.analyses.compare.tables.figures import figure, is_decided, measure_of, with_interval
+from lostmotion.analyses.compare.figures import figure, is_decided, measure_of, with_interval
 from lostmotion.error_model.arrival import rp_key, rp_name
 from lostmotion.error_model.differences import ZERO
 from lostmotion.error_model.few_poses import weights_of
@@ -33,10 +33,15 @@ if TYPE_CHECKING:
     from lostmotion.analyses.compare.comparison import Change, Comparison
     from lostmotion.analyses.compare.description import Difference, StateChange
 
+
 # Values and states that the first screen names; of more it says how many.
 _NAMED: Final = 3
+
+
 # Share of the change of the r.m.s. error from which a part is named in the headline.
 _MOST_OF_IT: Final = 0.5
+
+
 # Distances that differ by less than this share are equal.
 _EQUAL: Final = 1e-6
 

@@ -1,1 +1,0 @@
-"""Tables, bars and headline of a comparison."""

@@ -1,1 +1,0 @@
-"""Tables of an accuracy map."""
