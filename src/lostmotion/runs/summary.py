@@ -19,14 +19,8 @@ from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import limit_shares
 from lostmotion.propagation import exact
-from lostmotion.propagation.figures import (
-    HEADLINE,
-    NOT_CHECKED,
-    Drawn,
-    VisitFigures,
-    estimates,
-    figures_of,
-)
+from lostmotion.propagation.error_samples import NOT_CHECKED, Drawn, VisitFigures
+from lostmotion.propagation.figures import HEADLINE, estimates, figures_of
 from lostmotion.runs.blocks import COLUMNS, OF_ROBOTS, BlockRecord, design_of, poses_of
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.tables.analytic import comparisons
 from lostmotion.error_model.intervals import Estimate
-from lostmotion.propagation.figures import Summed
+from lostmotion.propagation.error_samples import Summed
 from lostmotion.reporting.layout import row_at
 from lostmotion.reporting.sheet import Cell, in_one_unit, length, several
 from tests.reporting.first_screen import first_screen

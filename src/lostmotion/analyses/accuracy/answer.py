@@ -13,7 +13,8 @@ from lostmotion.error_model.poses import POSE_LAWS
 from lostmotion.mechanism.holding_torques import HoldingTorque, holding_torques
 from lostmotion.mechanism.load_causes import LinkBending, bending
 from lostmotion.mechanism.state import tool_points
-from lostmotion.propagation.figures import Drawn, VisitFigures, estimates
+from lostmotion.propagation.error_samples import Drawn, VisitFigures
+from lostmotion.propagation.figures import estimates
 from lostmotion.propagation.montecarlo.bands import bands
 from lostmotion.propagation.montecarlo.repeatability import both_repeatabilities
 from lostmotion.propagation.montecarlo.sensitivity import halving

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.poses import Poses
     from lostmotion.mechanism.arm import Arm
     from lostmotion.propagation.analytic import Analytic
-    from lostmotion.propagation.figures import Errors, Summed
+    from lostmotion.propagation.error_samples import Errors, Summed
     from lostmotion.propagation.pooled import Pooled
     from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Sheet
@@ -155,7 +155,7 @@ class AnalyticStudy(Figured, Attributed, Result):
     @functools.cached_property
     def errors(self) -> Summed:
         """Return what the figures of the error are estimated from."""
-        from lostmotion.propagation.figures import Summed
+        from lostmotion.propagation.error_samples import Summed
 
         return Summed.of(self.pooled, self.budget.squares)
 

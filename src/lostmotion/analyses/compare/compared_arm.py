@@ -17,7 +17,8 @@ from lostmotion.error_model.overload import Overload, overloads, rated_torques
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.state import states_of
-from lostmotion.propagation.figures import Drawn, figures_of
+from lostmotion.propagation.error_samples import Drawn
+from lostmotion.propagation.figures import figures_of
 from lostmotion.propagation.montecarlo.montecarlo import run
 
 if TYPE_CHECKING:

@@ -19,7 +19,8 @@ import numpy as np
 from lostmotion.analyses.sizing.sizing import SizedArmResult
 from lostmotion.error_model.arrival import rp_key
 from lostmotion.io.arm_writer import NewParts
-from lostmotion.propagation.figures import HEADLINE, Drawn, figures_of
+from lostmotion.propagation.error_samples import Drawn
+from lostmotion.propagation.figures import HEADLINE, figures_of
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.montecarlo import run
 from lostmotion.propagation.montecarlo.sensitivity import halving

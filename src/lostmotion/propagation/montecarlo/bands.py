@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.parts.bands import band, draws, influence, latin_hypercube, unknown_values
-from lostmotion.propagation.figures import Drawn, figures_of
+from lostmotion.propagation.error_samples import Drawn
+from lostmotion.propagation.figures import figures_of
 from lostmotion.propagation.montecarlo.common_random_numbers import thinned
 from lostmotion.propagation.montecarlo.montecarlo import run
 

@@ -20,7 +20,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from lostmotion.errors import refuse_argument
-from lostmotion.propagation.figures import Drawn, figures_of
+from lostmotion.propagation.error_samples import Drawn
+from lostmotion.propagation.figures import figures_of
 from lostmotion.propagation.montecarlo.blocks import MOST_ROBOTS as ROBOTS_THERE_CAN_BE
 from lostmotion.propagation.montecarlo.montecarlo import run
 

@@ -25,16 +25,8 @@ from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.analytic import MOST_UNCERTAIN
-from lostmotion.propagation.figures import (
-    FIRST,
-    HEADLINE,
-    MEAN,
-    RMS,
-    Drawn,
-    Summed,
-    figures_of,
-    percentile,
-)
+from lostmotion.propagation.error_samples import Drawn, Summed
+from lostmotion.propagation.figures import FIRST, HEADLINE, MEAN, RMS, figures_of, percentile
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm

@@ -13,13 +13,7 @@ from lostmotion.error_model.intervals import (
 )
 from lostmotion.error_model.share_intervals import share_below
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.propagation.figures import (
-    DEVIATION,
-    ROTATION,
-    accuracy,
-    figures_of,
-    repeatability,
-)
+from lostmotion.propagation.figures import DEVIATION, ROTATION, accuracy, figures_of, repeatability
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.reporting.joint_values import joint_values
 from lostmotion.reporting.sheet import Cell, Row, Section, cell, length, several

@@ -41,8 +41,9 @@ from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
+from lostmotion.propagation.error_samples import Summed
 from lostmotion.propagation.exact import share_neglected
-from lostmotion.propagation.figures import HEADLINE, Summed, figures_of
+from lostmotion.propagation.figures import HEADLINE, figures_of
 from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
