@@ -12,9 +12,8 @@ import lostmotion
 from lostmotion import sample_poses
 from lostmotion.error_model.budget import LABELS, Tally, budget, costs, label_of, tally
 from lostmotion.error_model.intervals import Estimate, quantile, quantile_drop
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix, screws
 from lostmotion.io.pose_and_zone_text import read_pose, read_zone
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import DrawnColumns, of_screws
 from lostmotion.propagation.montecarlo import montecarlo
 from lostmotion.propagation.montecarlo.common_random_numbers import Paired
@@ -47,12 +46,12 @@ def test_shares_add_to_one_for_any_grouping_of_terms(arm, by):
     """
     label = label_of(by)
     assert {cost.name for cost in costs(tally(arm, sample_poses(arm, 8).q, by))} == {
-        label(info) for info in screws(state_of(arm, sample_poses(arm, 8).q)).infos
+        label(info) for info in pose_matrix(arm, sample_poses(arm, 8).q).infos
     }
     for q in (sample_poses(arm, 64).q, np.array([[0.3, -0.2, 0.8]])):
         found = costs(tally(arm, q, by))
         assert sum(cost.share for cost in found) == pytest.approx(1, abs=1e-12)
-        matrix = screws(state_of(arm, q))
+        matrix = pose_matrix(arm, q)
         for cost in found:
             assert sum(cost.levels) == pytest.approx(cost.share, abs=1e-12)
             factors = np.array([0.5 if label(info) == cost.part else 1.0 for info in matrix.infos])
@@ -67,7 +66,7 @@ def test_shares_are_those_of_the_sum_written_out(arm):
     the same draw.
     """
     q = np.array([[0.3, -0.2, 0.8]])
-    matrix = screws(state_of(arm, q))
+    matrix = pose_matrix(arm, q)
     shift = matrix.tool[0, 3:]
     together = [
         sum(
@@ -251,7 +250,7 @@ def test_a_part_that_moves_the_tool_by_rounding_alone_has_zero_share():
     """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     study = lostmotion.study(arm, 32, 20, 2)
-    matrix = screws(state_of(arm, study.poses.q))
+    matrix = pose_matrix(arm, study.poses.q)
     size = sum(
         matrix.square_sums[k]
         for k, info in enumerate(matrix.infos)
@@ -301,7 +300,7 @@ def test_the_gain_from_halving_at_a_pose_equals_the_analytic_gain():
     """
     arm = lostmotion.read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 8)
-    matrix = screws(state_of(arm, poses.q[5:6]))
+    matrix = pose_matrix(arm, poses.q[5:6])
     study = lostmotion.study(arm, poses, 20, 2).with_budget(at=5)
     found = study.budgets[0].halving
     assert found.samples == 4 * 65_536

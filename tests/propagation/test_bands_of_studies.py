@@ -10,10 +10,9 @@ import pytest
 import lostmotion
 from lostmotion.analyses.accuracy.tables.study import sheet
 from lostmotion.band import Band
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.io.native import read_arm
-from lostmotion.mechanism.state import state_of
 from lostmotion.parts.bands import influence
 from lostmotion.propagation.montecarlo.bands import DRAWS, bands
 
@@ -84,8 +83,8 @@ def test_a_middle_changes_nothing_and_a_known_value_has_no_band(tmp_path):
     arm, poses = read(tmp_path), sample_poses(read(tmp_path), 64)
     known = read(tmp_path, young=f"{math.sqrt(1.3 * 3.0)} GPa")
     assert bands(known, poses, 8, 2, 1) is None
-    assert screws(state_of(arm, poses.q)).local == pytest.approx(
-        screws(state_of(known, poses.q)).local, rel=1e-12
+    assert pose_matrix(arm, poses.q).local == pytest.approx(
+        pose_matrix(known, poses.q).local, rel=1e-12
     )
 
 

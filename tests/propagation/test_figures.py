@@ -12,9 +12,8 @@ from lostmotion.analyses.result import Result
 from lostmotion.error_model.differences import deviation_difference
 from lostmotion.error_model.draws import robot_draws
 from lostmotion.error_model.error_bins import bin_edges
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.mechanism.arm import Arm
-from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.propagation.figures import figures_of
 
@@ -45,7 +44,7 @@ def study():
 
 def test_figures_are_those_of_all_samples(study):
     """Mean, root mean square and percentiles over all robots and poses, computed by NumPy."""
-    matrix = screws(state_of(study.arm, study.poses.q))
+    matrix = pose_matrix(study.arm, study.poses.q)
     streams = [info.robot for info in matrix.infos]
     drawn = robot_draws(4, streams, 400).transpose(1, 0, 2).reshape(len(streams), -1)[:, :400]
     lengths = np.linalg.norm(matrix.tool[:, 3:] @ drawn, axis=1)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import lostmotion
-from lostmotion import sample_poses, screws, worst_case
+from lostmotion import sample_poses, worst_case
 from lostmotion.analyses.accuracy.workspace import workspace
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.budget import Tally, costs
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile, quantile, robots_quantile
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.laws.distributions import Normal
 from lostmotion.laws.iso9283 import pose_repeatability
-from lostmotion.mechanism.state import state_of
 from lostmotion.parts.forms import Constant
 from lostmotion.parts.standard_terms import limit_terms
 from lostmotion.parts.term import Parameter
@@ -76,7 +76,7 @@ def test_the_error_of_the_first_order_sum_falls_with_the_square():
 
 def test_halving_all_errors_quarters_the_neglected_part(arm):
     """Halving the errors of every kind of part quarters the error of the first-order sum."""
-    matrix = screws(state_of(arm, sample_poses(arm, 8).q))
+    matrix = pose_matrix(arm, sample_poses(arm, 8).q)
     rows = np.arange(8)
     whole = exact.check(matrix, 0, rows, 1, 20, 5)
     half = matrix.scaled(np.full(len(matrix.infos), 0.5))
@@ -105,7 +105,7 @@ def test_a_single_two_sided_error_reaches_the_worst_case():
         lumped={"angle": 1e-3, "law": "two-sided"},
         link={"length": 0.4},
     )
-    matrix = screws(state_of(arm, np.zeros((1, 1))))
+    matrix = pose_matrix(arm, np.zeros((1, 1)))
     assert worst_case(matrix)[0] == pytest.approx(0.4e-3, rel=1e-12)
     assert bounds(matrix).root_sum_square[0] == pytest.approx(0.4e-3, rel=1e-12)
     assert run(arm, sample_poses(arm, 8), 10, 2, 1).per_pose[0, kernel.MEAN] == pytest.approx(
@@ -126,7 +126,7 @@ def test_rotating_the_base_changes_no_error_magnitude(arm):
         }
     )
     q = sample_poses(arm, 64).q
-    first, second = screws(state_of(arm, q)), screws(state_of(turned, q))
+    first, second = pose_matrix(arm, q), pose_matrix(turned, q)
     rotation = pose_of(rpy=(0, 0, 0.7))[:3, :3]
     np.testing.assert_allclose(second.tool[:, 3:], rotation @ first.tool[:, 3:], atol=1e-15)
     np.testing.assert_allclose(
@@ -148,7 +148,7 @@ def test_shares_add_to_one_and_halving_equals_a_second_sum(arm):
     """The shares of all parts add to one within 1e-12, and 'if halved' equals the sum with that
     part's terms halved.
     """
-    matrix = screws(state_of(arm, sample_poses(arm, 64).q))
+    matrix = pose_matrix(arm, sample_poses(arm, 64).q)
     listed = costs(Tally.of(matrix))
     assert sum(cost.share for cost in listed) == pytest.approx(1, abs=1e-12)
     for cost in listed:
@@ -172,7 +172,7 @@ def test_halving_a_part_without_error_gains_nothing(arm):
     poses = sample_poses(arm, 64)
     found = halving(arm, poses, 100, 4, 1)
     assert found.gains["joints.A.gearbox"].value == 0  # rotates the tool about its own point
-    largest = costs(Tally.of(screws(state_of(arm, poses.q))))[0].part
+    largest = costs(Tally.of(pose_matrix(arm, poses.q)))[0].part
     assert found.gains[largest].value == max(gain.value for gain in found.gains.values())
     assert found.gains[largest].low > 0
 

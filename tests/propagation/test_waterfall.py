@@ -7,9 +7,8 @@ import pytest
 
 from lostmotion import sample_poses
 from lostmotion.error_model.intervals import pooled_mean, quantile
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix, screws
 from lostmotion.error_model.remedies import EVERY_STAGE, STAGES, geometry_of, remaining
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
 from lostmotion.propagation.montecarlo import montecarlo
@@ -144,7 +143,7 @@ def test_the_error_falls_from_stage_to_stage(found):
 def test_every_stage_agrees_with_the_analytic_mean_square(arm):
     """At every stage the sampled mean square agrees with the sum over terms within 3 %."""
     poses = sample_poses(arm, 64)
-    matrix = screws(state_of(arm, poses.q))
+    matrix = pose_matrix(arm, poses.q)
     geometry = geometry_of(arm)
     for stage in STAGES:
         kept = remaining_errors(matrix, stage, geometry)

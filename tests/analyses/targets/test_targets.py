@@ -17,12 +17,11 @@ from lostmotion.error_model.allocation import contributions, equal_effect, mean_
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.intervals import pooled_quantile, quantile
 from lostmotion.error_model.items import items, shared_items
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.laws.distributions import Normal
-from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.propagation import factor_metrics as metrics
 from lostmotion.propagation.analytic import DrawnColumns
@@ -71,7 +70,7 @@ def test_every_term_belongs_to_one_item(name):
     of a joint and for batches of material.
     """
     arm = read(EXAMPLES / name)
-    matrix = screws(state_of(arm, sample_poses(arm, 8).q))
+    matrix = pose_matrix(arm, sample_poses(arm, 8).q)
     found = items(arm, matrix.infos)
     assert sorted(column for item in found for column in item.columns) == list(
         range(len(matrix.infos))
@@ -96,13 +95,13 @@ def test_every_term_belongs_to_one_item(name):
 def test_items_know_their_sizes_as_the_file_states_them():
     """Sizes are the file's own, in SI: play, stiffness by its first zone, tolerances."""
     arm = read(EXAMPLES / "ur5e.urdf")
-    found = {item.name: item for item in items(arm, screws(state_of(arm, np.zeros((1, 6)))).infos)}
+    found = {item.name: item for item in items(arm, pose_matrix(arm, np.zeros((1, 6))).infos)}
     zones = found["joints.elbow_joint.gearbox stiffness"].size
     assert (zones.value, zones.unit, zones.divides, zones.zones) == (31e3, "N m/rad", True, 3)
     assert zones.at(2.0) == 15.5e3
     assert found["joints.elbow_joint.link length tolerance"].size.value == pytest.approx(50e-6)
     arm = read(EXAMPLES / "z-arm.toml")
-    found = {item.name: item for item in items(arm, screws(state_of(arm, np.zeros((1, 5)))).infos)}
+    found = {item.name: item for item in items(arm, pose_matrix(arm, np.zeros((1, 5))).infos)}
     assert found["joints.A.gearbox play"].size.value == pytest.approx(0.5 * math.pi / 10800)
     assert found["joints.A.bearing clearance"].size.value == pytest.approx(30e-6)
     assert found["joints.A.link stiffness"].size is None
@@ -115,7 +114,7 @@ def test_sizes_scale_the_terms_as_changed_parts_do(name):
     """
     arm = read(EXAMPLES / name)
     q = sample_poses(arm, 8).q
-    before = screws(state_of(arm, q))
+    before = pose_matrix(arm, q)
     joint = arm.joints[1]
     changed = []
     for part, field, cause, by in (
@@ -146,7 +145,7 @@ def test_sizes_scale_the_terms_as_changed_parts_do(name):
         item = next(
             each for each in items(arm, before.infos) if each.name == f"joints.{joint.name}.{cause}"
         )
-        after = screws(state_of(other_arm, q))
+        after = pose_matrix(other_arm, q)
         np.testing.assert_allclose(
             after.tool, before.scaled(all_factors(before, item, 1.7)).tool, rtol=1e-9, atol=1e-18
         )
@@ -232,7 +231,7 @@ def test_the_mean_square_is_a_form_in_the_factors(name):
     exactly.
     """
     arm = read(EXAMPLES / name)
-    matrix = screws(state_of(arm, sample_poses(arm, 64).q))
+    matrix = pose_matrix(arm, sample_poses(arm, 64).q)
     found = items(arm, matrix.infos)
     form = mean_square_form(matrix, found)
     assert form.sum() == pytest.approx(Tally.of(matrix).total / 64, rel=1e-9)
@@ -251,7 +250,7 @@ def test_equal_effects_are_equal_and_add_up(name):
     are all of it; bias that cancels included.
     """
     arm = read(EXAMPLES / name)
-    matrix = screws(state_of(arm, sample_poses(arm, 64).q))
+    matrix = pose_matrix(arm, sample_poses(arm, 64).q)
     form = mean_square_form(matrix, items(arm, matrix.infos))
     factors = equal_effect(form)
     moves = np.isfinite(factors)
@@ -279,7 +278,7 @@ def test_samples_agree_with_sums_over_terms():
     """
     arm = read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 128)
-    matrix = screws(state_of(arm, poses.q))
+    matrix = pose_matrix(arm, poses.q)
     metric = ErrorMetric(matrix, poses.replicates, 0.95, 1.4e-3, 1)
     for item in items(arm, matrix.infos)[8:12]:
         factors = all_factors(matrix, item, 2.5)
@@ -494,8 +493,7 @@ def test_an_encoders_eccentricity_has_the_size_that_the_file_states():
     }
     arm = one_joint(encoder=stated)
     found = {
-        item.cause: item.size.value
-        for item in items(arm, screws(state_of(arm, np.zeros((1, 1)))).infos)
+        item.cause: item.size.value for item in items(arm, pose_matrix(arm, np.zeros((1, 1))).infos)
     }
     assert found == {
         cause: stated[cause] for cause in ("resolution", "noise", "eccentricity", "zero")
