@@ -204,7 +204,7 @@ def test_the_errors_of_rare_poses_are_those_of_the_closed_form():
     found = budget(arm, poses.q, replicates=REPLICATES, many=many_poses(arm, poses))
     share = 4 * math.asin(0.154 / (2 * 9.80665 * 0.3)) / math.radians(300)
     play = math.radians(2.5 / 60) * 0.3
-    visited, many = found.beside_many(*RP)
+    visited, many = found.squares.root_mean_squares(RP)
     assert visited.value == 0
     assert many.value == pytest.approx(math.sqrt(share) * play, rel=0.15)  # 41 poses of 2 048
     assert math.isnan(found.rms_interval(2).high)
@@ -217,7 +217,7 @@ def test_a_study_says_that_its_poses_miss_rare_errors(files):
     study = lostmotion.study(files[0], 64, seed=ALL_CLOSED, **SMALL)
     (warning,) = study.sheet.warnings
     assert warning.startswith("64 poses are too few: over 2048 poses the root mean square is ")
-    visited, many = study.budget.beside_many(*RP)
+    visited, many = study.budget.squares.root_mean_squares(RP)
     assert (visited.value, many.value) == pytest.approx((0.02754e-6, 31.8e-6), rel=2e-3)
     assert re.search(
         r"31\.8 µm in place of 0\.0275\d? µm \(RP, any approach, between visits\)", warning
@@ -304,7 +304,7 @@ def test_studies_of_an_arm_with_a_play_that_rarely_opens_cover_or_say_so():
             "RP_p95": pooled_robots_quantile(means[:, :, 2]),
         }
         for name, one in found.items():
-            checked = blame.known_ends(one, *(RP if name != "AP_mean" else ap_weights(4)))
+            checked = blame.squares.known_ends(one, RP if name != "AP_mean" else ap_weights(4))
             unchecked[name] += not (one.low > truth[name] or one.high < truth[name])
             covered[name] += not (checked.low > truth[name] or checked.high < truth[name])
     assert min(covered.values()) >= 93, covered
