@@ -12,7 +12,7 @@ import lostmotion
 from lostmotion import sample_poses
 from lostmotion.error_model.budget import LABELS, Tally, budget, costs, label_of, tally
 from lostmotion.error_model.intervals import Estimate, quantile, quantile_drop
-from lostmotion.error_model.pose_matrix import pose_matrix, screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.io.pose_and_zone_text import read_pose, read_zone
 from lostmotion.propagation.analytic import DrawnColumns, of_screws
 from lostmotion.propagation.montecarlo import montecarlo
@@ -280,12 +280,12 @@ def test_the_gain_from_halving_equals_a_second_run(arm, monkeypatch, by):
         largest = max(gains, key=lambda name, gains=gains: gains[name].value)
 
         def halved(*words, label=label, largest=largest, **options):
-            matrix = screws(*words, **options)
+            matrix = pose_matrix(*words, **options)
             return matrix.scaled(
                 np.array([0.5 if label(info) == largest else 1.0 for info in matrix.infos])
             )
 
-        monkeypatch.setattr(montecarlo, "screws", halved)
+        monkeypatch.setattr(montecarlo, "pose_matrix", halved)
         again = montecarlo.run(arm, poses, 40, 4, 1)
         gain = gains[largest]
         assert gain.value == pytest.approx(

@@ -7,7 +7,7 @@ import pytest
 
 from lostmotion import sample_poses
 from lostmotion.error_model.intervals import pooled_mean, quantile
-from lostmotion.error_model.pose_matrix import pose_matrix, screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.remedies import EVERY_STAGE, STAGES, geometry_of, remaining
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.error_magnitude import LEVELS
@@ -72,11 +72,11 @@ def test_stages_are_studies_with_those_levels_dropped(arm, found, monkeypatch, s
     """
 
     def without(*words, **options):
-        matrix = screws(*words, **options)
+        matrix = pose_matrix(*words, **options)
         kept = np.array([info.level not in removed for info in matrix.infos], dtype=float)
         return matrix.scaled(kept)
 
-    monkeypatch.setattr(montecarlo, "screws", without)
+    monkeypatch.setattr(montecarlo, "pose_matrix", without)
     again = montecarlo.run(arm, sample_poses(arm, POSES), ROBOTS, VISITS, SEED)
     compared = found.stages[STAGES.index(stage)]
     assert compared.q95.value == pytest.approx(
@@ -98,7 +98,7 @@ def test_no_remedy_changes_repeatability(arm, monkeypatch):
             montecarlo,
             "screws",
             lambda *words, stage=stage, **options: remaining_errors(
-                screws(*words, **options), stage, geometry
+                pose_matrix(*words, **options), stage, geometry
             ),
         )
         np.testing.assert_allclose(
