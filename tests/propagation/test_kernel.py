@@ -10,6 +10,7 @@ from lostmotion.error_model import error_bins
 from lostmotion.error_model.bounds import bounds
 from lostmotion.error_model.error_bins import bin_edges
 from lostmotion.error_model.intervals import student
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.laws.iso9283 import pose_accuracy, pose_repeatability
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.exact import draws_of
@@ -238,8 +239,8 @@ def test_a_study_of_few_samples_computes_one_pose_matrix(arm, monkeypatch, robot
     counts = []
     monkeypatch.setattr(
         montecarlo,
-        "screws",
-        lambda state, **options: counts.append(len(state.q)) or screws(state, **options),
+        "pose_matrix",
+        lambda arm, q, **options: counts.append(len(q)) or pose_matrix(arm, q, **options),
     )
     run(arm, sample_poses(arm, 256), robots, 1, 1)
     assert len(counts) == calls

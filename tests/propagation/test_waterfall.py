@@ -96,7 +96,7 @@ def test_no_remedy_changes_repeatability(arm, monkeypatch):
     for stage in STAGES:
         monkeypatch.setattr(
             montecarlo,
-            "screws",
+            "pose_matrix",
             lambda *words, stage=stage, **options: remaining_errors(
                 pose_matrix(*words, **options), stage, geometry
             ),
