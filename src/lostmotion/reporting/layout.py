@@ -65,14 +65,16 @@ def estimates_by_key(sections: Iterable[Section]) -> Iterator[tuple[str, str, Es
 
 
 def row_at(sections: Iterable[Section], section: str, row: str) -> Row | None:
-    """Return the row with these keys. None where there is none."""
+    """Return the row of this section by its key, or by that of its label. None where there is
+    none.
+    """
     return next(
         (
             each
             for of in sections
             if of.key == section
             for each in of.rows
-            if (each.key or key_of(each.label)) == row
+            if row in {each.key, key_of(each.label)}
         ),
         None,
     )
