@@ -8,6 +8,7 @@ FILE, those that differ from the last commit are taken.
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -40,6 +41,9 @@ def import_graph() -> grimp.ImportGraph:
     for home in lostmotion.QUESTIONS.values():
         graph.add_import(importer="lostmotion.cli.app", imported=home)
     graph.add_import(importer=PROGRAM[0], imported=PROGRAM[1])
+    for home in graph.find_descendants("lostmotion.analyses"):
+        for page in _pages(home) & graph.modules:
+            graph.add_import(importer=home, imported=page)
     for test in graph.find_descendants("tests"):
         path = _file(test)
         for name in public_names(path.read_text("utf-8")) if path.is_file() else ():
@@ -56,6 +60,15 @@ def public_names(text: str) -> set[str]:
         and isinstance(node.value, ast.Name)
         and node.value.id == "lostmotion"
     } & lostmotion.HOMES.keys()
+
+
+def _pages(module: str) -> set[str]:
+    """Return the pages that the results of a module load when they are asked for."""
+    path = ROOT / "src" / Path(*module.split(".")).with_suffix(".py")
+    text = path.read_text("utf-8") if path.is_file() else ""
+    named = re.findall(r'^    page = "(\w+)"$', text, re.MULTILINE)
+    room = module.rpartition(".")[0]
+    return {f"{room}.{page}" for page in named or ["page"] if "Result)" in text}
 
 
 def affected(files: Iterable[Path], graph: grimp.ImportGraph) -> list[Path]:

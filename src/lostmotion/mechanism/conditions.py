@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -12,10 +12,48 @@ from lostmotion.parts.term import Condition
 from lostmotion.spatial import into, inverse
 
 if TYPE_CHECKING:
+    from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.closed_statics import Spring
     from lostmotion.mechanism.placed_terms import PlacedPart, PlacedTerm
-    from lostmotion.mechanism.state import State
     from lostmotion.spatial import Floats
+
+
+class Stands(Protocol):
+    """An arm at poses; attributes as those of a state."""
+
+    @property
+    def arm(self) -> Arm:
+        """Return the arm."""
+        ...
+
+    @property
+    def q(self) -> Floats:
+        """Return the values (pose, joint) of the driven joints, rad or m."""
+        ...
+
+    @property
+    def frames(self) -> Floats:
+        """Return the frames (place, pose, 4, 4) of the places, m."""
+        ...
+
+    @property
+    def gravity(self) -> Floats:
+        """Return the acceleration of free fall (3,), m/s^2."""
+        ...
+
+    @property
+    def wrenches(self) -> Floats:
+        """Return the wrenches (place, pose, 6) on the places, N m and N."""
+        ...
+
+    @property
+    def wrenches_by_axis(self) -> tuple[Floats, Floats]:
+        """Return the wrenches of weights per axis of gravity, and of the process force."""
+        ...
+
+    def __len__(self) -> int:
+        """Return the number of poses."""
+        ...
 
 
 class Conditions:
@@ -23,7 +61,7 @@ class Conditions:
     forms computed from them.
     """
 
-    def __init__(self, state: State, wrenches: Floats | None = None) -> None:
+    def __init__(self, state: Stands, wrenches: Floats | None = None) -> None:
         """Start with no condition, under the wrenches of the state or others."""
         self._state, self._on_trial = state, wrenches is not None
         self._wrenches = state.wrenches if wrenches is None else wrenches
@@ -62,7 +100,7 @@ class Conditions:
         return joint_value(place.twist[:, 0], moved)
 
 
-def springs_under(state: State, wrenches: Floats) -> list[Spring]:
+def springs_under(state: Stands, wrenches: Floats) -> list[Spring]:
     """Return place, twist (pose, 6) and compliance (pose, 6, 6) of each spring of an arm under
     wrenches (place, pose, 6) on its places.
     """

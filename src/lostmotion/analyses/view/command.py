@@ -17,7 +17,6 @@ from lostmotion.analyses.arguments import (
 )
 from lostmotion.analyses.signature import Argument, question, read_arguments
 from lostmotion.errors import LostmotionError
-from lostmotion.mechanism.closed_chain import refuse_closed
 
 if TYPE_CHECKING:
     from lostmotion.analyses.arguments import At
@@ -71,6 +70,8 @@ def view(
         raise LostmotionError(
             "the live view needs viser, which is not installed: pip install 'lostmotion[view]'"
         )
+    from lostmotion.mechanism.closed_chain import refuse_closed
+
     refuse_closed(asked.arm.tree, "the live view", "the arm in the report of `lostmotion study`")
     import webbrowser
 
