@@ -5,8 +5,12 @@ something.
 from tests.docs.pages import ROOT
 from tests.docs.validation import PAGE, SOURCE, comparisons, page
 
-# Modules of the propagation that compute no figure.
-WITHOUT_FIGURES = {"laws/cycloid/kept.py", "propagation/montecarlo/memory.py"}
+# Modules that compute no figure.
+WITHOUT_FIGURES = {
+    "laws/cycloid/finite_elements/raster.py",
+    "laws/cycloid/kept.py",
+    "propagation/montecarlo/memory.py",
+}
 
 
 def test_the_page_is_what_the_tests_state():

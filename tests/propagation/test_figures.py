@@ -24,7 +24,7 @@ VALIDATES = (
         "figures of the position error by their definitions",
         "NumPy over all samples of the same draws",
         "1e-9 (mean), 0.3 % (percentiles), exact sums against samples 5 %",
-        "propagation/figures.py",
+        "propagation/figures.py propagation/error_samples.py",
     ),
 )
 

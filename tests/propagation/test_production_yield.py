@@ -36,6 +36,7 @@ VALIDATES = (
         "yield",
         "the binomial law and 1 000 synthetic productions; all errors of 40 robots",
         "covers at least 95 %; 1e-6",
+        "propagation/production_yield.py",
     ),
 )
 

@@ -250,7 +250,7 @@ _EVERY: Final = (
     _rms(
         "rms_design",
         "r.m.s., follows load and pose",
-        "root mean square of the error that load and pose cause in all robots alike",
+        "root mean square of the error that load and pose cause in every robot",
         (1, 0, 0),
         "levels",
     ),

@@ -57,6 +57,7 @@ VALIDATES = (
         "stiffness and lost motion as makers define them",
         "published readings of one curve, with and without friction",
         "printed digits",
+        "laws/torque_angle.py",
     ),
 )
 

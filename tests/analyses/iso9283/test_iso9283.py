@@ -27,6 +27,7 @@ VALIDATES = (
             "poses; known frames recovered"
         ),
         "0.3 %; 4 standard errors, 10 %; encoder noise; 1e-9; 1e-12",
+        "laws/iso9283.py laws/frame_fit.py",
     ),
 )
 
