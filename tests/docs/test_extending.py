@@ -295,7 +295,9 @@ def test_a_package_brings_a_gearbox_kind_a_figure_and_a_question(outside):
     names, checked = (outside.run("-m", *line) for line in _commands(outside=True))
     assert names == "A\n"
     assert "one joint" in checked
-    assert "  joints      List the joints" in outside.run("-m", "lostmotion", "--help")
+    assert re.search(
+        r"^  joints +List the joints", outside.run("-m", "lostmotion", "--help"), re.MULTILINE
+    )
     code = """
 import lostmotion
 arm = lostmotion.read("one-joint.toml")
@@ -339,9 +341,8 @@ def test_a_broken_question_leaves_the_others_alone(tmp_path):
     """`--help` lists it with the reason; asked, it is refused; other commands run."""
     entries = "[lostmotion.questions]\nx = acme_robots.nothing:x\n"
     copy = Copy(installed(tmp_path / "site", entries), tmp_path)
-    assert "  x           Cannot be loaded: package acme-robots" in copy.run(
-        "-m", "lostmotion", "--help"
-    )
+    listed = copy.run("-m", "lostmotion", "--help")
+    assert re.search(r"^  x +Cannot be loaded: package acme-robots", listed, re.MULTILINE)
     message = copy.run("-m", "lostmotion", "x", "arm.toml", check=2)
     assert 'lostmotion.questions, x = "acme_robots.nothing:x"' in message
     assert "Traceback" not in message
