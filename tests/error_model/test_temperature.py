@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lostmotion
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix, screws
 from lostmotion.error_model.poses import Poses
 from lostmotion.error_model.provenance import states
 from lostmotion.mechanism.arm import Arm
@@ -171,7 +171,7 @@ def test_sampled_and_summed_errors_agree(arm: Arm, varies: str):
     """
     hot, q = in_heat(arm, "40 °C ± 15 K", temperature_varies=varies), some_poses(arm, 16)
     found = run(hot, Poses(q, "given"), robots=4000, visits=4, seed=1)
-    merged = screws(state_of(hot, q)).merged
+    merged = pose_matrix(hot, q).merged
     summed = (merged.bias[:, 3:] ** 2).sum() + merged.square_sums[
         merged.columns("robot", "visit", "robot x visit")
     ].sum()

@@ -14,12 +14,11 @@ from scipy.stats import binom
 import lostmotion
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.draws import robot_draws, uniforms, visit_draws
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import sample_poses
 from lostmotion.error_model.share_intervals import share_interval
 from lostmotion.errors import InputError
 from lostmotion.io import read
-from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.blocks import BlockPlan
 from lostmotion.propagation.montecarlo.montecarlo import run
@@ -109,7 +108,7 @@ def built():
     arm = read(EXAMPLES / "z-arm.toml")
     poses = sample_poses(arm, 16)
     plan = BlockPlan.of(arm, poses, 40, 6, 3, 0.0)
-    matrix = screws(state_of(arm, poses.q))
+    matrix = pose_matrix(arm, poses.q)
     errors = np.empty((16, 40, 6, 3))
     robots, visits = (
         each.ravel() for each in np.meshgrid(np.arange(40), np.arange(6), indexing="ij")
@@ -158,7 +157,7 @@ def test_each_robot_is_judged_by_itself(built):
 def test_blocks_change_nothing(built):
     """Poses in one block or in many give the same figures."""
     plan, _ = built
-    whole = screws(state_of(plan.arm, plan.poses.q))
+    whole = pose_matrix(plan.arm, plan.poses.q)
     parts = [(k, whole.stretch(k, k + 5)) for k in range(0, 16, 5)]
     one, other = robot_figures(plan, [(0, whole)], 0.9), robot_figures(plan, parts, 0.9)
     for name in ("error", "worst_accuracy", "repeatability", "worst_repeatability"):
