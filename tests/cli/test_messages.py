@@ -60,7 +60,7 @@ lostmotion sweep
             """lostmotion: 1 mistake
 ARM
   found     nothing
-  expected  an arm, or the path of its file
+  expected  an arm, the path of its file, or a dictionary
   example   lostmotion study arm.toml
 """,
         ),
@@ -96,7 +96,7 @@ lostmotion run
             """lostmotion: 1 mistake
 command
   found     'mapp'
-  expected  one of study, map, iso9283, target, size, statics, task, calibrate, gear, bearing, view, new, check, catalog, compare, sweep, replay, export c, export fmu, schema
+  expected  one of study, map, iso9283, target, size, statics, task, calibrate, gear, bearing, view, new, check, catalog, compare, sweep, replay, compensate, export c, export fmu, export ros2, schema
   example   lostmotion study arm.toml
   did you mean 'map'?
 """,

@@ -213,7 +213,7 @@ def test_no_color_takes_the_colours_and_leaves_the_words(monkeypatch, variables,
     [
         ("lostmotion st", 1, {"study", "statics"}),
         ("lostmotion exp", 1, {"export"}),
-        ("lostmotion export ", 2, {"c", "fmu"}),
+        ("lostmotion export ", 2, {"c", "fmu", "ros2"}),
         ("lostmotion run --pose-l", 2, {"--pose-law"}),
         ("lostmotion study arm.toml --approach ", 4, {"random", "up", "down"}),
         ("lostmotion study arm", 2, set()),  # the shell offers files

@@ -15,7 +15,7 @@ from lostmotion.analyses.iso9283.commanded import commanded_cube
 from lostmotion.analyses.iso9283.comparison import compare
 from lostmotion.analyses.iso9283.measured import evaluate
 from lostmotion.error_model.expected_repeatability import expected_repeatability
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.visit_intervals import (
     accuracy_interval,
     repeatability_interval,
@@ -25,7 +25,6 @@ from lostmotion.error_model.visit_intervals import (
 from lostmotion.io.measured.visit_file import combined, read_measured
 from lostmotion.io.measured.visits import Visits
 from lostmotion.laws import iso9283 as iso
-from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.warm_up import WarmUp, drift, growth
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.iso9283.cube import cube_from_arguments, five_points
@@ -317,8 +316,9 @@ def test_a_path_of_a_predicted_robot_is_judged_as_predicted(tmp_path):
         for name, at in zip(("P2", "P4"), line, strict=True)
     ]
     for number, load in enumerate(LOADS):
-        matrix = screws(
-            state_of(with_payload_share(arm, load), q),
+        matrix = pose_matrix(
+            with_payload_share(arm, load),
+            q,
             approach=path_approach(q, found.approach[DISTANCE[0]]),
         )
         for cycle in range(found.path_cycles):

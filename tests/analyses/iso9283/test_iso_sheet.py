@@ -207,8 +207,8 @@ def test_both_loads_and_the_path_are_on_the_sheet(loads):
         assert row.cells[1].low < row.cells[1].value < row.cells[1].high
         assert row.cells[0].samples == "10 cycles x 20 places"
         assert row.cells[2].as_shown == pytest.approx(each.paths[0].worst[0] * 1e3)
-        assert row_at(sections, key, "AT_p, P2-P4").note == ""
-        assert row_at(sections, key, "RP_l, P3").cells[2].as_shown == pytest.approx(
+        assert row_at(sections, key, key_of("AT_p, P2-P4")).note == ""
+        assert row_at(sections, key, key_of("RP_l, P3")).cells[2].as_shown == pytest.approx(
             each.poses[2].repeatability.value * 1e6
         )
         assert row_at(sections, "measured-poses", key_of(f"P4, {load}")).cells[

@@ -144,7 +144,7 @@ def test_cells_hold_the_mean_over_all_configurations():
         errors(arm, np.vstack([q for each in real for q in each]), 0.95), at, len(cells)
     )
     figures, bounds = (
-        each.reshape(*each.shape[:-3], -1)[..., cells] for each in (found.figures, found.bounds)
+        each.reshape(*each.shape[:-3], -1)[..., cells] for each in (found.errors, found.bounds)
     )
     assert figures == pytest.approx(expected, rel=2e-3)
     assert ((bounds[0] <= figures) & (figures <= bounds[1])).all()
