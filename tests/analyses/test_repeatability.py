@@ -21,6 +21,7 @@ from lostmotion.error_model.intervals import pooled_robots_quantile
 from lostmotion.error_model.pose_matrix import screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.mechanism.arm import Arm
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import state_of
 from lostmotion.propagation.analytic import analytic
 from lostmotion.propagation.iso9283.cube import Cube
@@ -256,7 +257,7 @@ def test_a_known_side_leaves_what_fixed_sides_leave_but_for_their_mean():
 
 def test_output_encoders_leave_what_an_arm_with_them_has():
     """The same arm with encoders on its outputs, where they and the dead bands of the servos are as
-    large as now: mean and covariance are equal.
+    large as now: mean and covariance are equal in the frames where the arm stands.
     """
     arm, poses = scattering_arm(), Poses(np.random.default_rng(2).uniform(-1, 1, (16, 3)), "given")
 
@@ -276,9 +277,19 @@ def test_output_encoders_leave_what_an_arm_with_them_has():
         )
 
     found = analytic(arm, poses, stage=remedies.OUTPUT_ENCODERS)
-    other = analytic(arm.model_copy(update={"joints": tuple(map(measured, arm.joints))}), poses)
-    np.testing.assert_allclose(found.bias, other.bias, atol=1e-15)
-    np.testing.assert_allclose(found.covariance, other.covariance, rtol=1e-9, atol=1e-24)
+    stands = standing(state_of(arm, poses.q))
+    matrix = screws(
+        state_of(
+            arm.model_copy(update={"joints": tuple(map(measured, arm.joints))}),
+            poses.q,
+            frames=stands.frames,
+        )
+    )
+    shift = matrix.merged.tool[:, 3:, matrix.merged.columns("robot", "visit", "robot x visit")]
+    np.testing.assert_allclose(found.bias, matrix.bias[:, 3:], atol=1e-15)
+    np.testing.assert_allclose(
+        found.covariance, shift @ shift.transpose(0, 2, 1), rtol=1e-9, atol=1e-24
+    )
     assert np.abs(analytic(arm, poses).bias).max() > 1e-5
 
 
