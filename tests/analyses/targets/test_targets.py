@@ -17,11 +17,12 @@ from lostmotion.error_model.allocation import contributions, equal_effect, mean_
 from lostmotion.error_model.budget import Tally
 from lostmotion.error_model.intervals import pooled_quantile, quantile
 from lostmotion.error_model.items import items, shared_items
-from lostmotion.error_model.pose_matrix import pose_matrix
+from lostmotion.error_model.pose_matrix import pose_matrix, screws
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.errors import InputError
 from lostmotion.io import read
 from lostmotion.laws.distributions import Normal
+from lostmotion.mechanism.state import state_of
 from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.propagation import factor_metrics as metrics
 from lostmotion.propagation.analytic import DrawnColumns
@@ -111,11 +112,11 @@ def test_items_know_their_sizes_as_the_file_states_them():
 @pytest.mark.parametrize("name", ARMS)
 def test_sizes_scale_the_terms_as_changed_parts_do(name):
     """For each item with a size of its own: the arm with the changed part has the screws of the
-    scaled terms, to rounding.
+    scaled terms, to rounding, at the command, where no part changes the loads on another.
     """
     arm = read(EXAMPLES / name)
     q = sample_poses(arm, 8).q
-    before = pose_matrix(arm, q)
+    before = screws(state_of(arm, q))
     joint = arm.joints[1]
     changed = []
     for part, field, cause, by in (
@@ -146,7 +147,7 @@ def test_sizes_scale_the_terms_as_changed_parts_do(name):
         item = next(
             each for each in items(arm, before.infos) if each.name == f"joints.{joint.name}.{cause}"
         )
-        after = pose_matrix(other_arm, q)
+        after = screws(state_of(other_arm, q))
         np.testing.assert_allclose(
             after.tool, before.scaled(all_factors(before, item, 1.7)).tool, rtol=1e-9, atol=1e-18
         )
