@@ -26,6 +26,7 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?")
 CLASS = re.compile(r"[<>] −?[\d.]+|−?[\d.]+ to −?[\d.]+")
 TICK = re.compile(r"−?[\d.]+(?:e[−+]?\d+)?°?")
 PLACE = re.compile(r"[xyz] = −?[\d.]+ mm")
+OTHERS = re.compile(r"\d+ others?")
 
 
 def texts(plot: Plot) -> list[str]:
@@ -66,7 +67,7 @@ def unprinted(plot: Plot, sheet: Sheet) -> set[str]:
     """Return the numbers in a plot's texts that the sheet does not print.
 
     Ticks and titles of axes, limits of classes and the place of a slice along its third axis are
-    coordinates, not figures.
+    coordinates, not figures; how many rows share one bar is counted in the plot alone.
     """
     shown = texts(plot)
     for on in plot.figure.axes:
@@ -82,7 +83,7 @@ def unprinted(plot: Plot, sheet: Sheet) -> set[str]:
     return {
         number
         for text in shown
-        if not CLASS.fullmatch(text)
+        if not CLASS.fullmatch(text) and not OTHERS.fullmatch(text)
         for number in NUMBER.findall(PLACE.sub("", text))
         if number not in printed
     }

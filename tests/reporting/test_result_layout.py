@@ -133,7 +133,7 @@ def test_no_result_shows_all_its_fields():
         for kind in (getattr(lostmotion, name) for name in lostmotion.__all__)
         if isinstance(kind, type) and issubclass(kind, Result)
     ]
-    assert len(kinds) == 14
+    assert len(kinds) == 18
     for kind in kinds:
         assert kind.__repr__ is Result.__repr__ or "__repr__" in vars(kind)
         assert not kind.__dataclass_params__.repr

@@ -77,9 +77,11 @@ def test_a_sweep_states_mass_price_and_repeatability_of_each_design(arm, tmp_pat
     arrays = found.arrays()
     assert arrays["price"].values.tolist() == [[600, 1000], [1000, 1400]]
     assert arrays["mass"].values.tolist() == [[6, 8], [8, 10]]
-    # what B carries closes its backlash: it does not repeat better with the other gearbox
+    # What B carries closes its backlash: it does not repeat better with the other gearbox, but
+    # droops less, and so changes A's lever. At most 5 N m wind it up by 0.25 arcmin less, and play
+    # by 0.25 arcmin less: 1.5e-4 rad times 0.2 m sin 60° of at least 0.3 + 0.2 cos 60° m.
     repeats = arrays["rp_any_p95"].values[..., 0]
-    assert repeats[:, 0] == pytest.approx(repeats[:, 1], rel=1e-9)
+    assert repeats[:, 0] == pytest.approx(repeats[:, 1], rel=6.5e-5)
     assert repeats[1, 0] < 0.6 * repeats[0, 0]
     assert [each["price"] for each in found.result()["designs"]] == [600, 1000, 1000, 1400]
     assert [plot.section for plot in found.plots].count("masses") == 1

@@ -34,7 +34,9 @@ def test_bars_show_the_figures_of_the_tables(z_arm_study):
         assert bar.effect.value == pytest.approx(row.cells[2].value)
         assert sum(bar.parts) == pytest.approx(bar.size)
     assert sum(bar.size for bar in blame.bars) == pytest.approx(1)
-    assert blame.bars[-1].label == "12 others"
+    # nineteen parts err: gearbox and encoder of the roll, whose axis the tool lies on, too, by the
+    # bending beyond it
+    assert blame.bars[-1].label == "14 others"
     rows = next(section for section in sheet.sections if section.key == "waterfall").rows
     # further remedies, listed below these, leave no less of this arm's error
     assert len(remedies.bars) == len(STAGES) < len(rows)

@@ -13,12 +13,12 @@ from lostmotion.analyses.accuracy.route import Route
 from lostmotion.analyses.accuracy.tables.zone import stopped_in
 from lostmotion.error_model import pose_selection
 from lostmotion.error_model.intervals import pooled_mean, pooled_quantile
-from lostmotion.error_model.pose_matrix import screws
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.pose_selection import among, in_zone, poses_in_zone
 from lostmotion.error_model.poses import Poses, sample_poses
 from lostmotion.errors import InputError
 from lostmotion.laws.iso9283 import pose_accuracy, pose_repeatability
-from lostmotion.mechanism.state import state_of, tool_points
+from lostmotion.mechanism.state import tool_points
 from lostmotion.propagation.exact import draws_of
 from lostmotion.propagation.montecarlo import kernel
 from lostmotion.propagation.montecarlo.montecarlo import Sampled, run
@@ -99,8 +99,8 @@ def test_the_figures_of_a_zone_are_those_of_its_stored_errors(arm, corner):
     RP.
     """
     assert len(corner.poses) == 64
-    matrix = screws(state_of(arm, corner.poses.q))
-    assert in_zone(matrix.state.frames[-1, :, :3, 3], CORNER)[0].all()
+    assert in_zone(tool_points(arm, corner.poses.q), CORNER)[0].all()
+    matrix = pose_matrix(arm, corner.poses.q)
     robots, visits = (
         axis.ravel() for axis in np.meshgrid(np.arange(ROBOTS), np.arange(VISITS), indexing="ij")
     )

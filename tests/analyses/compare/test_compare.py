@@ -464,11 +464,11 @@ def test_stated_prices_are_added_and_joints_without_one_are_named(tmp_path):
 
 
 def test_an_arm_whose_errors_are_not_small_is_not_compared(tmp_path, files):
-    """With a play of sixty degrees adding errors up fails: the headline says so and names the arm,
-    and no interval of an error is printed.
+    """With a zero uncertain by sixty degrees adding errors up fails: the headline says so and names
+    the arm, and no interval of an error is printed.
     """
     (tmp_path / "loose.toml").write_text(
-        ARM.replace("0.8 arcmin ± 0.4 arcmin", "60 deg"), encoding="utf-8"
+        ARM.replace('zero = "1 arcmin", noise', 'zero = "60 deg", noise'), encoding="utf-8"
     )
     sheet = lostmotion.compare(files[0], tmp_path / "loose.toml", **SMALL).sheet
     assert sheet.verdict.startswith("loose: First-order figures fail here")

@@ -10,6 +10,7 @@ from lostmotion.analyses.result import Result
 from lostmotion.error_model.provenance import states
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from lostmotion.analyses.accuracy.drive_classes import ClassFigures
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from lostmotion.error_model.provenance import States
     from lostmotion.mechanism.arm import Arm
     from lostmotion.mechanism.holding_torques import HoldingTorque
+    from lostmotion.reporting.plot import Plot
     from lostmotion.reporting.sheet import Lines, Sheet
 
 
@@ -51,6 +53,11 @@ class Undescribed(Result):
             undescribed_sheet(self.arm, self.poses, self.workspace, self.worst_torques, self.lines),
             self.classes,
         )
+
+    @property
+    def plots(self) -> Sequence[Plot]:
+        """Return none: there is no error to draw."""
+        return ()
 
 
 def undescribed(

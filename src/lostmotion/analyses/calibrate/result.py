@@ -108,7 +108,7 @@ class CalibrationPlan(PlannedPoses, Result):
 
 
 @dataclass(frozen=True, repr=False)
-class MakerCalibration(ImportedErrors, Result):
+class MakerCalibration(Result, ImportedErrors):
     """A maker's calibration: every attribute of `ImportedErrors`."""
 
     @property
