@@ -93,9 +93,13 @@ def view_text(arm):
 
 
 def exported(arm, folder):
-    """Return the README of an exported controller."""
-    lostmotion.export_c(arm, out=folder / "export")
-    return next((folder / "export").rglob("README.md")).read_text(encoding="utf-8")
+    """Return the READMEs of exported controllers, that of ROS 2 with its model's."""
+    found = []
+    for export in (lostmotion.export_c, lostmotion.export_ros2):
+        export(arm, out=folder / export.__name__)
+        readmes = sorted((folder / export.__name__).rglob("README.md"))
+        found.append("".join(each.read_text(encoding="utf-8") for each in readmes))
+    return found
 
 
 FEW = {"poses": 8, "robots": 8, "visits": 3, "workers": 1}
@@ -128,6 +132,15 @@ SHEETS = {
         arm, arm_of(folder, text_of(), "other"), poses=8, robots=8, visits=3
     ),
     "statics": lambda arm, _: lostmotion.statics(arm, poses=16),
+    "task": lambda arm, _: lostmotion.task(
+        arm,
+        {
+            "features": [{"name": "a", "kind": "point", "at": (0.9, 0.2, 0.2)}],
+            "tolerances": [{"sphere": 5e-3}],
+        },
+        robots=20,
+        runs=2,
+    ),
     "check": lambda _, folder: lostmotion.check(arm_file(folder)),
 }
 # What says that a figure is a bound; friction, which no file describes, makes the repeatability
@@ -143,13 +156,16 @@ def arm_file(folder):
     return folder / "arm.toml"
 
 
-# Questions without a figure of an arm's accuracy, and those tested by themselves below.
+# Questions without a figure of an arm's accuracy, and those tested by themselves below. A
+# calibration predicts its own estimates, with assumed priors for what a file does not state.
 OTHERS = {
     "bearing",
+    "calibrate",
     "catalog",
     "compensate",
     "export_c",
     "export_fmu",
+    "export_ros2",
     "gear",
     "new",
     "schema",
@@ -210,7 +226,7 @@ def test_the_live_view_and_an_exported_controller_carry_the_bound(tmp_path):
         folder = tmp_path / str(bounded)
         folder.mkdir()
         arm = arm_of(folder, text)
-        for words in (view_text(arm), exported(arm, folder)):
+        for words in (view_text(arm), *exported(arm, folder)):
             assert ("stiffness (B) is not described" in words) == bounded
             assert ("at least" in words) == bounded
 
