@@ -18,11 +18,12 @@ from typer.testing import CliRunner
 import lostmotion
 from lostmotion.analyses.compare.description import ABSENT
 from lostmotion.cli.app import app
-from lostmotion.error_model.differences import ZERO
+from lostmotion.error_model.differences import ZERO as NOTHING
 from lostmotion.error_model.intervals import Estimate
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.screen import print_sheet
-from tests.examples.test_planar_2r import FILE, GRAVITY, K2, L2, MASS, bias_and_variance
+from tests.examples.test_planar_2r import CUT, FILE, GRAVITY, K1, K2, L1, L2, LENGTH, MASS, ZERO
 
 VALIDATES = (
     (
@@ -136,9 +137,9 @@ def test_an_arm_differs_from_itself_by_exactly_nothing(files):
     assert change.same
     for measure in same.measures:
         assert change.figures[measure.key].value == 0, measure.key
-        assert measure.exact or change.figures[measure.key] == ZERO
+        assert measure.exact or change.figures[measure.key] == NOTHING
     assert all(
-        each.alone == each.share == ZERO and each.before == each.after
+        each.alone == each.share == NOTHING and each.before == each.after
         for each in (each for items in change.by.values() for each in items)
     )
     assert not same.values
@@ -170,18 +171,26 @@ def test_exchanging_the_arms_changes_the_sign_and_nothing_else(files, found):
 
 
 def test_shares_of_parts_add_to_the_change_and_unchanged_parts_have_none(found):
-    """By part and by kind of error they add to the change of the r.m.s. error; only parts that
-    differ have one.
+    """By part and by kind of error they add to the change of the r.m.s. error; of parts that do not
+    differ, only A's encoder has one, by its lever: B's other spring holds the tool elsewhere.
     """
     (change,) = found.changes
+    reach = [
+        (pose_matrix(each.arm, each.poses.q).state.frames[-1, :, :2, 3] ** 2).sum(axis=1)
+        for each in found.arms
+    ]
+    (rms,) = (each for each in found.measures if each.key == "rms")
+    roots = sum(rms.value(each).value for each in found.arms)
     for items in change.by.values():
         assert sum(each.share.value for each in items) == pytest.approx(
             change.figures["rms"].value, rel=1e-9
         )
-    assert {each.part for each in change.parts if each.share.value} == CHANGED
-    assert all(
-        each.share == each.alone == ZERO for each in change.parts if each.part not in CHANGED
+    shares = {each.part: each.share for each in change.parts if each.share.value}
+    assert set(shares) == {*CHANGED, "joints.A.encoder"}
+    assert shares["joints.A.encoder"].value == pytest.approx(
+        CUT / 9 * ZERO**2 * (reach[1] - reach[0]).mean() / roots, rel=1e-9
     )
+    assert all(each.share == NOTHING for each in change.parts if each.part not in shares)
 
 
 def test_the_intervals_of_changes_are_narrower_than_those_of_two_studies(found):
@@ -199,9 +208,18 @@ def test_the_intervals_of_changes_are_narrower_than_those_of_two_studies(found):
             assert change.high - change.low < independent / 2
 
 
+def planar_tool(angles):
+    """Return the tool of the planar 2R from the elbow and from the shoulder (pose, 2), x and z, at
+    joint angles (pose, 2).
+    """
+    a, b = angles[:, 0], angles.sum(axis=1)
+    wrist = L2 * np.column_stack([np.cos(b), np.sin(b)])
+    return wrist, wrist + L1 * np.column_stack([np.cos(a), np.sin(a)])
+
+
 def test_a_softer_spring_of_the_planar_arm_is_the_closed_form(tmp_path):
-    """Elbow springs of 4 and 3 N m/arcmin: the change of the r.m.s. error, of the sag and its share
-    by the elbow are those on paper.
+    """Elbow springs of 4 and 3 N m/arcmin: the change of the r.m.s. error, of the sag and the
+    shares by the joints are those of the arm where it stands under its load, on paper.
     """
     text = FILE.read_text(encoding="utf-8")
     (tmp_path / "soft.toml").write_text(
@@ -211,34 +229,42 @@ def test_a_softer_spring_of_the_planar_arm_is_the_closed_form(tmp_path):
         FILE, tmp_path / "soft.toml", poses=64, robots=2, visits=1, threads=1
     )
     q = compared.arms[0].poses.q
-    bias, variance = bias_and_variance(q)
-    b = q[:, 0] + q[:, 1]
-    wrist = L2 * np.column_stack([np.cos(b), np.sin(b)])
-    more = (
-        MASS
-        * GRAVITY
-        * wrist[:, :1]
-        * (4 / 3 - 1)
-        / K2
-        * np.column_stack([wrist[:, 1], -wrist[:, 0]])
-    )
-    squares = [((each**2).sum(axis=1) + variance).mean() for each in (bias, bias + more)]
-    roots = np.sqrt(squares)
+    loads, levers, sags = [], [], []
+    for spring in (K2, 3 / 4 * K2):
+        wound = np.zeros_like(q)
+        for _ in range(20):  # each round leaves less than a thousandth of the one before
+            wrist, whole = planar_tool(q - wound)
+            wound = MASS * GRAVITY * np.column_stack([whole[:, 0] / K1, wrist[:, 0] / spring])
+        bias = planar_tool(q - wound)[1] - planar_tool(q)[1]
+        loads.append((bias**2).sum(axis=1))
+        levers.append(ZERO**2 * CUT / 9 * (planar_tool(q - wound)[1] ** 2).sum(axis=1))
+        sags.append(-bias[:, 1].mean())
+    others = CUT / 9 * (ZERO**2 * L2**2 + 2 * LENGTH**2)
+    squares = [load + lever + others for load, lever in zip(loads, levers, strict=True)]
+    roots = np.sqrt([each.mean() for each in squares])
     figures = compared.changes[0].figures
     assert figures["rms"].value == pytest.approx(roots[1] - roots[0], rel=1e-9)
-    assert figures["sag"].value == pytest.approx(-more[:, 1].mean(), rel=1e-9)
-    (elbow,) = [each for each in compared.changes[0].parts if each.share.value]
-    assert elbow.part == "joints.elbow.gearbox"
-    # (Y - X).(Y + X) over the sum of the roots, for the only error that changes
-    assert elbow.share.value == pytest.approx(
-        ((more * (2 * bias + more)).sum(axis=1).mean()) / roots.sum(), rel=1e-9
-    )
-    assert elbow.before == pytest.approx(3 / 4 * elbow.after, rel=1e-9)
-    # The interval, from eight sets: the delta method on each set's change of the root.
-    of_sets = [
-        np.sqrt(((each**2).sum(axis=1) + variance).reshape(8, -1).mean(axis=1))
-        for each in (bias, bias + more)
+    assert figures["sag"].value == pytest.approx(sags[1] - sags[0], rel=1e-9)
+    parts = {each.part: each for each in compared.changes[0].parts if each.share.value}
+    assert list(parts) == [
+        "joints.elbow.gearbox",
+        "joints.shoulder.gearbox",
+        "joints.shoulder.encoder",
     ]
+    # Differences of the mean squares over the sum of the roots: the springs together, and the lever
+    # of the shoulder's zero.
+    elbow, shoulder, zero = parts.values()
+    assert elbow.share.value + shoulder.share.value == pytest.approx(
+        (loads[1] - loads[0]).mean() / roots.sum(), rel=1e-9
+    )
+    # it differs by where the arm stands alone, which is settled to 1e-9 of the wind-up
+    assert zero.share.value == pytest.approx((levers[1] - levers[0]).mean() / roots.sum(), rel=1e-8)
+    # the shoulder's spring itself is the same, and its lever to less than the angle of wind-up
+    most = np.abs(wound).sum(axis=1).max()
+    assert abs(shoulder.share.value) < most * elbow.share.value
+    assert elbow.before == pytest.approx(3 / 4 * elbow.after, rel=most)
+    # The interval, from eight sets: the delta method on each set's change of the root.
+    of_sets = [np.sqrt(each.reshape(8, -1).mean(axis=1)) for each in squares]
     # Student, 7 degrees of freedom
     spread = np.std(of_sets[1] - of_sets[0], ddof=1) / math.sqrt(8) * 2.3646242510102993
     assert figures["rms"].high - figures["rms"].value == pytest.approx(spread, rel=0.2)
