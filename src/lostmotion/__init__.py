@@ -21,7 +21,7 @@ from lostmotion.public_names import HOMES
 from lostmotion.public_names import QUESTIONS as QUESTIONS
 from lostmotion.version import __version__ as __version__
 
-__all__ = [*HOMES]  # noqa: PLE0604 - names of the stub
+__all__ = list(HOMES)
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - whatever stands behind the name
