@@ -12,6 +12,7 @@ from scipy.stats import qmc
 import lostmotion
 from lostmotion.error_model.closing import standardised
 from lostmotion.error_model.cumulants import cumulants
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.error_model.poses import Poses
 from lostmotion.laws.distributions import COMPARED, Normal, Uniform
 from lostmotion.propagation.analytic import DrawnColumns, analytic, of_screws
@@ -122,7 +123,7 @@ def test_the_papers_benchmark_pose_by_pose():
     halves: each lies within 1.5e-3 of the middle.
     """
     arm, q = ur5e(), np.random.default_rng(1).uniform(-math.pi, math.pi, (12, 6))
-    matrix = lostmotion.screws(lostmotion.state_of(arm, q))
+    matrix = pose_matrix(arm, q)
     found = analytic(arm, q)
     sobol, lengths = (
         qmc.Sobol(len(matrix.infos), rng=np.random.default_rng(2)),
@@ -187,7 +188,7 @@ def test_the_examples_are_many_points(path):
     arm = lostmotion.read(path)
     poses = lostmotion.sample_poses(arm, 64)
     found = analytic(arm, poses, threads=2)
-    matrix = lostmotion.screws(lostmotion.state_of(arm, poses.q))
+    matrix = pose_matrix(arm, poses.q)
     names = dict.fromkeys(stream for info in matrix.infos for stream, _ in info.draws)
     uniform = dict(
         zip(
@@ -236,7 +237,7 @@ def test_every_example_against_plain_samples(path):
     samples, whose own scatter counts.
     """
     arm = lostmotion.read(path)
-    matrix = lostmotion.screws(lostmotion.state_of(arm, lostmotion.sample_poses(arm, 32).q))
+    matrix = pose_matrix(arm, lostmotion.sample_poses(arm, 32).q)
     found, count = of_screws(matrix, DrawnColumns(matrix)), 400_000
     rng = np.random.default_rng(4)
     uniform = {

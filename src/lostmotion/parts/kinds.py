@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 # What a kind must be: a gearbox of a turning joint, a drive of a sliding one, a bearing.
 _BASES: Final[tuple[type[Any], ...]] = (TurningFigures, SlideFigures, BearingFigures)
 _EXPECTED: Final = (
-    "a class derived from TurningFigures, SlideFigures or BearingFigures, with kind: "
-    "Literal[NAME] = NAME"
+    "a class derived from one of "
+    f"{', '.join(base.__name__ for base in _BASES)}, with kind: Literal[NAME] = NAME"
 )
 
 
