@@ -16,7 +16,7 @@ VALIDATES = (
             "the closed form of [`planar-2r.toml`](../examples/planar-2r.toml), bias and mean "
             "square at 256 poses; 2 000 simulated robots"
         ),
-        "1e-12; 3.6 %, three standard errors",
+        "7e-13 m and 1e-9; 3.6 %, three standard errors",
     ),
 )
 
@@ -61,13 +61,14 @@ def bias_and_variance(q):
 
 
 def test_the_mean_square_error_is_the_closed_form(study):
-    """Wind-up under the payload, zeros and lengths add up as on paper: exactly where it is summed,
+    """Exact wind-up under the payload, zeros and lengths add up as on paper: exactly where it is summed,
     and within sampling where it is drawn.
     """
     bias, variance = bias_and_variance(study.poses.q)
-    np.testing.assert_allclose(study.sampled.bias[:, [3, 5]], bias, rtol=1e-12, atol=1e-18)
+    # The arm settles to within 1e-9 of its wind-up, at most 1e-12 rad, at the end of 0.7 m.
+    np.testing.assert_allclose(study.sampled.bias[:, [3, 5]], bias, rtol=0, atol=7e-13)
     assert study.sampled.tally.total / study.sampled.tally.poses == pytest.approx(
-        ((bias**2).sum(axis=1) + variance).mean(), rel=1e-12
+        ((bias**2).sum(axis=1) + variance).mean(), rel=1e-9
     )
     drawn = study.sampled.per_pose[:, kernel.MEAN_SQUARE]
     # The mean of 2 000 robots is known to 2 |bias| x 70 µm / sqrt(2000), about 1.2 % of the mean

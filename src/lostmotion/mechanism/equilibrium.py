@@ -190,7 +190,9 @@ class _Settling:
                 self.contraction[here] = np.where(counts, ratio, self.contraction[here])
                 shrinks = ratio < 1
                 remains = step * ratio / np.where(shrinks, 1 - ratio, 1.0)
-                done = ~counts | (shrinks & (remains <= _PRECISION * self._size(new, here)))
+                small = remains <= _PRECISION * self._size(new, here)
+                # the first ratio alone may be small by chance, as where two drives cancel
+                done = ~counts | (shrinks & small & (number > 1))
             else:
                 done = ~counts
             stuck = ~done & (ratio > _SLOW) & (number > _PLAY_ROUNDS)
