@@ -330,7 +330,7 @@ def test_a_survey_agrees_with_compliance_and_deflection():
     assert found.shares.sum() == pytest.approx(1.0)
     assert found.softest_shares.sum() == pytest.approx(1.0)
     assert found.payload_deflection is not None
-    lifted = np.einsum("pij,pj->pi", whole, payload_wrench(arm, q))
+    lifted = np.einsum("pij,pj->pi", whole, payload_wrench(arm, q, standing=True))
     np.testing.assert_allclose(
         found.payload_deflection, np.linalg.norm(lifted[:, 3:], axis=1), rtol=1e-6
     )

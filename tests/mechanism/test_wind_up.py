@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -11,6 +11,9 @@ import pytest
 import lostmotion
 from lostmotion.mechanism.state import state_of
 from lostmotion.mechanism.wind_up import wind_ups
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ARCMIN = math.pi / 10800
 LINK = {"length": "500 mm", "mass": "0 kg"}
