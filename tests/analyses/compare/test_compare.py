@@ -23,7 +23,18 @@ from lostmotion.error_model.intervals import Estimate
 from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.reporting.first_screen import print_first_screen
 from lostmotion.reporting.screen import print_sheet
-from tests.examples.test_planar_2r import CUT, FILE, GRAVITY, K1, K2, L1, L2, LENGTH, MASS, ZERO
+from tests.examples.test_planar_2r import (
+    CUT,
+    FILE,
+    GRAVITY,
+    K1,
+    K2,
+    L2,
+    LENGTH,
+    MASS,
+    ZERO,
+    lever_arms,
+)
 
 VALIDATES = (
     (
@@ -208,15 +219,6 @@ def test_the_intervals_of_changes_are_narrower_than_those_of_two_studies(found):
             assert change.high - change.low < independent / 2
 
 
-def planar_tool(angles):
-    """Return the tool of the planar 2R from the elbow and from the shoulder (pose, 2), x and z, at
-    joint angles (pose, 2).
-    """
-    a, b = angles[:, 0], angles.sum(axis=1)
-    wrist = L2 * np.column_stack([np.cos(b), np.sin(b)])
-    return wrist, wrist + L1 * np.column_stack([np.cos(a), np.sin(a)])
-
-
 def test_a_softer_spring_of_the_planar_arm_is_the_closed_form(tmp_path):
     """Elbow springs of 4 and 3 N m/arcmin: the change of the r.m.s. error, of the sag and the
     shares by the joints are those of the arm where it stands under its load, on paper.
@@ -233,11 +235,12 @@ def test_a_softer_spring_of_the_planar_arm_is_the_closed_form(tmp_path):
     for spring in (K2, 3 / 4 * K2):
         wound = np.zeros_like(q)
         for _ in range(20):  # each round leaves less than a thousandth of the one before
-            wrist, whole = planar_tool(q - wound)
+            whole, wrist = lever_arms(q - wound)
             wound = MASS * GRAVITY * np.column_stack([whole[:, 0] / K1, wrist[:, 0] / spring])
-        bias = planar_tool(q - wound)[1] - planar_tool(q)[1]
+        stands = lever_arms(q - wound)[0]
+        bias = stands - lever_arms(q)[0]
         loads.append((bias**2).sum(axis=1))
-        levers.append(ZERO**2 * CUT / 9 * (planar_tool(q - wound)[1] ** 2).sum(axis=1))
+        levers.append(ZERO**2 * CUT / 9 * (stands**2).sum(axis=1))
         sags.append(-bias[:, 1].mean())
     others = CUT / 9 * (ZERO**2 * L2**2 + 2 * LENGTH**2)
     squares = [load + lever + others for load, lever in zip(loads, levers, strict=True)]
