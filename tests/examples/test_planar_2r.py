@@ -61,7 +61,7 @@ def bias_and_variance(q):
 
 
 def test_the_mean_square_error_is_the_closed_form(study):
-    """Exact wind-up under the payload, zeros and lengths add up as on paper: exactly where it is summed,
+    """Wind-up under the payload, zeros and lengths add up as on paper: exactly where it is summed,
     and within sampling where it is drawn.
     """
     bias, variance = bias_and_variance(study.poses.q)
