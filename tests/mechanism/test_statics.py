@@ -10,6 +10,7 @@ import pytest
 import lostmotion
 from lostmotion.analyses.statics.survey import Survey
 from lostmotion.error_model.budget import costs
+from lostmotion.error_model.pose_matrix import pose_matrix
 from lostmotion.mechanism.arm import Arm
 from lostmotion.mechanism.holding_torques import (
     holding_torques,
@@ -23,7 +24,6 @@ from lostmotion.parts.joint import RevoluteJoint
 from lostmotion.parts.link import Material
 from lostmotion.units import Toleranced
 from tests.mechanism.test_elastostatics import elastic_arm, payload_wrench
-from tests.parts.conditions import local_screws
 
 # A row of docs/validation.md each: quantity, compared with, agreement, other files.
 VALIDATES = (
@@ -227,12 +227,13 @@ def test_the_causes_of_bending_add_up_to_the_bending_of_the_link():
     rng = np.random.default_rng(9)
     arm = elastic_arm(rng, 5)
     q = rng.uniform(-1, 1, (50, 5))
-    at = state_of(arm, q).frames
+    at, matrix = state_of(arm, q).settled().frames, pose_matrix(arm, q)
+    loaded = [(info.of, matrix.local[:, :, k]) for k, info in enumerate(matrix.infos)]
     for bent in bending(arm, q, np.zeros((50, 3)), 0.0):
         place = arm.places.index(f"{bent.joint}.tip")
         twist = sum(
             screw
-            for of, screw in local_screws(arm, q)
+            for of, screw in loaded
             if of.owner == f"joints.{bent.joint}.link" and of.term.level == "design"
         )
         line = np.einsum(
@@ -257,13 +258,13 @@ def test_the_causes_of_bending_add_up_to_the_bending_of_the_link():
 
 
 def test_a_cantilever_bends_by_each_cause_as_in_beam_theory():
-    """A horizontal beam with little shear deflects by F l^3/3EI under the payload and w l^4/8EI
-    under its weight; slopes F l^2/2EI and w l^3/6EI.
+    """A horizontal beam with little shear, so stiff that it stays straight: deflections F l^3/3EI
+    under the payload and w l^4/8EI under its weight; slopes F l^2/2EI and w l^3/6EI.
     """
-    length, second, young, mass = 2.0, 1e-8, 200e9, 1.5
+    length, second, young, mass = 2.0, 1e-6, 200e9, 1.5
     section = {
         "kind": "custom",
-        "area": 1.0,
+        "area": 1e3,
         "i_y": second,
         "i_z": second,
         "torsion": 2 * second,
@@ -281,7 +282,7 @@ def test_a_cantilever_bends_by_each_cause_as_in_beam_theory():
         joints=[RevoluteJoint(name="A", axis="y", limits=(-1, 1), link=link)],
         payload={"mass": 3.0},
     )
-    bias = lostmotion.screws(lostmotion.state_of(arm, np.zeros((1, 1)))).bias[:, 3:]
+    bias = pose_matrix(arm, np.zeros((1, 1))).bias[:, 3:]
     (bent,) = bending(arm, np.zeros((1, 1)), bias, float(bias[0] @ bias[0]))
     force, weight = 3.0 * arm.gravity, mass * arm.gravity / length
     assert bent.by_cause["payload"][:2] == pytest.approx(
@@ -297,14 +298,16 @@ def test_a_cantilever_bends_by_each_cause_as_in_beam_theory():
 
 def test_the_causes_of_bending_add_up_to_the_share_of_the_link_in_the_budget():
     """Over a study, the shares of the causes add up to the share of the link in the error budget,
-    for links of exact stiffness.
+    for links of exact stiffness, but for what is of second order beside them: the square of the
+    tool's turn.
     """
     arm = links_alone(elastic_arm(np.random.default_rng(12), 4))
     study = lostmotion.study(arm, 64, robots=2, visits=2)
     shares = {cost.part: cost.share for cost in costs(study.sampled.tally)}
+    turn = np.linalg.norm(study.sampled.bias[:, :3], axis=1).max()
     for bent in study.bending:
         assert sum(part[2] for part in bent.by_cause.values()) == pytest.approx(
-            shares[f"joints.{bent.joint}.link"], rel=1e-9, abs=1e-12
+            shares[f"joints.{bent.joint}.link"], abs=turn**2
         )
 
 
@@ -378,7 +381,7 @@ def test_tolerances_of_a_link_do_not_change_its_bending():
         return Arm.model_validate({"name": "beam", "joints": [joint], "payload": {"mass": "3 kg"}})
 
     arms, q = (beam("400 mm", "0 %"), beam("400 mm ± 5 mm", "10 %")), np.array([[0.0], [0.4]])
-    bias = lostmotion.screws(lostmotion.state_of(arms[0], q)).bias[:, 3:]
+    bias = pose_matrix(arms[0], q).bias[:, 3:]
     exact, inexact = (bending(arm, q, bias, float(np.vdot(bias, bias)) / len(q))[0] for arm in arms)
     assert sum(part[2] for part in exact.by_cause.values()) == pytest.approx(1)
     assert inexact == exact

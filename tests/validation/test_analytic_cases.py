@@ -56,8 +56,8 @@ A, D, ALPHA = (
 )
 
 
-# Pose 0 of 256, µm: mean, standard deviation, 50, 95, 99 and 99.7th percentile, by 262 144
-# points and more.
+# Pose 0 of 256, µm: mean, standard deviation, 50, 95, 99 and 99.7th percentile, by 262 144 points
+# and more.
 POSE_0 = {
     "z-arm": (1239.78, 88.53, 1239.4, 1385.7, 1443.3, 1477.4),
     "ur5e": (736.33, 66.68, 736.2, 845.2, 880.3, 899.5),

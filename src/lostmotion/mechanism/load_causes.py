@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from lostmotion.mechanism.standing import standing
 from lostmotion.mechanism.state import State, state_of, states_of
 
 if TYPE_CHECKING:
@@ -101,13 +102,14 @@ def bending(arm: Arm, q: Floats, bias: Floats, mean_square: float) -> list[LinkB
     bias         (pose, 3) systematic error of the tool, which follows from load and pose alone, m
     mean_square  mean square of the whole error of the tool, m^2, to which the shares refer
 
-    Exact by superposition, because the deflection of a link is linear in its load. Links without
-    bending are omitted.
+    By superposition at the loads where the arm stands: the deflection of a link is linear in its
+    load. The tool moves by the mean of what a deflection does at the command and where the arm
+    stands; what that neglects is of third order. Links without bending are omitted.
     """
     whole: dict[str, Floats] = {}
     shared: dict[str, dict[str, float]] = {}
     for here, state in states_of(arm, q, _BLOCK):
-        for joint, bent in _link_deflections(state).items():
+        for joint, bent in _link_deflections(standing(state)).items():
             sizes = whole.setdefault(joint, np.zeros((len(q), 2)))
             sizes[here] = np.linalg.norm(sum(bent.across.values()).reshape(-1, 2, 3), axis=2)  # type: ignore[union-attr]
             sums = shared.setdefault(joint, dict.fromkeys(bent.at_tool, 0.0))
@@ -127,7 +129,7 @@ def _link_bending(
     slopes = _along_whole(
         {
             cause: twist[0, :3]
-            for cause, twist in _link_deflections(state_of(arm, q[[steepest]]))[
+            for cause, twist in _link_deflections(standing(state_of(arm, q[[steepest]])))[
                 joint
             ].across.items()
         }
@@ -135,7 +137,7 @@ def _link_bending(
     shifts = _along_whole(
         {
             cause: twist[0, 3:]
-            for cause, twist in _link_deflections(state_of(arm, q[[farthest]]))[
+            for cause, twist in _link_deflections(standing(state_of(arm, q[[farthest]])))[
                 joint
             ].across.items()
         }
@@ -176,6 +178,7 @@ class _LinkDeflection:
 
 
 def _link_deflections(state: State) -> dict[str, _LinkDeflection]:
+    command = replace(state, frames=state.commanded, equilibrium=None)
     arm, conditions = state.arm, state.conditions()
     conditions_by_cause = {
         cause: replace(state, arm=one).conditions() for cause, one in single_cause_arms(arm).items()
@@ -201,7 +204,7 @@ def _link_deflections(state: State) -> dict[str, _LinkDeflection]:
                 for cause, one in acting.items()
             }
             carried, off = (
-                state.carry(place)[:, 3:],
+                (command.carry(place) + state.carry(place))[:, 3:] / 2,
                 _projection_across(state.frames, arm.tree.places[place].parent, place),
             )
             out[joint.name] = _LinkDeflection(
