@@ -53,7 +53,7 @@ MACHINES = (
     # The maker prints ±0.03 mm, from one side.
     ("ur5e.urdf", 6.88e-6, 44.6e-6, 0.909e-3, None),
     # The paper prints none; cycloidal arms of this size are sold with hundredths of a millimetre.
-    ("z-arm.toml", 16.0e-6, 68.4e-6, 0.670e-3, None),
+    ("z-arm.toml", 15.7e-6, 68.4e-6, 0.670e-3, None),
     # ±10 K from visit to visit make 950 mm of aluminium ±0.22 mm longer or shorter.
     ("arm-in-the-sun.toml", 0.253e-3, 0.277e-3, 1.07e-3, (0.1e-3, 0.4e-3)),
     # A tilt of ±0.5° about two axes, cut at three standard deviations, at a reach of 1 to 1.5 m: RP
