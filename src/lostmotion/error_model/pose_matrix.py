@@ -168,7 +168,7 @@ def screws(state: State, *, approach: float | Floats = 0.0) -> PoseMatrix:
     the loaded arm for a settled state, about the command for any other.
 
     The loads are those of the state: the little by which an error itself changes them, and with
-    them the deflection, is left out. It is the share of the stiffness that the load gradient takes
+    them the deflection, is neglected. It is the share of the stiffness that the load gradient takes
     away, the contraction of the equilibrium; exact composition has it.
 
     approach  sign of the joints' last motion, 0 where it is drawn at every visit: one for all, or
