@@ -30,13 +30,17 @@ from lostmotion.parts.gearbox.slide import SlideFigures
 from lostmotion.parts.guideway import Guideway
 from lostmotion.parts.link import unit
 from lostmotion.parts.moving_joint import Bearing, JointUnit, MovingJoint, lead_of, refuse_joint
-from lostmotion.parts.passive_joints import FreeJoint, SphericalJoint, UniversalJoint
+from lostmotion.parts.passive_joints import (
+    FreeJoint,
+    SphericalJoint,
+    UndrivenJoint,
+    UniversalJoint,
+)
 from lostmotion.units import Quantity
 
 if TYPE_CHECKING:
     from lostmotion.parts.encoder import Encoder
     from lostmotion.spatial import Floats
-    from lostmotion.units import Toleranced
 
 
 # Fields of a bearing for turning joints only; along a slide the drive carries the load.
@@ -68,7 +72,7 @@ TurningLimits = Annotated[_Turning, AfterValidator(_rising)]
 SlidingLimits = Annotated[_Sliding, AfterValidator(_rising)]
 
 
-class FixedJoint(JointUnit):
+class FixedJoint(UndrivenJoint):
     """A joint that does not move."""
 
     type: Literal["fixed"] = "fixed"
@@ -77,25 +81,6 @@ class FixedJoint(JointUnit):
     def freedoms(self) -> tuple[Floats, ...]:
         """Return no step."""
         return ()
-
-    @property
-    def twist(self) -> Floats:
-        """Return zero motion (6,)."""
-        return np.zeros(6)
-
-    @property
-    def sources(self) -> dict[str, ErrorSource]:
-        """Return no error sources: nothing moves."""
-        return {}
-
-    @property
-    def drive_expands(self) -> bool | None:
-        """Return that no clearance of a gearbox follows the temperature."""
-        return False
-
-    def at_temperature(self, rise: Toleranced | None) -> Self:  # noqa: ARG002 - as for joints that move
-        """Return this joint, which has no gearbox."""
-        return self
 
 
 class RevoluteJoint(MovingJoint[AngleAmount, TurningGearbox, AngularStiffness]):

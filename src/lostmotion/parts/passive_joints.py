@@ -87,10 +87,8 @@ class BallSocket(Sourced, ErrorSource):
         return Friction.of_load(HELD_SHARE * holding().force, OF_HELD)
 
 
-class PassiveUnit(JointUnit):
-    """Base class of joints that no drive moves, in any direction."""
-
-    passive: Literal[True] = True
+class UndrivenJoint(JointUnit):
+    """Base class of joints without one axis: fixed ones, and passive ones in several directions."""
 
     @property
     def twist(self) -> Floats:
@@ -110,6 +108,12 @@ class PassiveUnit(JointUnit):
     def at_temperature(self, rise: Toleranced | None) -> Self:  # noqa: ARG002 - as for joints that move
         """Return this joint, which has no gearbox."""
         return self
+
+
+class PassiveUnit(UndrivenJoint):
+    """Base class of joints that move in several directions, none of them by a drive."""
+
+    passive: Literal[True] = True
 
 
 class SphericalJoint(PassiveUnit):
