@@ -126,22 +126,10 @@ def _link_bending(
     arm: Arm, q: Floats, joint: str, sizes: Floats, shared: dict[str, float], squares: float
 ) -> LinkBending:
     steepest, farthest = (int(each) for each in sizes.argmax(axis=0))
-    slopes = _along_whole(
-        {
-            cause: twist[0, :3]
-            for cause, twist in _link_deflections(standing(state_of(arm, q[[steepest]])))[
-                joint
-            ].across.items()
-        }
-    )
-    shifts = _along_whole(
-        {
-            cause: twist[0, 3:]
-            for cause, twist in _link_deflections(standing(state_of(arm, q[[farthest]])))[
-                joint
-            ].across.items()
-        }
-    )
+    at = standing(state_of(arm, q[[steepest, farthest]]))
+    across = _link_deflections(at)[joint].across
+    slopes = _along_whole({cause: twist[0, :3] for cause, twist in across.items()})
+    shifts = _along_whole({cause: twist[1, 3:] for cause, twist in across.items()})
     length = next(each.link.reach for each in arm.joints if each.name == joint)
     parts = {
         cause: (shifts[cause], slopes[cause], shared[cause] / squares if squares else 0.0)
