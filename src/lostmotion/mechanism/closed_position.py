@@ -15,11 +15,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.mechanism.carry import at_tool_point
+from lostmotion.mechanism.carry import at_tool_point, carry
 from lostmotion.mechanism.frames import place_frames
 from lostmotion.spatial import cross, exp, rotation_vector
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lostmotion.mechanism.places import Tree
@@ -126,12 +128,22 @@ def balance(tree: Tree) -> tuple[Floats, Floats]:
     """Return the factors by which equations (equation,) and freedoms (freedom,) of the passive
     joints become free of units.
     """
+    rows = np.tile(twist_units(tree), len(tree.welds))
+    return rows, _motion_units(tree, [each.place for each in tree.passive])
+
+
+def twist_units(tree: Tree) -> Floats:
+    """Return the factors (6,) by which a twist becomes free of units."""
+    return np.r_[np.ones(3), np.full(3, 1 / size(tree))]
+
+
+def _motion_units(tree: Tree, places: Sequence[int]) -> Floats:
+    """Return the motions (freedom,) of these places that count as one: a radian of those that turn,
+    the size of the chain of those that slide.
+    """
     long = size(tree)
-    rows = np.tile(np.r_[np.ones(3), np.full(3, 1 / long)], len(tree.welds))
-    columns = [
-        np.where(tree.places[each.place].twist[:3].any(axis=0), 1.0, long) for each in tree.passive
-    ]
-    return rows, np.concatenate(columns) if columns else np.zeros(0)
+    units = [np.where(tree.places[k].twist[:3].any(axis=0), 1.0, long) for k in places]
+    return np.concatenate(units) if units else np.zeros(0)
 
 
 def _jacobian(tree: Tree, at: Floats) -> Floats:
@@ -269,8 +281,7 @@ def rank_of(matrix: Floats) -> int:
 
 def nearby_rank(tree: Tree) -> int:
     """Return the largest rank of the closures' Jacobian beside home."""
-    home, long = home_of(tree), size(tree)
-    reach = np.array([1.0 if tree.places[k].twist[:3].any() else long for k in tree.moved])
+    home, reach = home_of(tree), _motion_units(tree, tree.moved)
     sides = np.array([[1.0], [-1.0]]) * _BESIDE * np.linspace(1.0, 0.5, len(reach))
     beside, start = np.array(tree.home) + sides * reach, np.repeat(home.motions, 2, axis=1)
     found = _newton(tree, beside, start, _MOST_AT_HOME, 1)[1]
@@ -282,23 +293,14 @@ def tool_columns(tree: Tree, at: Floats) -> Floats:
     units.
     """
     _, columns = balance(tree)
-    moved = [
-        float(each.place in tree.tool_path)
-        * at_tool_point(at, each.place)
-        @ tree.places[each.place].twist
-        for each in tree.passive
-    ]
-    rows = np.r_[np.ones(3), np.full(3, 1 / size(tree))]
-    return np.asarray(np.concatenate(moved, axis=2) * rows[:, None] * columns)
+    moved = [carry(tree, at, each.place) @ tree.places[each.place].twist for each in tree.passive]
+    return np.asarray(np.concatenate(moved, axis=2) * twist_units(tree)[:, None] * columns)
 
 
 def assemble(tree: Tree, q: Floats) -> Assembly:
     """Return the closed chain at these values of the driven joints (pose, joint), rad or m."""
-    home, long = home_of(tree), size(tree)
+    home, strides = home_of(tree), _STRIDE * _motion_units(tree, tree.moved)
     count, start = len(q), np.array(tree.home)
-    strides = np.array(
-        [_STRIDE * (1.0 if tree.places[k].twist[:3].any() else long) for k in tree.moved]
-    )
     most = np.abs((q - start) / strides).max(axis=1, initial=0.0)
     longest = 1 / np.maximum(np.ceil(most), 1.0)
     step, done = longest.copy(), np.zeros(count)
@@ -347,15 +349,11 @@ def gain(tree: Tree, at: Floats, jacobian: Floats) -> Floats:
 
     jacobian  (pose, equation, freedom) of the closures, balanced
     """
-    long, drives = size(tree), list(tree.moved)
+    drives, units = list(tree.moved), _motion_units(tree, tree.moved)
     rows, _ = balance(tree)
-    units = np.array([1.0 if tree.places[k].twist[:3].any() else long for k in drives])
     driven = loop_columns(tree, at, drives) * rows[:, None] * units
-    tool = np.concatenate(
-        [float(k in tree.tool_path) * at_tool_point(at, k) @ tree.places[k].twist for k in drives],
-        axis=2,
-    )
-    tool = tool * np.r_[np.ones(3), np.full(3, 1 / long)][:, None] * units
+    tool = np.concatenate([carry(tree, at, k) @ tree.places[k].twist for k in drives], axis=2)
+    tool = tool * twist_units(tree)[:, None] * units
     if tree.passive:
         tool = tool - tool_columns(tree, at) @ (np.linalg.pinv(jacobian, rcond=RANK) @ driven)
     return np.asarray(np.linalg.norm(tool, ord=2, axis=(1, 2)))

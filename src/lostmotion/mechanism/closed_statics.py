@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import DidNotConvergeError
-from lostmotion.mechanism.carry import at_tool_point
-from lostmotion.mechanism.closed_position import balance, loop_columns, signs, size
+from lostmotion.mechanism.carry import at_tool_point, carry
+from lostmotion.mechanism.closed_position import balance, loop_columns, signs, twist_units
 from lostmotion.spatial import mapped
 
 if TYPE_CHECKING:
@@ -165,9 +165,8 @@ class Loops:
                 top -= np.concatenate([each * here for each in sign[:, place]], axis=1)
         bottom = [np.zeros((self.at.shape[1], 0, 6))]
         for each in tree.passive:
-            on_path = float(each.place in tree.tool_path)
-            moved = at_tool_point(self.at, each.place) @ tree.places[each.place].twist
-            bottom.append(-on_path * moved.transpose(0, 2, 1))
+            moved = carry(tree, self.at, each.place) @ tree.places[each.place].twist
+            bottom.append(-moved.transpose(0, 2, 1))
         return self.solved(top, np.concatenate(bottom, axis=1))[0]
 
     def on_place(self, place: int, loads: Floats) -> Floats:
@@ -222,7 +221,7 @@ class Loops:
         stress = self._inverse[1]
         if not stress.shape[2] or not signs(self.tree)[:, place].any():
             return np.zeros(local.shape[1:])
-        rows, sign = np.r_[np.ones(3), np.full(3, 1 / size(self.tree))], signs(self.tree)
+        rows, sign = twist_units(self.tree), signs(self.tree)
         moved = rows[:, None] * (at_tool_point(self.at, place) @ local.transpose(2, 0, 1))
         misfit = np.concatenate([each * moved for each in sign[:, place]], axis=1)
         left = np.linalg.norm(stress.transpose(0, 2, 1) @ misfit, axis=1)
