@@ -18,6 +18,7 @@ from lostmotion.error_model.remedies import (
     geometry_of,
     remaining,
 )
+from lostmotion.errors import InputError
 from lostmotion.propagation.task_success import judged, share_of
 
 if TYPE_CHECKING:
@@ -142,14 +143,20 @@ def remedies(
         found = judged(program, one, many, often, seed)
         return float(found.held.mean()) >= program.task.required
 
+    def carries(factor: float) -> bool:
+        """Return whether the arm meets it with so many times the payload: not where it falls."""
+        try:
+            matrix = program.with_payload(factor).matrix()
+        except InputError:
+            return False
+        return holds(matrix)
+
     def of(which: Callable[[Column], bool]) -> float:
         return _largest(lambda factor: holds(matrix.scaled(_factors(matrix, which, factor))))
 
     margins = [Margin("play and hysteresis", of(_is_play)), Margin("compliance", of(_is_elastic))]
     if program.arm.payload.mass:
-        margins.append(
-            Margin("payload", _largest(lambda factor: holds(program.with_payload(factor).matrix())))
-        )
+        margins.append(Margin("payload", _largest(carries)))
     return Remedies(
         left("as it is", matrix), tuple(stages), tuple(without), tuple(margins), many, often
     )

@@ -20,6 +20,7 @@ from lostmotion.laws.iso9283 import path_figures
 from lostmotion.propagation.iso9283.cube import cube_from_arguments
 from lostmotion.propagation.iso9283.joint_motion import path_approach, path_poses
 from lostmotion.propagation.iso9283.robots import predict_robots
+from lostmotion.propagation.task_remedies import remedies
 from lostmotion.propagation.task_success import shares
 from lostmotion.propagation.tool_errors import tool_errors
 from tests.analyses.task.test_brute_force import ARM, STATED
@@ -202,6 +203,33 @@ def test_the_margin_of_play_holds_in_the_arm_itself():
 
     assert with_play(0.97 * margin.factor) > 0.59
     assert with_play(1.05 * margin.factor) < 0.61
+
+
+def test_the_margin_of_payload_ends_where_the_arm_falls(tmp_path):
+    """An upright arm on a spring k carries m at the height h while m g h < k, and no longer."""
+    stiffness, height, mass = 200.0, 0.5, 1.0
+    arm = lostmotion.Arm.model_validate(
+        {
+            "name": "upright",
+            "joints": [
+                {
+                    "name": "A",
+                    "type": "revolute",
+                    "axis": "y",
+                    "limits": ("-100 deg", "10 deg"),
+                    "gearbox": {"stiffness": f"{stiffness} N m/rad"},
+                    "encoder": {"resolution": "0.5 arcmin"},
+                    "link": {"length": height, "rigid": True},
+                }
+            ],
+            "payload": {"mass": mass},
+        }
+    )
+    program = rows(tmp_path, [[-np.pi / 2]], arm)
+    found = remedies(program, program.matrix(), 0, [], 20, 1, 1)
+    (margin,) = (each for each in found.margins if each.name == "payload")
+    falls = stiffness / (mass * arm.gravity * height)
+    assert margin.factor == pytest.approx(falls, rel=0.01)
 
 
 def test_a_placement_is_found():
