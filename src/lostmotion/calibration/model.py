@@ -77,6 +77,13 @@ class RobotModel:
         factors = np.broadcast_to(values[:, None], (len(rows), len(values), 1))
         return compose(self.matrix, rows, factors)[:, 0]
 
+    def numbers(self, streams: Sequence[Stream]) -> NDArray[np.int64]:
+        """Return the number of each of these draws in this model. The two draws of a harmonic have
+        one name, so that a name alone is no key.
+        """
+        at = {stream: k for k, stream in enumerate(self.streams)}
+        return np.array([at[stream] for stream in streams], dtype=np.int64)
+
     @functools.cached_property
     def owners(self) -> tuple[str, ...]:
         """Return the part of each draw, by the first column that has it."""

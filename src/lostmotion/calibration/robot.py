@@ -60,6 +60,7 @@ class EstimatedError:
     """One error of the robot.
 
     name       of its draw
+    draw       number of that among the estimates, as in `Release`
     unit       "rad" or "m"; "1" where the draw has no single size
     prior      standard deviation that was assumed
     value      estimate, and its standard deviation, in the unit
@@ -74,6 +75,7 @@ class EstimatedError:
     """
 
     name: str
+    draw: int
     unit: str
     prior: float
     value: float
@@ -254,13 +256,8 @@ def calibration_of(
     )
     covariance = inflation * best.covariance[np.ix_(kept, kept)]
     everywhere = model_of(arm, sample_poses(arm, _POSES, "sobol", 1).q, added)
-    at = {stream.name: k for k, stream in enumerate(everywhere.streams)}
-    columns = np.concatenate(
-        [
-            model.columns[:, 3:, kept],
-            everywhere.columns[:, 3:, [at[name] for name, _ in streams]],
-        ]
-    )
+    there = everywhere.numbers([model.streams[k] for k in kept])
+    columns = np.concatenate([model.columns[:, 3:, kept], everywhere.columns[:, 3:, there]])
     factor = reduced(columns, covariance)
     return Calibration(streams, best.mean[kept], _symmetric(factor @ factor.T), added)
 
@@ -292,6 +289,7 @@ def estimated_errors(
         out.append(
             EstimatedError(
                 names[k],
+                k,
                 unit,
                 size * float(np.sqrt(best.variances[k])) / factors.get(k, 1.0),
                 size * float(best.mean[k]),

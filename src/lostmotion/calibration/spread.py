@@ -44,8 +44,7 @@ def variance_elsewhere(model: RobotModel, covariance: Floats) -> float:
     if len(beside) < _FEWEST:
         return 1.0
     there = model_of(arm.calibrated(None), beside, _added(arm))
-    at = {stream.name: k for k, stream in enumerate(there.streams)}
-    columns = there.columns[:, 3:, [at[stream.name] for stream in model.streams]]
+    columns = there.columns[:, 3:, there.numbers(model.streams)]
     return _variance(columns, covariance) / _variance(model.columns[:, 3:], covariance)
 
 

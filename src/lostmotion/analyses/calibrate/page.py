@@ -204,19 +204,19 @@ def _released(found: CalibrationAnswer) -> list[Section]:
     released = found.robot.climb.kept.fit.released
     if not released:
         return []
-    names = [stream.name for stream in found.robot.climb.model.streams]
-    of = {error.name: error for error in found.robot.errors}
+    of = {error.draw: error for error in found.robot.errors}
     rows = [
         (
-            short_name(names[each.draw]),
-            size(of[names[each.draw]], of[names[each.draw]].value),
-            size(of[names[each.draw]], 2 * of[names[each.draw]].deviation),
-            size(of[names[each.draw]], of[names[each.draw]].prior),
+            short_name(error.name),
+            size(error, error.value),
+            size(error, 2 * error.deviation),
+            size(error, error.prior),
             Cell(each.factor, "1", stated=True),
             Cell(each.gain, "1"),
-            "" if of[names[each.draw]].in_file else "not in the arm file",
+            "" if error.in_file else "not in the arm file",
         )
         for each in released
+        for error in [of[each.draw]]
     ]
     return [
         table(

@@ -106,8 +106,7 @@ def _measured(arm: Arm, visits: MeasuredVisits, noise: float, wanted: RobotModel
     own = len(robot.instrument.unknowns)
     asked = Asked(np.concatenate([wide, np.ones(own)]), noise)
     covariance = fit(model, robot.instrument, asked).covariance
-    at = {stream.name: k for k, stream in enumerate(model.streams)}
-    rows = [at[stream.name] for stream in wanted.streams]
+    rows = model.numbers(wanted.streams)
     return np.asarray(covariance[np.ix_(rows, rows)])
 
 
@@ -122,8 +121,7 @@ def next_poses(robot: Robot, q: Floats, seed: int) -> tuple[Floats, Floats]:
     best, streams = robot.climb.kept.fit, robot.climb.model.streams
     kept = np.flatnonzero(best.variances[: len(streams)])
     model = model_of(robot.arm, every, robot.calibration.added)
-    at = {stream.name: k for k, stream in enumerate(model.streams)}
-    model = model.keeping(np.array([at[streams[k].name] for k in kept]))
+    model = model.keeping(model.numbers([streams[k] for k in kept]))
     covariance = robot.inflation * best.covariance[np.ix_(kept, kept)]
     found = plan(model, model.rows(np.arange(_NEXT // 4)), NEXT_POSES, covariance, noise=best.noise)
     return every[found.chosen], found.radius
