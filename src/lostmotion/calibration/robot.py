@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -146,58 +146,60 @@ def robot_of(
     orders = _ORDERS if terms == "waves" and len(measured) >= _FEWEST_PERIODIC else 0
     turn = 0.0 if measured.rotation is None else chosen.base_turn
     chosen = replace(chosen, orders=orders, tool_turn=turn)
+    seen = measured_in_base(arm, measured, chosen, noise)
+    model = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
+    found = climb(
+        model,
+        seen.instrument,
+        terms=terms,
+        scale=stated_scale(arm, chosen) if sizes is None else 1.0,
+        noise=noise,
+        seed=seed,
+        progress=progress,
+    )
+    inflation = found.kept.blocked.inflation
+    return Robot(
+        arm,
+        calibration_of(arm, found.model, found.kept.fit, chosen, inflation),
+        found,
+        seen.instrument,
+        seen.frames,
+        chosen,
+        inflation,
+        seen.alignment,
+        seen.sign,
+        estimated_errors(found.model, found.kept.fit, seen.instrument),
+    )
+
+
+class MeasuredInBase(NamedTuple):
+    """What was measured, in the base frame; fields as of `Robot`."""
+
+    instrument: Instrument
+    frames: Floats
+    alignment: Alignment | None = None
+    sign: int = 1
+
+
+def measured_in_base(
+    arm: Arm, measured: MeasuredVisits, sizes: Deviations, noise: float | None
+) -> MeasuredInBase:
+    """Return what was measured, in the base frame. Arguments and errors as for `robot_of`."""
     frames = state_of(arm, measured.q).frames[-1]
-    options = {
-        "terms": terms,
-        "scale": stated_scale(arm, chosen) if sizes is None else 1.0,
-        "noise": noise,
-        "seed": seed,
-        "progress": progress,
-    }
     if measured.readings is not None:
-        instrument: Instrument = instrument_of(measured.readings, frames)
-        return _estimated(arm, measured, instrument, frames, chosen, None, 1, options)
+        return MeasuredInBase(instrument_of(measured.readings, frames), frames)
     sign, point = 1, measured.point
     if point is None:
         if measured.difference is None:
             raise ValueError("neither points nor differences are measured")
         sign = _sign(arm, measured.q, frames, measured.difference, noise)
         point = frames[:, :3, 3] + sign * measured.difference
-    point, rotation, alignment = _in_base(frames, point, measured.rotation, chosen)
-    instrument = Points(point)
-    if rotation is not None:
-        poses = np.tile(np.eye(4), (len(point), 1, 1))
-        poses[:, :3, :3], poses[:, :3, 3] = rotation, point
-        instrument = FullPoses(poses)
-    return _estimated(arm, measured, instrument, frames, chosen, alignment, sign, options)
-
-
-def _estimated(  # noqa: PLR0913, PLR0917 - what a robot is made of
-    arm: Arm,
-    measured: MeasuredVisits,
-    instrument: Instrument,
-    frames: Floats,
-    chosen: Deviations,
-    alignment: Alignment | None,
-    sign: int,
-    options: dict[str, Any],
-) -> Robot:
-    """Return the robot by what an instrument measured in the base frame; options as for `climb`."""
-    model = model_of(arm, measured.q, added_terms(arm, chosen), approach=measured.approach)
-    found = climb(model, instrument, **options)
-    inflation = found.kept.blocked.inflation
-    return Robot(
-        arm,
-        calibration_of(arm, found.model, found.kept.fit, chosen, inflation),
-        found,
-        instrument,
-        frames,
-        chosen,
-        inflation,
-        alignment,
-        sign,
-        estimated_errors(found.model, found.kept.fit, instrument),
-    )
+    point, rotation, alignment = _in_base(frames, point, measured.rotation, sizes)
+    if rotation is None:
+        return MeasuredInBase(Points(point), frames, alignment, sign)
+    poses = np.tile(np.eye(4), (len(point), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = rotation, point
+    return MeasuredInBase(FullPoses(poses), frames, alignment, sign)
 
 
 def _sign(arm: Arm, q: Floats, frames: Floats, difference: Floats, noise: float | None) -> int:

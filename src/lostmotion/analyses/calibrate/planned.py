@@ -10,7 +10,7 @@ import numpy as np
 from lostmotion.calibration.fit import Asked, fit
 from lostmotion.calibration.model import model_of
 from lostmotion.calibration.plan import plan
-from lostmotion.calibration.robot import robot_of
+from lostmotion.calibration.robot import measured_in_base
 from lostmotion.calibration.terms import Deviations, added_terms, is_frame
 from lostmotion.error_model.pose_selection import poses_in_zone
 from lostmotion.error_model.poses import sample_poses
@@ -100,12 +100,13 @@ def planned_poses(
 
 def _measured(arm: Arm, visits: MeasuredVisits, noise: float, wanted: RobotModel) -> Floats:
     """Return the covariance of the estimates after what was measured, with a wide prior."""
-    robot = robot_of(arm, visits, terms="geometry", noise=noise)
-    model = model_of(arm, visits.q, added_terms(arm, Deviations()))
+    sizes = Deviations()
+    instrument = measured_in_base(arm, visits, sizes, noise).instrument
+    model = model_of(arm, visits.q, added_terms(arm, sizes))
     wide = np.array([1.0 if is_frame(owner) else _WIDE for owner in model.owners])
-    own = len(robot.instrument.unknowns)
+    own = len(instrument.unknowns)
     asked = Asked(np.concatenate([wide, np.ones(own)]), noise)
-    covariance = fit(model, robot.instrument, asked).covariance
+    covariance = fit(model, instrument, asked).covariance
     rows = model.numbers(wanted.streams)
     return np.asarray(covariance[np.ix_(rows, rows)])
 
