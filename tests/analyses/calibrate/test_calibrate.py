@@ -132,6 +132,13 @@ def test_a_wrong_file_is_refused_with_its_row(what, text, tmp_path):
         lostmotion.calibrate(ARM, path, terms="geometry", noise="70 µm")
 
 
+def test_a_plan_refuses_another_arm_too(tmp_path):
+    """Poses are not planned by measurements of another arm."""
+    path = written(tmp_path / "visits.csv", *spoiled("another arm"))
+    with pytest.raises(InputError, match="% of the reach"):
+        lostmotion.calibrate(ARM, path, plan=1)
+
+
 def test_duplicates_and_wrong_rows_are_named(tmp_path):
     """A row that is repeated is dropped, and one that is wrong by 5 mm is weighted down by its
     line.

@@ -138,7 +138,8 @@ def calibrate(
         raise refuse_argument("measured, plan", nothing, "one of them", measured="visits.csv")
     asked = read_arguments(calibrate, locals())
     from lostmotion.analyses.calibrate.answer import calibrated
-    from lostmotion.analyses.calibrate.result import Calibrated
+    from lostmotion.analyses.calibrate.planned import planned_poses
+    from lostmotion.analyses.calibrate.result import Calibrated, CalibrationPlan
     from lostmotion.calibration.robot import WrongArmError
     from lostmotion.io.measured.calibration_visits import read_calibration_visits
 
@@ -150,17 +151,14 @@ def calibrate(
     asked.ready()
     if asked.maker is not None:
         return _of_maker(asked.arm, asked.maker, asked.seed)
-    if asked.plan is not None:
-        from lostmotion.analyses.calibrate.planned import planned_poses
-        from lostmotion.analyses.calibrate.result import CalibrationPlan
-
+    try:
+        if asked.plan is None:
+            found = calibrated(asked.arm, visits, asked.terms, asked.noise, asked.seed, progress)
+            return Calibrated(**vars(found))
         chosen = planned_poses(
             asked.arm, asked.plan, asked.zone, visits, asked.noise or DEFAULT_NOISE, asked.seed
         )
-        return CalibrationPlan(**vars(chosen))
-    try:
-        found = calibrated(asked.arm, visits, asked.terms, asked.noise, asked.seed, progress)
     except WrongArmError as error:
         expected = "measurements of this arm with this tool"
         raise InputError([Problem(visits.file, "", str(error), expected)]) from None
-    return Calibrated(**vars(found))
+    return CalibrationPlan(**vars(chosen))
