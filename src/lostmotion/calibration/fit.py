@@ -115,6 +115,25 @@ class Estimates:
         return evidence.Posterior(self.mean, self.covariance, self.evidence)
 
 
+def linearised(
+    model: RobotModel, instrument: Instrument, mean: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return residuals (pose, row), columns (pose, row, unknown) and the covariance of the scatter
+    (pose, row, row) at estimates of the draws and of the instrument's unknowns.
+    """
+    draws, unknowns = np.split(mean, [len(model.streams)])
+    rows = instrument.rows(model.frames(draws), unknowns)
+    by = rows.by_twist
+    columns = np.concatenate([by @ model.columns, rows.by_unknown], axis=2)
+    return rows.residual, columns, by @ model.scatter @ by.transpose(0, 2, 1)
+
+
+def whitened(residual: Floats, covariance: Floats) -> Floats:
+    """Return residuals (pose, row) in deviations of these covariances (pose, row, row)."""
+    lower = np.linalg.cholesky(covariance)
+    return np.asarray(np.linalg.solve(lower, residual[:, :, None])[:, :, 0])
+
+
 def fit(model: RobotModel, instrument: Instrument, asked: Asked) -> Estimates:
     """Return the estimates from a measurement at the poses of the model, by Gauss-Newton."""
     return _Search(model, instrument, asked).run()
@@ -146,7 +165,7 @@ class _Search:
 
     def run(self) -> Estimates:
         surprise = math.nan
-        linear = self._linearised()
+        linear = linearised(self.model, self.instrument, self.mean)
         for step in range(_STEPS):
             residual, columns, covariance = linear
             values = residual + columns @ self.mean
@@ -157,7 +176,7 @@ class _Search:
             found = evidence.posterior(self._normal(), self.variances)
             change = np.abs(found.mean - self.mean).max(initial=0.0)
             self.mean = found.mean
-            linear = self._linearised()
+            linear = linearised(self.model, self.instrument, self.mean)
             reweighted = self._weigh(linear[0], linear[2])
             if step + 1 >= _FEWEST_STEPS and not chosen and not reweighted and change < _SETTLED:
                 break
@@ -175,16 +194,6 @@ class _Search:
             residual.size,
         )
 
-    def _linearised(self) -> tuple[Floats, Floats, Floats]:
-        """Return residuals (pose, row), columns (pose, row, unknown) and the covariance of the
-        scatter (pose, row, row) at the estimates.
-        """
-        draws, unknowns = np.split(self.mean, [self.draws])
-        rows = self.instrument.rows(self.model.frames(draws), unknowns)
-        by = rows.by_twist
-        columns = np.concatenate([by @ self.model.columns, rows.by_unknown], axis=2)
-        return rows.residual, columns, by @ self.model.scatter @ by.transpose(0, 2, 1)
-
     def _normal(self, noise: float | None = None) -> evidence.NormalEquations:
         return self.rows.normal(self.noise if noise is None else noise, self.weights)
 
@@ -192,7 +201,7 @@ class _Search:
         """Choose noise, releases and periodic errors by evidence; return whether any changed."""
         if not 0 < step <= _CHOICES:  # first the estimates alone, from the nominal arm
             return step == 0
-        changed = self._tune_noise(self.variances)
+        changed = self._tune_noise()
         changed |= self._tune_seats()
         if self.asked.harmonics:
             changed |= self._tune_harmonics()
@@ -204,11 +213,11 @@ class _Search:
             out[each.draw] = self.asked.variances[each.draw]
         return out
 
-    def _tune_noise(self, variances: Floats) -> bool:
+    def _tune_noise(self) -> bool:
         if self.asked.noise is not None:
             return False
         before = self.noise
-        self.noise, _ = self._best_noise(variances)
+        self.noise, _ = self._best_noise(self.variances)
         return abs(math.log(self.noise / before)) > 0.01  # noqa: PLR2004 - one per cent
 
     def _best_noise(self, variances: Floats) -> tuple[float, float]:
@@ -247,9 +256,8 @@ class _Search:
             self.scale, self.released, self.variances, self.noise = chosen
         return before != (self.scale, tuple(self.released))
 
-    def _release(self) -> bool:
+    def _release(self) -> None:
         """Widen the prior of errors out of tolerance, one at a time."""
-        changed = False
         while len(self.released) < _MOST_RELEASES:
             _, now = self._best_noise(self.variances)
             found = evidence.posterior(self._normal(), self.variances)
@@ -280,8 +288,6 @@ class _Search:
             # That of the first step counts: later ones are at the estimates with this release.
             gain = self.gains.setdefault((k, factor), gain)
             self.released.append(Release(k, factor, gain))
-            changed = True
-        return changed
 
     def _widening(self, factor: float) -> Floats:
         """Return the factors (unknown,) from the prior deviations in use to those of a release."""
@@ -330,7 +336,8 @@ class _Search:
         """
         if not self.asked.robust:
             return False
-        distance = _distances(residual, covariance, self.noise, self.instrument.noise)
+        noise = self.noise**2 * np.diag(self.instrument.noise**2)
+        distance = np.linalg.norm(whitened(residual, covariance + noise), axis=1)
         expected = math.sqrt(residual.shape[1])
         scale = max(1.0, float(np.median(distance)) / expected)
         limit = (_FAR - math.sqrt(3) + expected) * scale
@@ -375,13 +382,6 @@ class _Whitened:
         logs = 2 * np.log(np.diagonal(lower, axis1=1, axis2=2)).sum()
         logs -= self.values.shape[1] * np.log(weights).sum()
         return evidence.NormalEquations.of(columns, values, float(logs))
-
-
-def _distances(residual: Floats, covariance: Floats, noise: float, unit: Floats) -> Floats:
-    """Return the length of each whitened residual (pose,)."""
-    lower = np.linalg.cholesky(covariance + noise**2 * np.diag(unit**2))
-    white = np.linalg.solve(lower, residual[:, :, None])[:, :, 0]
-    return np.asarray(np.linalg.norm(white, axis=1))
 
 
 def _order(model: RobotModel, draw: int) -> int:

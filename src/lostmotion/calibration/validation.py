@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from lostmotion.calibration.fit import fit
+from lostmotion.calibration.fit import fit, linearised, whitened
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -120,16 +120,11 @@ def cross_validate(
 
 def held_out(model: RobotModel, instrument: Instrument, found: Estimates) -> HeldOut:
     """Return measurements at these poses against the predictions of a fit."""
-    draws, unknowns = np.split(found.mean, [len(model.streams)])
-    rows = instrument.rows(model.frames(draws), unknowns)
-    columns = np.concatenate([rows.by_twist @ model.columns, rows.by_unknown], axis=2)
-    scatter = rows.by_twist @ model.scatter @ rows.by_twist.transpose(0, 2, 1)
+    residual, columns, scatter = linearised(model, instrument, found.mean)
     noise = found.noise**2 * np.diag(instrument.noise**2)
     covariance = columns @ found.covariance @ columns.transpose(0, 2, 1) + scatter + noise
-    lower = np.linalg.cholesky(covariance)
-    white = np.linalg.solve(lower, rows.residual[:, :, None])[:, :, 0]
     return HeldOut(
-        np.linalg.norm(rows.residual[:, instrument.lengths], axis=1),
-        (white**2).sum(axis=1),
-        rows.residual.shape[1],
+        np.linalg.norm(residual[:, instrument.lengths], axis=1),
+        (whitened(residual, covariance) ** 2).sum(axis=1),
+        residual.shape[1],
     )
