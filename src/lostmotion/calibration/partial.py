@@ -15,6 +15,7 @@ from lostmotion.spatial import across
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from typing import Self
 
     from numpy.typing import NDArray
 
@@ -47,7 +48,7 @@ class _OneNumber(Instrument):
         """Return one."""
         return np.ones(1)
 
-    def part(self, rows: NDArray[np.int64]) -> _OneNumber:
+    def part(self, rows: NDArray[np.int64]) -> Self:
         """Return the measurement at the poses in these rows."""
         return replace(self, target=self.target[rows], value=self.value[rows])
 
@@ -144,25 +145,29 @@ class Planes(_OneNumber):
 
 
 @dataclass(frozen=True, eq=False)
-class Dials(_OneNumber):
-    """Deviations of the tool point along axes of the base, by dial gauges with unknown zeros.
+class _FromNominal(_OneNumber):
+    """Deviations from the nominal tool along or about axes of the base, with unknown zeros.
 
-    nominal  (pose, 3) nominal tool points, m
+    nominal  (pose, ...) nominal tool points, m, or orientations
     axis     (target, 3)
     """
 
     nominal: Floats
     axis: Floats
 
+    def part(self, rows: NDArray[np.int64]) -> Self:
+        """Return the measurement at the poses in these rows."""
+        return replace(super().part(rows), nominal=self.nominal[rows])
+
+
+class Dials(_FromNominal):
+    """Deviations of the tool point along axes of the base, by dial gauges with unknown zeros; from
+    nominal tool points (pose, 3), m.
+    """
+
     @property
     def _each(self) -> tuple[tuple[str, float], ...]:
         return (("zero", ZERO),)
-
-    def part(self, rows: NDArray[np.int64]) -> Dials:
-        """Return the measurement at the poses in these rows."""
-        return replace(
-            self, target=self.target[rows], value=self.value[rows], nominal=self.nominal[rows]
-        )
 
     def rows(self, frames: Floats, unknowns: Floats) -> Rows:
         """Return the rows: the deviation along the axis."""
@@ -171,17 +176,10 @@ class Dials(_OneNumber):
         return self._rows(moved + own[:, 0], _along(way), np.ones((len(own), 1)))
 
 
-@dataclass(frozen=True, eq=False)
-class Inclinometers(_OneNumber):
-    """Rotations of the tool about axes of the base from its nominal orientation, with unknown
-    zeros.
-
-    nominal  (pose, 3, 3) nominal orientations
-    axis     (target, 3)
+class Inclinometers(_FromNominal):
+    """Rotations of the tool about axes of the base from its nominal orientation (pose, 3, 3), with
+    unknown zeros.
     """
-
-    nominal: Floats
-    axis: Floats
 
     @property
     def noise(self) -> Floats:
@@ -191,12 +189,6 @@ class Inclinometers(_OneNumber):
     @property
     def _each(self) -> tuple[tuple[str, float], ...]:
         return (("zero", TURN),)
-
-    def part(self, rows: NDArray[np.int64]) -> Inclinometers:
-        """Return the measurement at the poses in these rows."""
-        return replace(
-            self, target=self.target[rows], value=self.value[rows], nominal=self.nominal[rows]
-        )
 
     def rows(self, frames: Floats, unknowns: Floats) -> Rows:
         """Return the rows: the rotation about the axis, valid to first order in it."""
