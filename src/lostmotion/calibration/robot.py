@@ -300,17 +300,13 @@ def estimated_errors(
                 float(effect * abs(best.mean[k])),
                 names[tied],
                 float(correlation[k, tied]),
-                k < count and _in_file(model, k),
+                k < count and not (is_frame(owner) or is_harmonic(owner) or is_seat(owner)),
                 factors.get(k, 1.0),
                 k >= count or is_frame(owner),
                 is_harmonic(owner),
             )
         )
     return tuple(sorted(out, key=lambda each: -each.effect))
-
-
-def _first(model: RobotModel, draw: int) -> int:
-    return int(np.flatnonzero(model.of == draw)[0])
 
 
 def _size(model: RobotModel, draw: int) -> tuple[float, str]:
@@ -323,8 +319,3 @@ def _size(model: RobotModel, draw: int) -> tuple[float, str]:
     if len(columns) > 1 or direction is None or "wrench" in term.form.reads:
         return 1.0, "1"
     return float(term.scale), "rad" if direction[:3].any() else "m"
-
-
-def _in_file(model: RobotModel, draw: int) -> bool:
-    owner = model.matrix.infos[_first(model, draw)].owner
-    return not (is_frame(owner) or is_harmonic(owner) or is_seat(owner))
