@@ -134,7 +134,7 @@ def balance(tree: Tree) -> tuple[Floats, Floats]:
 
 def twist_units(tree: Tree) -> Floats:
     """Return the factors (6,) by which a twist becomes free of units."""
-    return np.r_[np.ones(3), np.full(3, 1 / size(tree))]
+    return np.concatenate([np.ones(3), np.full(3, 1 / size(tree))])
 
 
 def _motion_units(tree: Tree, places: Sequence[int]) -> Floats:
@@ -143,7 +143,7 @@ def _motion_units(tree: Tree, places: Sequence[int]) -> Floats:
     """
     long = size(tree)
     units = [np.where(tree.places[k].twist[:3].any(axis=0), 1.0, long) for k in places]
-    return np.concatenate(units) if units else np.zeros(0)
+    return np.concatenate([*units, np.zeros(0)])
 
 
 def _jacobian(tree: Tree, at: Floats) -> Floats:
