@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import partial
 from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
@@ -58,6 +59,11 @@ def path_of(name: str, value: object, _given: object = None, *, example: str = "
     if not isinstance(value, str | os.PathLike):
         raise refuse_argument(name, value, "a path, as text or pathlib.Path", **{name: example})
     return Path(value)
+
+
+def out_argument(text: str, example: str, metavar: str) -> Argument:
+    """Return the argument of the file or folder that a question writes, without a default."""
+    return Argument(text, partial(path_of, example=example), metavar=metavar, aliases=("-o",))
 
 
 def path_or_mapping(name: str, value: object, _given: object = None) -> Path | Mapping[str, Any]:

@@ -10,6 +10,7 @@ from lostmotion.analyses.arguments import (
     ArmArgument,
     CalibrationArgument,
     SidecarArgument,
+    out_argument,
     path_of,
 )
 from lostmotion.analyses.quantities import Amount
@@ -71,15 +72,7 @@ def compensate(
             metavar="FILE",
         ),
     ],
-    out: Annotated[
-        "str | Path",
-        Argument(
-            "The corrected file.",
-            partial(path_of, example="corrected.csv"),
-            metavar="FILE",
-            aliases=("-o",),
-        ),
-    ],
+    out: Annotated["str | Path", out_argument("The corrected file.", "corrected.csv", "FILE")],
     passes: Annotated[
         int,
         Argument(

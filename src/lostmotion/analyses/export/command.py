@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from lostmotion.analyses.arguments import (
     ArmArgument,
     CalibrationArgument,
     SidecarArgument,
-    path_of,
+    out_argument,
 )
 from lostmotion.analyses.quantities import Amount
 from lostmotion.analyses.signature import Argument, question, read_arguments
@@ -18,6 +17,8 @@ from lostmotion.units import Quantity
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from lostmotion.controller_model.controller import Controller
+
 _LargestPayload: TypeAlias = Annotated[
     Amount | None,
     Argument(
@@ -25,6 +26,14 @@ _LargestPayload: TypeAlias = Annotated[
         Quantity("kg", "10 kg", above=0),
     ),
 ]
+
+
+def _input_in_words(found: dict[str, Any]) -> list[str]:
+    """Return the lines about the input of any export: its hash and the remarks."""
+    return [
+        f"SHA-256 of the input: {found['sha256'][:16]}…",
+        *(f"note: {each}" for each in found["remarks"]),
+    ]
 
 
 def _c_in_words(found: dict[str, Any]) -> str:
@@ -38,8 +47,7 @@ def _c_in_words(found: dict[str, Any]) -> str:
                 f"C source of a model with {several(len(found['joints']), 'joint')}, "
                 f"{several(len(found['files']), 'file')}."
             ),
-            f"SHA-256 of the input: {found['sha256'][:16]}…",
-            *(f"note: {each}" for each in found["remarks"]),
+            *_input_in_words(found),
             "Build and test:",
             f"  cmake -S {folder} -B build && cmake --build build && ctest --test-dir build",
             f"Folder: {folder}   begin with its README.md.",
@@ -52,8 +60,7 @@ def _ros2_in_words(found: dict[str, Any]) -> str:
     return "\n".join(
         [
             f"Package {found['package']} for ROS 2, joints {', '.join(found['joints'])}.",
-            f"SHA-256 of the input: {found['sha256'][:16]}…",
-            *(f"note: {each}" for each in found["remarks"]),
+            *_input_in_words(found),
             "Build and start, in a workspace:",
             f"  colcon build && ros2 launch {found['package']} compensation.launch.py",
             f"Folder: {found['folder']}   begin with its README.md.",
@@ -67,26 +74,35 @@ def _fmu_in_words(found: dict[str, Any]) -> str:
     return "\n".join(
         [
             f"FMU for co-simulation, FMI {found['version']}, library: {library}.",
-            f"SHA-256 of the input: {found['sha256'][:16]}…",
-            *(f"note: {each}" for each in found["remarks"]),
+            *_input_in_words(found),
             f"File: {found['fmu']}",
         ]
     )
+
+
+def _sources(
+    asked: Any,  # noqa: ANN401 - the arguments of any export
+    *,
+    single: bool = False,
+    unroll: bool = False,
+) -> tuple[Controller, dict[str, str], dict[str, Any]]:
+    """Return the controller of the arm, its C sources by path, and what every export reports: hash
+    of the input and remarks.
+    """
+    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
+    from lostmotion.analyses.export.controller import controller
+
+    model = controller(asked.arm, largest_payload=asked.largest_payload)
+    sha256, remarks = input_hash(asked.arm), remarks_on(asked.arm)
+    files = c_files(model, asked.arm, remarks, sha256, single=single, unroll=unroll)
+    return model, files, {"sha256": sha256, "remarks": remarks}
 
 
 @question(folder=None, in_words=_c_in_words)
 def export_c(
     arm: ArmArgument,
     *,
-    out: Annotated[
-        "str | Path",
-        Argument(
-            "Folder for the sources.",
-            partial(path_of, example="model"),
-            metavar="FOLDER",
-            aliases=("-o",),
-        ),
-    ],
+    out: Annotated["str | Path", out_argument("Folder for the sources.", "model", "FOLDER")],
     sidecar: SidecarArgument = None,
     precision: Annotated[
         Literal["double", "float"], Argument("Type of all numbers in C.")
@@ -111,22 +127,15 @@ def export_c(
 
     """
     asked = read_arguments(export_c, locals())
-    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
-    from lostmotion.analyses.export.controller import controller
     from lostmotion.analyses.export.folder import write_files
 
-    model = controller(asked.arm, largest_payload=asked.largest_payload)
-    remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
-    files = c_files(
-        model, asked.arm, remarks, sha256, single=asked.precision == "float", unroll=asked.unroll
-    )
+    model, files, about = _sources(asked, single=asked.precision == "float", unroll=asked.unroll)
     folder = write_files(files, asked.out, force=asked.force)
     return {
         "folder": str(folder),
         "files": sorted(files),
-        "sha256": sha256,
         "joints": list(model.tables.joints),
-        "remarks": remarks,
+        **about,
     }
 
 
@@ -135,13 +144,7 @@ def export_ros2(
     arm: ArmArgument,
     *,
     out: Annotated[
-        "str | Path",
-        Argument(
-            "Folder for the package.",
-            partial(path_of, example="my_robot_compensation"),
-            metavar="FOLDER",
-            aliases=("-o",),
-        ),
+        "str | Path", out_argument("Folder for the package.", "my_robot_compensation", "FOLDER")
     ],
     sidecar: SidecarArgument = None,
     largest_payload: _LargestPayload = None,
@@ -160,23 +163,19 @@ def export_ros2(
 
     """
     asked = read_arguments(export_ros2, locals())
-    from lostmotion.analyses.export.c_files import c_files, input_hash, markdown, remarks_on
-    from lostmotion.analyses.export.controller import controller
+    from lostmotion.analyses.export.c_files import markdown
     from lostmotion.analyses.export.folder import write_files
     from lostmotion.analyses.export.ros2 import package_name, ros2_files
 
-    model = controller(asked.arm, largest_payload=asked.largest_payload)
-    remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
-    sources = c_files(model, asked.arm, remarks, sha256, single=False)
+    model, sources, about = _sources(asked)
     files = ros2_files(model, sources, markdown(model.tables.name))
     folder = write_files(files, asked.out, force=asked.force)
     return {
         "folder": str(folder),
         "package": package_name(model.tables.name),
         "files": sorted(files),
-        "sha256": sha256,
         "joints": list(model.tables.joints),
-        "remarks": remarks,
+        **about,
     }
 
 
@@ -184,15 +183,7 @@ def export_ros2(
 def export_fmu(
     arm: ArmArgument,
     *,
-    out: Annotated[
-        "str | Path",
-        Argument(
-            "The FMU to write.",
-            partial(path_of, example="arm.fmu"),
-            metavar="FILE.fmu",
-            aliases=("-o",),
-        ),
-    ],
+    out: Annotated["str | Path", out_argument("The FMU to write.", "arm.fmu", "FILE.fmu")],
     sidecar: SidecarArgument = None,
     version: Annotated[Literal["3.0", "2.0"], Argument("Version of the FMI standard.")] = "3.0",
     largest_payload: _LargestPayload = None,
@@ -211,21 +202,15 @@ def export_fmu(
 
     """
     asked = read_arguments(export_fmu, locals())
-    from lostmotion.analyses.export.c_files import c_files, input_hash, remarks_on
-    from lostmotion.analyses.export.controller import controller
     from lostmotion.analyses.export.fmu import fmu
     from lostmotion.analyses.export.folder import write_fmu
 
-    model = controller(asked.arm, largest_payload=asked.largest_payload)
-    remarks, sha256 = remarks_on(asked.arm), input_hash(asked.arm)
-    content, folder = fmu(
-        model, c_files(model, asked.arm, remarks, sha256, single=False), asked.version
-    )
+    model, sources, about = _sources(asked)
+    content, folder = fmu(model, sources, asked.version)
     path = write_fmu(asked.out, content, force=asked.force)
     return {
         "fmu": str(path),
         "version": asked.version,
         "library": folder or "none: no C compiler found",
-        "sha256": sha256,
-        "remarks": remarks,
+        **about,
     }
