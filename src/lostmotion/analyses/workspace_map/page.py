@@ -28,16 +28,13 @@ from lostmotion.analyses.workspace_map.placement_tables import (
 from lostmotion.error_model.provenance import states
 from lostmotion.error_model.upper_limits import with_limits
 from lostmotion.mechanism.placed_terms import short_name
-from lostmotion.reporting.arm_sheet import bounded_cards, bounded_sections
+from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.provenance import (
     at_least,
     caveats,
-    provenance_facts,
-    provenance_sections,
     share_within_bounded,
 )
 from lostmotion.reporting.sheet import Card, Cell, Row, Section, Sheet, length, several
-from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -97,45 +94,37 @@ _WORDS: Final = (
 def map_sheet(found: WorkspaceMap, at: Floats | None = None) -> Sheet:
     """Return the sheet of an accuracy map, with slices through the point `at` (3,), m."""
     known = with_limits(states(found.arm), found.arm, found.reached.q)
-    return Sheet(
-        name=found.arm.name,
-        subject="accuracy map",
-        verdict=_verdict(found, known),
-        cards=bounded_cards(
-            _cards(found, known),
-            known,
-            (percentile_label(found), "most accurate", "best placement"),
-        ),
-        sections=tuple(
-            section
-            for section in (
-                *bounded_sections(_tables(found), known, ("map", "within", "places")),
-                _budget(found),
-                _reach(found),
-                *provenance_sections(known),
-            )
-            if section is not None
-        ),
-        counts=(
-            f"{several(int(np.isfinite(found.selected).sum()), 'cell')} of {edge_label(found)}, "
-            f"{configurations_label(found)}"
-        ),
-        warnings=arm_warnings(found.arm),
-        notes=(*found.arm.remarks, *_remarks(found), *_point_off_map(found, at)),
-        words=_WORDS,
-        source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} evaluated, "
-        f"seed {found.seed}. "
-        "The same file, version, seed and options give the same bytes.",
-        arrays="the map, cell by cell",
-        seed=found.seed,
-        facts={**_facts(found), **provenance_facts(known)},
+    sections = (
+        _map(found),
+        _within(found),
+        placement_section(found),
+        _budget(found),
+        _reach(found),
     )
-
-
-def _tables(found: WorkspaceMap) -> list[Section]:
-    """Return the tables of which every length is an error."""
-    placed = placement_section(found)
-    return [_map(found), _within(found), *([] if placed is None else [placed])]
+    return with_arm(
+        Sheet(
+            subject="accuracy map",
+            verdict=_verdict(found, known),
+            cards=tuple(_cards(found, known)),
+            sections=tuple(section for section in sections if section is not None),
+            counts=(
+                f"{several(int(np.isfinite(found.selected).sum()), 'cell')} of "
+                f"{edge_label(found)}, {configurations_label(found)}"
+            ),
+            notes=(*_remarks(found), *_point_off_map(found, at)),
+            words=_WORDS,
+            source=f"{found.reached.sampled} poses sampled (sobol), {len(found.reached.q)} "
+            f"evaluated, seed {found.seed}. "
+            "The same file, version, seed and options give the same bytes.",
+            arrays="the map, cell by cell",
+            seed=found.seed,
+            facts=_facts(found),
+        ),
+        found.arm,
+        known,
+        cards=(percentile_label(found), "most accurate", "best placement"),
+        sections=("map", "within", "places"),
+    )
 
 
 def _points_label(found: WorkspaceMap) -> str:
@@ -460,7 +449,6 @@ def _point_off_map(found: WorkspaceMap, at: Floats | None) -> list[str]:
 def _facts(found: WorkspaceMap) -> dict[str, Any]:
     grid = found.reached.grid
     facts: dict[str, Any] = {
-        "arm": found.arm.name,
         "by": found.by,
         "level": found.level,
         "seed": found.seed,

@@ -13,9 +13,8 @@ from lostmotion.analyses.accuracy.tables.drive_classes import (
 from lostmotion.analyses.accuracy.tables.joints import torques_section
 from lostmotion.analyses.accuracy.tables.study import workspace_section
 from lostmotion.error_model.provenance import NOT_DESCRIBED, states
-from lostmotion.reporting.provenance import provenance_facts, provenance_sections
+from lostmotion.reporting.arm_sheet import with_arm
 from lostmotion.reporting.sheet import Card, Lines, Sheet, several
-from lostmotion.reporting.warnings import arm_warnings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,27 +42,26 @@ def undescribed_sheet(
     """Return the sheet of an arm without any error source: workspace, holding torques, states of
     the joints, and `lines` to describe them by.
     """
-    known = states(arm)
     reach = workspace_section(space)
-    return Sheet(
-        name=arm.name,
-        subject="workspace and statics",
-        counts=several(len(poses), "pose"),
-        verdict=f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}. What is missing: {_MISSING}.",
-        cards=(Card("reach from the base", str(reach.rows[0].cells[0]), "largest of the sample"),),
-        sections=(reach, torques_section(arm, poses, worst), *provenance_sections(known)),
-        warnings=arm_warnings(arm, poses),
-        notes=arm.remarks,
-        source=(
-            f"{several(len(poses), 'pose')} ({poses.law}). The same arm and version give the same "
-            "bytes."
+    return with_arm(
+        Sheet(
+            subject="workspace and statics",
+            counts=several(len(poses), "pose"),
+            verdict=f"{NOT_DESCRIBED[0].upper()}{NOT_DESCRIBED[1:]}. What is missing: {_MISSING}.",
+            cards=(
+                Card("reach from the base", str(reach.rows[0].cells[0]), "largest of the sample"),
+            ),
+            sections=(reach, torques_section(arm, poses, worst)),
+            source=(
+                f"{several(len(poses), 'pose')} ({poses.law}). The same arm and version give the "
+                "same bytes."
+            ),
+            facts={"poses": {"count": len(poses), "law": poses.law}},
+            lines=lines,
         ),
-        facts={
-            "arm": arm.name,
-            "poses": {"count": len(poses), "law": poses.law},
-            **provenance_facts(known),
-        },
-        lines=lines,
+        arm,
+        states(arm),
+        poses=poses,
     )
 
 
