@@ -29,6 +29,15 @@ def arrival(approach: float) -> str:
     return ISO_CYCLE if approach else ANY_APPROACH
 
 
+def arriving(approach: float) -> str:
+    """Return the side from which joints arrive, as it follows "joints arrive"; `approach` as in
+    `arrival`.
+    """
+    if approach == 0:
+        return "from either side at random"
+    return "moving up" if approach > 0 else "moving down"
+
+
 def rp_name(approach: float) -> str:
     """Return the name of the repeatability of joints that arrive this way ("RP, ISO cycle");
     `approach` as in `arrival`.

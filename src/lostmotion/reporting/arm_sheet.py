@@ -72,6 +72,11 @@ def bounded_cards(cards: Iterable[Card], known: States, bounded: Sequence[str]) 
     )
 
 
+def bounded_figure_cards(cards: Sequence[Card], known: States) -> tuple[Card, ...]:
+    """Return cards, those of declared figures as bounds where kinds of error are missing."""
+    return bounded_cards(cards, known, [card.title for card in cards if card.key])
+
+
 def bounded_bars(blocks: Iterable[Bars], known: States, keys: Sequence[str]) -> tuple[Bars, ...]:
     """Return blocks of bars, those of these keys with the sign of a lower bound at each figure
     where kinds of error are missing.

@@ -18,6 +18,7 @@ from lostmotion.analyses.compare.figures import (
     remark,
 )
 from lostmotion.analyses.compare.headline import brief, failing, verdict, warnings, within_of
+from lostmotion.error_model.arrival import arriving
 from lostmotion.error_model.overload import rated_torques
 from lostmotion.mechanism.placed_terms import short_name
 from lostmotion.propagation.exact import share_neglected
@@ -436,16 +437,9 @@ def _notes(found: Comparison) -> list[str]:
 
 
 def _source(found: Comparison, counts: str) -> str:
-    arriving = (
-        "from either side at random"
-        if found.approach == 0
-        else "moving up"
-        if found.approach > 0
-        else "moving down"
-    )
     return (
-        f"seed {found.seed}: {counts}; poses: {found.arms[0].poses.law}; joints arrive {arriving}. "
-        f"{_SAME}"
+        f"seed {found.seed}: {counts}; poses: {found.arms[0].poses.law}; joints arrive "
+        f"{arriving(found.approach)}. {_SAME}"
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.error_model.arrival import ISO_CYCLE
+from lostmotion.error_model.arrival import ISO_CYCLE, arriving
 from lostmotion.error_model.few_poses import weights_of
 from lostmotion.error_model.intervals import (
     Estimate,
@@ -156,11 +156,6 @@ def iso_section(answer: Answer, where: str = "") -> Section:
         rows += _rows(
             repeatability(each.approach), answer, each.poses, each.robots, each.per_pose, where
         )
-    arriving = (
-        "from either side at random"
-        if answer.approach == 0
-        else f"moving {'up' if answer.approach > 0 else 'down'}"
-    )
     return Section(
         "iso9283",
         "ISO 9283, predicted",
@@ -170,7 +165,7 @@ def iso_section(answer: Answer, where: str = "") -> Section:
         f"{ISO_CYCLE}: every joint arrives from the same side at "
         "every visit, as in the standard, so makers' figures compare with it; any approach: "
         "from either side at random. "
-        f"AP: joints arrive {arriving}. "
+        f"AP: joints arrive {arriving(answer.approach)}. "
         "A worst pose is the worst visited one, chosen by the same samples: its interval is "
         "valid for a pose chosen beforehand",
     )

@@ -36,6 +36,7 @@ from lostmotion.analyses.accuracy.tables.zone import (
     zone_sections,
     zone_stopping,
 )
+from lostmotion.error_model.arrival import arriving
 from lostmotion.error_model.budget import costs
 from lostmotion.error_model.overload import overloads
 from lostmotion.error_model.provenance import states
@@ -44,7 +45,7 @@ from lostmotion.mechanism.load_causes import OUTBOARD_CAUSES
 from lostmotion.propagation.error_samples import Summed
 from lostmotion.propagation.exact import share_neglected
 from lostmotion.propagation.figures import HEADLINE, figures_of
-from lostmotion.reporting.arm_sheet import bounded_bars, bounded_cards, bounded_sections
+from lostmotion.reporting.arm_sheet import bounded_bars, bounded_figure_cards, bounded_sections
 from lostmotion.reporting.arm_summary import about_arm
 from lostmotion.reporting.first_order import checked, judged
 from lostmotion.reporting.layout import row_at
@@ -403,21 +404,9 @@ def first_cards(found: Sequence[Section], figures: Iterable[Figure]) -> list[Car
     ]
 
 
-def bounded_figure_cards(cards: Sequence[Card], known: States) -> tuple[Card, ...]:
-    """Return cards, those of declared figures as bounds where kinds of error are missing."""
-    return bounded_cards(cards, known, [card.title for card in cards if card.key])
-
-
 def _source(answer: Answer) -> str:
     sampled, poses = answer.sampled, answer.poses
     sets = f" in {poses.replicates} independent sets" if poses.replicates > 1 else ""
-    arriving = (
-        "from either side at random"
-        if answer.approach == 0
-        else "moving up"
-        if answer.approach > 0
-        else "moving down"
-    )
     samples = len(poses) * sampled.robots * sampled.visits
     drawn = (
         f"{several(sampled.robots, 'robot')} x {several(sampled.visits, 'visit')} = "
@@ -425,6 +414,6 @@ def _source(answer: Answer) -> str:
     )
     counts = f"{several(len(poses), 'pose')} ({poses.law}){sets} x {drawn}"
     return (
-        f"seed {answer.seed}: {counts}; joints arrive {arriving}. The same arm, version, seed and "
-        "counts give the same bytes."
+        f"seed {answer.seed}: {counts}; joints arrive {arriving(answer.approach)}. The same "
+        "arm, version, seed and counts give the same bytes."
     )
