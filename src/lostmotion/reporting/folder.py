@@ -59,7 +59,7 @@ def write_whole(contents: Mapping[str, bytes], out: str | Path, *, force: bool =
 
 
 def refuse_existing(out: str | Path, *, force: bool) -> Path:
-    """Return the folder for results as an absolute path. Gives it as an absolute path.
+    """Return the folder for results as an absolute path.
 
     Raises OutputExistsError where something is there already: a file or a link always, a folder
     unless `force` is set and it holds only our files; LostmotionError where no folder can be made
@@ -103,6 +103,28 @@ def refuse_existing(out: str | Path, *, force: bool) -> Path:
             "another folder with --out"
         )
     return target
+
+
+def write_file(content: bytes, out: Path, *, force: bool) -> Path:
+    """Write one file that is the whole result, with missing parents, and return its path.
+
+    Raises OutputExistsError where it exists and `force` is not set, LostmotionError where it cannot
+    be written.
+    """
+    if out.exists() and not force:
+        raise OutputExistsError(
+            f"'{out}' exists\n  replace it with --force (force=True in Python), or name "
+            "another file with --out"
+        )
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_bytes(content)
+    except OSError as error:
+        raise LostmotionError(
+            f"'{out}' could not be written: {error.strerror or error}\n  name a place that can "
+            "be written with --out"
+        ) from error
+    return out
 
 
 def _try_beside(target: Path) -> None:

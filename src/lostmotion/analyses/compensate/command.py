@@ -116,9 +116,10 @@ def compensate(
 
     """
     asked = read_arguments(compensate, locals())
-    from lostmotion.analyses.compensate.correction import corrected, written
+    from lostmotion.analyses.compensate.correction import corrected
     from lostmotion.error_model.provenance import refuse_undescribed
     from lostmotion.io.machine_files import MoveProgram, PoseTable
+    from lostmotion.reporting.folder import write_file
 
     refuse_undescribed(asked.arm)
     program = asked.poses.suffix.lower() in _PROGRAMS
@@ -131,6 +132,6 @@ def compensate(
         largest_step=asked.largest_step,
         along_path=asked.path or program,
     )
-    file = written(asked.out, given.text(command), force=asked.force)
+    file = write_file(given.text(command).encode(), asked.out, force=asked.force)
     unknown = given.unknown if isinstance(given, MoveProgram) else 0
     return {"file": str(file), **found, "unknown": unknown}

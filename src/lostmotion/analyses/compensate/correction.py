@@ -12,12 +12,10 @@ from lostmotion.controller_model.lowering import tables_of
 from lostmotion.controller_model.remainder import reached
 from lostmotion.controller_model.validity import validity_of
 from lostmotion.error_model.arrival import last_motion
-from lostmotion.errors import LostmotionError, OutputExistsError, Problem
+from lostmotion.errors import Problem
 from lostmotion.io.limits import MOST_MISTAKES, refuse_all
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -89,26 +87,6 @@ def corrected(
         "left": _summary(left),
         "reduced": int(np.count_nonzero(found.status == SINGULAR)),
     }
-
-
-def written(path: Path, text: str, *, force: bool) -> Path:
-    """Write a file and return its path. Raises OutputExistsError where it exists and `force` is not
-    set, LostmotionError where it cannot be written.
-    """
-    if path.exists() and not force:
-        raise OutputExistsError(
-            f"'{path}' exists\n  replace it with --force (force=True in Python), or name another "
-            "file with --out"
-        )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise LostmotionError(
-            f"'{path}' could not be written: {error.strerror or error}\n  name a place that can "
-            "be written with --out"
-        ) from error
-    return path
 
 
 def _summary(errors: Floats) -> dict[str, float]:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from lostmotion.errors import LostmotionError, OutputExistsError, refuse_argument
+from lostmotion.errors import OutputExistsError, refuse_argument
+from lostmotion.reporting.folder import write_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
 
 # By this file an earlier export is recognised.
 _MARKS: Final = ("src/lm_model.h", "model/src/lm_model.h")
 
 
-def write_files(files: Mapping[str, str | bytes], out: Path, *, force: bool) -> Path:
+def write_files(files: Mapping[str, str], out: Path, *, force: bool) -> Path:
     """Write files, by their path within the folder `out`, and return the folder.
 
     Raises OutputExistsError where the folder has files and `force` is not set or they are no
@@ -32,8 +33,8 @@ def write_files(files: Mapping[str, str | bytes], out: Path, *, force: bool) -> 
             f"'{out}' has files that are no export\n  name another folder with --out"
         )
     for name, content in files.items():
-        _write(out / name, content.encode() if isinstance(content, str) else content)
-    return Path(out)
+        write_file(content.encode(), out / name, force=True)
+    return out
 
 
 def write_fmu(out: Path, content: bytes, *, force: bool) -> Path:
@@ -44,21 +45,4 @@ def write_fmu(out: Path, content: bytes, *, force: bool) -> Path:
     """
     if out.suffix.lower() != ".fmu":
         raise refuse_argument("out", str(out), "a file that ends in .fmu", out="arm.fmu")
-    if out.exists() and not force:
-        raise OutputExistsError(
-            f"'{out}' exists\n  replace it with --force (force=True in Python), or name "
-            "another file with --out"
-        )
-    _write(out, content)
-    return Path(out)
-
-
-def _write(path: Path, content: bytes) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-    except OSError as error:
-        raise LostmotionError(
-            f"'{path}' could not be written: {error.strerror or error}\n  name a place that "
-            "can be written with --out"
-        ) from error
+    return write_file(content, out, force=force)
