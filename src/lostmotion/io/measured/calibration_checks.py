@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from lostmotion.errors import Problem, shown
+from lostmotion.io.measured.table import MOST_MISTAKES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,7 +23,6 @@ POINT: Final = ("x", "y", "z")
 # One number of each visit: its column, and that of what it is measured of.
 PARTIAL: Final = {"distance": "to", "dial": "along", "angle": "about", "plane": "", "sphere": ""}
 FEWEST: Final = 3
-MOST_MISTAKES: Final = 20
 # A value outside the joint limits by less is rounding, rad or m.
 _BESIDE: Final = 1e-6
 # A row that is so many times as far from the others as they are from each other has another unit,

@@ -26,7 +26,6 @@ from lostmotion.errors import Problem
 from lostmotion.io.limits import listed, refuse_all
 from lostmotion.io.measured.calibration_checks import (
     FEWEST,
-    MOST_MISTAKES,
     PARTIAL,
     POINT,
     mistakes_in_targets,
@@ -34,13 +33,20 @@ from lostmotion.io.measured.calibration_checks import (
     other_units,
     outside_limits,
 )
-from lostmotion.io.measured.table import Layout, read_columns, read_table
+from lostmotion.io.measured.table import (
+    MOST_MISTAKES,
+    Layout,
+    find_columns,
+    read_table,
+    role_values,
+)
 from lostmotion.io.text import numbers
 from lostmotion.mechanism.state import tool_points
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
+    from lostmotion.io.measured.table import TextTable
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
 
@@ -209,10 +215,12 @@ def _missing(
 
 def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
     file = str(path)
-    names = read_table(path, _layout(arm, ())[0]).names
-    layout, of = _layout(arm, [*names, *(text.partition("=")[0].strip() for text in mapping)])
-    by_size, remarks = _units_by_size(path, layout, mapping)
-    words, values, lines = read_columns(path, layout, [*by_size, *mapping])
+    table = read_table(path, _layout(arm, ())[0])
+    mapped = [text.partition("=")[0].strip() for text in mapping]
+    layout, of = _layout(arm, [*table.names, *mapped])
+    by_size, remarks = _units_by_size(table, layout, mapping)
+    words, values = role_values(table, find_columns(table, [*by_size, *mapping], layout), layout)
+    lines = table.lines
     q = np.column_stack([values[role] for role in of.values()])
     mistakes = outside_limits(file, q, lines, arm) + other_units(
         file, values, lines, tool_points(arm, q)
@@ -275,12 +283,11 @@ def _rotations(groups: Mapping[tuple[str, ...], Floats]) -> Floats | None:
 
 
 def _units_by_size(
-    path: Path, layout: Layout, mapping: Sequence[str]
+    table: TextTable, layout: Layout, mapping: Sequence[str]
 ) -> tuple[list[str], list[str]]:
     """Return a mapping with the units of columns that state none, by the size of their numbers, and
     a remark for each kind.
     """
-    table = read_table(path, layout)
     mapped = {text.partition("=")[0].strip() for entry in mapping for text in entry.split(",")}
     largest: dict[str, tuple[str, float]] = {}
     for k, (heading, name) in enumerate(zip(table.header, table.names, strict=True)):
