@@ -139,6 +139,16 @@ def test_a_plan_refuses_another_arm_too(tmp_path):
         lostmotion.calibrate(ARM, path, plan=1)
 
 
+def test_joints_may_be_mapped_after_other_columns(tmp_path):
+    """One text that maps a coordinate first and then the joints by their names is read whole."""
+    header = "q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg],q6 [deg],px [mm],y [mm],z [mm]"
+    path = written(tmp_path / "visits.csv", *twenty(), header)
+    text = "x = px [mm]" + "".join(f", J{k} = q{k} [deg]" for k in range(1, 7))
+    read = read_calibration_visits(path, lostmotion.read(ARM), [text])
+    np.testing.assert_allclose(read.q, np.radians(twenty()[0]))
+    np.testing.assert_allclose(read.point, twenty()[1] / 1000)
+
+
 def test_duplicates_and_wrong_rows_are_named(tmp_path):
     """A row that is repeated is dropped, and one that is wrong by 5 mm is weighted down by its
     line.

@@ -216,9 +216,9 @@ def _missing(
 def _read(path: Path, arm: Arm, mapping: Sequence[str]) -> CalibrationVisits:
     file = str(path)
     table = read_table(path, _layout(arm, ())[0])
-    mapped = [text.partition("=")[0].strip() for text in mapping]
+    mapped = {text.partition("=")[0].strip() for entry in mapping for text in entry.split(",")}
     layout, of = _layout(arm, [*table.names, *mapped])
-    by_size, remarks = _units_by_size(table, layout, mapping)
+    by_size, remarks = _units_by_size(table, layout, mapped)
     words, values = role_values(table, find_columns(table, [*by_size, *mapping], layout), layout)
     lines = table.lines
     q = np.column_stack([values[role] for role in of.values()])
@@ -283,12 +283,11 @@ def _rotations(groups: Mapping[tuple[str, ...], Floats]) -> Floats | None:
 
 
 def _units_by_size(
-    table: TextTable, layout: Layout, mapping: Sequence[str]
+    table: TextTable, layout: Layout, mapped: Collection[str]
 ) -> tuple[list[str], list[str]]:
     """Return a mapping with the units of columns that state none, by the size of their numbers, and
-    a remark for each kind.
+    a remark for each kind. Roles that are mapped already are left to their mapping.
     """
-    mapped = {text.partition("=")[0].strip() for entry in mapping for text in entry.split(",")}
     largest: dict[str, tuple[str, float]] = {}
     for k, (heading, name) in enumerate(zip(table.header, table.names, strict=True)):
         role = layout.aliases.get(name, name)
