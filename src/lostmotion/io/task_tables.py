@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import numpy as np
@@ -43,9 +44,9 @@ class FeatureTable(TaskTable):
     retract: Annotated[float, Quantity("m", "20 mm", low=0)] = 0.0
     approach: _Approach | None = None
 
+    @abstractmethod
     def layout(self, step: float | None) -> tuple[Floats, Floats | None]:
         """Return the points (place, 3), m, and the axis (3,) in the frame of the task."""
-        raise NotImplementedError
 
 
 class PointTable(FeatureTable):
