@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from lostmotion.spatial import Floats
 
 _MEGABYTES: Final = 5
-_COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
+COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
 # "X1e3" is refused: it is not known whether it is X 1000, or X 1 and 3 of an extruder.
 _WORD: Final = re.compile(r"\s*([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))(?![eE][0-9+-])")
-_INCH: Final = 0.0254
-_MM: Final = 0.001
+# m, by the code that chooses them: inches, millimetres.
+UNITS: Final = {20.0: 0.0254, 21.0: 0.001}
 _MOTIONS: Final = (0.0, 1.0, 2.0, 3.0)
 _PLANES: Final = {17.0: (0, 1, 2), 18.0: (2, 0, 1), 19.0: (1, 2, 0)}
 # Codes that move no axis: dwell, modes of feed, of stops and of coordinates without an offset.
@@ -64,7 +64,7 @@ class _Machine:
     """Modes and position while a program is read."""
 
     position: Floats = field(default_factory=lambda: np.zeros(3))
-    unit: float = _MM
+    unit: float = UNITS[21.0]
     relative: bool = False
     centre_absolute: bool = False
     motion: float | None = None
@@ -90,7 +90,7 @@ def read_gcode(path: Path, step: float, most: int) -> ToolMoves:
     """
     file, machine, mistakes = str(path), _Machine(), list[Problem]()
     for number, text in enumerate(read_text(path, _MEGABYTES, "part.gcode").splitlines(), 1):
-        bare = _COMMENT.sub("", text).strip()
+        bare = COMMENT.sub("", text).strip()
         if not bare or bare.startswith(("%", "/")):
             continue
         try:
@@ -173,8 +173,8 @@ def _mode(machine: _Machine, number: float) -> None:
         machine.motion = number
     elif number in _PLANES:
         machine.plane = _PLANES[number]
-    elif number in {20.0, 21.0}:
-        machine.unit = _INCH if number == 20.0 else _MM  # noqa: PLR2004 - G20, inch
+    elif number in UNITS:
+        machine.unit = UNITS[number]
     elif number in {90.0, 91.0}:
         machine.relative = number == 91.0  # noqa: PLR2004 - G91, relative
     elif number in {90.1, 91.1}:

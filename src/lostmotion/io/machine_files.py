@@ -20,6 +20,7 @@ import numpy as np
 
 from lostmotion.error_model.joint_path import joint_path
 from lostmotion.errors import Problem, shown
+from lostmotion.io.gcode import COMMENT, UNITS
 from lostmotion.io.limits import MOST_MISTAKES, refuse_all
 from lostmotion.io.text import read_text
 from lostmotion.io.tool_path import read_tool_path
@@ -36,10 +37,9 @@ if TYPE_CHECKING:
 
 _MEGABYTES: Final = 20
 _OF_POSES: Final = frozenset({"x", "y", "z", "roll", "pitch", "yaw"})
-_COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
 _WORD: Final = re.compile(r"([A-Za-z])\s*([+-]?(?:\d+\.?\d*|\.\d+))")
 _AXES: Final = "XYZABCUVW"
-_INCH, _MM, _DEGREE = 0.0254, 0.001, math.pi / 180
+_DEGREE: Final = math.pi / 180
 _ARCS: Final = {2.0: "G2", 3.0: "G3", 5.0: "G5"}
 # Codes that shift the origin, and those behind which the position is not known: homing, and a move
 # in machine coordinates.
@@ -117,7 +117,7 @@ class PoseTable:
 class _Modes:
     """What the words of a program mean: the unit of lengths in m, and the kind of motion."""
 
-    unit: float = _MM
+    unit: float = UNITS[21.0]
     relative: bool = False
     straight: bool = False
 
@@ -129,8 +129,8 @@ class _Modes:
             elif code in _ARCS:
                 self.straight = False
                 return f"an arc, {_ARCS[code]}"
-            elif code in {20.0, 21.0}:
-                self.unit = _INCH if code == 20.0 else _MM  # noqa: PLR2004 - G20, inch
+            elif code in UNITS:
+                self.unit = UNITS[code]
             elif code in {90.0, 91.0}:
                 self.relative = code == 91.0  # noqa: PLR2004 - G91, relative
             elif code in _SHIFTS and axes:
@@ -182,7 +182,7 @@ class MoveProgram:
         for number, text in enumerate(self._lines):
             words = [
                 (letter.upper(), float(value))
-                for letter, value in _WORD.findall(_COMMENT.sub("", text))
+                for letter, value in _WORD.findall(COMMENT.sub("", text))
             ]
             axes = {letter: value for letter, value in words if letter in _AXES}
             codes = [value for letter, value in words if letter == "G"]
@@ -239,7 +239,7 @@ class MoveProgram:
                 letter: f"{letter}{value / self._factor(letter, unit):.5f}"
                 for letter, value in zip(self._letters, values.tolist(), strict=True)
             }
-            code = _COMMENT.split(lines[number])[0].rstrip()
+            code = COMMENT.split(lines[number])[0].rstrip()
             rest = lines[number][len(code) :]
             stated = {match[1].upper() for match in _WORD.finditer(code)}
             code = _WORD.sub(lambda match, new=new: new.get(match[1].upper(), match[0]), code)
