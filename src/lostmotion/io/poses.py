@@ -23,7 +23,7 @@ from lostmotion.unit_registry import UnitError
 from lostmotion.units import read_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from lostmotion.mechanism.arm import Arm
     from lostmotion.spatial import Floats
@@ -58,7 +58,7 @@ def read_poses(path: str | Path, arm: Arm) -> Floats:
     if not values:
         refuse(file, "", "no pose", "a header and at least one row", _example(arm))
     q: Floats = (np.array(values).reshape(-1, len(header)) * factors)[:, order]
-    mistakes = _outside(q, lines, arm, file)
+    mistakes = outside_limits(q, lines, arm, file)
     if mistakes:
         refuse_all(mistakes, _MOST_MISTAKES)
     return q
@@ -177,8 +177,10 @@ def _is_number(cell: str) -> bool:
         return False
 
 
-def _outside(q: Floats, lines: array[int], arm: Arm, file: str) -> list[Problem]:
-    """Name the poses that a joint's limits do not allow."""
+def outside_limits(q: Floats, lines: Sequence[int], arm: Arm, file: str) -> list[Problem]:
+    """Return a mistake for each joint value (pose, joint), rad or m, that the joint's limits do not
+    allow; `lines` of the poses in the file.
+    """
     low, high = arm.limits.T
     slack = _ROUNDING * (high - low)
     mistakes = []

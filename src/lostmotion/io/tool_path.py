@@ -19,6 +19,7 @@ import numpy as np
 
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import listed, nearest, refuse_all
+from lostmotion.io.poses import outside_limits
 from lostmotion.io.text import numbers, read_text, refuse
 from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.unit_registry import UnitError
@@ -83,7 +84,9 @@ def read_tool_path(path: Path, arm: Arm) -> PathRows:
     q = None
     if all(name in values for name in joints):
         q = np.column_stack([values[name] for name in joints])
-        _refuse_outside(q, arm, where)
+        mistakes = outside_limits(q, [line for line, _ in body], arm, file)
+        if mistakes:
+            refuse_all(mistakes, _MOST_MISTAKES)
     approach = np.full((len(body), len(joints)), math.nan)
     for name, signs in texts.items():
         if name.startswith(_APPROACH):
@@ -206,18 +209,3 @@ def _number(cell: str) -> float:
         return numbers([cell])[0] if cell.strip() else math.nan
     except ValueError:
         return math.nan
-
-
-def _refuse_outside(q: Floats, arm: Arm, where: tuple[tuple[str, str], ...]) -> None:
-    """Raise InputError for values outside the limits of a joint."""
-    low, high = arm.limits.T
-    slack = 1e-9 * (high - low)
-    mistakes = []
-    for row, column in np.argwhere((q < low - slack) | (q > high + slack)):
-        joint, (file, line) = arm.driven[column], where[row]
-        by, unit = (1e3, "mm") if isinstance(joint, PrismaticJoint) else (math.degrees(1.0), "deg")
-        found, *limits = (f"{each * by:.6g} {unit}" for each in (q[row, column], *joint.limits))
-        expected = f"a value within its limits, {limits[0]} to {limits[1]}"
-        mistakes.append(Problem(file, f"{line}, joint {joint.name}", found, expected, limits[0]))
-    if mistakes:
-        refuse_all(mistakes, _MOST_MISTAKES)
