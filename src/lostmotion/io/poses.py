@@ -16,7 +16,7 @@ import numpy as np
 
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import listed, nearest, refuse_all
-from lostmotion.io.text import numbers, read_text, refuse
+from lostmotion.io.text import number, numbers, read_text, refuse
 from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.parts.moving_joint import LONGEST_JOINT_NAME
 from lostmotion.unit_registry import UnitError
@@ -163,18 +163,11 @@ def _cells(
             mistakes += [
                 Problem(file, f"line {line}, {shown(name)[1:-1]}", shown(cell), _EXPECTED, "12.5")
                 for name, cell in zip(header, row, strict=True)
-                if not _is_number(cell)
+                if not math.isfinite(number(cell))
             ]
         if len(mistakes) > _MOST_MISTAKES:
             break
     return values, lines, mistakes
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        return math.isfinite(numbers([cell])[0])
-    except ValueError:
-        return False
 
 
 def outside_limits(q: Floats, lines: Sequence[int], arm: Arm, file: str) -> list[Problem]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import re
 import stat
@@ -180,3 +181,11 @@ def numbers(words: Sequence[str]) -> list[float]:
     if _FOREIGN.search(" ".join(words)):
         raise ValueError("not a plain decimal number")
     return [float(word) for word in words]
+
+
+def number(word: str) -> float:
+    """Return the number that a word states in plain decimal notation; NaN for any other word."""
+    try:
+        return numbers([word])[0]
+    except ValueError:
+        return math.nan

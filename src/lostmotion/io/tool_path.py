@@ -20,7 +20,7 @@ import numpy as np
 from lostmotion.errors import Problem, shown
 from lostmotion.io.limits import listed, nearest, refuse_all
 from lostmotion.io.poses import outside_limits
-from lostmotion.io.text import numbers, read_text, refuse
+from lostmotion.io.text import number, read_text, refuse
 from lostmotion.parts.joint import PrismaticJoint
 from lostmotion.unit_registry import UnitError
 from lostmotion.units import read_quantity
@@ -131,9 +131,9 @@ def _cells(
                 if name.startswith(_APPROACH) and cell not in _SIGNS:
                     mistakes.append(Problem(file, key, shown(cell), "up, down or random", "up"))
                 continue
-            number = _number(cell)
-            values[name].append(number * factors[name])
-            if not math.isfinite(number):
+            value = number(cell)
+            values[name].append(value * factors[name])
+            if not math.isfinite(value):
                 mistakes.append(Problem(file, key, shown(cell), "a finite number", "12.5"))
         if len(mistakes) > _MOST_MISTAKES:
             break
@@ -202,10 +202,3 @@ def _columns(
     if mistakes:
         refuse_all(mistakes, _MOST_MISTAKES)
     return columns, factors
-
-
-def _number(cell: str) -> float:
-    try:
-        return numbers([cell])[0] if cell.strip() else math.nan
-    except ValueError:
-        return math.nan

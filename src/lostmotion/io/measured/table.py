@@ -21,7 +21,7 @@ import numpy as np
 
 from lostmotion.errors import InputError, Problem, shown
 from lostmotion.io.limits import cut, listed, nearest, refuse_all
-from lostmotion.io.text import numbers, read_text, refuse
+from lostmotion.io.text import number, read_text, refuse
 from lostmotion.unit_registry import UnitError
 from lostmotion.units import read_quantity
 
@@ -160,7 +160,7 @@ def read_table(path: Path, layout: Layout) -> TextTable:
     if len(rows[0]) == 1 and (other := next((mark for mark in "\t|" if mark in rows[0][0]), "")):
         found = f"cells between {'tabs' if other == chr(9) else shown(other)}"
         refuse(file, at, found, "commas or semicolons between cells", layout.header)
-    if sum(math.isfinite(_number(cell.replace(",", "."))) for cell in rows[0]) > len(rows[0]) / 2:
+    if sum(math.isfinite(number(cell.replace(",", "."))) for cell in rows[0]) > len(rows[0]) / 2:
         expected = "a header that names each column with its unit"
         refuse(file, at, f"numbers, {shown(top)}", expected, layout.header)
     if len(rows[0]) > _MOST_COLUMNS:
@@ -321,8 +321,8 @@ def without_repeats(
 
 def _comparable(cell: str, *, numeric: bool) -> str | float:
     """Return the value by which a cell is compared: its number (1.0 equals 1.00), or its text."""
-    number = _number(cell) if numeric else math.nan
-    return number if math.isfinite(number) else cell
+    value = number(cell) if numeric else math.nan
+    return value if math.isfinite(value) else cell
 
 
 def role_values(
@@ -349,7 +349,7 @@ def role_values(
             if column.factor is None:
                 words[role].append(cut(cell, LONGEST))
             else:
-                values[role].append(_number(cell) * column.factor)
+                values[role].append(number(cell) * column.factor)
     if mistakes:
         refuse_all(mistakes, MOST_MISTAKES)
     return words, {role: np.array(each) for role, each in values.items()}
@@ -383,18 +383,11 @@ def _number_mistake(cell: str, factor: float) -> tuple[str, str] | None:
     """Return what was found and expected in a cell that is no valid coordinate or count; None for a
     valid one.
     """
-    number = _number(cell)
-    if not math.isfinite(number):
+    value = number(cell)
+    if not math.isfinite(value):
         return shown(cell), "a finite number"
     return (
         (f"{shown(cell)}, beyond any robot", "at most 10 km, or 10 000 rad")
-        if abs(number * factor) > _FARTHEST
+        if abs(value * factor) > _FARTHEST
         else None
     )
-
-
-def _number(cell: str) -> float:
-    try:
-        return numbers([cell])[0]
-    except (ValueError, IndexError):
-        return math.nan
