@@ -9,7 +9,7 @@ import pytest
 
 from lostmotion.errors import InputError
 from lostmotion.io.native import arm_of
-from lostmotion.io.poses import read_poses
+from lostmotion.io.poses import poses_text, read_poses
 
 ARM = arm_of(
     "x",
@@ -47,6 +47,14 @@ def test_columns_are_read_by_name_and_unit(tmp_path, text):
     assert read_poses(path, ARM) == pytest.approx(
         np.array([[math.pi / 2, 0.3], [-math.pi / 2, 0.0]])
     )
+
+
+def test_poses_that_are_written_are_read_again(tmp_path):
+    """Turning joints in degrees, sliding ones in millimetres, to seven decimals."""
+    path, q = tmp_path / "poses.csv", np.array([[-1.1, 0.2], [0.3, 0.012345678]])
+    path.write_text(poses_text(ARM, q), encoding="utf-8")
+    assert path.read_text().startswith("A [deg],Z axis [mm]\n-63.0253575,200.0000000\n")
+    np.testing.assert_allclose(read_poses(path, ARM), q, rtol=0, atol=1e-9)
 
 
 def test_all_mistakes_of_the_header_come_at_once(tmp_path):

@@ -52,11 +52,11 @@ def read_poses(path: str | Path, arm: Arm) -> Floats:
         factors, order = _columns(header, arm, file)
         values, lines, mistakes = _cells(rows, header, file)
     except csv.Error as error:
-        refuse(file, f"line {rows.line_num}", str(error), "comma-separated numbers", _example(arm))
+        refuse(file, f"line {rows.line_num}", str(error), "comma-separated numbers", _header(arm))
     if mistakes:
         refuse_all(mistakes, _MOST_MISTAKES)
     if not values:
-        refuse(file, "", "no pose", "a header and at least one row", _example(arm))
+        refuse(file, "", "no pose", "a header and at least one row", _header(arm))
     q: Floats = (np.array(values).reshape(-1, len(header)) * factors)[:, order]
     mistakes = outside_limits(q, lines, arm, file)
     if mistakes:
@@ -64,7 +64,17 @@ def read_poses(path: str | Path, arm: Arm) -> Floats:
     return q
 
 
-def _example(arm: Arm) -> str:
+def poses_text(arm: Arm, q: Floats) -> str:
+    """Return poses (pose, joint), rad and m, as the CSV that `read_poses` reads, in degrees and
+    millimetres.
+    """
+    slides = [isinstance(joint, PrismaticJoint) for joint in arm.driven]
+    values = np.where(slides, 1e3 * q, np.degrees(q))
+    rows = [",".join(f"{each:.7f}" for each in row) for row in values]
+    return "\n".join([_header(arm), *rows]) + "\n"
+
+
+def _header(arm: Arm) -> str:
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow(
         f"{joint.name} [{'mm' if isinstance(joint, PrismaticJoint) else 'deg'}]"
@@ -93,13 +103,13 @@ def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]
                     key,
                     shown(heading),
                     f"a joint with its unit, one of {listed(joints)}",
-                    _example(arm),
+                    _header(arm),
                     near,
                 )
             )
         elif name in found:
             mistakes.append(
-                Problem(file, key, f"joint '{name}' twice", "one column per joint", _example(arm))
+                Problem(file, key, f"joint '{name}' twice", "one column per joint", _header(arm))
             )
         else:
             found[name] = column
@@ -124,7 +134,7 @@ def _columns(header: list[str], arm: Arm, file: str) -> tuple[Floats, list[int]]
                 "line 1",
                 f"no column for {listed(missing)}",
                 "one column per moving joint",
-                _example(arm),
+                _header(arm),
             )
         )
     if mistakes:

@@ -176,15 +176,3 @@ def planned_sheet(found: PlannedPoses) -> Sheet:
         seed=found.seed,
         facts={"arm": found.arm.name},
     )
-
-
-def poses_text(arm: Arm, q: Floats) -> str:
-    """Return joint values (pose, joint) as CSV, in degrees and millimetres, with a header."""
-    slides = [joint.type == "prismatic" for joint in arm.driven]
-    heads = [
-        f"{joint.name} [{'mm' if slide else 'deg'}]"
-        for joint, slide in zip(arm.driven, slides, strict=True)
-    ]
-    values = np.where(slides, 1e3 * q, np.degrees(q))
-    rows = [",".join(f"{each:.7f}" for each in row) for row in values]
-    return "\n".join([",".join(heads), *rows]) + "\n"

@@ -79,8 +79,8 @@ class Calibrated(CalibrationAnswer, Result):
         """Return robot.toml, which every command takes as `--calibration`, and joints.csv with the
         corrected commands of the measured poses.
         """
-        from lostmotion.analyses.calibrate.planned import poses_text
         from lostmotion.io.calibration_writer import calibration_text
+        from lostmotion.io.poses import poses_text
 
         text = calibration_text(
             self.calibration, self.robot.sizes, poses=len(self.visits), digest=self.visits.digest
@@ -102,7 +102,7 @@ class CalibrationPlan(PlannedPoses, Result):
 
     def files(self) -> dict[str, bytes]:
         """Return poses.csv, the joint values of the poses in the order of a tour."""
-        from lostmotion.analyses.calibrate.planned import poses_text
+        from lostmotion.io.poses import poses_text
 
         return {"poses.csv": poses_text(self.arm, self.q).encode()}
 
