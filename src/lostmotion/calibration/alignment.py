@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from lostmotion.laws.frame_fit import rigid
 from lostmotion.spatial import inverse
 
 if TYPE_CHECKING:
@@ -42,32 +43,18 @@ class Alignment(NamedTuple):
         return float(np.linalg.norm(self.frame[:3, 3]))
 
 
-def rigid(nominal: Floats, measured: Floats) -> Floats:
-    """Return the rigid motion (4, 4) of least squares from nominal to measured positions (pose, 3).
-
-    Source: W. Kabsch, Acta Cryst. A 32 (1976) 922.
-    """
-    centre, seen = nominal.mean(axis=0), measured.mean(axis=0)
-    u, _, v = np.linalg.svd((nominal - centre).T @ (measured - seen))
-    flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(v.T @ u.T))])
-    out = np.eye(4)
-    out[:3, :3] = v.T @ flip @ u.T
-    out[:3, 3] = seen - out[:3, :3] @ centre
-    return out
-
-
 def align(frames: Floats, measured: Floats, *, with_tool: bool = True) -> Alignment:
     """Return the rigid motion, and the tool offset where asked for, from nominal frames of the tool
     (pose, 4, 4) to measured positions (pose, 3), by turns.
     """
     offset = np.zeros(3)
-    frame = rigid(frames[:, :3, 3], measured)
+    frame = rigid(measured, frames[:, :3, 3])
     steps = _STEPS if with_tool and len(frames) >= _FEWEST else 0
     for _ in range(steps):
         moved = frame @ frames
         wanted = np.einsum("pji,pj->pi", moved[:, :3, :3], measured - moved[:, :3, 3])
         before, offset = offset, wanted.mean(axis=0)
-        frame = rigid(frames[:, :3, 3] + frames[:, :3, :3] @ offset, measured)
+        frame = rigid(measured, frames[:, :3, 3] + frames[:, :3, :3] @ offset)
         if np.abs(offset - before).max() < _SETTLED:
             break
     moved = frame @ frames

@@ -53,7 +53,7 @@ def best_fit(attained: Floats, command: Floats, rotation: Floats | None = None) 
     attained, command = np.asarray(attained, dtype=float), np.asarray(command, dtype=float)
     if len(attained) < _MIN_POSES:
         raise ValueError(f"{len(attained)} positions; a frame needs at least {_MIN_POSES}")
-    base, tool = _closed_form(attained, command), np.zeros(3)
+    base, tool = rigid(attained, command), np.zeros(3)
     size = max(float(np.abs(command - command.mean(axis=0)).max()), float(np.finfo(float).tiny))
     for _ in range(_STEPS):
         stands = command if rotation is None else command + rotation @ tool
@@ -105,8 +105,10 @@ def _pseudo_inverse(matrix: Floats) -> Floats:
     return np.asarray(np.linalg.pinv(matrix.T @ matrix, rcond=_SINGULAR, hermitian=True) @ matrix.T)
 
 
-def _closed_form(attained: Floats, command: Floats) -> Floats:
-    """Return the base frame (4, 4) that fits best without a tool offset."""
+def rigid(attained: Floats, command: Floats) -> Floats:
+    """Return the rigid motion (4, 4) of least squares from commanded to attained positions
+    (pose, 3), m, in closed form: the base frame that fits best without a tool offset.
+    """
     there, here = attained.mean(axis=0), command.mean(axis=0)
     u, _, vt = np.linalg.svd((attained - there).T @ (command - here))
     rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
